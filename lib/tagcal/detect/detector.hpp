@@ -1,0 +1,40 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/image.hpp"
+
+namespace tagcal {
+
+struct DetectOptions {
+  int threads = 0;      // pictures worked on side by side; 0: one per core
+  int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
+};
+
+struct DetectResult {
+  std::vector<View> views;            // in the order of the images; corners ordered by id
+  std::vector<std::string> warnings;  // in plain words, each names its image
+};
+
+// One image of a batch: its name and how to load it (called from a worker thread, may throw Error).
+struct ImageSource {
+  std::string name;
+  std::function<Image8()> load;
+};
+
+// Finds the corners of the boards' tags in one picture. Tags of the family that are on none of the
+// boards are left out, and said in `warnings`, as is a tag seen twice (both are left out). Pictures
+// smaller than 8x8 hold no tag. Corners: pixel centres at whole numbers.
+View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
+            const DetectOptions& options, std::vector<std::string>* warnings);
+
+// The same for many pictures, several at once. The answer does not depend on the number of threads.
+// `progress(done, total)` is called from the calling thread's side, under a lock, after each image.
+DetectResult detect_all(const std::vector<ImageSource>& images,
+                        const std::vector<PlacedBoard>& boards, const DetectOptions& options,
+                        const std::function<void(int, int)>& progress = {});
+
+}  // namespace tagcal

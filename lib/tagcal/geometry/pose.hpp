@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace tagcal {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// Matrices kept in public structs are unaligned, so that a program built with other -m flags than
+// the library lays them out the same way.
+using Matrix2 = Eigen::Matrix<double, 2, 2, Eigen::DontAlign>;
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+
+// A rigid motion, named target_from_source: it takes coordinates in the source frame to coordinates
+// in the target frame, x_in_target = R x_in_source + t. Poses compose by matching neighbours:
+// camera_from_board = camera_from_world * world_from_board. Lengths in metres.
+class Pose {
+ public:
+  Pose() = default;  // identity
+
+  // The quaternion is normalised; it must not be zero.
+  Pose(const Eigen::Quaterniond& target_from_source, const Eigen::Vector3d& source_in_target)
+      : rotation_(target_from_source.normalized()), translation_(source_in_target) {}
+
+  Eigen::Quaterniond rotation() const { return rotation_; }
+  Eigen::Matrix3d rotation_matrix() const { return rotation_.toRotationMatrix(); }
+
+  // The origin of the source frame, in the target frame.
+  const Eigen::Vector3d& translation() const { return translation_; }
+
+  // The 4x4 matrix for homogeneous column vectors.
+  Eigen::Matrix4d matrix() const;
+
+  Pose inverse() const;  // source_from_target
+
+  // a_from_b * b_from_c = a_from_c
+  Pose operator*(const Pose& b_from_c) const {
+    return {rotation() * b_from_c.rotation(), *this * b_from_c.translation_};
+  }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& x_in_source) const {
+    return rotation_ * x_in_source + translation_;
+  }
+
+ private:
+  Eigen::Quaternion<double, Eigen::DontAlign> rotation_ = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d translation_ = Eigen::Vector3d::Zero();
+};
+
+// Rotation by |v| radians about v / |v|, right-handed. Exact for any v, zero included.
+Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& v);
+
+// The shortest rotation vector of a unit quaternion: |log| <= pi. At an angle of exactly pi either
+// of the two signs of the axis is right; the one whose quaternion has w >= 0 is given.
+Eigen::Vector3d log_rotation(const Eigen::Quaterniond& q);
+
+// Exponential and logarithm of SE(3); the twist is (omega, v): rotation first, as in every 6-vector
+// of this library. exp_pose(twist).translation() = V(omega) v (Barfoot, State Estimation for
+// Robotics, eq. 7.86).
+Pose exp_pose(const Vector6d& twist);
+Vector6d log_pose(const Pose& pose);
+
+// The step that estimators take and that pose covariances refer to: (omega, tau), both in the
+// target frame, R <- exp(omega) R, t <- t + tau. `minus` is its inverse: retract(a, minus(b, a)) = b.
+Pose retract(const Pose& pose, const Vector6d& step);
+Vector6d minus(const Pose& to, const Pose& from);
+
+// Angle of the rotation between two poses, in [0, pi], and distance between their translations.
+double angle_between_rad(const Pose& a, const Pose& b);
+double distance_between_m(const Pose& a, const Pose& b);
+
+// The rotation nearest to a matrix (Frobenius norm; Schonemann 1966, with det = +1). The matrix
+// must have rank 2 at least.
+Eigen::Quaterniond nearest_rotation(const Eigen::Matrix3d& matrix);
+
+}  // namespace tagcal

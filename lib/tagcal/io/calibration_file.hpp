@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tagcal/estimate/calibrate.hpp"
+
+namespace tagcal {
+
+// What a calibration file says of its camera; of others' files (OpenCV's own samples), the camera.
+struct CalibrationFile {
+  Camera camera;
+  std::string model;           // "" where the file does not say
+  std::vector<double> sigmas;  // of the lens parameters, empty where the file does not say
+  Eigen::MatrixXd covariance;  // of the free parameters, empty where the file does not say
+};
+
+// YAML that cv::FileStorage reads, with OpenCV's keys (image_width, image_height, camera_matrix,
+// distortion_coefficients, avg_reprojection_error) and ours (model, status, sigmas, covariance, ...).
+// Precondition: calibration.camera has a value and is_answer(calibration.status).
+std::string calibration_yaml(const Calibration& calibration);
+
+// Throws Error, naming file, key and value. Reads both `model: fisheye4` and OpenCV's own files.
+CalibrationFile read_calibration(const std::filesystem::path& file);
+
+}  // namespace tagcal

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <compare>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/geometry/pose.hpp"
+
+namespace tagcal {
+
+// Names a point that can be observed: corner 0..3 of a tag (lower-left, lower-right, upper-right,
+// upper-left, on the upright tag), or the point `tag_id` of a `points` target, with corner 0.
+struct CornerId {
+  int tag_id = 0;
+  int corner = 0;
+  auto operator<=>(const CornerId&) const = default;
+};
+
+struct TargetPoint {
+  CornerId id;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // metres
+};
+
+// One tag. Tag frame: origin at the tag's centre, x right, y up, z out of the tag to the viewer.
+// The corners are at (+-size/2, +-size/2, 0).
+struct Tag {
+  int id = 0;
+  double size = 0;  // metres, outer black edge to outer black edge
+  Pose board_from_tag;
+};
+
+// Kalibr's AprilGrid: tag ids row by row from below, first_id at the lower left. Board frame: origin
+// at the outer lower-left corner of that tag, x right, y up, z out of the board to the viewer.
+struct Grid {
+  int columns = 0;
+  int rows = 0;
+  double tag_size = 0;     // metres
+  double tag_spacing = 0;  // gap / tag_size
+  int first_id = 0;
+};
+
+// A calibration target: tags, or points that somebody measured.
+struct Board {
+  std::string family = "tag36h11";
+  int border_bits = 2;         // width of the black border in cells: 2 as Kalibr prints, 1 plain tags
+  bool corner_squares = true;  // Kalibr's black squares between the tags
+  std::optional<Grid> grid;    // set where the tags are a grid
+  std::vector<Tag> tags;
+  std::vector<TargetPoint> points;  // of a `points` target; then there are no tags
+};
+
+// The tags of a grid; sizes must be positive, the spacing not negative.
+Board grid_board(const Grid& grid, std::string family = "tag36h11", int border_bits = 2,
+                 bool corner_squares = true);
+
+// Corners 0..3 of a tag in the board frame.
+std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag);
+
+// Every point of the board that can be observed, in the board frame, ordered by id.
+std::vector<TargetPoint> target_points(const Board& board);
+
+}  // namespace tagcal

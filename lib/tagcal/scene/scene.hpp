@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal {
+
+// A flat thing that hides what is behind it: a convex polygon in world coordinates, grey level in
+// [0, 1] (a share of full white).
+struct Occluder {
+  std::vector<Eigen::Vector3d> corners;
+  double level = 0.3;
+};
+
+// Camera paths. `up` is +z of the world unless the view is along it. Each says where view i of n is.
+
+// On a circle about `centre`, in a plane of constant z, looking at `target`.
+struct RingPath {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius_m = 1;
+  double start_rad = 0;
+  double end_rad = 0;  // the last view stands there; a full turn from start leaves out the repeat
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+};
+
+// On a part of a sphere about `target`: azimuth from +x towards +y and elevation above the xy-plane
+// of the world, spread evenly over the given ranges (Fibonacci lattice), at distances that sweep
+// evenly from `min_distance_m` to `max_distance_m`.
+struct DomePath {
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+  double min_distance_m = 1;
+  double max_distance_m = 1;
+  double min_azimuth_rad = 0;
+  double max_azimuth_rad = 0;
+  double min_elevation_rad = 0;
+  double max_elevation_rad = 0;
+};
+
+// From one point to another, looking at `target`.
+struct LinePath {
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();
+};
+
+struct ExplicitPath {
+  std::vector<Pose> camera_from_world;
+};
+
+using CameraPath = std::variant<RingPath, DomePath, LinePath, ExplicitPath>;
+
+// How far the seed moves each view off the path: uniform, each at most this.
+struct PathJitter {
+  double position_m = 0;  // eye, each coordinate
+  double target_m = 0;    // point looked at, each coordinate
+  double roll_rad = 0;    // about the optical axis
+};
+
+// How light becomes grey levels: value = exposure * level * white, plus Gaussian noise, clipped.
+struct Sensor {
+  double exposure = 1;
+  double blur_px = 0;       // standard deviation of a Gaussian, before the sampling by pixels
+  double noise_levels = 0;  // standard deviation, in levels of an 8-bit picture
+};
+
+struct Scene {
+  Camera camera;
+  std::string model;  // the smallest model of the ladder that holds the camera
+  std::vector<PlacedBoard> boards;
+  std::vector<Occluder> occluders;
+  CameraPath path;
+  PathJitter jitter;
+  int num_views = 1;
+  Sensor sensor;
+  double background_level = 0.5;  // grey levels as shares of full white
+  double paper_level = 0.9;
+  double ink_level = 0.1;
+  double paper_margin_m = 0.02;  // white paper around the tags
+};
+
+// The poses of all views, camera_from_world. Equal seeds give equal poses.
+std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed);
+
+// The name of the image of view i: "000.png", "001.png", ...
+std::string image_name(int view);
+
+}  // namespace tagcal
