@@ -13,8 +13,8 @@
 namespace tagcal {
 
 struct CalibrateOptions {
-  std::string model;        // a name of the ladder; "" or "auto" chooses by BIC
-  double sigma_px = 0;      // noise per coordinate; 0: estimated from the residuals
+  std::string model;    // a name of the ladder; "" or "auto" chooses by BIC
+  double sigma_px = 0;  // noise per coordinate; 0: estimated from the residuals
   bool reject_outliers = true;
   int max_iterations = 100;  // of each solve
 };
@@ -48,13 +48,13 @@ struct Calibration {
   // No value without an estimate (degenerate, no_consensus). With a status that is no answer, the
   // lens is where the solver stood, for diagnosis only.
   std::optional<Camera> camera;
-  Eigen::MatrixXd covariance;   // of the model's free parameters, in their order; empty if singular
-  std::vector<double> sigmas;   // standard deviation of each lens parameter; 0 for a held one
-  double rms_px = 0;            // sqrt(sum |r|^2 / corners), inliers
-  double sigma_px = 0;          // noise per coordinate that the covariance was computed with
+  Eigen::MatrixXd covariance;  // of the model's free parameters, in their order; empty if singular
+  std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
+  double rms_px = 0;           // sqrt(sum |r|^2 / corners), inliers
+  double sigma_px = 0;         // noise per coordinate that the covariance was computed with
   bool sigma_from_residuals = false;
   double bic = 0;
-  int num_corners = 0;          // inliers
+  int num_corners = 0;  // inliers
   int num_iterations = 0;
   std::vector<CalibratedView> views;  // those that take part
   std::vector<Outlier> outliers;
@@ -63,8 +63,8 @@ struct Calibration {
 };
 
 // Camera and all poses from the observations of one data set: closed-form start on consensus,
-// maximum likelihood by Ceres, corners beyond 5 sigma rejected and the rest solved again, covariance
-// from the exact inverse of the information. Throws Error for a model that is not known.
+// maximum likelihood by Ceres, corners beyond 5 sigma rejected and the rest solved again,
+// covariance from the exact inverse of the information. Throws Error for a model that is not known.
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options = {});
 
 }  // namespace tagcal

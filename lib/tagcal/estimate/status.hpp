@@ -16,8 +16,6 @@ enum class Status {
 };
 
 std::string_view status_name(Status status);  // as in the enum
-inline bool is_answer(Status status) {
-  return status == Status::ok || status == Status::ambiguous;
-}
+inline bool is_answer(Status status) { return status == Status::ok || status == Status::ambiguous; }
 
 }  // namespace tagcal

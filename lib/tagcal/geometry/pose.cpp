@@ -83,8 +83,8 @@ Pose exp_pose(const Vector6d& twist) {
 Vector6d log_pose(const Pose& pose) {
   const Eigen::Vector3d omega = log_rotation(pose.rotation());
   const Eigen::Matrix3d w = cross_matrix(omega);
-  const Eigen::Matrix3d v_inverse = Eigen::Matrix3d::Identity() - 0.5 * w +
-                                    inverse_jacobian_coefficient(omega.norm()) * w * w;
+  const Eigen::Matrix3d v_inverse =
+      Eigen::Matrix3d::Identity() - 0.5 * w + inverse_jacobian_coefficient(omega.norm()) * w * w;
   Vector6d twist;
   twist << omega, v_inverse * pose.translation();
   return twist;

@@ -61,7 +61,8 @@ Pose exp_pose(const Vector6d& twist);
 Vector6d log_pose(const Pose& pose);
 
 // The step that estimators take and that pose covariances refer to: (omega, tau), both in the
-// target frame, R <- exp(omega) R, t <- t + tau. `minus` is its inverse: retract(a, minus(b, a)) = b.
+// target frame, R <- exp(omega) R, t <- t + tau. `minus` is its inverse: retract(a, minus(b, a)) =
+// b.
 Pose retract(const Pose& pose, const Vector6d& step);
 Vector6d minus(const Pose& to, const Pose& from);
 

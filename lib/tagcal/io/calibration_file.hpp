@@ -16,8 +16,8 @@ struct CalibrationFile {
 };
 
 // YAML that cv::FileStorage reads, with OpenCV's keys (image_width, image_height, camera_matrix,
-// distortion_coefficients, avg_reprojection_error) and ours (model, status, sigmas, covariance, ...).
-// Precondition: calibration.camera has a value and is_answer(calibration.status).
+// distortion_coefficients, avg_reprojection_error) and ours (model, status, sigmas, covariance,
+// ...). Precondition: calibration.camera has a value and is_answer(calibration.status).
 std::string calibration_yaml(const Calibration& calibration);
 
 // Throws Error, naming file, key and value. Reads both `model: fisheye4` and OpenCV's own files.

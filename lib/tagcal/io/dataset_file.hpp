@@ -21,10 +21,10 @@ struct DatasetFolder {
 // observations were read) fewer than 12 corners in all.
 DatasetFolder read_dataset(const std::filesystem::path& folder);
 
-// Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views in the order
-// in which their images first stand in the file. Throws Error, naming file, line and column: a wrong
-// header, a wrong number of fields, a value that is no finite number, a corner that is not on the
-// boards, a corner given twice in an image, a covariance that is not positive definite.
+// Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views in the
+// order in which their images first stand in the file. Throws Error, naming file, line and column:
+// a wrong header, a wrong number of fields, a value that is no finite number, a corner that is not
+// on the boards, a corner given twice in an image, a covariance that is not positive definite.
 std::vector<View> read_observations(const std::filesystem::path& file,
                                     const std::vector<PlacedBoard>& boards);
 std::string observations_csv(const std::vector<View>& views);

@@ -8,7 +8,8 @@ namespace tagcal {
 
 // Reads a PNG, JPEG or PGM picture (told by its first bytes, not by its name) as 8-bit grey. Colour
 // becomes grey by Rec. 601 luma; 16-bit values are scaled so that the brightest stays in range.
-// Throws Error, naming the file: missing, empty, truncated, not a picture, more than 100 megapixels.
+// Throws Error, naming the file: missing, empty, truncated, not a picture, more than 100
+// megapixels.
 Image8 read_image(const std::filesystem::path& file);
 
 // The size of a picture from its header alone.

@@ -32,8 +32,9 @@ struct Tag {
   Pose board_from_tag;
 };
 
-// Kalibr's AprilGrid: tag ids row by row from below, first_id at the lower left. Board frame: origin
-// at the outer lower-left corner of that tag, x right, y up, z out of the board to the viewer.
+// Kalibr's AprilGrid: tag ids row by row from below, first_id at the lower left. Board frame:
+// origin at the outer lower-left corner of that tag, x right, y up, z out of the board to the
+// viewer.
 struct Grid {
   int columns = 0;
   int rows = 0;
@@ -45,7 +46,7 @@ struct Grid {
 // A calibration target: tags, or points that somebody measured.
 struct Board {
   std::string family = "tag36h11";
-  int border_bits = 2;         // width of the black border in cells: 2 as Kalibr prints, 1 plain tags
+  int border_bits = 2;  // width of the black border in cells: 2 as Kalibr prints, 1 plain tags
   bool corner_squares = true;  // Kalibr's black squares between the tags
   std::optional<Grid> grid;    // set where the tags are a grid
   std::vector<Tag> tags;

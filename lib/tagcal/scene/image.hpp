@@ -16,7 +16,8 @@ class Image {
   Image() = default;
   explicit Image(const ImageSize& size, T value = T())
       : size_(size),
-        pixels_(static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height), value) {}
+        pixels_(static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height),
+                value) {}
 
   const ImageSize& size() const { return size_; }
   int width() const { return size_.width; }

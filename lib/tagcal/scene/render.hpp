@@ -13,9 +13,9 @@ namespace tagcal {
 // The families whose tags a scene shows, by name.
 using TagFamilies = std::map<std::string, TagFamily>;
 
-// What the sensor would see, as levels in [0, 1] times the exposure, before noise: the share of each
-// pixel's square that every surface covers is its exact area (edges bent by the lens are followed
-// to 1e-4 px), and the blur is that of a continuous Gaussian before the pixels sample it.
+// What the sensor would see, as levels in [0, 1] times the exposure, before noise: the share of
+// each pixel's square that every surface covers is its exact area (edges bent by the lens are
+// followed to 1e-4 px), and the blur is that of a continuous Gaussian before the pixels sample it.
 // Throws Error where a family, or a tag's id in it, is not known.
 ImageF render_light(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world);
 

@@ -16,7 +16,8 @@ struct Occluder {
   double level = 0.3;
 };
 
-// Camera paths. `up` is +z of the world unless the view is along it. Each says where view i of n is.
+// Camera paths. `up` is +z of the world unless the view is along it. Each says where view i of n
+// is.
 
 // On a circle about `centre`, in a plane of constant z, looking at `target`.
 struct RingPath {

@@ -8,7 +8,8 @@ namespace tagcal {
 
 // The patterns of an AprilTag family, as plain data; tagcal/detect/families.hpp fills it from the
 // AprilTag library. Cells are counted from the upper-left cell of the whole printed tag, x right,
-// y down; total_width counts all cells, the white (or, for a reversed border, black) frame included.
+// y down; total_width counts all cells, the white (or, for a reversed border, black) frame
+// included.
 struct TagFamily {
   struct Cell {
     int x = 0;

@@ -13,7 +13,7 @@ struct ParameterError {
   std::string name;
   double estimate = 0;
   double truth = 0;
-  double sigma = 0;     // 0: held
+  double sigma = 0;      // 0: held
   double in_sigmas = 0;  // (estimate - truth) / sigma; 0 for a held parameter that is right
 };
 
@@ -27,12 +27,13 @@ struct Validation {
   int num_views = 0;           // with a pose
   std::vector<ParameterError> parameters;  // where the truth is known
   double bound_px = 0;                     // 1e-9 for the pinhole family, 1e-8 for fisheye
-  bool passed = false;                     // all differences within their bounds, and something compared
+  bool passed = false;  // all differences within their bounds, and something compared
   std::vector<std::string> warnings;
 };
 
-// Holds a camera (with the standard deviations of its parameters, or none) against OpenCV and, where
-// the data set knows it, against the truth.
-Validation validate(const Camera& camera, const std::vector<double>& sigmas, const Dataset& dataset);
+// Holds a camera (with the standard deviations of its parameters, or none) against OpenCV and,
+// where the data set knows it, against the truth.
+Validation validate(const Camera& camera, const std::vector<double>& sigmas,
+                    const Dataset& dataset);
 
 }  // namespace tagcal
