@@ -88,6 +88,20 @@ TEST(Pose, ExponentialIsTheLimitOfSmallSteps) {
   EXPECT_LT(distance_between_m(steps, exp_pose(twist)), 1e-12);
 }
 
+TEST(Rotation, LeftJacobianAgreesWithDifferences) {
+  Random random(4);
+  for (const double angle : {0.0, 1e-9, 1e-4, 0.05, 0.11, 1.0, 3.1}) {
+    const Vector3d v = random_vector(random, angle);
+    const Matrix3d j = left_jacobian(v);
+    for (int k = 0; k < 3; ++k) {
+      const double h = 1e-6;
+      const Vector3d difference = log_rotation(exp_rotation(v + h * Vector3d::Unit(k)) *
+                                               exp_rotation(v - h * Vector3d::Unit(k)).conjugate());
+      EXPECT_LT((difference / (2 * h) - j.col(k)).norm(), 1e-9) << angle;
+    }
+  }
+}
+
 TEST(Pose, RetractAndMinusAreInverse) {
   const Pose a(exp_rotation({0.1, 2.0, 0.3}), {1, 2, 3});
   const Pose b(exp_rotation({-1.0, 0.5, 0.2}), {-4, 0, 2});

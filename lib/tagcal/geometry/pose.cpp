@@ -6,12 +6,6 @@
 namespace tagcal {
 namespace {
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 // Below this angle the Taylor series are exact to the last digit and the quotients are not.
 constexpr double kSmallAngle = 1e-3;
 
@@ -71,13 +65,22 @@ Eigen::Vector3d log_rotation(const Eigen::Quaterniond& q) {
   return 2 * std::atan2(sine, w) / sine * axis_sine;
 }
 
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& v) {
+  const Eigen::Matrix3d w = cross_matrix(v);
+  const double angle = v.norm();
+  return Eigen::Matrix3d::Identity() + one_minus_cos_over_square(angle) * w +
+         a_minus_sin_over_cube(angle) * w * w;
+}
+
 Pose exp_pose(const Vector6d& twist) {
   const Eigen::Vector3d omega = twist.head<3>();
-  const Eigen::Matrix3d w = cross_matrix(omega);
-  const double angle = omega.norm();
-  const Eigen::Matrix3d v = Eigen::Matrix3d::Identity() + one_minus_cos_over_square(angle) * w +
-                            a_minus_sin_over_cube(angle) * w * w;
-  return {exp_rotation(omega), v * twist.tail<3>()};
+  return {exp_rotation(omega), left_jacobian(omega) * twist.tail<3>()};
 }
 
 Vector6d log_pose(const Pose& pose) {

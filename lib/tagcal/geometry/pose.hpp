@@ -54,6 +54,13 @@ Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& v);
 // of the two signs of the axis is right; the one whose quaternion has w >= 0 is given.
 Eigen::Vector3d log_rotation(const Eigen::Quaterniond& q);
 
+// J with exp_rotation(v + d) = exp_rotation(J d) exp_rotation(v) to first order in d (Barfoot,
+// State Estimation for Robotics, eq. 7.77b). Singular only at |v| = 2 pi.
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& v);
+
+// The matrix of v x.
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
+
 // Exponential and logarithm of SE(3); the twist is (omega, v): rotation first, as in every 6-vector
 // of this library. exp_pose(twist).translation() = V(omega) v (Barfoot, State Estimation for
 // Robotics, eq. 7.86).

@@ -1,0 +1,184 @@
+#include "tagcal/estimate/closed_form.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace tagcal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// A linear map that turns the mean direction into the z axis and stretches x and y so that the rays
+// spread over about a unit: Hartley's normalisation, for directions.
+Matrix3d normalising_map(std::span<const Vector3d> rays) {
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& ray : rays) mean += ray.normalized();
+  if (mean.norm() < 1e-6) return Matrix3d::Identity();
+  const Matrix3d turn =
+      Eigen::Quaterniond::FromTwoVectors(mean, Vector3d::UnitZ()).toRotationMatrix();
+  double square = 0;
+  for (const Vector3d& ray : rays) square += (turn * ray.normalized()).head<2>().squaredNorm();
+  const double stretch = std::sqrt(2 * static_cast<double>(rays.size()) / square);
+  if (!std::isfinite(stretch)) return turn;
+  return Vector3d(stretch, stretch, 1).asDiagonal() * turn;
+}
+
+// Two directions that span the plane across v.
+Eigen::Matrix<double, 3, 2> across(const Vector3d& v) {
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = v.unitOrthogonal();
+  basis.col(1) = v.normalized().cross(basis.col(0));
+  return basis;
+}
+
+// M (3 x columns of x) with ray_i ~ M x_i: the null vector of the rows b kron x_i, b across ray_i.
+// No value where the null space has more than one dimension.
+std::optional<MatrixXd> direct_linear_transformation(const MatrixXd& x,
+                                                     std::span<const Vector3d> rays) {
+  const Eigen::Index n = x.cols(), d = x.rows();
+  MatrixXd rows(std::max<Eigen::Index>(2 * n, 3 * d), 3 * d);
+  rows.setZero();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto basis = across(rays[static_cast<std::size_t>(i)]);
+    for (Eigen::Index k = 0; k < 2; ++k)
+      for (Eigen::Index r = 0; r < 3; ++r)
+        rows.row(2 * i + k).segment(r * d, d) = basis(r, k) * x.col(i).transpose();
+  }
+  const MatrixXd triangle =
+      MatrixXd(rows.householderQr().matrixQR().topRows(3 * d)).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<MatrixXd> svd(triangle, Eigen::ComputeFullV);
+  const VectorXd& singular = svd.singularValues();
+  if (!(singular(3 * d - 2) > 1e-10 * singular(0))) return std::nullopt;
+  const VectorXd null = svd.matrixV().col(3 * d - 1);
+  return MatrixXd(Eigen::Map<const MatrixXd>(null.data(), d, 3).transpose());
+}
+
+std::vector<Vector3d> mapped(const Matrix3d& map, std::span<const Vector3d> rays) {
+  std::vector<Vector3d> result;
+  for (const Vector3d& ray : rays) result.push_back((map * ray).normalized());
+  return result;
+}
+
+}  // namespace
+
+PointSpread spread_of(std::span<const Vector3d> points) {
+  PointSpread spread;
+  if (points.empty()) return spread;
+  const auto n = static_cast<double>(points.size());
+  Vector3d centre = Vector3d::Zero();
+  for (const Vector3d& p : points) centre += p / n;
+  MatrixXd offsets(3, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    offsets.col(static_cast<Eigen::Index>(i)) = points[i] - centre;
+  const Eigen::JacobiSVD<MatrixXd> svd(offsets, Eigen::ComputeFullU);
+  Vector3d extent = Vector3d::Zero();
+  extent.head(svd.singularValues().size()) = svd.singularValues() / std::sqrt(n);
+  spread.size = extent(0);
+  // The size against the magnitude of the coordinates: what rounding leaves of equal points.
+  if (!(extent(0) > 1e-12 * centre.norm()) || extent(0) == 0) return spread;
+  Matrix3d axes = svd.matrixU();
+  if (axes.determinant() < 0) axes.col(2) *= -1;
+  const Eigen::Quaterniond plane_from_target(Matrix3d(axes.transpose()));
+  spread.plane_from_target = Pose(plane_from_target, -(plane_from_target * centre));
+  spread.thickness = extent(2) / extent(0);
+  if (extent(1) < 1e-3 * extent(0))
+    spread.shape = PointShape::line;
+  else
+    spread.shape = spread.thickness < 0.05 ? PointShape::plane : PointShape::space;
+  return spread;
+}
+
+std::optional<Matrix3d> homography(std::span<const Vector2d> points,
+                                   std::span<const Vector3d> rays) {
+  assert(points.size() == rays.size());
+  if (points.size() < 4) return std::nullopt;
+  const auto n = static_cast<double>(points.size());
+  Vector2d centre = Vector2d::Zero();
+  for (const Vector2d& p : points) centre += p / n;
+  double square = 0;
+  for (const Vector2d& p : points) square += (p - centre).squaredNorm();
+  const double scale = std::sqrt(2 * n / square);
+  if (!std::isfinite(scale)) return std::nullopt;
+  Matrix3d normalise;
+  normalise << scale, 0, -scale * centre.x(), 0, scale, -scale * centre.y(), 0, 0, 1;
+  MatrixXd x(3, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    x.col(static_cast<Eigen::Index>(i)) = normalise * points[i].homogeneous();
+  const Matrix3d map = normalising_map(rays);
+  const auto h = direct_linear_transformation(x, mapped(map, rays));
+  if (!h) return std::nullopt;
+  Matrix3d result = map.inverse() * *h * normalise;
+  double front = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    front += (result * points[i].homogeneous()).normalized().dot(rays[i].normalized());
+  if (front < 0) result = -result;
+  return result / result.norm();
+}
+
+Pose pose_from_homography(const Matrix3d& camera_from_plane) {
+  const Vector3d h1 = camera_from_plane.col(0), h2 = camera_from_plane.col(1);
+  const double scale = 2 / (h1.norm() + h2.norm());
+  Matrix3d m;
+  m << h1 * scale, h2 * scale, h1.cross(h2) * (scale * scale);
+  return {nearest_rotation(m), scale * camera_from_plane.col(2)};
+}
+
+std::optional<double> focal_ratio_from_homographies(std::span<const Matrix3d> homographies) {
+  // With w = 1 / ratio^2: w a + b = 0 for each of the two constraints of each view.
+  double aa = 0, ab = 0;
+  for (const Matrix3d& h : homographies) {
+    const Matrix3d g = h / std::sqrt(h.col(0).norm() * h.col(1).norm());
+    const double a1 = g(0, 0) * g(0, 1) + g(1, 0) * g(1, 1), b1 = g(2, 0) * g(2, 1);
+    const double a2 = g.col(0).head<2>().squaredNorm() - g.col(1).head<2>().squaredNorm();
+    const double b2 = g(2, 0) * g(2, 0) - g(2, 1) * g(2, 1);
+    aa += a1 * a1 + a2 * a2;
+    ab += a1 * b1 + a2 * b2;
+  }
+  const double w = -ab / aa;
+  if (!(w > 1e-8 && w < 1e8)) return std::nullopt;
+  return 1 / std::sqrt(w);
+}
+
+std::optional<Pose> pose_from_points_dlt(std::span<const Vector3d> points,
+                                         std::span<const Vector3d> rays) {
+  assert(points.size() == rays.size());
+  if (points.size() < 6) return std::nullopt;
+  const PointSpread spread = spread_of(points);
+  if (spread.shape == PointShape::point) return std::nullopt;
+  MatrixXd x(4, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    x.col(static_cast<Eigen::Index>(i)) =
+        (spread.plane_from_target * points[i] / spread.size).homogeneous();
+  const Matrix3d map = normalising_map(rays);
+  const auto m = direct_linear_transformation(x, mapped(map, rays));
+  if (!m) return std::nullopt;
+  Eigen::Matrix<double, 3, 4> p = map.inverse() * *m;
+  const double determinant = p.leftCols<3>().determinant();
+  if (determinant == 0) return std::nullopt;
+  p /= std::cbrt(determinant);  // makes the left part a rotation, its sign included
+  const Pose camera_from_plane(nearest_rotation(p.leftCols<3>()), spread.size * p.col(3));
+  return camera_from_plane * spread.plane_from_target;
+}
+
+std::optional<Pose> pose_closed_form(std::span<const Vector3d> points,
+                                     std::span<const Vector3d> rays) {
+  const PointSpread spread = spread_of(points);
+  if (spread.shape == PointShape::space) return pose_from_points_dlt(points, rays);
+  if (spread.shape != PointShape::plane) return std::nullopt;
+  std::vector<Vector2d> plane;
+  for (const Vector3d& p : points) plane.push_back((spread.plane_from_target * p).head<2>());
+  const std::optional<Matrix3d> h = homography(plane, rays);
+  if (!h) return std::nullopt;
+  return pose_from_homography(*h) * spread.plane_from_target;
+}
+
+}  // namespace tagcal

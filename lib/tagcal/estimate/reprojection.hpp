@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "tagcal/camera/model.hpp"
+#include "tagcal/estimate/pose.hpp"
+
+namespace tagcal {
+
+// One view as the solvers see it: correspondences, and where corners have a known covariance C, the
+// matrices W with W^T W = C^-1 that whiten their residuals (none: the identity).
+struct ViewProblem {
+  std::vector<Correspondence> correspondences;
+  std::vector<Matrix2> whitening;  // empty, or one per correspondence
+};
+
+// W with W^T W = covariance^-1. The covariance must be positive definite.
+Matrix2 whitening_of(const Matrix2& covariance_px2);
+
+// The pose that a solver varies, relative to where it began: omega (rad) and tau in units of a
+// length, so that the answer does not depend on the unit of the target. With the reference at the
+// solution the step is zero and the Jacobians are those of `retract`, tau / length.
+struct PoseStep {
+  Pose reference;
+  double length = 1;
+
+  Pose at(const Vector6d& step) const;
+};
+
+// Residuals (2n: projected - observed, whitened) of a view at a step from its reference, with
+// Jacobians by the step (2n x 6) and by the model's free parameters (2n x k); Jacobians may be
+// null. False where a point is outside the lens' domain: there is no residual then.
+using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
+using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+struct ReprojectionOutput {
+  Eigen::Map<Eigen::VectorXd> residuals;
+  Eigen::Map<RowMajor6>* by_step = nullptr;
+  Eigen::Map<RowMajorX>* by_parameters = nullptr;
+};
+bool reprojection(const ViewProblem& view, const Lens& lens, std::span<const FreeParameter> free,
+                  const PoseStep& pose, const Vector6d& step, ReprojectionOutput& output);
+
+// The plain residuals in pixels, not whitened; NaN for points outside of the domain.
+std::vector<Eigen::Vector2d> residuals_px(std::span<const Correspondence> correspondences,
+                                          const Lens& lens, const Pose& camera_from_target);
+
+}  // namespace tagcal

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "tagcal/estimate/refine.hpp"
+
+namespace tagcal {
+
+// The covariance of a solved bundle for noise of one standard deviation sigma per (whitened)
+// coordinate, from the exact inverse of the information: no pseudo-inverse, no prior.
+struct BundleCovariance {
+  Eigen::MatrixXd parameters;  // of the free parameters (k x k)
+  std::vector<Matrix6> poses;  // of each pose, (omega, tau): `retract`
+};
+
+// With A (by pose) and B (by parameters) per view, the information of the parameters is
+// S = sum(B'B - B'A (A'A)^-1 A'B), and a pose adds its own to what the parameters leave open
+// (Triggs et al. 2000, section 6.1). No value where S, scaled to a unit diagonal, has no inverse.
+std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
+
+// The covariance of one pose for a known lens; no value where it is not determined.
+std::optional<Matrix6> pose_covariance(const ViewProblem& view, const Lens& lens,
+                                       const Pose& camera_from_target, double sigma);
+
+// How far the projection of infinitely far points is uncertain, in pixels, with the part that a
+// turned camera explains taken out: RMS over the pixels at which the corners were seen (per
+// coordinate). This, not any single parameter's deviation, says whether the intrinsics are known.
+double projection_sigma_at_infinity_px(const Bundle& bundle, const Eigen::MatrixXd& covariance);
+
+}  // namespace tagcal
