@@ -97,31 +97,35 @@ PointSpread spread_of(std::span<const Vector3d> points) {
   return spread;
 }
 
+std::optional<MatrixXd> projective_map(const MatrixXd& x, std::span<const Vector3d> rays) {
+  const Eigen::Index d = x.rows(), n = x.cols();
+  assert(n == static_cast<Eigen::Index>(rays.size()));
+  if (2 * n < 3 * d - 1) return std::nullopt;
+  const VectorXd centre = x.topRows(d - 1).rowwise().mean();
+  const double square = (x.topRows(d - 1).colwise() - centre).squaredNorm();
+  const double scale = std::sqrt(static_cast<double>((d - 1) * n) / square);
+  if (!std::isfinite(scale)) return std::nullopt;
+  MatrixXd normalise = MatrixXd::Identity(d, d);
+  normalise.topLeftCorner(d - 1, d - 1) *= scale;
+  normalise.topRightCorner(d - 1, 1) = -scale * centre;
+  const Matrix3d map = normalising_map(rays);
+  const auto m = direct_linear_transformation(normalise * x, mapped(map, rays));
+  if (!m) return std::nullopt;
+  const MatrixXd result = map.inverse() * *m * normalise;
+  double front = 0;
+  for (Eigen::Index i = 0; i < n; ++i)
+    front += (result * x.col(i)).normalized().dot(rays[static_cast<std::size_t>(i)].normalized());
+  return MatrixXd(result / (front < 0 ? -result.norm() : result.norm()));
+}
+
 std::optional<Matrix3d> homography(std::span<const Vector2d> points,
                                    std::span<const Vector3d> rays) {
-  assert(points.size() == rays.size());
-  if (points.size() < 4) return std::nullopt;
-  const auto n = static_cast<double>(points.size());
-  Vector2d centre = Vector2d::Zero();
-  for (const Vector2d& p : points) centre += p / n;
-  double square = 0;
-  for (const Vector2d& p : points) square += (p - centre).squaredNorm();
-  const double scale = std::sqrt(2 * n / square);
-  if (!std::isfinite(scale)) return std::nullopt;
-  Matrix3d normalise;
-  normalise << scale, 0, -scale * centre.x(), 0, scale, -scale * centre.y(), 0, 0, 1;
   MatrixXd x(3, points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    x.col(static_cast<Eigen::Index>(i)) = normalise * points[i].homogeneous();
-  const Matrix3d map = normalising_map(rays);
-  const auto h = direct_linear_transformation(x, mapped(map, rays));
-  if (!h) return std::nullopt;
-  Matrix3d result = map.inverse() * *h * normalise;
-  double front = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    front += (result * points[i].homogeneous()).normalized().dot(rays[i].normalized());
-  if (front < 0) result = -result;
-  return result / result.norm();
+    x.col(static_cast<Eigen::Index>(i)) = points[i].homogeneous();
+  const std::optional<MatrixXd> m = projective_map(x, rays);
+  if (!m) return std::nullopt;
+  return Matrix3d(*m);
 }
 
 Pose pose_from_homography(const Matrix3d& camera_from_plane) {
@@ -150,18 +154,15 @@ std::optional<double> focal_ratio_from_homographies(std::span<const Matrix3d> ho
 
 std::optional<Pose> pose_from_points_dlt(std::span<const Vector3d> points,
                                          std::span<const Vector3d> rays) {
-  assert(points.size() == rays.size());
-  if (points.size() < 6) return std::nullopt;
   const PointSpread spread = spread_of(points);
   if (spread.shape == PointShape::point) return std::nullopt;
   MatrixXd x(4, points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     x.col(static_cast<Eigen::Index>(i)) =
         (spread.plane_from_target * points[i] / spread.size).homogeneous();
-  const Matrix3d map = normalising_map(rays);
-  const auto m = direct_linear_transformation(x, mapped(map, rays));
+  const std::optional<MatrixXd> m = projective_map(x, rays);
   if (!m) return std::nullopt;
-  Eigen::Matrix<double, 3, 4> p = map.inverse() * *m;
+  Eigen::Matrix<double, 3, 4> p = *m;
   const double determinant = p.leftCols<3>().determinant();
   if (determinant == 0) return std::nullopt;
   p /= std::cbrt(determinant);  // makes the left part a rotation, its sign included

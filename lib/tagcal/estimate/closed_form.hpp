@@ -28,6 +28,13 @@ struct PointSpread {
 // thickness counts as a plane, as a start for a solver that then uses the true points.
 PointSpread spread_of(std::span<const Eigen::Vector3d> points);
 
+// M (3 x d) with ray_i ~ M x_i for homogeneous points, the columns of x (d x n, last row 1), by the
+// normalised direct linear transformation (Hartley & Zisserman 2004, section 4.1), the sign such
+// that the points lie in front. Needs d = 3: four, d = 4: six points; no value where they do not
+// fix M.
+std::optional<Eigen::MatrixXd> projective_map(const Eigen::MatrixXd& x,
+                                              std::span<const Eigen::Vector3d> rays);
+
 // Plane to rays: H with ray_i ~ H (X_i, Y_i, 1), by the normalised direct linear transformation
 // (Hartley & Zisserman 2004, algorithm 4.2), the sign such that the points lie in front. Needs four
 // points or more, no three of four on a line; no value where they do not fix H.

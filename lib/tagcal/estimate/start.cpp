@@ -1,0 +1,172 @@
+#include "tagcal/estimate/start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/estimate/closed_form.hpp"
+#include "tagcal/estimate/robust.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kMaxSearchViews = 8;  // that the focal length is searched on
+
+// The model's lens without distortion, the principal point at the image centre.
+Lens plain_lens(const Model& model, const ImageSize& size, double focal) {
+  const Vector2d c = image_centre(size);
+  if (model.lens_type() == LensType::fisheye) return Fisheye({focal, focal, c.x(), c.y()});
+  return pinhole(focal, focal, c.x(), c.y());
+}
+
+// The seed of a view as points and rays, and which of them agree.
+struct SeedView {
+  std::size_t index = 0;  // of the view
+  ViewProblem problem;    // of the correspondences that agree
+  std::vector<Vector3d> points;
+};
+
+std::vector<Vector3d> rays_of(const std::vector<Correspondence>& correspondences,
+                              const Lens& lens) {
+  std::vector<Vector3d> rays;
+  for (const Correspondence& c : correspondences) {
+    const std::optional<Ray> ray = ray_in_camera(lens, c.pixel);
+    // A pixel beyond a fisheye's last angle is wrong for this focal length; any direction says so.
+    rays.push_back(ray ? ray->direction : Vector3d(0, 0, -1));
+  }
+  return rays;
+}
+
+MatrixXd homogeneous_points(const std::vector<Vector3d>& points) {
+  const PointSpread spread = spread_of(points);
+  const Eigen::Index d = spread.shape == PointShape::space ? 4 : 3;
+  MatrixXd x(d, static_cast<Eigen::Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3d p = spread.plane_from_target * points[i];
+    x.col(static_cast<Eigen::Index>(i)).head(d - 1) = p.head(d - 1);
+  }
+  x.row(d - 1).setOnes();
+  return x;
+}
+
+std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index, const Lens& lens,
+                                  std::vector<std::uint8_t>& inlier) {
+  std::vector<Correspondence> all;
+  std::vector<Vector3d> points;
+  for (const std::size_t i : view.seed) {
+    all.push_back(view.problem.correspondences[i]);
+    points.push_back(all.back().point);
+  }
+  inlier.assign(view.problem.correspondences.size(), 0);
+  const auto shape = spread_of(points).shape;
+  if (shape == PointShape::point || shape == PointShape::line) return std::nullopt;
+  const auto consensus = find_consensus(homogeneous_points(points), rays_of(all, lens));
+  if (!consensus) return std::nullopt;
+  SeedView seed;
+  seed.index = index;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!consensus->inlier[i]) continue;
+    inlier[view.seed[i]] = 1;
+    seed.problem.correspondences.push_back(all[i]);
+    seed.points.push_back(all[i].point);
+  }
+  return seed;
+}
+
+std::optional<RefinedPose> seed_pose(const SeedView& seed, const Lens& lens, int iterations) {
+  const auto rays = rays_of(seed.problem.correspondences, lens);
+  const std::optional<Pose> pose = pose_closed_form(seed.points, rays);
+  if (!pose) return std::nullopt;
+  return refine_pose(seed.problem, lens, *pose, iterations);
+}
+
+// The sum over views of the root of the mean squared residual; a view without a pose counts as the
+// worst that could be.
+double misfit_px(const std::vector<SeedView>& seeds, const Lens& lens, double worst) {
+  double sum = 0;
+  for (const SeedView& seed : seeds) {
+    const std::optional<RefinedPose> pose = seed_pose(seed, lens, 6);
+    const double n = static_cast<double>(seed.points.size());
+    sum += pose ? std::min(worst, std::sqrt(pose->cost / n)) : worst;
+  }
+  return sum;
+}
+
+// Zhang's closed form on the planar views, from rays of a lens of focal length `focal`.
+std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, const Lens& lens,
+                                        double focal) {
+  std::vector<Matrix3d> homographies;
+  for (const SeedView& seed : seeds) {
+    const MatrixXd x = homogeneous_points(seed.points);
+    if (x.rows() != 3) continue;
+    const auto h = projective_map(x, rays_of(seed.problem.correspondences, lens));
+    if (h) homographies.emplace_back(*h);
+  }
+  const std::optional<double> ratio = focal_ratio_from_homographies(homographies);
+  if (!ratio) return std::nullopt;
+  return focal * *ratio;
+}
+
+double search_focal(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
+                    double nominal) {
+  const bool fisheye = model.lens_type() == LensType::fisheye;
+  const double extent = std::max(size.width, size.height);
+  std::vector<double> candidates;
+  for (double f = 0.15 * extent; f < (fisheye ? 3 : 15) * extent; f *= 1.3) candidates.push_back(f);
+  if (!fisheye) {
+    const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
+    if (f && *f > 0.05 * extent && *f < 1000 * extent) candidates.push_back(*f);
+  }
+  double best = nominal;
+  double best_misfit = std::numeric_limits<double>::infinity();
+  for (const double f : candidates) {
+    const double misfit = misfit_px(seeds, plain_lens(model, size, f), extent);
+    if (misfit < best_misfit) std::tie(best, best_misfit) = std::pair(f, misfit);
+  }
+  return best;
+}
+
+std::vector<SeedView> largest(std::vector<SeedView> seeds) {
+  std::stable_sort(seeds.begin(), seeds.end(), [](const SeedView& a, const SeedView& b) {
+    return a.points.size() > b.points.size();
+  });
+  if (seeds.size() > kMaxSearchViews) seeds.resize(kMaxSearchViews);
+  return seeds;
+}
+
+}  // namespace
+
+std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
+                                           const std::vector<CalibrationView>& views) {
+  const bool fisheye = model.lens_type() == LensType::fisheye;
+  const double nominal = std::max(size.width, size.height) * (fisheye ? 0.4 : 1.0);
+  const Lens nominal_lens = plain_lens(model, size, nominal);
+  CalibrationStart start;
+  start.camera_from_world.resize(views.size());
+  start.inlier.resize(views.size());
+  std::vector<SeedView> seeds;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    auto seed = find_seed(views[i], i, nominal_lens, start.inlier[i]);
+    if (seed) seeds.push_back(std::move(*seed));
+  }
+  if (seeds.empty()) return std::nullopt;
+  const double focal = search_focal(model, size, largest(seeds), nominal);
+  const Lens lens = plain_lens(model, size, focal);
+  bool any = false;
+  for (const SeedView& seed : seeds) {
+    const std::optional<RefinedPose> pose = seed_pose(seed, lens, 20);
+    if (!pose) continue;
+    start.camera_from_world[seed.index] = pose->camera_from_target;
+    any = true;
+  }
+  if (!any) return std::nullopt;
+  start.free_values = model.free_values(lens);
+  return start;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/refine.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal {
+
+// One view of a data set, ready for the solvers.
+struct CalibrationView {
+  std::string image;
+  std::vector<CornerId> ids;      // per correspondence
+  ViewProblem problem;            // points in world coordinates
+  std::vector<std::size_t> seed;  // the correspondences of the board that has most of them here
+};
+
+// Where the solver starts: free parameters, and per view a pose (none where no consensus was found)
+// and the correspondences that agree with it.
+struct CalibrationStart {
+  std::vector<double> free_values;
+  std::vector<std::optional<Pose>> camera_from_world;
+  std::vector<std::vector<std::uint8_t>> inlier;
+};
+
+// Closed form on consensus: which corners of each view agree on one projective map, then the focal
+// length, of Zhang's closed form and a ladder of others, whose closed-form poses fit best. No value
+// where no view has a consensus.
+std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
+                                           const std::vector<CalibrationView>& views);
+
+}  // namespace tagcal
