@@ -1,0 +1,273 @@
+#include "tagcal/estimate/fit.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "tagcal/estimate/closed_form.hpp"
+
+namespace tagcal {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kRejectSigmas = 5;
+constexpr double kSmallestSigmaPx = 0.01;  // below it, digits in a file decide, not noise
+constexpr int kMaxRounds = 15;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Each corner's place in the world and the board that it is on.
+struct WorldPoint {
+  Vector3d position;
+  std::size_t board;
+};
+
+std::map<CornerId, WorldPoint> world_points(const std::vector<PlacedBoard>& boards) {
+  std::map<CornerId, WorldPoint> points;
+  for (std::size_t b = 0; b < boards.size(); ++b)
+    for (const TargetPoint& p : target_points(boards[b].board))
+      points[p.id] = {boards[b].world_from_board * p.position, b};
+  return points;
+}
+
+bool all_have_covariances(const std::vector<View>& views) {
+  for (const View& view : views)
+    for (const Observation& o : view.observations)
+      if (!o.covariance_px2) return false;
+  return true;
+}
+
+CalibrationView calibration_view(const View& view, const std::map<CornerId, WorldPoint>& points,
+                                 bool whitened) {
+  CalibrationView result;
+  result.image = view.image;
+  std::map<std::size_t, std::vector<std::size_t>> by_board;
+  for (const Observation& o : view.observations) {
+    const auto point = points.find(o.id);
+    if (point == points.end()) continue;
+    by_board[point->second.board].push_back(result.ids.size());
+    result.ids.push_back(o.id);
+    result.problem.correspondences.push_back({point->second.position, o.pixel});
+    if (whitened) result.problem.whitening.push_back(whitening_of(*o.covariance_px2));
+  }
+  for (const auto& [board, indices] : by_board)
+    if (indices.size() > result.seed.size()) result.seed = indices;
+  return result;
+}
+
+bool fixes_a_pose(const CalibrationView& view) {
+  if (view.seed.size() < 4) return false;
+  std::vector<Vector3d> points;
+  for (const std::size_t i : view.seed) points.push_back(view.problem.correspondences[i].point);
+  const PointShape shape = spread_of(points).shape;
+  return shape == PointShape::plane || shape == PointShape::space;
+}
+
+bool same_corners(const CalibrationView& a, const CalibrationView& b) {
+  return a.ids == b.ids &&
+         std::equal(
+             a.problem.correspondences.begin(), a.problem.correspondences.end(),
+             b.problem.correspondences.begin(),
+             [](const Correspondence& x, const Correspondence& y) { return x.pixel == y.pixel; });
+}
+
+// Which corners take part, and the pose of each view (none: the view takes no part).
+struct Selection {
+  std::vector<std::optional<Pose>> pose;
+  std::vector<std::vector<std::uint8_t>> inlier;
+};
+
+// The bundle of the selected corners; `views` says where its views are in the input.
+Bundle select(const Bundle& base, const CalibrationInput& input, const Selection& selection,
+              std::vector<std::size_t>& views) {
+  Bundle bundle{base.model, base.image_size, base.free_values, {}, {}};
+  views.clear();
+  for (std::size_t v = 0; v < input.views.size(); ++v) {
+    const ViewProblem& all = input.views[v].problem;
+    const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
+    if (!selection.pose[v] || count < 4) continue;
+    ViewProblem some;
+    for (std::size_t i = 0; i < all.correspondences.size(); ++i) {
+      if (!selection.inlier[v][i]) continue;
+      some.correspondences.push_back(all.correspondences[i]);
+      if (!all.whitening.empty()) some.whitening.push_back(all.whitening[i]);
+    }
+    bundle.views.push_back(std::move(some));
+    bundle.camera_from_target.push_back(*selection.pose[v]);
+    views.push_back(v);
+  }
+  return bundle;
+}
+
+// Squared whitened residuals of every corner under a lens and the selection's poses.
+std::vector<std::vector<double>> all_squares(const Lens& lens, const CalibrationInput& input,
+                                             const Selection& selection) {
+  std::vector<std::vector<double>> squares(input.views.size());
+  for (std::size_t v = 0; v < input.views.size(); ++v) {
+    const ViewProblem& view = input.views[v].problem;
+    squares[v].assign(view.correspondences.size(), kInfinity);
+    if (!selection.pose[v]) continue;
+    const auto residuals = residuals_px(view.correspondences, lens, *selection.pose[v]);
+    for (std::size_t i = 0; i < residuals.size(); ++i) {
+      const Vector2d r =
+          view.whitening.empty() ? residuals[i] : Vector2d(view.whitening[i] * residuals[i]);
+      if (r.allFinite()) squares[v][i] = r.squaredNorm();
+    }
+  }
+  return squares;
+}
+
+// A robust standard deviation of the selected corners' coordinates.
+double robust_sigma(const std::vector<std::vector<double>>& squares, const Selection& selection) {
+  std::vector<double> chosen;
+  for (std::size_t v = 0; v < squares.size(); ++v)
+    for (std::size_t i = 0; i < squares[v].size(); ++i)
+      if (selection.inlier[v][i] && std::isfinite(squares[v][i])) chosen.push_back(squares[v][i]);
+  if (chosen.empty()) return kInfinity;
+  const auto middle = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() / 2);
+  std::nth_element(chosen.begin(), middle, chosen.end());
+  return std::sqrt(*middle / (2 * std::log(2.0)));  // the median of a Rayleigh distribution
+}
+
+// Corners within `bound` standard deviations; says whether any changed sides.
+bool reselect(const std::vector<std::vector<double>>& squares, double bound, Selection& selection) {
+  bool changed = false;
+  for (std::size_t v = 0; v < squares.size(); ++v) {
+    for (std::size_t i = 0; i < squares[v].size(); ++i) {
+      const std::uint8_t inlier = squares[v][i] <= bound * bound;
+      changed |= inlier != selection.inlier[v][i];
+      selection.inlier[v][i] = inlier;
+    }
+  }
+  return changed;
+}
+
+void drop_outside_domain(const Bundle& bundle, const CalibrationInput& input,
+                         Selection& selection) {
+  const auto squares = all_squares(bundle.lens(), input, selection);
+  for (std::size_t v = 0; v < squares.size(); ++v)
+    for (std::size_t i = 0; i < squares[v].size(); ++i)
+      if (!std::isfinite(squares[v][i])) selection.inlier[v][i] = 0;
+}
+
+void list_outliers(const CalibrationInput& input, const Selection& selection,
+                   const std::vector<std::vector<double>>& squares, CalibrationFit& fit) {
+  for (std::size_t v = 0; v < input.views.size(); ++v) {
+    const CalibrationView& view = input.views[v];
+    fit.num_corners += static_cast<int>(view.ids.size());
+    fit.squares.insert(fit.squares.end(), squares[v].begin(), squares[v].end());
+    const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
+    const bool taken = selection.pose[v] && count >= 4;
+    if (!taken) fit.warnings.push_back(view.image + ": left out, its corners do not agree");
+    std::vector<Vector2d> residuals;
+    if (selection.pose[v])
+      residuals = residuals_px(view.problem.correspondences, fit.bundle.lens(), *selection.pose[v]);
+    for (std::size_t i = 0; i < view.ids.size(); ++i)
+      if (!taken || !selection.inlier[v][i])
+        fit.outliers.push_back(
+            {view.image, view.ids[i],
+             residuals.empty() ? std::numeric_limits<double>::quiet_NaN() : residuals[i].norm()});
+  }
+}
+
+void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
+                Selection& selection) {
+  std::vector<std::size_t> used;
+  std::vector<std::vector<double>> squares;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    drop_outside_domain(fit.bundle, input, selection);
+    fit.bundle = select(fit.bundle, input, selection, used);
+    if (fit.bundle.views.empty()) break;
+    fit.summary = solve(fit.bundle, options.max_iterations);
+    fit.num_iterations += fit.summary.num_iterations;
+    for (std::size_t i = 0; i < used.size(); ++i)
+      selection.pose[used[i]] = fit.bundle.camera_from_target[i];
+    squares = all_squares(fit.bundle.lens(), input, selection);
+    if (!options.reject_outliers) break;
+    const double floor = input.whitened ? 1 : std::max(kSmallestSigmaPx, options.sigma_px);
+    const double sigma = std::max(floor, robust_sigma(squares, selection));
+    if (!reselect(squares, kRejectSigmas * sigma, selection)) break;
+  }
+  if (squares.empty()) squares = all_squares(fit.bundle.lens(), input, selection);
+  for (const std::size_t v : used) fit.images.push_back(input.views[v].image);
+  list_outliers(input, selection, squares, fit);
+}
+
+}  // namespace
+
+CalibrationInput calibration_input(const Dataset& dataset) {
+  CalibrationInput input;
+  input.image_size = dataset.image_size;
+  const auto points = world_points(dataset.boards);
+  input.whitened = all_have_covariances(dataset.views);
+  for (const View& view : dataset.views) {
+    CalibrationView prepared = calibration_view(view, points, input.whitened);
+    if (!fixes_a_pose(prepared)) {
+      input.warnings.push_back(view.image + ": left out, it has no four corners that fix a pose");
+      continue;
+    }
+    const auto twin = std::find_if(input.views.begin(), input.views.end(), [&](const auto& other) {
+      return same_corners(other, prepared);
+    });
+    if (twin != input.views.end()) {
+      input.warnings.push_back(view.image + ": left out, it repeats " + twin->image);
+      continue;
+    }
+    input.views.push_back(std::move(prepared));
+  }
+  return input;
+}
+
+int CalibrationFit::num_inliers() const {
+  int count = 0;
+  for (const ViewProblem& view : bundle.views)
+    count += static_cast<int>(view.correspondences.size());
+  return count;
+}
+
+std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
+                                        const CalibrateOptions& options) {
+  const auto begin = Clock::now();
+  const auto start = find_start(model, input.image_size, input.views);
+  if (!start) return std::nullopt;
+  CalibrationFit fit;
+  fit.bundle = Bundle{&model, input.image_size, start->free_values, {}, {}};
+  fit.whitened = input.whitened;
+  fit.warnings = input.warnings;
+  fit.start_seconds = seconds_since(begin);
+  Selection selection{start->camera_from_world, start->inlier};
+  if (!options.reject_outliers)
+    for (auto& view : selection.inlier) std::fill(view.begin(), view.end(), 1);
+  run_rounds(input, options, fit, selection);
+  if (fit.bundle.views.empty()) return std::nullopt;
+  fit.solve_seconds = seconds_since(begin) - fit.start_seconds;
+  return fit;
+}
+
+std::size_t lowest_bic(std::vector<CalibrationFit>& fits) {
+  double sigma_square = kInfinity;
+  for (const CalibrationFit& fit : fits)
+    if (2 * fit.num_inliers() >= fit.num_corners && fit.num_inliers() > 0)
+      sigma_square = std::min(sigma_square, fit.summary.cost / (2.0 * fit.num_inliers()));
+  if (!std::isfinite(sigma_square)) sigma_square = 1;
+  sigma_square = std::max(sigma_square, 1e-12);
+  std::size_t best = 0;
+  for (std::size_t f = 0; f < fits.size(); ++f) {
+    CalibrationFit& fit = fits[f];
+    const double bound = kRejectSigmas * kRejectSigmas;
+    fit.bic = fit.bundle.model->num_free() * std::log(2.0 * fit.num_corners);
+    for (const double square : fit.squares) fit.bic += std::min(square / sigma_square, bound);
+    if (fit.bic < fits[best].bic) best = f;
+  }
+  return best;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/start.hpp"
+
+namespace tagcal {
+
+// A data set as the solvers see it. Views that cannot fix a pose (fewer than four corners, or all
+// on a line) and repeats of a view are left out, and said in the warnings.
+struct CalibrationInput {
+  ImageSize image_size;
+  std::vector<CalibrationView> views;
+  bool whitened = false;  // every corner has its covariance, and residuals are whitened by it
+  std::vector<std::string> warnings;
+};
+CalibrationInput calibration_input(const Dataset& dataset);
+
+// One model, solved on the corners that agree with it.
+struct CalibrationFit {
+  Bundle bundle;                    // inliers only
+  std::vector<std::string> images;  // per view of the bundle
+  bool whitened = false;
+  BundleSummary summary;
+  int num_corners = 0;  // inliers and outliers
+  int num_iterations = 0;
+  std::vector<double> squares;  // of every corner's whitened residual, infinite where it has none
+  std::vector<Outlier> outliers;
+  std::vector<std::string> warnings;
+  double bic = 0;
+  double start_seconds = 0;
+  double solve_seconds = 0;
+
+  int num_inliers() const;
+};
+
+// Starts, solves, leaves out what is further than five standard deviations from the answer, takes
+// back what is nearer, and solves again until nothing moves. No value where no view has a
+// consensus.
+std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
+                                        const CalibrateOptions& options);
+
+// The fit with the lowest BIC on all corners, each counted up to the rejection bound (Torr, IJCV
+// 2002: the robust form), with the noise of the best fit. Sets `bic` of each. Precondition: not
+// empty.
+std::size_t lowest_bic(std::vector<CalibrationFit>& fits);
+
+}  // namespace tagcal
