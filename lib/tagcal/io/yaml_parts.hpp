@@ -39,8 +39,9 @@ struct CameraNumbers {
 // The camera, where `model` can hold it; `where` is named in errors.
 Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where);
 
-// The distortion coefficients in OpenCV's order: 5 or 8, fisheye 4.
-std::vector<double> distortion_of(const Lens& lens);
+// The distortion coefficients in OpenCV's order: 8 where there are so many or the model is opencv8,
+// else 5; fisheye 4.
+std::vector<double> distortion_of(const Lens& lens, std::string_view model);
 
 // A target (docs/formats.md), as read_target.
 Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
