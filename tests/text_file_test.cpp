@@ -1,45 +1,15 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <fstream>
 
-#include "tagcal/error.hpp"
-#include "tagcal/io/text_file.hpp"
+#include "file_fixture.hpp"
 
 namespace tagcal {
 namespace {
 
-namespace fs = std::filesystem;
-
-// A folder of its own for every test, removed at the end.
-class TextFile : public testing::Test {
- protected:
-  TextFile() {
-    std::string name = (fs::temp_directory_path() / "tagcal-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~TextFile() override { fs::remove_all(folder_); }
-
-  std::size_t num_files() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-
-  fs::path folder_;
-};
-
-template <typename F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
+class TextFile : public FileTest {};
 
 TEST_F(TextFile, GivesBackWhatWasWritten) {
   const fs::path file = folder_ / "a.txt";

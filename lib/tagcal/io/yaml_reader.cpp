@@ -101,7 +101,8 @@ std::optional<YamlValue> YamlValue::find(std::string_view key) const {
 
 YamlValue YamlValue::at(std::string_view key) const {
   if (auto value = find(key)) return *value;
-  fail_plainly(fmt::format("{}: the key is missing", key));
+  throw Error(
+      fmt::format("{}: {}{}{}: the key is missing", *file_, path_, path_.empty() ? "" : ".", key));
 }
 
 std::vector<std::string> YamlValue::unknown_keys(
