@@ -141,14 +141,15 @@ class ObservationReader {
   std::optional<Matrix2> covariance() const {
     // Not every corner needs to have one.
     if (fields_[5].empty() && fields_[6].empty() && fields_[7].empty()) return std::nullopt;
-    Matrix2 matrix;
-    matrix << number(5), number(6), number(6), number(7);
-    if (!(matrix(0, 0) > 0)) fail(5, "must be > 0");
-    if (!(matrix(1, 1) > 0)) fail(7, "must be > 0");
+    const double sxx = number(5), sxy = number(6), syy = number(7);
+    if (!(sxx > 0)) fail(5, "must be > 0");
+    if (!(syy > 0)) fail(7, "must be > 0");
     // Not by the determinant, which underflows.
-    if (!(std::abs(matrix(0, 1)) < std::sqrt(matrix(0, 0)) * std::sqrt(matrix(1, 1)))) {
+    if (!(std::abs(sxy) < std::sqrt(sxx) * std::sqrt(syy))) {
       fail(6, "the covariance must be positive definite");
     }
+    Matrix2 matrix;
+    matrix << sxx, sxy, sxy, syy;
     return matrix;
   }
 
