@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
 
 namespace tagcal {
 
@@ -19,9 +21,10 @@ class Pose {
  public:
   Pose() = default;  // identity
 
-  // The quaternion is normalised; it must not be zero.
+  // The quaternion is normalised; it must not be zero. One that is unit to rounding stays as it is,
+  // so that a pose written to a file and read back is the same to the last bit.
   Pose(const Eigen::Quaterniond& target_from_source, const Eigen::Vector3d& source_in_target)
-      : rotation_(target_from_source.normalized()), translation_(source_in_target) {}
+      : rotation_(unit(target_from_source)), translation_(source_in_target) {}
 
   Eigen::Quaterniond rotation() const { return rotation_; }
   Eigen::Matrix3d rotation_matrix() const { return rotation_.toRotationMatrix(); }
@@ -43,6 +46,12 @@ class Pose {
   }
 
  private:
+  static Eigen::Quaterniond unit(const Eigen::Quaterniond& q) {
+    // What is left after normalising is at most 3 epsilon (20 million random quaternions).
+    constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
+    return std::abs(q.squaredNorm() - 1) <= kRounding ? q : q.normalized();
+  }
+
   Eigen::Quaternion<double, Eigen::DontAlign> rotation_ = Eigen::Quaterniond::Identity();
   Eigen::Vector3d translation_ = Eigen::Vector3d::Zero();
 };

@@ -1,0 +1,82 @@
+#include "tagcal/detect/families.hpp"
+
+#include <apriltag/tag16h5.h>
+#include <apriltag/tag25h9.h>
+#include <apriltag/tag36h10.h>
+#include <apriltag/tag36h11.h>
+#include <apriltag/tagStandard41h12.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+#include "tagcal/detect/apriltag_handles.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+struct KnownFamily {
+  std::string_view name;
+  apriltag_family_t* (*create)();
+  void (*destroy)(apriltag_family_t*);
+};
+
+constexpr std::array kFamilies = {
+    KnownFamily{"tag36h11", tag36h11_create, tag36h11_destroy},
+    KnownFamily{"tag36h10", tag36h10_create, tag36h10_destroy},
+    KnownFamily{"tag25h9", tag25h9_create, tag25h9_destroy},
+    KnownFamily{"tag16h5", tag16h5_create, tag16h5_destroy},
+    KnownFamily{"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
+};
+
+}  // namespace
+
+FamilyHandle create_family(std::string_view name, int border_bits) {
+  const auto known = std::find_if(kFamilies.begin(), kFamilies.end(),
+                                  [&](const KnownFamily& family) { return family.name == name; });
+  if (known == kFamilies.end()) {
+    throw Error(fmt::format("family: must be one of {}, got {}",
+                            fmt::join(tag_family_names(), ", "), name));
+  }
+  FamilyHandle family(known->create(), FamilyDeleter{known->destroy});
+  const int widest = family->reversed_border ? 1 : 2;
+  if (border_bits < 1 || border_bits > widest) {
+    throw Error(fmt::format("border_bits: must be {} for {}, got {}", widest == 1 ? "1" : "1 or 2",
+                            name, border_bits));
+  }
+  if (border_bits == 2) {
+    family->width_at_border += 2;
+    family->total_width += 2;
+    for (std::uint32_t i = 0; i < family->nbits; ++i) {
+      ++family->bit_x[i];
+      ++family->bit_y[i];
+    }
+  }
+  return family;
+}
+
+std::vector<std::string> tag_family_names() {
+  std::vector<std::string> names;
+  for (const KnownFamily& family : kFamilies) names.emplace_back(family.name);
+  return names;
+}
+
+TagFamily tag_family(std::string_view name, int border_bits) {
+  const FamilyHandle handle = create_family(name, border_bits);
+  TagFamily family;
+  family.name = name;
+  family.width_at_border = handle->width_at_border;
+  family.total_width = handle->total_width;
+  family.reversed_border = handle->reversed_border;
+  for (std::uint32_t i = 0; i < handle->nbits; ++i) {
+    // Bits outside of the border have negative places, kept unsigned by the library.
+    family.bits.push_back(
+        {static_cast<std::int32_t>(handle->bit_x[i]), static_cast<std::int32_t>(handle->bit_y[i])});
+  }
+  family.codes.assign(handle->codes, handle->codes + handle->ncodes);
+  return family;
+}
+
+}  // namespace tagcal

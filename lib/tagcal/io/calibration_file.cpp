@@ -1,0 +1,205 @@
+#include "tagcal/io/calibration_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/text_file.hpp"
+#include "tagcal/io/yaml_parts.hpp"
+
+namespace tagcal {
+namespace {
+
+// As cv::FileStorage writes a matrix of doubles, one row to a line.
+std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix) {
+  std::string data;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    const Eigen::VectorXd values = matrix.row(row);
+    data += (row == 0 ? " " : ",\n      ") + fmt::format("{}", fmt::join(values, ", "));
+  }
+  return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [{} ]\n",
+                     key, matrix.rows(), matrix.cols(), data);
+}
+
+Eigen::MatrixXd row_of(const std::vector<double>& values) {
+  return Eigen::RowVectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+template <typename Texts>
+std::string texts_yaml(std::string_view key, const Texts& texts) {
+  std::string list;
+  for (const auto& text : texts) list += "\n   - " + text_yaml(text);
+  return list.empty() ? fmt::format("{}: []\n", key) : fmt::format("{}:{}\n", key, list);
+}
+
+std::string camera_yaml(const Camera& camera, std::string_view model) {
+  const std::span<const double> p = parameters(camera.lens);
+  Eigen::Matrix3d matrix;
+  matrix << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1;
+  return fmt::format("image_width: {}\nimage_height: {}\n", camera.image_size.width,
+                     camera.image_size.height) +
+         matrix_yaml("camera_matrix", matrix) +
+         matrix_yaml("distortion_coefficients", row_of(distortion_of(camera.lens, model)));
+}
+
+std::string uncertainty_yaml(const Calibration& calibration) {
+  std::string text;
+  if (!calibration.sigmas.empty()) {
+    text += texts_yaml("parameter_names", parameter_names(calibration.camera->lens)) +
+            matrix_yaml("sigmas", row_of(calibration.sigmas));
+  }
+  if (calibration.covariance.size() > 0) {
+    std::vector<std::string_view> names;
+    for (const FreeParameter& free : Model::named(calibration.model).free()) {
+      names.push_back(free.name);
+    }
+    text +=
+        texts_yaml("covariance_names", names) + matrix_yaml("covariance", calibration.covariance);
+  }
+  return text;
+}
+
+std::string views_yaml(const std::vector<CalibratedView>& views) {
+  std::string text = views.empty() ? "views: []\n" : "views:\n";
+  for (const CalibratedView& view : views) {
+    const Eigen::Quaterniond q = view.camera_from_world.rotation();
+    const Eigen::Vector3d& t = view.camera_from_world.translation();
+    text += fmt::format(
+        "   - image: {}\n     rotation: [ {}, {}, {}, {} ]\n     translation_m: [ {}, {}, {} ]\n"
+        "     num_corners: {}\n     rms_px: {}\n",
+        text_yaml(view.image), q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), view.num_corners,
+        view.rms_px);
+  }
+  return text;
+}
+
+// {rows, cols, data}, with or without OpenCV's tag.
+Eigen::MatrixXd read_matrix(const YamlValue& value) {
+  const int rows = value.at("rows").whole(1, 1000);
+  const int cols = value.at("cols").whole(1, 1000);
+  const YamlValue data = value.at("data");
+  const std::vector<double> numbers = data.numbers(static_cast<std::size_t>(rows) * cols);
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return RowMajor::Map(numbers.data(), rows, cols);
+}
+
+std::vector<double> read_row(const YamlValue& value) {
+  const Eigen::MatrixXd matrix = read_matrix(value);
+  if (matrix.rows() != 1 && matrix.cols() != 1) {
+    value.fail_plainly(
+        fmt::format("must have one row or one column, got {} x {}", matrix.rows(), matrix.cols()));
+  }
+  return {matrix.data(), matrix.data() + matrix.size()};
+}
+
+void read_camera_matrix(const YamlValue& value, CameraNumbers& numbers) {
+  const Eigen::MatrixXd k = read_matrix(value);
+  if (k.rows() != 3 || k.cols() != 3) {
+    value.fail_plainly(fmt::format("must be 3 x 3, got {} x {}", k.rows(), k.cols()));
+  }
+  for (int i = 0; i < 2; ++i) {
+    if (k(i, i) > 0) continue;
+    value.fail_plainly(fmt::format("f{}: must be > 0, got {}", i == 0 ? 'x' : 'y', k(i, i)));
+  }
+  if (k(0, 1) != 0) value.fail_plainly(fmt::format("the skew must be 0, got {}", k(0, 1)));
+  if (k(1, 0) != 0 || k(2, 0) != 0 || k(2, 1) != 0 || k(2, 2) != 1) {
+    value.fail_plainly("must be [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
+  }
+  numbers.fx = k(0, 0);
+  numbers.fy = k(1, 1);
+  numbers.cx = k(0, 2);
+  numbers.cy = k(1, 2);
+}
+
+// Whether others' ways to say so say that the lens is a fisheye.
+bool is_marked_fisheye(const YamlValue& top) {
+  const auto flag = top.find("fisheye_model");  // OpenCV's calibration sample
+  if (flag && flag->whole(0, 1) == 1) return true;
+  const auto ros = top.find("distortion_model");
+  if (!ros) return false;
+  const std::string name = ros->text();
+  if (name == "equidistant" || name == "fisheye") return true;
+  if (name == "plumb_bob" || name == "rational_polynomial") return false;
+  ros->fail("must be plumb_bob, rational_polynomial or equidistant");
+}
+
+std::vector<double> read_distortion(const YamlValue& value, bool fisheye) {
+  std::vector<double> k = read_row(value);
+  const auto size_is = [&](std::size_t n) { return k.size() == n; };
+  if (fisheye && !size_is(4)) {
+    value.fail_plainly(fmt::format("must have the 4 coefficients of a fisheye, got {}", k.size()));
+  }
+  if (!size_is(4) && !size_is(5) && !size_is(8) && !size_is(12) && !size_is(14)) {
+    value.fail_plainly(fmt::format("must have 4, 5 or 8 coefficients, got {}", k.size()));
+  }
+  for (std::size_t i = 8; i < k.size(); ++i) {
+    if (k[i] == 0) continue;
+    value.fail_plainly(fmt::format(
+        "coefficient {} (thin prism, tilt) must be 0: no lens here has it, got {}", i + 1, k[i]));
+  }
+  k.resize(std::min<std::size_t>(k.size(), 8));
+  return k;
+}
+
+void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
+  const std::size_t num_parameters = parameters(file.camera.lens).size();
+  if (const auto sigmas = top.find("sigmas")) {
+    file.sigmas = read_row(*sigmas);
+    if (file.sigmas.size() != num_parameters) {
+      sigmas->fail_plainly(
+          fmt::format("must have {} values, got {}", num_parameters, file.sigmas.size()));
+    }
+    for (const double sigma : file.sigmas) {
+      if (sigma < 0) sigmas->fail_plainly(fmt::format("must be >= 0, got {}", sigma));
+    }
+  }
+  if (const auto covariance = top.find("covariance")) {
+    if (file.model.empty()) covariance->fail_plainly("needs the key model, which is missing");
+    file.covariance = read_matrix(*covariance);
+    const int n = Model::named(file.model).num_free();
+    if (file.covariance.rows() != n || file.covariance.cols() != n) {
+      covariance->fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
+                                           file.model, file.covariance.rows(),
+                                           file.covariance.cols()));
+    }
+  }
+}
+
+}  // namespace
+
+std::string calibration_yaml(const Calibration& calibration) {
+  assert(calibration.camera && is_answer(calibration.status));
+  return "%YAML:1.0\n---\n" + camera_yaml(*calibration.camera, calibration.model) +
+         fmt::format(
+             "avg_reprojection_error: {}\nmodel: {}\nstatus: {}\nrms_px: {}\nsigma_px: {}\n"
+             "sigma_from_residuals: {}\n",
+             calibration.rms_px, text_yaml(calibration.model),
+             text_yaml(status_name(calibration.status)), calibration.rms_px, calibration.sigma_px,
+             int{calibration.sigma_from_residuals}) +
+         uncertainty_yaml(calibration) +
+         fmt::format("num_views: {}\nnum_corners: {}\nnum_outliers: {}\n", calibration.views.size(),
+                     calibration.num_corners, calibration.outliers.size()) +
+         views_yaml(calibration.views) + texts_yaml("warnings", calibration.warnings);
+}
+
+CalibrationFile read_calibration(const std::filesystem::path& file) {
+  const YamlValue top = YamlValue::read(file);
+  CameraNumbers numbers;
+  numbers.image_size = {top.at("image_width").whole(1, 100'000),
+                        top.at("image_height").whole(1, 100'000)};
+  const auto name = top.find("model");
+  const Model* model = name ? &read_model(*name) : nullptr;
+  const bool fisheye = model ? model->lens_type() == LensType::fisheye : is_marked_fisheye(top);
+  read_camera_matrix(top.at("camera_matrix"), numbers);
+  numbers.distortion = read_distortion(top.at("distortion_coefficients"), fisheye);
+  const Model& holds_all = Model::named(fisheye ? "fisheye4" : "opencv8");
+  CalibrationFile read{make_camera(numbers, model ? *model : holds_all, top),
+                       model ? std::string(model->name()) : "",
+                       {},
+                       {}};
+  read_uncertainty(top, read);
+  return read;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,160 @@
+#include "tagcal/io/dataset_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/number_text.hpp"
+#include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text_file.hpp"
+#include "tagcal/io/yaml_parts.hpp"
+
+namespace tagcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxBoards = 10'000;
+constexpr std::size_t kMinCorners = 12;
+
+std::vector<PlacedBoard> read_boards(const YamlValue& target, std::vector<std::string>* warnings) {
+  std::vector<PlacedBoard> boards;
+  if (target.is_list()) {
+    for (const YamlValue& item : target.items(1, kMaxBoards)) {
+      boards.push_back(read_placed_board(item, false, warnings));
+    }
+  } else {
+    boards.push_back(read_placed_board(target, false, warnings));
+  }
+  check_unique_ids(boards, target);
+  return boards;
+}
+
+bool is_picture(const fs::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg" || extension == ".pgm";
+}
+
+std::vector<fs::path> list_images(const fs::path& folder, const YamlValue& images) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error) images.fail("must be a folder of pictures (" + error.message() + ")");
+  std::vector<fs::path> files;
+  for (; entries != fs::directory_iterator(); entries.increment(error)) {
+    const bool is_hidden = entries->path().filename().string().starts_with('.');
+    if (!is_hidden && is_picture(entries->path())) files.push_back(entries->path());
+  }
+  if (error) images.fail("must be a folder that can be read (" + error.message() + ")");
+  if (files.empty()) images.fail("must be a folder with .png, .jpg, .jpeg or .pgm files");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+void check_sizes(const std::vector<fs::path>& images, const ImageSize& size) {
+  for (const fs::path& image : images) {
+    const ImageSize found = read_image_size(image);
+    if (found == size) continue;
+    throw Error(fmt::format("{}: is {}x{} pixels, but image_size in dataset.yaml is [{}, {}]",
+                            image.string(), found.width, found.height, size.width, size.height));
+  }
+}
+
+std::vector<View> read_views(const fs::path& file, const std::vector<PlacedBoard>& boards) {
+  std::vector<View> views = read_observations(file, boards);
+  std::size_t num_corners = 0;
+  for (const View& view : views) num_corners += view.observations.size();
+  if (num_corners < kMinCorners) {
+    throw Error(fmt::format("{}: must have at least {} corners in all, got {}", file.string(),
+                            kMinCorners, num_corners));
+  }
+  return views;
+}
+
+Truth read_truth_of(const fs::path& file, const ImageSize& size) {
+  Truth truth = read_truth(file);
+  const ImageSize& found = truth.camera.image_size;
+  if (found != size) {
+    throw Error(
+        fmt::format("{}: camera: is for {}x{} pixels, but image_size in dataset.yaml is "
+                    "[{}, {}]",
+                    file.string(), found.width, found.height, size.width, size.height));
+  }
+  return truth;
+}
+
+bool is_identity(const Pose& pose) {
+  return pose.rotation().coeffs() == Eigen::Quaterniond::Identity().coeffs() &&
+         pose.translation() == Eigen::Vector3d::Zero();
+}
+
+// Writes the target files; the value of the key `target`.
+std::string write_boards(const fs::path& folder, const std::vector<PlacedBoard>& boards) {
+  if (boards.size() == 1 && is_identity(boards[0].world_from_board)) {
+    write_target(folder / "target.yaml", boards[0].board);
+    return "target: target.yaml\n";
+  }
+  std::string text = "target:\n";
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    const std::string name = boards.size() == 1 ? "target.yaml" : fmt::format("target-{}.yaml", i);
+    write_target(folder / name, boards[i].board);
+    text += fmt::format("  - {{file: {}, world_from_board: {}}}\n", name,
+                        pose_yaml(boards[i].world_from_board));
+  }
+  return text;
+}
+
+}  // namespace
+
+DatasetFolder read_dataset(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    throw Error(folder.string() + ": must be the folder of a data set, with dataset.yaml in it");
+  }
+  const YamlValue top = YamlValue::read(folder / "dataset.yaml");
+  top.allow_only({"image_size", "target", "observations", "images", "truth"});
+  DatasetFolder read;
+  Dataset& dataset = read.dataset;
+  dataset.image_size = read_image_size_value(top.at("image_size"));
+  dataset.boards = read_boards(top.at("target"), &read.warnings);
+  const auto observations = top.find("observations");
+  const auto images = top.find("images");
+  if (!observations && !images) top.fail_plainly("needs observations: FILE or images: FOLDER");
+  if (observations) {
+    dataset.views = read_views(folder / observations->text(), dataset.boards);
+    read.has_observations = true;
+  }
+  if (images) {
+    read.images = list_images(folder / images->text(), *images);
+    check_sizes(read.images, dataset.image_size);
+  }
+  if (const auto truth = top.find("truth")) {
+    dataset.truth = read_truth_of(folder / truth->text(), dataset.image_size);
+  }
+  return read;
+}
+
+void write_dataset(const fs::path& folder, const Dataset& dataset, const std::string& images,
+                   const std::string& observations) {
+  assert(!dataset.boards.empty() && !(images.empty() && observations.empty()));
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw Error(folder.string() + ": cannot make the folder: " + error.message());
+  std::string text =
+      fmt::format("image_size: [{}, {}]\n", dataset.image_size.width, dataset.image_size.height) +
+      write_boards(folder, dataset.boards);
+  if (!images.empty()) text += "images: " + text_yaml(images) + "\n";
+  if (!observations.empty()) text += "observations: " + text_yaml(observations) + "\n";
+  if (dataset.truth) {
+    write_truth(folder / "truth.yaml", *dataset.truth);
+    text += "truth: truth.yaml\n";
+  }
+  write_whole(folder / "dataset.yaml", text);
+}
+
+}  // namespace tagcal

@@ -1,0 +1,252 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <unordered_map>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/number_text.hpp"
+#include "tagcal/io/text_file.hpp"
+
+namespace tagcal {
+namespace {
+
+constexpr std::array<std::string_view, 8> kColumns = {"image", "tag_id",  "corner",  "x_px",
+                                                      "y_px",  "sxx_px2", "sxy_px2", "syy_px2"};
+
+std::string header(std::size_t num_columns) {
+  return fmt::format("{}", fmt::join(kColumns.begin(), kColumns.begin() + num_columns, ","));
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+// Which corners of which ids there are: bit k of the value is corner k.
+std::unordered_map<int, unsigned> corners_by_id(const std::vector<PlacedBoard>& boards) {
+  std::unordered_map<int, unsigned> corners;
+  for (const PlacedBoard& placed : boards) {
+    for (const Tag& tag : placed.board.tags) corners[tag.id] |= 0xFU;
+    for (const TargetPoint& point : placed.board.points) {
+      corners[point.id.tag_id] |= 1U << point.id.corner;
+    }
+  }
+  return corners;
+}
+
+class ObservationReader {
+ public:
+  ObservationReader(const std::filesystem::path& file, const std::vector<PlacedBoard>& boards)
+      : file_(file.string()), corners_(corners_by_id(boards)) {}
+
+  std::vector<View> read(std::string_view text) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    if (trimmed(text).empty()) throw Error(file_ + ": is empty");
+    while (!text.empty()) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      ++line_;
+      std::string_view line = text.substr(0, end);
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      if (num_columns_ == 0) {
+        take_header(line);
+      } else if (!trimmed(line).empty()) {
+        take_row(line);
+      }
+      text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    for (std::size_t i = 0; i < views_.size(); ++i) check_once(i);
+    return std::move(views_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const {
+    throw Error(fmt::format("{}: line {}: {}", file_, line_, message));
+  }
+  [[noreturn]] void fail(std::size_t column, const std::string& must) const {
+    fail(fmt::format("{}: {}, got {}", kColumns[column], must,
+                     fields_[column].empty() ? "nothing" : shown(fields_[column])));
+  }
+
+  // The image's name may stand in double quotes, with "" for one of them.
+  std::string_view take_quoted(std::string_view line, std::string_view& field) {
+    unquoted_.clear();
+    for (std::size_t i = 1; i < line.size(); ++i) {
+      if (line[i] != '"') {
+        unquoted_ += line[i];
+      } else if (i + 1 < line.size() && line[i + 1] == '"') {
+        unquoted_ += line[i++];
+      } else {
+        field = unquoted_;
+        const std::string_view rest = trimmed(line.substr(i + 1));
+        if (!rest.empty() && rest[0] != ',') fail("image: text after the closing quote");
+        return rest;
+      }
+    }
+    fail("image: the closing quote is missing");
+  }
+
+  void split(std::string_view line) {
+    num_fields_ = 0;
+    line = trimmed(line);
+    if (line.starts_with('"')) {
+      line = take_quoted(line, fields_[num_fields_++]);
+      if (line.empty()) return;
+      line.remove_prefix(1);
+    }
+    for (;;) {
+      const std::size_t end = std::min(line.find(','), line.size());
+      if (num_fields_ < fields_.size()) fields_[num_fields_] = trimmed(line.substr(0, end));
+      ++num_fields_;
+      if (end == line.size()) return;
+      line.remove_prefix(end + 1);
+    }
+  }
+
+  void take_header(std::string_view line) {
+    split(line);
+    bool is_header = num_fields_ == 5 || num_fields_ == 8;
+    for (std::size_t i = 0; is_header && i < num_fields_; ++i)
+      is_header = fields_[i] == kColumns[i];
+    if (!is_header) {
+      fail(fmt::format("the header must be {}, or {}; got {}", header(5), header(8), shown(line)));
+    }
+    num_columns_ = num_fields_;
+  }
+
+  double number(std::size_t column) const {
+    const auto value = parse_number(fields_[column]);
+    if (!value) fail(column, "must be a finite number");
+    return *value;
+  }
+
+  int whole(std::size_t column) const {
+    const auto value = parse_whole(fields_[column]);
+    if (!value) fail(column, "must be a whole number");
+    return *value;
+  }
+
+  CornerId corner_id() const {
+    const CornerId id{whole(1), whole(2)};
+    const auto found = corners_.find(id.tag_id);
+    if (found == corners_.end()) fail(1, "must be an id on the boards");
+    if (id.corner < 0 || id.corner > 3 || (found->second >> id.corner & 1U) == 0) {
+      fail(2, found->second == 1U ? "must be 0 for a point" : "must be from 0 to 3");
+    }
+    return id;
+  }
+
+  std::optional<Matrix2> covariance() const {
+    // Not every corner needs to have one.
+    if (fields_[5].empty() && fields_[6].empty() && fields_[7].empty()) return std::nullopt;
+    const double sxx = number(5), sxy = number(6), syy = number(7);
+    if (!(sxx > 0)) fail(5, "must be > 0");
+    if (!(syy > 0)) fail(7, "must be > 0");
+    // Not by the determinant, which underflows.
+    if (!(std::abs(sxy) < std::sqrt(sxx) * std::sqrt(syy))) {
+      fail(6, "the covariance must be positive definite");
+    }
+    Matrix2 matrix;
+    matrix << sxx, sxy, sxy, syy;
+    return matrix;
+  }
+
+  void take_row(std::string_view line) {
+    split(line);
+    if (num_fields_ != num_columns_) {
+      fail(fmt::format("must have {} fields, got {}", num_columns_, num_fields_));
+    }
+    if (fields_[0].empty()) fail(0, "must be the name of an image");
+    Observation observation;
+    observation.id = corner_id();
+    observation.pixel = {number(3), number(4)};
+    if (num_columns_ == 8) observation.covariance_px2 = covariance();
+    const std::size_t view = view_of(fields_[0]);
+    views_[view].observations.push_back(observation);
+    lines_[view].push_back(line_);
+  }
+
+  std::size_t view_of(std::string_view image) {
+    if (!views_.empty() && views_[current_].image == image) return current_;
+    const auto [found, is_new] = view_of_image_.emplace(image, views_.size());
+    if (is_new) {
+      views_.push_back({std::string(image), {}});
+      lines_.emplace_back();
+    }
+    return current_ = found->second;
+  }
+
+  void check_once(std::size_t view) {
+    std::vector<std::pair<CornerId, std::size_t>> seen;
+    const std::vector<Observation>& observations = views_[view].observations;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      seen.emplace_back(observations[i].id, lines_[view][i]);
+    }
+    std::sort(seen.begin(), seen.end());
+    for (std::size_t i = 1; i < seen.size(); ++i) {
+      if (seen[i].first != seen[i - 1].first) continue;
+      line_ = seen[i].second;
+      fail(fmt::format("corner {} of tag {} stands twice in image {}, first in line {}",
+                       seen[i].first.corner, seen[i].first.tag_id, shown(views_[view].image),
+                       seen[i - 1].second));
+    }
+  }
+
+  std::string file_;
+  std::unordered_map<int, unsigned> corners_;
+  std::vector<View> views_;
+  std::vector<std::vector<std::size_t>> lines_;  // where each observation stands
+  std::unordered_map<std::string, std::size_t> view_of_image_;
+  std::size_t current_ = 0;  // the view of the row before
+  std::size_t line_ = 0;
+  std::size_t num_columns_ = 0;
+  std::array<std::string_view, kColumns.size()> fields_;
+  std::size_t num_fields_ = 0;  // may exceed what fields_ holds
+  std::string unquoted_;
+};
+
+std::string image_field(const std::string& image) {
+  if (image.empty() || image.find_first_of("\r\n") != std::string::npos) {
+    throw Error(fmt::format("image: must be a name of one line, got {}", shown(image)));
+  }
+  if (image.find_first_of(",\"") == std::string::npos && trimmed(image) == image) return image;
+  std::string quoted = "\"";
+  for (const char c : image) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace
+
+std::vector<View> read_observations(const std::filesystem::path& file,
+                                    const std::vector<PlacedBoard>& boards) {
+  return ObservationReader(file, boards).read(read_text(file));
+}
+
+std::string observations_csv(const std::vector<View>& views) {
+  bool has_covariances = false;
+  for (const View& view : views) {
+    for (const Observation& o : view.observations) has_covariances |= o.covariance_px2.has_value();
+  }
+  fmt::memory_buffer out;
+  const auto end = std::back_inserter(out);
+  fmt::format_to(end, "{}\n", header(has_covariances ? 8 : 5));
+  for (const View& view : views) {
+    const std::string image = image_field(view.image);
+    for (const Observation& o : view.observations) {
+      fmt::format_to(end, "{},{},{},{},{}", image, o.id.tag_id, o.id.corner, o.pixel.x(),
+                     o.pixel.y());
+      if (o.covariance_px2) {
+        const Matrix2& s = *o.covariance_px2;
+        fmt::format_to(end, ",{},{},{}", s(0, 0), s(0, 1), s(1, 1));
+      } else if (has_covariances) {
+        fmt::format_to(end, ",,,");
+      }
+      out.push_back('\n');
+    }
+  }
+  return fmt::to_string(out);
+}
+
+}  // namespace tagcal

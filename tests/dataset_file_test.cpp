@@ -1,0 +1,374 @@
+#include "tagcal/io/dataset_file.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <map>
+
+#include "file_fixture.hpp"
+#include "tagcal/io/image_file.hpp"
+
+namespace tagcal {
+namespace {
+
+const std::string kTarget =
+    "target_type: aprilgrid\ntagCols: 2\ntagRows: 2\ntagSize: 0.1\ntagSpacing: 0.25\n";
+const std::string kDataset =
+    "image_size: [64, 48]\ntarget: target.yaml\nobservations: seen.csv\nimages: images\n"
+    "truth: truth.yaml\n";
+const std::string kTruth =
+    "camera:\n  image_width: 64\n  image_height: 48\n  model: opencv5\n  fx: 60\n  fy: 61\n"
+    "  cx: 31.5\n  cy: 23\n  distortion: [-0.1, 0.01, 0, 0, 0]\nposes:\n"
+    "  - {image: a.png, camera_from_world: {translation_m: [0, 0, 1]}}\n"
+    "  - {image: b.png, camera_from_world: {rotation: [0, 1, 0, 0]}}\n";
+const std::string kSeen =
+    "image,tag_id,corner,x_px,y_px\n"
+    "a.png,0,0,1,2\na.png,0,1,3,4\na.png,0,2,5,6\na.png,0,3,7,8\na.png,1,0,1.5,2\na.png,1,1,2,2\n"
+    "b.png,0,0,1,2\nb.png,0,1,3,4\nb.png,0,2,5,6\nb.png,0,3,7,8\nb.png,1,0,1.5,2\nb.png,1,1,2,2\n";
+
+class DatasetFile : public FileTest {
+ protected:
+  DatasetFile() {
+    write("target.yaml", kTarget);
+    write("truth.yaml", kTruth);
+    write("seen.csv", kSeen);
+    write("dataset.yaml", kDataset);
+    fs::create_directory(folder_ / "images");
+    write_png(folder_ / "images" / "b.png", Image8(ImageSize{64, 48}));
+    write_png(folder_ / "images" / "a.png", Image8(ImageSize{64, 48}));
+    write("images/notes.txt", "no picture");
+    boards_ = {{grid_board({2, 2, 0.1, 0.25, 0}), {}},
+               {{"tag36h11", 1, false, {}, {}, {{{50, 0}, {1, 2, 3}}}}, {}}};
+  }
+
+  std::string without_folder(const std::string& message) const {
+    const std::string name = folder_.string() + "/";
+    return message.starts_with(name) ? message.substr(name.size()) : "no folder: " + message;
+  }
+  std::string error() const {
+    return without_folder(error_of([&] { read_dataset(folder_); }));
+  }
+  std::vector<View> read_csv(const std::string& text) const {
+    return read_observations(write("t.csv", text), boards_);
+  }
+  std::string csv_error(const std::string& text) const {
+    return without_folder(error_of([&] { read_csv(text); }));
+  }
+  // Each change of a file of the good data set.
+  void expect_bad(const std::string& file, const std::string& good,
+                  const std::vector<BadFile>& table) const {
+    for (const BadFile& bad : table) {
+      write(file, replaced(good, bad.from, bad.to));
+      const std::string message = error();
+      EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+    write(file, good);
+    EXPECT_NO_THROW(read_dataset(folder_));
+  }
+
+  std::vector<PlacedBoard> boards_;
+};
+
+TEST_F(DatasetFile, ReadsAllThatItNames) {
+  const DatasetFolder read = read_dataset(folder_);
+  EXPECT_EQ(read.dataset.image_size, (ImageSize{64, 48}));
+  ASSERT_EQ(read.dataset.boards.size(), 1U);
+  EXPECT_EQ(read.dataset.boards[0].board.tags.size(), 4U);
+  EXPECT_TRUE(read.has_observations);
+  ASSERT_EQ(read.dataset.views.size(), 2U);
+  EXPECT_EQ(read.dataset.views[1].image, "b.png");
+  EXPECT_EQ(read.dataset.views[1].observations.size(), 6U);
+  EXPECT_EQ(read.dataset.views[0].observations[4].id, (CornerId{1, 0}));
+  EXPECT_EQ(read.dataset.views[0].observations[4].pixel, Eigen::Vector2d(1.5, 2));
+  EXPECT_EQ(read.images,
+            (std::vector<fs::path>{folder_ / "images" / "a.png", folder_ / "images" / "b.png"}));
+  ASSERT_TRUE(read.dataset.truth);
+  EXPECT_EQ(read.dataset.truth->model, "opencv5");
+  EXPECT_EQ(parameters(read.dataset.truth->camera.lens)[1], 61);
+  EXPECT_EQ(read.dataset.truth->camera_from_world.at("a.png").translation().z(), 1);
+  EXPECT_TRUE(read.warnings.empty());
+}
+
+TEST_F(DatasetFile, OnlyObservationsOrOnlyImages) {
+  write("dataset.yaml", "image_size: [64, 48]\ntarget: target.yaml\nobservations: seen.csv\n");
+  EXPECT_TRUE(read_dataset(folder_).images.empty());
+  write("dataset.yaml", "image_size: [64, 48]\ntarget: target.yaml\nimages: images\n");
+  const DatasetFolder read = read_dataset(folder_);
+  EXPECT_FALSE(read.has_observations);
+  EXPECT_TRUE(read.dataset.views.empty());
+  EXPECT_EQ(read.images.size(), 2U);
+}
+
+TEST_F(DatasetFile, SeveralBoards) {
+  write("dataset.yaml",
+        "image_size: [64, 48]\nimages: images\ntarget:\n  - target.yaml\n"
+        "  - {file: target.yaml, first_id: 4, world_from_board: {translation_m: [1, 0, 0]}}\n");
+  write("target.yaml", kTarget + "colour: red\n");
+  const DatasetFolder read = read_dataset(folder_);
+  ASSERT_EQ(read.dataset.boards.size(), 2U);
+  EXPECT_EQ(read.dataset.boards[1].board.tags[0].id, 4);
+  EXPECT_EQ(read.dataset.boards[1].world_from_board.translation().x(), 1);
+  EXPECT_EQ(read.warnings.size(), 2U);
+}
+
+TEST_F(DatasetFile, BadDatasets) {
+  expect_bad(
+      "dataset.yaml", kDataset,
+      {{"[64, 48]", "[64, 0]", "dataset.yaml: image_size[1]: must be a whole number from 1 to"},
+       {"[64, 48]", "[-64, 48]", "dataset.yaml: image_size[0]: must be a whole number from 1 to"},
+       {"[64, 48]", "[64]", "dataset.yaml: image_size: must be a list of 2, got a list of 1"},
+       {"[64, 48]", "64x48", "dataset.yaml: image_size: must be a list, got 64x48"},
+       {"[64, 48]", "[48, 64]", "images/a.png: is 64x48 pixels, but image_size in dataset.yaml is"},
+       {"image_size", "imagesize", "dataset.yaml: imagesize: unknown key; did you mean image_size"},
+       {"image_size: [64, 48]\n", "", "dataset.yaml: image_size: the key is missing"},
+       {"target: target.yaml\n", "", "dataset.yaml: target: the key is missing"},
+       {"target.yaml", "none.yaml", "none.yaml: no such file"},
+       {"target.yaml", "seen.csv", "seen.csv: must be a map of keys"},
+       {"target.yaml", "[]", "dataset.yaml: target: must be a list of at least 1, got a list of 0"},
+       {"target.yaml", "[target.yaml, target.yaml]",
+        "dataset.yaml: target: ids must be unique over all boards, but id 0 stands on boards 0"},
+       {"target.yaml", "[{file: target.yaml, first_id: -4}]",
+        "dataset.yaml: target[0].first_id: must be a whole number from 0 to 2147483647, got -4"},
+       {"target.yaml", "[{fil: target.yaml}]", "dataset.yaml: target[0].fil: unknown key; did you"},
+       {"target.yaml", "[{first_id: 3}]", "dataset.yaml: target[0].file: the key is missing"},
+       {"seen.csv", "none.csv", "none.csv: no such file"},
+       {"seen.csv", "images", "images: is a folder, not a file"},
+       {"images: images", "images: none", "dataset.yaml: images: must be a folder of pictures (No"},
+       {"images: images", "images: .", "dataset.yaml: images: must be a folder with .png, .jpg"},
+       {"observations: seen.csv\nimages: images\n", "",
+        "dataset.yaml: needs observations: FILE or"},
+       {"truth.yaml", "none.yaml", "none.yaml: no such file"},
+       {"[64, 48]\n", "[64, 48]\nimage_size: [64, 48]\n",
+        "dataset.yaml: line 2: image_size: the"}});
+  fs::remove(folder_ / "dataset.yaml");
+  EXPECT_EQ(error(), "dataset.yaml: no such file");
+  EXPECT_EQ(
+      error_of([&] { read_dataset(folder_ / "none"); }),
+      (folder_ / "none").string() + ": must be the folder of a data set, with dataset.yaml in it");
+}
+
+TEST_F(DatasetFile, BadTruths) {
+  expect_bad(
+      "truth.yaml", kTruth,
+      {{"fx: 60", "fx: -60", "truth.yaml: camera.fx: must be > 0, got -60"},
+       {"fx: 60", "fx: .nan", "truth.yaml: camera.fx: must be a finite number, got .nan"},
+       {"  fx: 60\n", "", "truth.yaml: camera.fx: the key is missing"},
+       {"opencv5", "opencv4", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
+       {"opencv5", "weak", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
+       {"opencv5", "radial1",
+        "truth.yaml: camera: k2 must be 0, where model radial1 holds it, got"},
+       {"opencv5", "fisheye4", "truth.yaml: camera: distortion: must have at most 4 coefficients"},
+       {"[-0.1, 0.01, 0, 0, 0]", "[1, 2, 3, 4, 5, 6, 7, 8, 9]", "truth.yaml: camera.distortion: m"},
+       {"image_width: 64", "image_width: 65", "truth.yaml: camera: is for 65x48 pixels, but image"},
+       {"image: b.png", "image: a.png", "truth.yaml: poses[1].image: must be another image than"},
+       {"[0, 1, 0, 0]", "[0, 2, 0, 0]", "truth.yaml: poses[1].camera_from_world.rotation: must be"},
+       {"camera_from_world:", "pose:", "truth.yaml: poses[0].pose: unknown key"},
+       {"translation_m", "translation",
+        "truth.yaml: poses[0].camera_from_world.translation: unk"}});
+}
+
+TEST_F(DatasetFile, BadObservations) {
+  expect_bad(
+      "seen.csv", kSeen,
+      {{"x_px,", "",
+        "seen.csv: line 1: the header must be image,tag_id,corner,x_px,y_px, or image"},
+       {"image,tag_id,corner,x_px,y_px\n", "",
+        "seen.csv: line 1: the header must be image,tag_id,"},
+       {"a.png,0,1,3,4", "a.png,0,1,3", "seen.csv: line 3: must have 5 fields, got 4"},
+       {"a.png,0,1,3,4", "a.png,0,1,3,4,5", "seen.csv: line 3: must have 5 fields, got 6"},
+       {"a.png,0,1,3,4", "a.png,0,1,3,4,5,6,7,8,9,",
+        "seen.csv: line 3: must have 5 fields, got 11"},
+       {"a.png,0,1,3,4", ",0,1,3,4",
+        "seen.csv: line 3: image: must be the name of an image, got n"},
+       {"a.png,0,1,3,4", "a.png,4,1,3,4",
+        "seen.csv: line 3: tag_id: must be an id on the boards, g"},
+       {"a.png,0,1,3,4", "a.png,-1,1,3,4",
+        "seen.csv: line 3: tag_id: must be an id on the boards,"},
+       {"a.png,0,1,3,4", "a.png,x,1,3,4",
+        "seen.csv: line 3: tag_id: must be a whole number, got x"},
+       {"a.png,0,1,3,4", "a.png,0.0,1,3,4",
+        "seen.csv: line 3: tag_id: must be a whole number, got"},
+       {"a.png,0,1,3,4", "a.png,0,4,3,4", "seen.csv: line 3: corner: must be from 0 to 3, got 4"},
+       {"a.png,0,1,3,4", "a.png,0,-1,3,4", "seen.csv: line 3: corner: must be from 0 to 3, got -1"},
+       {"a.png,0,1,3,4", "a.png,0,1,nan,4", "seen.csv: line 3: x_px: must be a finite number, got"},
+       {"a.png,0,1,3,4", "a.png,0,1,3,inf", "seen.csv: line 3: y_px: must be a finite number, got"},
+       {"a.png,0,1,3,4", "a.png,0,1,3,1e999",
+        "seen.csv: line 3: y_px: must be a finite number, go"},
+       {"a.png,0,1,3,4", "a.png,0,1,3,",
+        "seen.csv: line 3: y_px: must be a finite number, got not"},
+       {"a.png,0,1,3,4", "a.png,0,1,3 4,5", "seen.csv: line 3: x_px: must be a finite number, got"},
+       {"a.png,0,1,3,4", "\"a.png,0,1,3,4", "seen.csv: line 3: image: the closing quote is missin"},
+       {"a.png,0,1,3,4", "\"a\"b,0,1,3,4", "seen.csv: line 3: image: text after the closing quote"},
+       {"a.png,0,1,3,4", "a.png,0,0,3,4",
+        "seen.csv: line 3: corner 0 of tag 0 stands twice in ima"},
+       {"b.png,1,1,2,2", "a.png,1,1,2,2",
+        "seen.csv: line 13: corner 1 of tag 1 stands twice in im"},
+       {"b.png,1,1,2,2\n", "", "seen.csv: must have at least 12 corners in all, got 11"}});
+  write("seen.csv", "");
+  EXPECT_EQ(error(), "seen.csv: is empty");
+  write("seen.csv", std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16));
+  EXPECT_EQ(error().substr(0, 35), "seen.csv: line 1: the header must b");
+}
+
+TEST_F(DatasetFile, BadCovariances) {
+  const std::string good =
+      "image,tag_id,corner,x_px,y_px,sxx_px2,sxy_px2,syy_px2\na,0,0,1,2,0.04,0.01,0.09\n";
+  EXPECT_EQ((*read_csv(good)[0].observations[0].covariance_px2)(1, 0), 0.01);
+  const std::vector<BadFile> table = {
+      {"0.04", "0", "t.csv: line 2: sxx_px2: must be > 0, got 0"},
+      {"0.09", "-1", "t.csv: line 2: syy_px2: must be > 0, got -1"},
+      {"0.01", "0.06", "t.csv: line 2: sxy_px2: the covariance must be positive definite, got 0.0"},
+      {"0.01", "-0.1", "t.csv: line 2: sxy_px2: the covariance must be positive definite, got -0."},
+      {"0.01", "", "t.csv: line 2: sxy_px2: must be a finite number, got nothing"},
+      {",0.09", "", "t.csv: line 2: must have 8 fields, got 7"},
+      {"a,0,", "a,50,", "ok"},
+      {"a,0,0", "a,50,1", "t.csv: line 2: corner: must be 0 for a point, got 1"}};
+  for (const BadFile& bad : table) {
+    if (bad.message == "ok") {
+      EXPECT_NO_THROW(read_csv(replaced(good, bad.from, bad.to)));
+      continue;
+    }
+    const std::string message = csv_error(replaced(good, bad.from, bad.to));
+    EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
+  }
+}
+
+TEST_F(DatasetFile, SpacesLineEndsQuotesAndInterleavedImages) {
+  const std::vector<View> views = read_csv(
+      "\xEF\xBB\xBFimage , tag_id,corner, x_px,y_px\r\n a , 0, 1,\t+1.5 , -2e1\r\n"
+      "\"b, \"\"c\"\"\",0,1,1,1\r\n\r\na,0,2,.5,1.\r\n a,3,2,99999,1");
+  ASSERT_EQ(views.size(), 2U);
+  EXPECT_EQ(views[0].image, "a");
+  EXPECT_EQ(views[0].observations.size(), 3U);
+  EXPECT_EQ(views[0].observations[0].pixel, Eigen::Vector2d(1.5, -20));
+  EXPECT_EQ(views[0].observations[1].pixel, Eigen::Vector2d(0.5, 1));
+  EXPECT_EQ(views[1].image, "b, \"c\"");
+}
+
+TEST_F(DatasetFile, ObservationsReadBackToTheLastBit) {
+  Random random(3);
+  std::vector<View> views;
+  for (const std::string image : {"x.png", "a,b \"c\".png", " y", "z \xc3\xa9"}) {
+    View view{image, {}};
+    for (int id = 0; id < 4; ++id) {
+      for (int corner = 0; corner < 4; ++corner) {
+        Observation o{{id, corner}, {random.normal() * 1e3, random.normal() * 1e-9}, {}};
+        const double s = random.uniform(1e-3, 2), t = random.uniform(1e-3, 2);
+        if (random.index(2) == 0) {
+          o.covariance_px2 = (Matrix2() << s * s, 0.3 * s * t, 0.3 * s * t, t * t).finished();
+        }
+        view.observations.push_back(o);
+      }
+    }
+    views.push_back(view);
+  }
+  const std::vector<View> back = read_csv(observations_csv(views));
+  ASSERT_EQ(back.size(), views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    EXPECT_EQ(back[i].image, views[i].image);
+    ASSERT_EQ(back[i].observations.size(), views[i].observations.size());
+    for (std::size_t k = 0; k < back[i].observations.size(); ++k) {
+      const Observation &a = back[i].observations[k], &b = views[i].observations[k];
+      EXPECT_EQ(a.id, b.id);
+      EXPECT_EQ(a.pixel, b.pixel);
+
+      EXPECT_TRUE(a.covariance_px2 == b.covariance_px2);
+    }
+  }
+  EXPECT_EQ(observations_csv({{"a", {{{1, 2}, {0.1, 3}, {}}}}}),
+            "image,tag_id,corner,x_px,y_px\na,1,2,0.1,3\n");
+  EXPECT_THROW(observations_csv({{"a\nb", {{{1, 2}, {0.1, 3}, {}}}}}), Error);
+}
+
+TEST_F(DatasetFile, TruthReadsBackToTheLastBit) {
+  Random random(4);
+  const double third = 1.0 / 3;
+  const std::map<std::string, Lens> lenses = {
+      {"f", pinhole(900 * third, 900 * third, 639.5, 399.5)},
+      {"opencv5", Perspective({900 * third, 901, 640.1, 1e-300, -third, 0.1, 1e-5, -0.0, 0.7})},
+      {"opencv8", Perspective({900, 901, 640, 400, third, 0, 0, 0, 0, -0.01, 1e-17, third})},
+      {"fisheye4", Fisheye({300, 301, 640, 400, third / 9, -third / 99, 1e-9, -1e-12})}};
+  for (const auto& [model, lens] : lenses) {
+    Truth truth{{lens, {1280, 800}}, model, {}};
+    for (int i = 0; i < 50; ++i) {
+      truth.camera_from_world["\"quoted\" \\ " + std::to_string(i)] = random_pose(random);
+    }
+    write_truth(folder_ / "t.yaml", truth);
+    const Truth back = read_truth(folder_ / "t.yaml");
+    EXPECT_EQ(back.model, model);
+    EXPECT_EQ(back.camera.image_size, truth.camera.image_size);
+    ASSERT_EQ(back.camera.lens.index(), lens.index());
+    const auto a = parameters(back.camera.lens), b = parameters(lens);
+    EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << model;
+    ASSERT_EQ(back.camera_from_world.size(), 50U);
+    for (const auto& [image, pose] : truth.camera_from_world) {
+      EXPECT_TRUE(same(back.camera_from_world.at(image), pose)) << image;
+    }
+  }
+}
+
+TEST_F(DatasetFile, WrittenDatasetsReadBack) {
+  Dataset dataset;
+  dataset.image_size = {64, 48};
+  dataset.boards = {{grid_board({2, 2, 0.1, 0.25, 0}), {}}};
+  dataset.truth = read_truth(folder_ / "truth.yaml");
+  const fs::path out = folder_ / "new" / "folder";
+  write_dataset(out, dataset, "../../images", "");
+  DatasetFolder back = read_dataset(out);
+  EXPECT_EQ(back.images.size(), 2U);
+  EXPECT_FALSE(back.has_observations);
+  EXPECT_EQ(back.dataset.truth->camera_from_world.size(), 2U);
+
+  Random random(6);
+  dataset.boards.push_back({grid_board({2, 3, 0.1, 0.25, 10}), random_pose(random)});
+  write_dataset(out, dataset, "", "../../seen.csv");
+  back = read_dataset(out);
+  EXPECT_TRUE(back.has_observations);
+  ASSERT_EQ(back.dataset.boards.size(), 2U);
+  EXPECT_TRUE(same(back.dataset.boards[1].world_from_board, dataset.boards[1].world_from_board));
+  EXPECT_EQ(back.dataset.boards[1].board.tags.back().id, 15);
+}
+
+RC_GTEST_FIXTURE_PROP(DatasetFile, MangledCsvEndsInAnErrorOrValidViews, (std::uint64_t seed)) {
+  Random random(seed);
+  for (int i = 0; i < 4; ++i) {
+    const std::string text = mutated(kSeen, random);
+    std::vector<View> views;
+    try {
+      views = read_csv(text);
+    } catch (const Error& error) {
+      RC_ASSERT(std::string(error.what()).find("t.csv: ") != std::string::npos);
+      continue;
+    }
+    for (const View& view : views) {
+      std::set<CornerId> ids;
+      RC_ASSERT(!view.image.empty() && !view.observations.empty());
+      for (const Observation& o : view.observations) {
+        RC_ASSERT(o.pixel.allFinite() && ids.insert(o.id).second && o.id.corner <= 3);
+      }
+    }
+  }
+}
+
+RC_GTEST_FIXTURE_PROP(DatasetFile, MangledYamlEndsInAnErrorOrValidData, (std::uint64_t seed)) {
+  Random random(seed);
+  write("truth.yaml", mutated(kTruth, random));
+  write("dataset.yaml", random.index(2) == 0 ? kDataset : mutated(kDataset, random));
+  try {
+    const DatasetFolder read = read_dataset(folder_);
+    RC_ASSERT(read.dataset.image_size.width > 0 && !read.dataset.boards.empty());
+    if (read.dataset.truth) {
+      for (const double p : parameters(read.dataset.truth->camera.lens))
+        RC_ASSERT(std::isfinite(p));
+      for (const auto& [image, pose] : read.dataset.truth->camera_from_world) {
+        RC_ASSERT(pose.matrix().allFinite());
+      }
+    }
+  } catch (const Error& error) {
+    RC_ASSERT(std::string(error.what()).find(folder_.string()) == 0U);
+  }
+}
+
+}  // namespace
+}  // namespace tagcal

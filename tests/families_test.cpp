@@ -1,0 +1,116 @@
+#include "tagcal/detect/families.hpp"
+
+#include <apriltag/apriltag.h>
+#include <apriltag/common/image_types.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdlib>
+#include <set>
+
+#include "tagcal/detect/apriltag_handles.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+// A tag drawn from the plain data, one pixel a cell, as the comments of TagFamily describe it.
+std::vector<std::uint8_t> drawn(const TagFamily& family, std::size_t id) {
+  const int width = family.total_width;
+  const int start = (width - family.width_at_border) / 2;
+  std::vector<std::uint8_t> cells(static_cast<std::size_t>(width * width), 0);
+  const int ring_width = family.width_at_border + (family.reversed_border ? 0 : 2);
+  const int first = (width - ring_width) / 2;
+  const int last = first + ring_width - 1;
+  for (int y = first; y <= last; ++y) {
+    for (int x = first; x <= last; ++x) {
+      if (x == first || x == last || y == first || y == last) {
+        cells[static_cast<std::size_t>(y * width + x)] = 255;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < family.bits.size(); ++i) {
+    if ((family.codes[id] >> (family.bits.size() - 1 - i) & 1U) == 0) continue;
+    const int x = family.bits[i].x + start;
+    const int y = family.bits[i].y + start;
+    cells[static_cast<std::size_t>(y * width + x)] = 255;
+  }
+  return cells;
+}
+
+TEST(Families, AreTheLibrarysOwnPictures) {
+  for (const std::string& name : tag_family_names()) {
+    const TagFamily family = tag_family(name, 1);
+    const FamilyHandle handle = create_family(name, 1);
+    for (const std::size_t id : {std::size_t{0}, std::size_t{7}, family.codes.size() - 1}) {
+      image_u8_t* image = apriltag_to_image(handle.get(), static_cast<int>(id));
+      const std::vector<std::uint8_t> cells = drawn(family, id);
+      ASSERT_EQ(image->width, family.total_width) << name;
+      for (int y = 0; y < image->height; ++y) {
+        for (int x = 0; x < image->width; ++x) {
+          EXPECT_EQ(cells[static_cast<std::size_t>(y * family.total_width + x)],
+                    image->buf[y * image->stride + x])
+              << name << " id " << id << " at " << x << "," << y;
+        }
+      }
+      std::free(image->buf);
+      std::free(image);
+    }
+  }
+}
+
+TEST(Families, KnownFacts) {
+  const TagFamily family = tag_family("tag36h11", 1);
+  EXPECT_EQ(family.codes.size(), 587u);
+  EXPECT_EQ(family.codes.front(), 0x0000000d7e00984bULL);
+  EXPECT_EQ(family.bits.size(), 36u);
+  EXPECT_EQ(family.width_at_border, 8);
+  EXPECT_EQ(family.total_width, 10);
+  EXPECT_FALSE(family.reversed_border);
+  EXPECT_TRUE(tag_family("tagStandard41h12", 1).reversed_border);
+  EXPECT_EQ(tag_family("tag25h9", 1).codes.size(), 35u);
+}
+
+TEST(Families, WideBorderLiesAroundTheSameBits) {
+  for (const std::string& name : tag_family_names()) {
+    const TagFamily plain = tag_family(name, 1);
+    if (plain.reversed_border) {
+      EXPECT_THROW(tag_family(name, 2), Error);
+      continue;
+    }
+    const TagFamily wide = tag_family(name, 2);
+    EXPECT_EQ(wide.width_at_border, plain.width_at_border + 2);
+    EXPECT_EQ(wide.total_width, plain.total_width + 2);
+    EXPECT_EQ(wide.codes, plain.codes);
+    for (std::size_t i = 0; i < plain.bits.size(); ++i) {
+      EXPECT_EQ(wide.bits[i].x, plain.bits[i].x + 1);
+      EXPECT_EQ(wide.bits[i].y, plain.bits[i].y + 1);
+      EXPECT_GE(wide.bits[i].x, 2);
+      EXPECT_LT(wide.bits[i].x, wide.width_at_border - 2);
+    }
+  }
+}
+
+TEST(Families, CodesOfTheSameTagStandApart) {
+  const TagFamily family = tag_family("tag36h11", 1);
+  for (std::size_t i = 1; i < family.codes.size(); ++i) {
+    EXPECT_GE(std::popcount(family.codes[i] ^ family.codes[0]), 11);
+  }
+}
+
+TEST(Families, UnknownNamesAndBordersAreErrors) {
+  EXPECT_THROW(tag_family("tag36h12", 1), Error);
+  EXPECT_THROW(tag_family("", 1), Error);
+  EXPECT_THROW(tag_family("tag36h11", 0), Error);
+  EXPECT_THROW(tag_family("tag36h11", 3), Error);
+  try {
+    tag_family("tag36h12", 1);
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "family: must be one of tag36h11, tag36h10, tag25h9, tag16h5, tagStandard41h12, "
+              "got tag36h12");
+  }
+}
+
+}  // namespace
+}  // namespace tagcal

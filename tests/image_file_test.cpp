@@ -1,0 +1,285 @@
+#include "tagcal/io/image_file.hpp"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+// jpeglib.h needs FILE declared before it.
+#include <jpeglib.h>
+
+#include "tagcal/error.hpp"
+#include "tagcal/random.hpp"
+
+namespace tagcal {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ImageFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() /
+              (std::string("tagcal_image_") +
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path put(const std::string& bytes, const std::string& name = "picture") const {
+    const fs::path file = folder_ / name;
+    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
+    return file;
+  }
+
+  static std::string get(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  fs::path folder_;
+};
+
+struct Format {
+  int colour = PNG_COLOR_TYPE_GRAY;
+  int bits = 8;
+  int interlace = PNG_INTERLACE_NONE;
+};
+
+// Encodes 16-bit values by libpng, the same in all colour channels, with half-transparent alpha.
+std::string png_of(const std::vector<std::uint16_t>& values, int width, const Format& format) {
+  const int height = static_cast<int>(values.size()) / width;
+  std::string bytes;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(
+      png, &bytes,
+      [](png_structp p, png_bytep data, size_t count) {
+        static_cast<std::string*>(png_get_io_ptr(p))->append(reinterpret_cast<char*>(data), count);
+      },
+      nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
+               format.bits, format.colour, format.interlace, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  std::vector<png_color> palette(256);
+  for (int i = 0; i < 256; ++i) {
+    const auto level = static_cast<png_byte>(255 - i);
+    palette[static_cast<std::size_t>(i)] = {level, level, level};
+  }
+  const bool indexed = format.colour == PNG_COLOR_TYPE_PALETTE;
+  if (indexed) png_set_PLTE(png, info, palette.data(), 256);
+  png_write_info(png, info);
+  const int channels = png_get_channels(png, info);
+  const bool alpha = (format.colour & PNG_COLOR_MASK_ALPHA) != 0;
+  std::vector<std::vector<png_byte>> rows(static_cast<std::size_t>(height));
+  std::vector<png_bytep> pointers;
+  for (int y = 0; y < height; ++y) {
+    auto& row = rows[static_cast<std::size_t>(y)];
+    for (int x = 0; x < width; ++x) {
+      for (int c = 0; c < channels; ++c) {
+        int value = values[static_cast<std::size_t>(y * width + x)];
+        if (alpha && c == channels - 1) value = format.bits == 16 ? 0x8000 : 0x80;
+        if (indexed) value = 255 - value;
+        if (format.bits == 16) row.push_back(static_cast<png_byte>(value >> 8));
+        row.push_back(static_cast<png_byte>(value & 255));
+      }
+    }
+    pointers.push_back(row.data());
+  }
+  png_write_image(png, pointers.data());
+  png_write_end(png, info);
+  png_destroy_write_struct(&png, &info);
+  return bytes;
+}
+
+std::string jpeg_of(const Image8& image, bool colour) {
+  jpeg_compress_struct jpeg;
+  jpeg_error_mgr errors;
+  jpeg.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&jpeg);
+  unsigned char* memory = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&jpeg, &memory, &size);
+  jpeg.image_width = static_cast<JDIMENSION>(image.width());
+  jpeg.image_height = static_cast<JDIMENSION>(image.height());
+  jpeg.input_components = colour ? 3 : 1;
+  jpeg.in_color_space = colour ? JCS_RGB : JCS_GRAYSCALE;
+  jpeg_set_defaults(&jpeg);
+  jpeg_set_quality(&jpeg, 98, TRUE);
+  jpeg_start_compress(&jpeg, TRUE);
+  for (int y = 0; y < image.height(); ++y) {
+    std::vector<JSAMPLE> row;
+    for (int x = 0; x < image.width(); ++x) {
+      row.insert(row.end(), static_cast<std::size_t>(jpeg.input_components), image(x, y));
+    }
+    JSAMPROW pointer = row.data();
+    jpeg_write_scanlines(&jpeg, &pointer, 1);
+  }
+  jpeg_finish_compress(&jpeg);
+  jpeg_destroy_compress(&jpeg);
+  std::string bytes(reinterpret_cast<char*>(memory), size);
+  std::free(memory);
+  return bytes;
+}
+
+Image8 test_picture(int width, int height) {
+  Image8 image({width, height});
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      image(x, y) = static_cast<std::uint8_t>(128 + 100 * std::sin(0.2 * x) * std::cos(0.15 * y));
+    }
+  }
+  return image;
+}
+
+std::vector<std::uint16_t> values_of(const Image8& image, int scale) {
+  std::vector<std::uint16_t> values;
+  for (const int value : image.pixels()) {
+    values.push_back(static_cast<std::uint16_t>(value * scale));
+  }
+  return values;
+}
+
+std::string error_of(const fs::path& file) {
+  try {
+    read_image(file);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(ImageFile, WhatIsWrittenIsRead) {
+  Random random(3);
+  Image8 image({37, 23});
+  for (int y = 0; y < 23; ++y) {
+    for (int x = 0; x < 37; ++x) image(x, y) = static_cast<std::uint8_t>(random.index(256));
+  }
+  write_png(folder_ / "a.png", image);
+  const Image8 again = read_image(folder_ / "a.png");
+  EXPECT_EQ(again.size(), image.size());
+  EXPECT_EQ(again.pixels(), image.pixels());
+  EXPECT_EQ(read_image_size(folder_ / "a.png"), image.size());
+  write_png(folder_ / "b.png", image);
+  EXPECT_EQ(get(folder_ / "a.png"), get(folder_ / "b.png"));
+}
+
+TEST_F(ImageFile, EveryKindOfPngGivesTheSameGrey) {
+  const Image8 image = test_picture(33, 21);
+  for (const int interlace : {PNG_INTERLACE_NONE, PNG_INTERLACE_ADAM7}) {
+    for (const int colour : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_GRAY_ALPHA,
+                             PNG_COLOR_TYPE_RGB_ALPHA, PNG_COLOR_TYPE_PALETTE}) {
+      const fs::path file = put(png_of(values_of(image, 1), 33, {colour, 8, interlace}));
+      EXPECT_EQ(read_image(file).pixels(), image.pixels()) << colour << " " << interlace;
+    }
+  }
+}
+
+TEST_F(ImageFile, SixteenBitsAreScaledToTheBrightest) {
+  Image8 image = test_picture(33, 21);
+  image(5, 5) = 255;
+  for (const int interlace : {PNG_INTERLACE_NONE, PNG_INTERLACE_ADAM7}) {
+    for (const int colour : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_RGB}) {
+      for (const int scale : {257, 16, 1}) {  // full range, 12-bit and 8-bit data
+        const fs::path file = put(png_of(values_of(image, scale), 33, {colour, 16, interlace}));
+        EXPECT_EQ(read_image(file).pixels(), image.pixels()) << colour << " " << scale;
+      }
+    }
+  }
+  const fs::path black = put(png_of(std::vector<std::uint16_t>(100, 0), 10, {0, 16, 0}));
+  EXPECT_EQ(read_image(black).pixels(), std::vector<std::uint8_t>(100, 0));
+}
+
+TEST_F(ImageFile, JpegGreyAndColour) {
+  const Image8 image = test_picture(50, 40);
+  for (const bool colour : {false, true}) {
+    const fs::path file = put(jpeg_of(image, colour));
+    EXPECT_EQ(read_image_size(file), image.size());
+    const Image8 read = read_image(file);
+    for (std::size_t i = 0; i < image.pixels().size(); ++i) {
+      EXPECT_NEAR(read.pixels()[i], image.pixels()[i], 3);
+    }
+  }
+}
+
+TEST_F(ImageFile, Pgm) {
+  using std::string_literals::operator""s;
+  const std::vector<std::uint8_t> expected{0, 127, 255, 1, 2, 3};
+  EXPECT_EQ(read_image(put("P2\n# a comment\n3 2 # 3 wide\n255\n0 127 255\n1 2 3\n")).pixels(),
+            expected);
+  EXPECT_EQ(read_image(put("P5 3 2 255\n\x00\x7f\xff\x01\x02\x03"s)).pixels(), expected);
+  EXPECT_EQ(read_image(put("P5 3 1 4095\n\x00\x00\x07\xff\x0f\xff"s)).pixels(),
+            (std::vector<std::uint8_t>{0, 127, 255}));
+  EXPECT_EQ(read_image(put("P2 3 1 15 0 1 15")).pixels(), (std::vector<std::uint8_t>{0, 17, 255}));
+  EXPECT_EQ(read_image_size(put("P5 3 2 255\n\x00\x7f\xff\x01\x02\x03"s)), (ImageSize{3, 2}));
+  for (const std::string& bad :
+       {"P5"s, "P5 3"s, "P5 3 2 255\n12345"s, "P2 3 1 255 1 2"s, "P2 2 1 7 1 8"s, "P5 0 3 255\n"s,
+        "P5 3 -1 255\n"s, "P5 1 1 0\n1"s, "P5 1 1 70000\n11"s, "P5 x y 255\n"s,
+        "P5 99999999999999 2 255\n"s}) {
+    EXPECT_NE(error_of(put(bad)), "") << bad;
+  }
+}
+
+TEST_F(ImageFile, TooLargeIsRefusedBeforeItIsAllocated) {
+  std::string png = png_of({1, 2, 3, 4}, 2, {});
+  png.replace(16, 8, std::string("\x7f\xff\xff\xff\x7f\xff\xff\xff", 8));  // the checksum is wrong
+  EXPECT_NE(error_of(put(png)), "");
+  const std::string message = error_of(put("P5 10001 10000 255\n"));
+  EXPECT_NE(message.find("at most 100000000 pixels, got 10001x10000"), std::string::npos)
+      << message;
+  std::string jpeg = jpeg_of(test_picture(16, 16), false);
+  const std::size_t frame = jpeg.find("\xff\xc0");
+  jpeg.replace(frame + 5, 4, "\xf0\xf0\xf0\xf0");
+  EXPECT_NE(error_of(put(jpeg)).find("at most 100000000 pixels"), std::string::npos);
+}
+
+TEST_F(ImageFile, CutAnywhereIsAnError) {
+  const Image8 image = test_picture(40, 30);
+  for (const std::string& whole :
+       {png_of(values_of(image, 1), 40, {}), png_of(values_of(image, 1), 40, {2, 8, 1}),
+        jpeg_of(image, false), jpeg_of(image, true)}) {
+    ASSERT_EQ(error_of(put(whole)), "");
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+      const fs::path file = put(whole.substr(0, length));
+      const std::string message = error_of(file);
+      ASSERT_TRUE(message.starts_with(file.string() + ": ")) << length << " of " << whole.size();
+      ASSERT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+  }
+}
+
+TEST_F(ImageFile, DamageNeverCrashes) {
+  Random random(11);
+  const Image8 image = test_picture(40, 30);
+  int errors = 0;
+  for (const std::string& whole : {png_of(values_of(image, 1), 40, {}), jpeg_of(image, true),
+                                   std::string("P2 3 2 255 0 127 255 1 2 3")}) {
+    for (int trial = 0; trial < 300; ++trial) {
+      std::string damaged = whole;
+      for (int i = 0; i < 3; ++i) {
+        damaged[random.index(damaged.size())] = static_cast<char>(random.index(256));
+      }
+      errors += error_of(put(damaged)).empty() ? 0 : 1;
+    }
+  }
+  EXPECT_GT(errors, 300);
+}
+
+TEST_F(ImageFile, WhatIsNoPictureIsNamed) {
+  EXPECT_EQ(error_of(folder_ / "none.png"), (folder_ / "none.png").string() + ": no such file");
+  EXPECT_NE(error_of(folder_).find("folder"), std::string::npos);
+  EXPECT_NE(error_of(put("")).find("is empty"), std::string::npos);
+  EXPECT_NE(error_of(put("hello, I am a text")).find("is not a PNG, JPEG or PGM"),
+            std::string::npos);
+  EXPECT_THROW(write_png(folder_ / "no_such_folder" / "a.png", test_picture(8, 8)), Error);
+  EXPECT_THROW(write_png(folder_ / "a.png", Image8()), Error);
+  EXPECT_FALSE(fs::exists(folder_ / "a.png"));
+}
+
+}  // namespace
+}  // namespace tagcal

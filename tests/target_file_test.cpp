@@ -1,0 +1,278 @@
+#include "tagcal/io/target_file.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "file_fixture.hpp"
+
+namespace tagcal {
+namespace {
+
+const std::string kGrid =
+    "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088\ntagSpacing: 0.3\n";
+const std::string kTags =
+    "target_type: tags\nfamily: tag25h9\ntags:\n"
+    "  - {id: 3, size: 0.1, pose: {translation_m: [1, 2, 3]}}\n"
+    "  - {id: 8, size: 0.2, pose: {rotation: [0, 0, 0, 1]}}\n";
+const std::string kPoints =
+    "target_type: points\npoints:\n  - {id: 4, x: 1.5, y: -2e-3, z: .25}\n  - [7, 1, 2, 3]\n";
+
+class TargetFile : public FileTest {
+ protected:
+  Board read(const std::string& text, std::optional<int> first_id = {}) {
+    return read_target(write("target.yaml", text), first_id, &warnings_);
+  }
+  std::string error(const std::string& text) {
+    const std::string message = error_of([&] { read(text); });
+    const std::string name = (folder_ / "target.yaml").string();
+    return message.starts_with(name) ? message.substr(name.size()) : "names no file: " + message;
+  }
+  void expect_bad(const std::string& good, const std::vector<BadFile>& table) {
+    for (const BadFile& bad : table) {
+      const std::string message = error(replaced(good, bad.from, bad.to));
+      EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+  }
+
+  std::vector<std::string> warnings_;
+};
+
+TEST_F(TargetFile, KalibrsGridHasKalibrsDefaults) {
+  const Board board = read(kGrid);
+  ASSERT_TRUE(board.grid);
+  EXPECT_EQ(board.tags.size(), 30U);
+  EXPECT_EQ(board.grid->columns, 6);
+  EXPECT_EQ(board.grid->rows, 5);
+  EXPECT_EQ(board.grid->tag_size, 0.088);
+  EXPECT_EQ(board.grid->tag_spacing, 0.3);
+  EXPECT_EQ(board.family, "tag36h11");
+  EXPECT_EQ(board.border_bits, 2);
+  EXPECT_TRUE(board.corner_squares);
+  EXPECT_FALSE(read(kGrid + "border_bits: 1\n").corner_squares);
+  EXPECT_TRUE(read(kGrid + "border_bits: 1\ncorner_squares: true\n").corner_squares);
+  EXPECT_TRUE(warnings_.empty());
+}
+
+TEST_F(TargetFile, FirstIdOfTheCallerWins) {
+  EXPECT_EQ(read(kGrid + "first_id: 7\n").tags.front().id, 7);
+  EXPECT_EQ(read(kGrid + "first_id: 7\n", 100).tags.front().id, 100);
+  EXPECT_EQ(read(kGrid, 100).tags.back().id, 129);
+  // The smallest id moves there, the others with it.
+  EXPECT_EQ(read(kTags, 100).tags.back().id, 105);
+  EXPECT_EQ(read(kPoints, 0).points.back().id.tag_id, 3);
+  EXPECT_EQ(read(kTags + "first_id: 5\n").tags.front().id, 5);
+}
+
+TEST_F(TargetFile, TagsAndPointsStandWhereTheFileSays) {
+  const Board tags = read(kTags);
+  EXPECT_FALSE(tags.grid);
+  EXPECT_EQ(tags.family, "tag25h9");
+  EXPECT_EQ(tags.border_bits, 1);
+  EXPECT_FALSE(tags.corner_squares);
+  EXPECT_EQ(tags.tags[0].board_from_tag.translation(), Eigen::Vector3d(1, 2, 3));
+  const Eigen::Vector3d turned = tags.tags[1].board_from_tag * Eigen::Vector3d(1, 2, 3);
+  EXPECT_LT((turned - Eigen::Vector3d(-1, -2, 3)).norm(), 1e-15);
+  EXPECT_EQ(read("target_type: tags\ntags: [{id: 1, size: 2}]").tags[0].size, 2);
+
+  const Board points = read(kPoints);
+  ASSERT_EQ(points.points.size(), 2U);
+  EXPECT_EQ(points.points[0].id.tag_id, 4);
+  EXPECT_EQ(points.points[0].position, Eigen::Vector3d(1.5, -2e-3, 0.25));
+  EXPECT_EQ(points.points[1].position, Eigen::Vector3d(1, 2, 3));
+}
+
+TEST_F(TargetFile, PoseMayBeAMatrix) {
+  const Board board = read(
+      "target_type: tags\ntags: [{id: 1, size: 2, pose: "
+      "[[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]}]");
+  const Eigen::Vector3d moved = board.tags[0].board_from_tag * Eigen::Vector3d(1, 0, 0);
+  EXPECT_LT((moved - Eigen::Vector3d(5, 7, 7)).norm(), 1e-15);
+}
+
+TEST_F(TargetFile, UnknownKeysWarnInKalibrsFiles) {
+  read(kGrid + "tagSpacin: 0.3\nauthor: me\n");
+  ASSERT_EQ(warnings_.size(), 2U);
+  EXPECT_NE(warnings_[0].find("target.yaml: tagSpacin: unknown key; did you mean tagSpacing?"),
+            std::string::npos);
+  EXPECT_NE(warnings_[1].find("author: unknown key; known keys are target_type, tagCols"),
+            std::string::npos);
+}
+
+TEST_F(TargetFile, BadGrids) {
+  expect_bad(
+      kGrid,
+      {{"tagCols: 6", "tagCols: 0", ": tagCols: must be a whole number from 1 to 100000, got 0"},
+       {"tagCols: 6", "tagCols: -6", ": tagCols: must be a whole number from 1 to 100000, got -6"},
+       {"tagCols: 6", "tagCols: 6.0",
+        ": tagCols: must be a whole number from 1 to 100000, got 6.0"},
+       {"tagCols: 6", "tagCols: 99999999999", ": tagCols: must be a whole number"},
+       {"tagCols: 6", "tagCols: six", ": tagCols: must be a whole number"},
+       {"tagCols: 6",
+        "tagCols:", ": tagCols: must be a whole number from 1 to 100000, got nothing"},
+       {"tagCols: 6", "tagCols: [6]",
+        ": tagCols: must be a whole number from 1 to 100000, got a l"},
+       {"tagCols: 6", "tagCols: '6'",
+        ": tagCols: must be a whole number from 1 to 100000, got \"6"},
+       {"tagCols: 6", "tagCols: 50000", ": tagCols * tagRows: must be at most 100000, got 250000"},
+       {"tagCols: 6\n", "", ": tagCols: the key is missing"},
+       {"tagRows: 5", "tagRows: 5\ntagRows: 6", ": line 4: tagRows: the key stands twice"},
+       {"tagSize: 0.088", "tagSize: -0.088", ": tagSize: must be > 0, got -0.088"},
+       {"tagSize: 0.088", "tagSize: 0", ": tagSize: must be > 0, got 0"},
+       {"tagSize: 0.088", "tagSize: .nan", ": tagSize: must be a finite number, got .nan"},
+       {"tagSize: 0.088", "tagSize: nan", ": tagSize: must be a finite number, got nan"},
+       {"tagSize: 0.088", "tagSize: .inf", ": tagSize: must be a finite number, got .inf"},
+       {"tagSize: 0.088", "tagSize: 1e400", ": tagSize: must be a finite number, got 1e400"},
+       {"tagSize: 0.088", "tagSize: 88 mm", ": tagSize: must be a finite number, got 88 mm"},
+       {"tagSize: 0.088", "tagSize: 0,088", ": tagSize: must be a finite number, got 0,088"},
+       {"tagSize: 0.088", "tagSize: {a: 1}", ": tagSize: must be a finite number, got a map"},
+       {"tagSpacing: 0.3", "tagSpacing: -0.3", ": tagSpacing: must be >= 0, got -0.3"},
+       {"'aprilgrid'", "'aprilgird'", ": target_type: must be aprilgrid, tags or points, got \"ap"},
+       {"'aprilgrid'", "checkerboard", ": target_type: has no tags and is not supported"},
+       {"'aprilgrid'", "circlegrid", ": target_type: has no tags and is not supported"},
+       {"target_type:", "type:", ": target_type: the key is missing"},
+       {"tagCols", "border_bits: 3\ntagCols", ": border_bits: must be a whole number from 1 to 2"},
+       {"tagCols", "corner_squares: 2\ntagCols", ": corner_squares: must be true or false, got 2"},
+       {"tagCols", "family: ''\ntagCols", ": family: must be a text, got \"\""},
+       {"tagCols", "first_id: -1\ntagCols", ": first_id: must be a whole number from 0 to"},
+       {"tagCols", "first_id: 2147483640\ntagCols", ": first_id: the ids must stay below 2^31"},
+       {"tagCols: 6", "\ttagCols: 6", ": line 2: is not YAML: "},
+       {"tagCols: 6", "tagCols: [6", ": line 3: is not YAML: "},
+       {"tagCols: 6", "tagCols: 6: 7", ": line 2: is not YAML: illegal map value"},
+       {"tagCols: 6", "---\ntagCols: 6", ": line 2: a second YAML document begins"},
+       {"tagCols: 6", "tagCols: *six", ": line 2: is not YAML: "},
+       {"tagCols: 6", "tagCols: &a [*a]", ": line 2: an alias stands within its own anchor"},
+       {"tagCols: 6", "? [1, 2]\n: 6", ": line 2: a key must be plain text"}});
+}
+
+TEST_F(TargetFile, BadTagsAndPoints) {
+  expect_bad(
+      kTags,
+      {{"id: 8", "id: 3", ": tags[1].id: must be another id than those before, got 3"},
+       {"id: 8", "id: -8", ": tags[1].id: must be a whole number from 0 to 2147483647, got -8"},
+       {"size: 0.2", "size: 0", ": tags[1].size: must be > 0, got 0"},
+       {"size: 0.2", "sise: 0.2", ": tags[1].sise: unknown key; did you mean size?"},
+       {", size: 0.2", "", ": tags[1].size: the key is missing"},
+       {", pose: {rotation: [0, 0, 0, 1]}", "", ": tags[1].pose: the key is missing"},
+       {"[0, 0, 0, 1]", "[0, 0, 0]", ": tags[1].pose.rotation: must be a list of 4, got a list of"},
+       {"[0, 0, 0, 1]", "[0, 0, 0, 1.1]", ": tags[1].pose.rotation: must be a unit quaternion [w"},
+       {"[0, 0, 0, 1]", "[0, 0, 0, x]", ": tags[1].pose.rotation[3]: must be a finite number, got"},
+       {"{rotation: [0, 0, 0, 1]}", "5", ": tags[1].pose: must be a map of keys, got 5"},
+       {"{rotation: [0, 0, 0, 1]}", "[[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]",
+        ": tags[1].pose: the upper left 3x3 must be a rotation"},
+       {"{rotation: [0, 0, 0, 1]}", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]",
+        ": tags[1].pose: the upper left 3x3 must be a rotation"},
+       {"{rotation: [0, 0, 0, 1]}", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]",
+        ": tags[1].pose: the last row must be [0, 0, 0, 1]"},
+       {"family", "corner_squares: true\nfamily",
+        ": corner_squares: must be false for target_type"},
+       {"family", "tagCols: 3\nfamily",
+        ": tagCols: unknown key; known keys are target_type, tags"}});
+  expect_bad(kPoints,
+             {{"[7, 1, 2, 3]", "[4, 1, 2, 3]", ": points[1][0]: must be another id than those"},
+              {"[7, 1, 2, 3]", "[7, 1, 2]", ": points[1]: must be a list of 4, got a list of 3"},
+              {"[7, 1, 2, 3]", "7", ": points[1]: must be a map of keys, got 7"},
+              {"x: 1.5, ", "", ": points[0].x: the key is missing"},
+              {"x: 1.5", "x: inf", ": points[0].x: must be a finite number, got inf"},
+              {"points:\n", "points: []\nnone:\n", ": none: unknown key"}});
+  EXPECT_EQ(error("target_type: points\npoints: []"),
+            ": points: must be a list of at least 1, got a list of 0");
+}
+
+TEST_F(TargetFile, WhatIsNoYamlAtAll) {
+  EXPECT_EQ(error(""), ": is empty");
+  EXPECT_EQ(error("# nothing\n\n"), ": is empty");
+  EXPECT_EQ(error("just words"), ": must be a map of keys, got just words");
+  EXPECT_EQ(error("- 1\n- 2"), ": must be a map of keys, got a list of 2");
+  EXPECT_EQ(error(std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16)), ": is not YAML: binary data");
+  EXPECT_EQ(error_of([&] { read_target(folder_ / "none.yaml"); }),
+            (folder_ / "none.yaml").string() + ": no such file");
+  EXPECT_EQ(error_of([&] { read_target(folder_); }),
+            folder_.string() + ": is a folder, not a file");
+  EXPECT_EQ(error(std::string((16 << 20) + 1, ' ')), ": larger than 16 MiB");
+}
+
+TEST_F(TargetFile, DeepNestingIsRefusedBeforeItOverflowsTheStack) {
+  std::string block, keys;
+  for (int i = 0; i < 100'000; ++i) {
+    block += "- ";
+    keys += "? ";
+  }
+  const std::string brackets = std::string(100'000, '[') + std::string(100'000, ']');
+  std::string indented;
+  for (int i = 0; i < 200; ++i) indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
+  for (const std::string& deep : {brackets, block, indented}) {
+    const std::string message = error(deep);
+    EXPECT_NE(message.find("nested more than 64 levels deep"), std::string::npos) << message;
+  }
+  // A list or a map as the key of a map.
+  for (const std::string& deep : {std::string(100'000, '['), std::string(100'000, '{'), keys}) {
+    EXPECT_EQ(error(deep), ": line 1: a key must be plain text");
+  }
+}
+
+TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
+  Random random(5);
+  Grid grid{7, 3, 0.1 / 3, 0.3 / 7, 11};
+  Board board = grid_board(grid, "tag25h9", 1, true);
+  write_target(folder_ / "t.yaml", board);
+  Board back = read_target(folder_ / "t.yaml", {}, &warnings_);
+  EXPECT_TRUE(warnings_.empty());
+  ASSERT_EQ(back.tags.size(), board.tags.size());
+  EXPECT_EQ(back.family, "tag25h9");
+  EXPECT_EQ(back.border_bits, 1);
+  EXPECT_TRUE(back.corner_squares);
+  for (std::size_t i = 0; i < back.tags.size(); ++i) {
+    EXPECT_EQ(back.tags[i].id, board.tags[i].id);
+    EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
+  }
+
+  board = {"tag36h11", 1, false, {}, {}, {}};
+  for (int i = 0; i < 200; ++i)
+    board.tags.push_back({3 * i, random.uniform(), random_pose(random)});
+  write_target(folder_ / "t.yaml", board);
+  back = read_target(folder_ / "t.yaml");
+  ASSERT_EQ(back.tags.size(), 200U);
+  for (std::size_t i = 0; i < 200; ++i) {
+    EXPECT_EQ(back.tags[i].size, board.tags[i].size);
+    EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
+  }
+
+  board.tags.clear();
+  for (int i = 0; i < 200; ++i) {
+    board.points.push_back({{200 - i, 0}, random_pose(random).translation()});
+  }
+  write_target(folder_ / "t.yaml", board);
+  back = read_target(folder_ / "t.yaml");
+  ASSERT_EQ(back.points.size(), 200U);
+  for (std::size_t i = 0; i < 200; ++i) {
+    EXPECT_EQ(back.points[i].id, board.points[i].id);
+    EXPECT_EQ(back.points[i].position, board.points[i].position);
+  }
+}
+
+RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64_t seed)) {
+  Random random(seed);
+  for (const std::string& good : {kGrid, kTags, kPoints}) {
+    const std::string text = mutated(good, random);
+    Board board;
+    try {
+      board = read(text);
+    } catch (const Error& error) {
+      RC_ASSERT(std::string(error.what()).find("target.yaml: ") != std::string::npos);
+      continue;
+    }
+    RC_ASSERT(board.tags.empty() != board.points.empty());
+    std::set<int> ids;
+    for (const Tag& tag : board.tags) {
+      RC_ASSERT(tag.size > 0 && tag.id >= 0 && ids.insert(tag.id).second);
+      RC_ASSERT(tag.board_from_tag.matrix().allFinite());
+    }
+    for (const TargetPoint& point : board.points) {
+      RC_ASSERT(point.position.allFinite() && ids.insert(point.id.tag_id).second);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tagcal

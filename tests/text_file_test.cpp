@@ -1,0 +1,86 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "file_fixture.hpp"
+
+namespace tagcal {
+namespace {
+
+class TextFile : public FileTest {};
+
+TEST_F(TextFile, GivesBackWhatWasWritten) {
+  const fs::path file = folder_ / "a.txt";
+  for (const std::string& text :
+       {std::string(), std::string("a"), std::string("\0\r\n\xff", 4), std::string(3 << 20, 'x')}) {
+    write_whole(file, text);
+    EXPECT_TRUE(read_text(file) == text);
+    EXPECT_EQ(num_files(), 1U);
+  }
+}
+
+TEST_F(TextFile, ReadingNamesTheFileAndTheReason) {
+  EXPECT_EQ(error_of([&] { read_text(folder_ / "none"); }),
+            (folder_ / "none").string() + ": no such file");
+  EXPECT_EQ(error_of([&] { read_text(folder_); }), folder_.string() + ": is a folder, not a file");
+  const fs::path big = folder_ / "big";
+  std::ofstream(big).put('x');
+  fs::resize_file(big, (std::uintmax_t{256} << 20) + 1);  // sparse: takes no room
+  EXPECT_EQ(error_of([&] { read_text(big); }), big.string() + ": larger than 256 MiB");
+  write_whole(folder_ / "a", "x");
+  EXPECT_EQ(error_of([&] { read_text(folder_ / "a" / "b"); }),
+            (folder_ / "a" / "b").string() + ": no such file");
+}
+
+TEST_F(TextFile, WritingWhereItCannotIsAnErrorAndLeavesNothing) {
+  EXPECT_NE(error_of([&] { write_whole(folder_ / "no" / "file", "x"); }).find("no/file: cannot"),
+            std::string::npos);
+  fs::create_directory(folder_ / "sub");
+  EXPECT_NE(error_of([&] { write_whole(folder_ / "sub", "x"); }).find("sub: cannot write"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { write_whole(folder_ / "sub/", "x"); }).find("cannot write"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { write_whole("", "x"); }).find("cannot write"), std::string::npos);
+  EXPECT_EQ(num_files(), 1U);
+}
+
+// A limit on the size of files stands for a full disk.
+TEST_F(TextFile, FailedWriteKeepsTheOldFileAndRemovesTheTemporary) {
+  const fs::path file = folder_ / "a.txt";
+  write_whole(file, "old");
+  ::rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  ::rlimit small = before;
+  small.rlim_cur = 4096;
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  const std::string message = error_of([&] { write_whole(file, std::string(1 << 16, 'x')); });
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_NE(message.find("a.txt: cannot write: File too large"), std::string::npos) << message;
+  EXPECT_EQ(read_text(file), "old");
+  EXPECT_EQ(num_files(), 1U);
+}
+
+TEST_F(TextFile, KeepsLinksAndPermissions) {
+  const fs::path file = folder_ / "a.txt";
+  const fs::path link = folder_ / "link";
+  write_whole(file, "old");
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_symlink("a.txt", link);
+  write_whole(link, "new");
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(read_text(file), "new");
+  EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(TextFile, DoesNotReplaceADevice) {
+  EXPECT_NO_THROW(write_whole("/dev/null", "x"));
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_EQ(read_text("/dev/null"), "");
+}
+
+}  // namespace
+}  // namespace tagcal
