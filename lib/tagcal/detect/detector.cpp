@@ -7,114 +7,32 @@
 #include <atomic>
 #include <exception>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <thread>
 
-#include "tagcal/detect/apriltag_handles.hpp"
-#include "tagcal/detect/refine_edges.hpp"
-#include "tagcal/error.hpp"
+#include "tagcal/detect/family_detector.hpp"
 
 namespace tagcal {
 namespace {
 
-constexpr int kMinImageSide = 8;       // AprilTag 3.3 crashes on some of the smallest pictures
-constexpr double kBorderMargin = 1.5;  // px: a tag nearer to the edge of the picture may be cut
-
-// The tags looked for with one family and border.
-struct Wanted {
-  std::string family;
-  int border_bits = 1;
-  std::set<int> ids;
-};
-
+constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
 std::vector<Wanted> wanted_tags(const std::vector<PlacedBoard>& boards) {
-  std::map<std::pair<std::string, int>, std::set<int>> by_family;
+  std::map<std::pair<std::string, int>, Wanted> by_family;
   for (const PlacedBoard& placed : boards) {
     const Board& board = placed.board;
     if (board.tags.empty()) continue;
-    std::set<int>& ids = by_family[{board.family, board.border_bits}];
-    for (const Tag& tag : board.tags) ids.insert(tag.id);
+    Wanted& wanted = by_family[{board.family, board.border_bits}];
+    wanted.family = board.family;
+    wanted.border_bits = board.border_bits;
+    wanted.corner_squares |= board.corner_squares;
+    for (const Tag& tag : board.tags) wanted.ids.insert(tag.id);
   }
-  std::vector<Wanted> wanted;
-  for (auto& [key, ids] : by_family) wanted.push_back({key.first, key.second, std::move(ids)});
-  return wanted;
+  std::vector<Wanted> all;
+  for (auto& [key, wanted] : by_family) all.push_back(std::move(wanted));
+  return all;
 }
-
-struct FoundTag {
-  int id = 0;
-  Quad corners;
-};
-
-bool is_inside(const Quad& quad, const ImageSize& size) {
-  return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector2d& corner) {
-    return corner.minCoeff() >= -0.5 + kBorderMargin &&
-           corner.x() <= size.width - 0.5 - kBorderMargin &&
-           corner.y() <= size.height - 0.5 - kBorderMargin;
-  });
-}
-
-// Convex, and not mirrored: seen, the corners run counter-clockwise (the image's y points down).
-bool is_face(const Quad& quad) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector2d a = quad[(i + 1) % 4] - quad[i];
-    const Eigen::Vector2d b = quad[(i + 2) % 4] - quad[(i + 1) % 4];
-    if (!(a.x() * b.y() - a.y() * b.x() < 0)) return false;
-  }
-  return true;
-}
-
-// AprilTag's detector for one family and border, for one thread.
-class FamilyDetector {
- public:
-  FamilyDetector(const Wanted& wanted, int max_hamming)
-      : wanted_(wanted),
-        family_(create_family(wanted.family, wanted.border_bits)),
-        detector_(apriltag_detector_create()) {
-    max_hamming_ = std::clamp(max_hamming, 0, 2);
-    apriltag_detector_add_family_bits(detector_.get(), family_.get(), max_hamming_);
-    detector_->nthreads = 1;
-    detector_->quad_decimate = 1;
-    detector_->refine_edges = true;
-  }
-
-  const Wanted& wanted() const { return wanted_; }
-
-  std::vector<FoundTag> find(const Image8& image) {
-    // AprilTag does not write into the picture that it is given.
-    image_u8_t view = {image.width(), image.height(), image.width(),
-                       const_cast<std::uint8_t*>(image.row(0))};
-    const DetectionsHandle detections(apriltag_detector_detect(detector_.get(), &view));
-    std::vector<FoundTag> found;
-    for (int i = 0; i < zarray_size(detections.get()); ++i) {
-      apriltag_detection_t* detection = nullptr;
-      zarray_get(detections.get(), i, &detection);
-      if (detection->hamming > max_hamming_) continue;
-      if (const auto tag = refined(*detection, image)) found.push_back(*tag);
-    }
-    return found;
-  }
-
- private:
-  std::optional<FoundTag> refined(const apriltag_detection_t& detection,
-                                  const Image8& image) const {
-    Quad start;
-    for (std::size_t i = 0; i < 4; ++i) {
-      // AprilTag's pixel centres are at 0.5.
-      start[i] = {detection.p[i][0] - 0.5, detection.p[i][1] - 0.5};
-    }
-    if (!is_face(start) || !is_inside(start, image.size())) return std::nullopt;
-    const QuadShape shape{family_->width_at_border, !family_->reversed_border};
-    const Quad corners = refine_edges(image, start, shape).value_or(start);
-    if (!is_face(corners) || !is_inside(corners, image.size())) return std::nullopt;
-    return FoundTag{detection.id, corners};
-  }
-
-  Wanted wanted_;
-  FamilyHandle family_;
-  DetectorHandle detector_;
-  int max_hamming_ = 0;
-};
 
 // All that one thread needs.
 class Worker {
