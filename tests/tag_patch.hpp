@@ -37,18 +37,19 @@ class TagSurface {
         border_(family.width_at_border),
         total_(family.total_width),
         start_((family.total_width - family.width_at_border) / 2),
-        white_(static_cast<std::size_t>(total_ * total_), false) {
+        white_(static_cast<std::size_t>(total_ * total_), 0) {
     const int first = start_ - (family.reversed_border ? 0 : 1);
     const int last = total_ - 1 - first;
     for (int i = first; i <= last; ++i) {
       for (const auto& [x, y] : {std::pair{i, first}, {i, last}, {first, i}, {last, i}}) {
-        white_[static_cast<std::size_t>(y * total_ + x)] = true;
+        white_[static_cast<std::size_t>(y * total_ + x)] = 1;
       }
     }
     const std::size_t bits = family.bits.size();
     for (std::size_t i = 0; i < bits; ++i) {
       const int cell = (family.bits[i].y + start_) * total_ + family.bits[i].x + start_;
-      white_[static_cast<std::size_t>(cell)] = (family.codes[id] >> (bits - 1 - i) & 1U) != 0;
+      white_[static_cast<std::size_t>(cell)] =
+          (family.codes[id] >> (bits - 1 - i) & 1U) != 0 ? 1 : 0;
     }
   }
 
@@ -57,7 +58,7 @@ class TagSurface {
     const int x = static_cast<int>(std::floor(u)) + start_;
     const int y = static_cast<int>(std::floor(v)) + start_;
     if (x < 0 || y < 0 || x >= total_ || y >= total_) return true;
-    return white_[static_cast<std::size_t>(y * total_ + x)];
+    return white_[static_cast<std::size_t>(y * total_ + x)] != 0;
   }
 
  private:
@@ -74,7 +75,7 @@ class TagSurface {
   int border_;
   int total_;
   int start_;
-  std::vector<bool> white_;
+  std::vector<std::uint8_t> white_;
 };
 
 // The share of each sub-sample in a pixel: a box of one pixel, blurred.
@@ -99,10 +100,9 @@ inline void filter(const float* in, int stride, int count, int samples,
   const int reach = static_cast<int>(weights.size()) / 2;
   for (int pixel = 0; pixel < count; ++pixel) {
     float sum = 0;
-    const int first = pixel * samples + samples / 2 - reach;
-    for (int i = 0; i < 2 * reach; ++i) {
-      const int at = std::clamp(first + i, 0, count * samples - 1);
-      sum += weights[static_cast<std::size_t>(i)] * in[at * stride];
+    int at = pixel * samples + samples / 2 - reach;
+    for (const float weight : weights) {
+      sum += weight * in[std::clamp(at++, 0, count * samples - 1) * stride];
     }
     out[pixel * stride] = sum;
   }
@@ -110,7 +110,7 @@ inline void filter(const float* in, int stride, int count, int samples,
 
 inline Patch tag_patch(const TagFamily& family, std::size_t id, const PatchSpec& spec,
                        Random& random) {
-  constexpr int kSamples = 8;
+  constexpr int kSamples = 6;
   constexpr double kFocal = 900;
   const int width = static_cast<int>(2.2 * spec.side_px) + 20;
   const double azimuth = random.uniform(0, 2 * std::numbers::pi);
@@ -140,10 +140,16 @@ inline Patch tag_patch(const TagFamily& family, std::size_t id, const PatchSpec&
   const int fine = width * kSamples;
   ImageF light({fine, fine});
   for (int y = 0; y < fine; ++y) {
+    const Eigen::Vector3d start =
+        cells_from_pixels * Eigen::Vector3d(0.5 / kSamples - 0.5, (y + 0.5) / kSamples - 0.5, 1);
+    const double step[3] = {cells_from_pixels(0, 0) / kSamples, cells_from_pixels(1, 0) / kSamples,
+                            cells_from_pixels(2, 0) / kSamples};
+    float* out = light.row(y);
     for (int x = 0; x < fine; ++x) {
-      const Eigen::Vector3d pixel((x + 0.5) / kSamples - 0.5, (y + 0.5) / kSamples - 0.5, 1);
-      const Eigen::Vector2d at = (cells_from_pixels * pixel).hnormalized();
-      light(x, y) = surface.is_white(at.x(), at.y()) ? 230.0F : 25.0F;
+      const double scale = 1 / (start[2] + x * step[2]);
+      const double u = (start[0] + x * step[0]) * scale;
+      const double v = (start[1] + x * step[1]) * scale;
+      out[x] = surface.is_white(u, v) ? 230.0F : 25.0F;
     }
   }
   const std::vector<float> weights = pixel_weights(kSamples, spec.blur_px);
