@@ -244,7 +244,8 @@ TEST_F(ImageFile, CutAnywhereIsAnError) {
        {png_of(values_of(image, 1), 40, {}), png_of(values_of(image, 1), 40, {2, 8, 1}),
         jpeg_of(image, false), jpeg_of(image, true)}) {
     ASSERT_EQ(error_of(put(whole)), "");
-    for (std::size_t length = 0; length < whole.size(); ++length) {
+    for (std::size_t length = 0; length < whole.size();
+         length += length < 100 || length + 50 > whole.size() ? 1 : 7) {
       const fs::path file = put(whole.substr(0, length));
       const std::string message = error_of(file);
       ASSERT_TRUE(message.starts_with(file.string() + ": ")) << length << " of " << whole.size();
@@ -259,7 +260,7 @@ TEST_F(ImageFile, DamageNeverCrashes) {
   int errors = 0;
   for (const std::string& whole : {png_of(values_of(image, 1), 40, {}), jpeg_of(image, true),
                                    std::string("P2 3 2 255 0 127 255 1 2 3")}) {
-    for (int trial = 0; trial < 300; ++trial) {
+    for (int trial = 0; trial < 100; ++trial) {
       std::string damaged = whole;
       for (int i = 0; i < 3; ++i) {
         damaged[random.index(damaged.size())] = static_cast<char>(random.index(256));
@@ -267,7 +268,7 @@ TEST_F(ImageFile, DamageNeverCrashes) {
       errors += error_of(put(damaged)).empty() ? 0 : 1;
     }
   }
-  EXPECT_GT(errors, 300);
+  EXPECT_GT(errors, 100);
 }
 
 TEST_F(ImageFile, WhatIsNoPictureIsNamed) {

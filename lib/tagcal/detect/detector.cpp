@@ -1,0 +1,177 @@
+#include "tagcal/detect/detector.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "tagcal/detect/family_detector.hpp"
+
+namespace tagcal {
+namespace {
+
+constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
+std::vector<Wanted> wanted_tags(const std::vector<PlacedBoard>& boards) {
+  std::map<std::pair<std::string, int>, Wanted> by_family;
+  for (const PlacedBoard& placed : boards) {
+    const Board& board = placed.board;
+    if (board.tags.empty()) continue;
+    Wanted& wanted = by_family[{board.family, board.border_bits}];
+    wanted.family = board.family;
+    wanted.border_bits = board.border_bits;
+    wanted.corner_squares |= board.corner_squares;
+    for (const Tag& tag : board.tags) wanted.ids.insert(tag.id);
+  }
+  std::vector<Wanted> all;
+  for (auto& [key, wanted] : by_family) all.push_back(std::move(wanted));
+  return all;
+}
+
+// All that one thread needs.
+class Worker {
+ public:
+  Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
+    for (const Wanted& wanted : wanted_tags(boards)) {
+      detectors_.push_back(std::make_unique<FamilyDetector>(wanted, options.max_hamming));
+    }
+  }
+
+  View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings) {
+    View view{name, {}};
+    if (image.width() < kMinImageSide || image.height() < kMinImageSide) {
+      warnings.push_back(
+          fmt::format("{}: smaller than {}x{}, holds no tag", name, kMinImageSide, kMinImageSide));
+      return view;
+    }
+    for (const auto& detector : detectors_) add_tags(*detector, image, view, warnings);
+    std::sort(view.observations.begin(), view.observations.end(),
+              [](const Observation& a, const Observation& b) { return a.id < b.id; });
+    if (view.observations.empty()) warnings.push_back(name + ": no tag of the boards found");
+    return view;
+  }
+
+ private:
+  static void add_tags(FamilyDetector& detector, const Image8& image, View& view,
+                       std::vector<std::string>& warnings) {
+    std::map<int, std::vector<Quad>> by_id;
+    for (const FoundTag& tag : detector.find(image)) by_id[tag.id].push_back(tag.corners);
+    std::vector<int> strange;
+    std::vector<int> repeated;
+    for (const auto& [id, quads] : by_id) {
+      if (!detector.wanted().ids.contains(id)) {
+        strange.push_back(id);
+      } else if (quads.size() > 1) {
+        repeated.push_back(id);
+      } else {
+        for (int i = 0; i < 4; ++i) {
+          view.observations.push_back({{id, i}, quads[0][static_cast<std::size_t>(i)], {}});
+        }
+      }
+    }
+    const std::string& family = detector.wanted().family;
+    if (!strange.empty()) {
+      warnings.push_back(fmt::format("{}: left out {} tags that are on no board: {}", view.image,
+                                     family, fmt::join(strange, ", ")));
+    }
+    if (!repeated.empty()) {
+      warnings.push_back(fmt::format("{}: left out {} tags seen more than once: {}", view.image,
+                                     family, fmt::join(repeated, ", ")));
+    }
+  }
+
+  std::vector<std::unique_ptr<FamilyDetector>> detectors_;
+};
+
+// The pictures of detect_all, shared by its workers. Results stand by index, so that they do not
+// depend on who did what.
+class Batch {
+ public:
+  Batch(const std::vector<ImageSource>& images, const std::function<void(int, int)>& progress)
+      : images_(images),
+        progress_(progress),
+        views_(images.size()),
+        warnings_(images.size()),
+        errors_(images.size()) {}
+
+  void work(Worker& worker) {
+    for (std::size_t i = next_++; i < images_.size() && !failed_; i = next_++) {
+      try {
+        views_[i] = worker.detect(images_[i].load(), images_[i].name, warnings_[i]);
+        const std::scoped_lock lock(mutex_);
+        if (progress_) progress_(++done_, static_cast<int>(images_.size()));
+      } catch (...) {
+        errors_[i] = std::current_exception();
+        failed_ = true;
+      }
+    }
+  }
+
+  // Throws the error of the first picture that failed; every one before it has been tried.
+  DetectResult result() {
+    for (const std::exception_ptr& error : errors_) {
+      if (error) std::rethrow_exception(error);
+    }
+    DetectResult result{std::move(views_), {}};
+    for (const auto& lines : warnings_) {
+      result.warnings.insert(result.warnings.end(), lines.begin(), lines.end());
+    }
+    return result;
+  }
+
+ private:
+  const std::vector<ImageSource>& images_;
+  const std::function<void(int, int)>& progress_;
+  std::vector<View> views_;
+  std::vector<std::vector<std::string>> warnings_;
+  std::vector<std::exception_ptr> errors_;
+  std::atomic<std::size_t> next_ = 0;
+  std::atomic<bool> failed_ = false;
+  std::mutex mutex_;
+  int done_ = 0;
+};
+
+std::size_t num_threads(const DetectOptions& options, std::size_t images) {
+  const std::size_t asked = options.threads > 0
+                                ? static_cast<std::size_t>(options.threads)
+                                : std::max<std::size_t>(1, std::thread::hardware_concurrency());
+  return std::min(asked, std::max<std::size_t>(1, images));
+}
+
+}  // namespace
+
+View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
+            const DetectOptions& options, std::vector<std::string>* warnings) {
+  std::vector<std::string> lines;
+  View view = Worker(boards, options).detect(image, name, lines);
+  if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
+  return view;
+}
+
+DetectResult detect_all(const std::vector<ImageSource>& images,
+                        const std::vector<PlacedBoard>& boards, const DetectOptions& options,
+                        const std::function<void(int, int)>& progress) {
+  // Made here, before any thread starts: an unknown family is an error of the boards, and
+  // AprilTag's families are created by one thread.
+  std::vector<std::unique_ptr<Worker>> workers;
+  for (std::size_t i = 0; i < num_threads(options, images.size()); ++i) {
+    workers.push_back(std::make_unique<Worker>(boards, options));
+  }
+  Batch batch(images, progress);
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 1; i < workers.size(); ++i) {
+      threads.emplace_back([&batch, &worker = *workers[i]] { batch.work(worker); });
+    }
+    batch.work(*workers[0]);
+  }
+  return batch.result();
+}
+
+}  // namespace tagcal

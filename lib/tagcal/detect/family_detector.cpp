@@ -1,0 +1,142 @@
+#include "tagcal/detect/family_detector.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+namespace tagcal {
+namespace {
+
+constexpr double kBorderMargin = 1.5;    // px: a tag nearer to the edge of the picture may be cut
+constexpr double kSamePlace = 3;         // px
+constexpr std::array kShrinks = {1, 2};  // px
+
+bool is_inside(const Quad& quad, const ImageSize& size) {
+  return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector2d& corner) {
+    return corner.minCoeff() >= -0.5 + kBorderMargin &&
+           corner.x() <= size.width - 0.5 - kBorderMargin &&
+           corner.y() <= size.height - 0.5 - kBorderMargin;
+  });
+}
+
+// Convex, and not mirrored: seen, the corners run counter-clockwise (the image's y points down).
+bool is_face(const Quad& quad) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d a = quad[(i + 1) % 4] - quad[i];
+    const Eigen::Vector2d b = quad[(i + 2) % 4] - quad[(i + 1) % 4];
+    if (!(a.x() * b.y() - a.y() * b.x() < 0)) return false;
+  }
+  return true;
+}
+
+// The brightest of each pixel's neighbours up to `radius` away: black shrinks by so much. The
+// corner squares of a Kalibr board, which touch the tags' corners, then no longer hang together
+// with them.
+Image8 brightest(const Image8& image, int radius) {
+  const auto width = image.width();
+  const auto height = image.height();
+  Image8 rows(image.size());
+  Image8 result(image.size());
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* in = image.row(y);
+    for (int x = 0; x < width; ++x) {
+      rows(x, y) =
+          *std::max_element(in + std::max(0, x - radius), in + std::min(width, x + radius + 1));
+    }
+  }
+  for (int y = 0; y < height; ++y) {
+    std::uint8_t* out = result.row(y);
+    for (int i = std::max(0, y - radius); i <= std::min(height - 1, y + radius); ++i) {
+      const std::uint8_t* in = rows.row(i);
+      for (int x = 0; x < width; ++x) out[x] = std::max(out[x], in[x]);
+    }
+  }
+  return result;
+}
+
+// The quad with every side moved outwards by `distance`.
+Quad grown(const Quad& quad, double distance) {
+  const auto side = [&](std::size_t i) {
+    const Eigen::Vector2d along = (quad[(i + 1) % 4] - quad[i]).normalized();
+    const Eigen::Vector2d outwards(-along.y(), along.x());
+    return Eigen::Vector3d(outwards.x(), outwards.y(), -outwards.dot(quad[i]) - distance);
+  };
+  Quad result;
+  for (std::size_t i = 0; i < 4; ++i) {
+    result[i] = side((i + 3) % 4).cross(side(i)).hnormalized();
+  }
+  return result;
+}
+
+double largest_distance(const Quad& a, const Quad& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < 4; ++i) largest = std::max(largest, (a[i] - b[i]).norm());
+  return largest;
+}
+
+// The same tag, seen in another pass, is kept once.
+void keep(const FoundTag& tag, std::vector<FoundTag>& found) {
+  for (FoundTag& other : found) {
+    if (other.id != tag.id || largest_distance(other.corners, tag.corners) > kSamePlace) continue;
+    if (!other.refined) other = tag;
+    return;
+  }
+  found.push_back(tag);
+}
+
+}  // namespace
+
+FamilyDetector::FamilyDetector(const Wanted& wanted, int max_hamming)
+    : wanted_(wanted),
+      family_(create_family(wanted.family, wanted.border_bits)),
+      detector_(apriltag_detector_create()),
+      max_hamming_(std::clamp(max_hamming, 0, 2)) {
+  apriltag_detector_add_family_bits(detector_.get(), family_.get(), max_hamming_);
+  detector_->nthreads = 1;
+  detector_->quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
+  detector_->refine_edges = true;
+}
+
+std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
+  std::vector<FoundTag> found;
+  look(image, image, 0, found);
+  if (wanted_.corner_squares) {
+    for (const int radius : kShrinks) look(image, brightest(image, radius), radius, found);
+  }
+  return found;
+}
+
+// Looks at a picture in which black has shrunk by `shrink` px.
+void FamilyDetector::look(const Image8& image, const Image8& shrunk, int shrink,
+                          std::vector<FoundTag>& found) {
+  // AprilTag does not write into the picture that it is given.
+  image_u8_t view = {shrunk.width(), shrunk.height(), shrunk.width(),
+                     const_cast<std::uint8_t*>(shrunk.row(0))};
+  const DetectionsHandle detections(apriltag_detector_detect(detector_.get(), &view));
+  for (int i = 0; i < zarray_size(detections.get()); ++i) {
+    apriltag_detection_t* detection = nullptr;
+    zarray_get(detections.get(), i, &detection);
+    if (detection->hamming > max_hamming_) continue;
+    if (const auto tag = named(*detection, image, shrink)) keep(*tag, found);
+  }
+}
+
+std::optional<FoundTag> FamilyDetector::named(const apriltag_detection_t& detection,
+                                              const Image8& image, int shrink) const {
+  Quad start;
+  for (std::size_t i = 0; i < 4; ++i) {
+    // AprilTag's pixel centres are at 0.5.
+    start[i] = {detection.p[i][0] - 0.5, detection.p[i][1] - 0.5};
+  }
+  if (!is_face(start)) return std::nullopt;
+  if (shrink > 0) start = grown(start, shrink);
+  if (!is_inside(start, image.size())) return std::nullopt;
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  const std::optional<Quad> corners = refine_edges(image, start, shape);
+  if (!corners && shrink > 0) return std::nullopt;  // where black shrank, so did the corners
+  const FoundTag tag{detection.id, corners.value_or(start), corners.has_value()};
+  if (!is_face(tag.corners) || !is_inside(tag.corners, image.size())) return std::nullopt;
+  return tag;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,183 @@
+#include "tagcal/detect/refine_edges.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace tagcal {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix66 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kStartBlur = 0.85;  // sd of the edge's spread, px: a sharp lens and the pixel
+constexpr double kMaxMove = 2.0;     // px
+constexpr double kMinContrast = 8;   // grey levels
+constexpr double kBendPerPx = 3e-4;  // sd of the curvature that lenses give to edges, 1/px
+constexpr double kLogBlurSd = 0.5;   // how far the blur is believed to be from its start
+constexpr int kSelections = 3;       // times the pixels are chosen anew about the edge
+constexpr int kSteps = 4;            // Gauss-Newton steps for each
+
+// A pixel near an edge: its place along it, in [-1, 1], its signed distance outwards, its level.
+struct Sample {
+  double along;
+  double outwards;
+  double level;
+};
+
+// An edge from `middle - half * direction` to `middle + half * direction`. Its points lie at
+// offset() along the outward normal.
+struct Edge {
+  Eigen::Vector2d middle;
+  Eigen::Vector2d direction;
+  Eigen::Vector2d normal;
+  double half = 0;
+  double reach = 0;  // of the strip of pixels, to either side
+  // Offset at the middle, slope, bend; level inside, step to the outside; log of the blur.
+  Vector6 fit = Vector6::Zero();
+
+  double blur() const { return std::exp(fit[5]); }
+  double offset(double along) const { return fit[0] + along * (fit[1] + along * fit[2]); }
+};
+
+Edge edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  Edge edge;
+  edge.middle = 0.5 * (from + to);
+  edge.half = 0.5 * (to - from).norm();
+  edge.direction = (to - from) / (2 * edge.half);
+  // Corners run counter-clockwise as seen, y down: outwards is to the right of the way.
+  edge.normal = {-edge.direction.y(), edge.direction.x()};
+  edge.fit[5] = std::log(kStartBlur);
+  return edge;
+}
+
+// The pixels of the strip about the edge's present place, without its ends.
+std::vector<Sample> samples_about(const Edge& edge, const Image8& image) {
+  std::vector<Sample> samples;
+  const double margin = std::min(2.5 * edge.blur() + 0.5, 0.6 * edge.half);
+  const double longest = edge.half - margin;
+  const Eigen::Vector2d extent =
+      longest * edge.direction.cwiseAbs() +
+      (edge.reach + std::abs(edge.fit[0]) + std::abs(edge.fit[1])) * Eigen::Vector2d::Ones();
+  const Eigen::Vector2d low = (edge.middle - extent).cwiseMax(0);
+  const Eigen::Vector2d size(image.width() - 1, image.height() - 1);
+  const Eigen::Vector2d high = (edge.middle + extent).cwiseMin(size);
+  for (int y = static_cast<int>(std::ceil(low.y())); y <= high.y(); ++y) {
+    for (int x = static_cast<int>(std::ceil(low.x())); x <= high.x(); ++x) {
+      const Eigen::Vector2d away = Eigen::Vector2d(x, y) - edge.middle;
+      const double along = away.dot(edge.direction);
+      if (std::abs(along) > longest) continue;
+      const double outwards = away.dot(edge.normal);
+      if (std::abs(outwards - edge.offset(along / edge.half)) > edge.reach) continue;
+      samples.push_back({along / edge.half, outwards, static_cast<double>(image(x, y))});
+    }
+  }
+  return samples;
+}
+
+void start_levels(Edge& edge, const std::vector<Sample>& samples) {
+  double sum[2] = {0, 0};
+  int count[2] = {0, 0};
+  for (const Sample& sample : samples) {
+    if (std::abs(sample.outwards) < 0.5 * edge.reach) continue;
+    const int side = sample.outwards > 0 ? 1 : 0;
+    sum[side] += sample.level;
+    ++count[side];
+  }
+  const double inside = sum[0] / std::max(1, count[0]);
+  edge.fit[3] = inside;
+  edge.fit[4] = sum[1] / std::max(1, count[1]) - inside;
+}
+
+// One Gauss-Newton step of level = inside + step Phi((outwards - offset(along)) / blur). The bend
+// and the blur have priors, weighed against the noise that the residuals show: short edges say too
+// little of them.
+bool step(Edge& edge, const std::vector<Sample>& samples) {
+  Matrix66 information = Matrix66::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double squares = 0;
+  const double blur = edge.blur();
+  for (const Sample& sample : samples) {
+    const double z = (sample.outwards - edge.offset(sample.along)) / blur;
+    const double share = 0.5 * std::erfc(-z / std::numbers::sqrt2);
+    const double density = std::exp(-0.5 * z * z) * std::numbers::inv_sqrtpi / std::numbers::sqrt2;
+    const double residual = sample.level - edge.fit[3] - edge.fit[4] * share;
+    const double by_offset = -edge.fit[4] * density / blur;
+    Vector6 row;
+    row << by_offset, by_offset * sample.along, by_offset * sample.along * sample.along, 1, share,
+        -edge.fit[4] * density * z;
+    information.noalias() += row * row.transpose();
+    gradient += row * residual;
+    squares += residual * residual;
+  }
+  const double variance = std::max(0.1, squares / static_cast<double>(samples.size() - 6));
+  const double bend_weight = variance / std::pow(0.5 * kBendPerPx * edge.half * edge.half, 2);
+  const double blur_weight = variance / (kLogBlurSd * kLogBlurSd);
+  information(2, 2) += bend_weight;
+  gradient[2] -= bend_weight * edge.fit[2];
+  information(5, 5) += blur_weight;
+  gradient[5] -= blur_weight * (edge.fit[5] - std::log(kStartBlur));
+  Vector6 change = information.ldlt().solve(gradient);
+  if (!change.allFinite()) return false;
+  change[0] = std::clamp(change[0], -0.5, 0.5);
+  change[1] = std::clamp(change[1], -0.5, 0.5);
+  change[5] = std::clamp(change[5], -0.5, 0.5);
+  edge.fit += change;
+  return std::abs(edge.fit[0]) < kMaxMove && std::abs(edge.fit[5]) < 3;
+}
+
+bool fit_edge(Edge& edge, const Image8& image, double cell, bool dark_inside) {
+  for (int selection = 0; selection < kSelections; ++selection) {
+    edge.reach = std::clamp(0.65 * cell, 1.2, 2.5 * edge.blur() + 1.0);
+    const std::vector<Sample> samples = samples_about(edge, image);
+    if (samples.size() < 16) return false;
+    if (selection == 0) start_levels(edge, samples);
+    for (int i = 0; i < kSteps; ++i) {
+      if (!step(edge, samples)) return false;
+    }
+  }
+  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kMinContrast;
+}
+
+// Where two edges meet: the intersection of their tangents near the corner, repeated.
+Eigen::Vector2d corner_between(const Edge& a, const Edge& b, Eigen::Vector2d corner) {
+  const auto tangent = [](const Edge& edge, const Eigen::Vector2d& near) {
+    const double along = (near - edge.middle).dot(edge.direction) / edge.half;
+    const double slope = (edge.fit[1] + 2 * along * edge.fit[2]) / edge.half;
+    const Eigen::Vector2d point =
+        edge.middle + along * edge.half * edge.direction + edge.offset(along) * edge.normal;
+    const Eigen::Vector2d normal = edge.normal - slope * edge.direction;
+    return Eigen::Vector3d(normal.x(), normal.y(), -normal.dot(point));
+  };
+  for (int i = 0; i < 3; ++i) corner = tangent(a, corner).cross(tangent(b, corner)).hnormalized();
+  return corner;
+}
+
+// The distance from edge i to the opposite one, over the cells between them.
+double cell_at(const Quad& quad, const Edge& edge, std::size_t i, int cells) {
+  const Eigen::Vector2d opposite = 0.5 * (quad[(i + 2) % 4] + quad[(i + 3) % 4]);
+  return std::abs((opposite - edge.middle).dot(edge.normal)) / cells;
+}
+
+}  // namespace
+
+std::optional<Quad> refine_edges(const Image8& image, const Quad& start, const QuadShape& shape) {
+  std::array<Edge, 4> edges;
+  for (std::size_t i = 0; i < 4; ++i) {
+    edges[i] = edge_between(start[i], start[(i + 1) % 4]);
+    const double cell = cell_at(start, edges[i], i, shape.cells);
+    if (!fit_edge(edges[i], image, cell, shape.dark_inside)) return std::nullopt;
+  }
+  Quad quad;
+  for (std::size_t i = 0; i < 4; ++i) {
+    quad[i] = corner_between(edges[(i + 3) % 4], edges[i], start[i]);
+    const double moved = (quad[i] - start[i]).norm();
+    if (!(moved <= kMaxMove)) return std::nullopt;  // not a number is no corner either
+  }
+  return quad;
+}
+
+}  // namespace tagcal
