@@ -29,7 +29,8 @@ CLI::Option* add_integer(CLI::App& command, const std::string& name, int& value,
             if (number && *number >= minimum) return std::string();
             return fmt::format("must be a whole number, {} or more, got {}", minimum, text);
           },
-          "N", "N");
+          "", "")
+      ->option_text("N");
 }
 
 CLI::Option* add_positive(CLI::App& command, const std::string& name, double& value,
@@ -41,7 +42,8 @@ CLI::Option* add_positive(CLI::App& command, const std::string& name, double& va
             if (number && std::isfinite(*number) && *number > 0) return std::string();
             return fmt::format("must be a finite number > 0, got {}", text);
           },
-          "X", "X");
+          "", "")
+      ->option_text("X");
 }
 
 CLI::Option* add_threads(CLI::App& command, int& threads) {

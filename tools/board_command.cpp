@@ -86,7 +86,7 @@ int run(const Arguments& arguments) {
   const Board board = board_to_print(arguments.target, &warnings);
   const Sheet sheet = sheet_of(board, tag_family(board.family, board.border_bits));
   if (kind == ".svg") {
-    write_whole(arguments.out, sheet_svg(sheet, arguments.target));
+    write_whole(arguments.out, sheet_svg(sheet, fs::path(arguments.target).filename().string()));
   } else {
     write_png(arguments.out, picture_of(sheet, arguments.dpi));
   }
@@ -102,11 +102,9 @@ int run(const Arguments& arguments) {
 Command add_board(CLI::App& app) {
   CLI::App* command = app.add_subcommand("board", "a target to print, true to scale");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("target", arguments->target, "the target")
-      ->option_text("TARGET.yaml")
-      ->required();
+  command->add_option("TARGET.yaml", arguments->target, "the target")->option_text(" ")->required();
   command->add_option("--out", arguments->out, "file to write: board.svg or board.png")
-      ->option_text("FILE")
+      ->option_text("FILE REQUIRED")
       ->required();
   add_positive(*command, "--dpi", arguments->dpi, "pixels an inch of a PNG (300)");
   command->footer("Example: tagcal board target.yaml --out board.svg");

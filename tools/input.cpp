@@ -92,9 +92,9 @@ Input read_folder(const InputArguments& arguments) {
 
 void add_input(CLI::App& command, InputArguments& arguments) {
   command
-      .add_option("inputs", arguments.inputs,
+      .add_option("DATASET|IMAGE", arguments.inputs,
                   "a folder with dataset.yaml, or (with --target) pictures")
-      ->option_text("DATASET | IMAGE...")
+      ->option_text(" ")
       ->required();
   command.add_option("--target", arguments.target, "the board in the pictures: a target file")
       ->option_text("T.yaml");

@@ -6,7 +6,6 @@
 #include <regex>
 #include <string>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "tagcal/error.hpp"
@@ -64,8 +63,8 @@ OutputFolder::OutputFolder(const fs::path& place) : place_(plain_path(place)) {
   partial_ = place_;
   partial_ += fmt::format(".partial-{}", getpid());
   if (!fs::create_directory(partial_, why)) {
-    const fs::path failed = std::exchange(partial_, fs::path());
-    throw cannot_write(failed, why);
+    partial_.clear();  // nothing to remove
+    throw cannot_write(place, why);
   }
 }
 

@@ -38,8 +38,8 @@ struct Arguments {
   int threads = 0;
 };
 
-Scene scene_to_render(const Arguments& arguments) {
-  Scene scene = read_scene(arguments.scene);
+Scene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
+  Scene scene = read_scene(arguments.scene, warnings);
   if (arguments.views == 0) return scene;
   if (auto* path = std::get_if<ExplicitPath>(&scene.path)) {
     const int poses = static_cast<int>(path->camera_from_world.size());
@@ -76,7 +76,8 @@ Dataset dataset_of(const Scene& scene, const std::vector<Pose>& poses) {
 }
 
 int run(const Arguments& arguments) {
-  const Scene scene = scene_to_render(arguments);
+  std::vector<std::string> warnings;
+  const Scene scene = scene_to_render(arguments, &warnings);
   const TagFamilies families = families_of(scene);
   OutputFolder folder(arguments.out);
   const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
@@ -96,6 +97,7 @@ int run(const Arguments& arguments) {
   write_dataset(folder.path(), dataset, kImages, "");
   write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
   folder.publish();
+  print_warnings(warnings);
   fmt::print(stderr, "{}: {} images, {} exact corners\n", arguments.out, poses.size(),
              num_corners(dataset.views));
   return kAnswer;
@@ -107,13 +109,11 @@ Command add_render(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("render", "images and exact corners of a scene, as a data set");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("scene", arguments->scene, "the scene")
-      ->option_text("SCENE.yaml")
-      ->required();
+  command->add_option("SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
   command
       ->add_option("--out", arguments->out,
                    "folder to write: images, dataset.yaml, targets, truth.yaml")
-      ->option_text("DIR")
+      ->option_text("DIR REQUIRED")
       ->required();
   add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");
   add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");

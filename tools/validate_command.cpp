@@ -107,11 +107,11 @@ Command add_validate(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("validate", "a calibration against OpenCV's projection and the truth");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("calibration", arguments->calibration, "a calibration: ours or OpenCV's")
-      ->option_text("CALIBRATION")
+  command->add_option("CALIBRATION", arguments->calibration, "a calibration: ours or OpenCV's")
+      ->option_text(" ")
       ->required();
   command->add_option("--dataset", arguments->dataset, "a folder with dataset.yaml")
-      ->option_text("DATASET")
+      ->option_text("DATASET REQUIRED")
       ->required();
   command
       ->add_option("--observations", arguments->observations,
