@@ -1,0 +1,30 @@
+# The headers that are installed. They include nothing but the standard library, Eigen and each
+# other (tests/layers_test.cmake); every other header is free to change and to use third parties.
+set(TAGCAL_PUBLIC_HEADERS
+    tagcal/error.hpp
+    tagcal/random.hpp
+    tagcal/geometry/pose.hpp
+    tagcal/geometry/viewpoint.hpp
+    tagcal/camera/lens.hpp
+    tagcal/camera/camera.hpp
+    tagcal/camera/model.hpp
+    tagcal/scene/board.hpp
+    tagcal/scene/board_ink.hpp
+    tagcal/scene/dataset.hpp
+    tagcal/scene/image.hpp
+    tagcal/scene/render.hpp
+    tagcal/scene/scene.hpp
+    tagcal/scene/tag_family.hpp
+    tagcal/scene/visibility.hpp
+    tagcal/estimate/calibrate.hpp
+    tagcal/estimate/pose.hpp
+    tagcal/estimate/status.hpp
+    tagcal/detect/detector.hpp
+    tagcal/detect/families.hpp
+    tagcal/io/calibration_file.hpp
+    tagcal/io/dataset_file.hpp
+    tagcal/io/image_file.hpp
+    tagcal/io/scene_file.hpp
+    tagcal/io/target_file.hpp
+    tagcal/io/text_file.hpp
+    tagcal/study/validate.hpp)

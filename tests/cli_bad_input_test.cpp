@@ -1,0 +1,134 @@
+// Bad input gets one clear line and exit 2, and nothing half-written.
+#include <sstream>
+
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
+  expect_bad_input("", {"needs a command", "render", "board"});
+  expect_bad_input("rendr x", {"rendr", "unknown command", "did you mean render"});
+  expect_bad_input("render x.yaml --out y --viewz 3",
+                   {"--viewz", "did you mean --views", "--help"});
+  expect_bad_input("render x.yaml", {"--out", "required"});
+  expect_bad_input("render x.yaml --out y --views 0", {"--views", "1 or more", "got 0"});
+  expect_bad_input("render x.yaml --out y --views -3", {"--views", "got -3"});
+  expect_bad_input("render x.yaml --out y --seed 1.5", {"--seed", "whole number", "got 1.5"});
+  expect_bad_input("render x.yaml --out y --threads many", {"--threads", "got many"});
+  for (const std::string sigma : {"0", "nan", "inf", "-1", "0.1x"}) {
+    expect_bad_input("calibrate set --sigma-px " + sigma, {"--sigma-px", "> 0", "got " + sigma});
+  }
+  expect_bad_input("calibrate " + path("set") + " --model opencv6",
+                   {"opencv6", "opencv5", "fisheye4"});
+  expect_bad_input("calibrate " + path("set") + " extra", {"extra", "one DATASET"});
+  expect_bad_input("calibrate --target " + path("set/target.yaml"), {"required"});
+  expect_bad_input("detect " + path("set/images/000.png"), {"000.png", "--target"});
+}
+
+TEST_F(Cli, BadScenesAreNamed) {
+  const struct {
+    const char* from;
+    const char* to;
+    std::vector<std::string> parts;
+  } cases[] = {
+      {"views: 6", "views: 0", {"views", "0"}},
+      {"views: 6", "views: six", {"views", "six"}},
+      {"views: 6", "vews: 6", {"vews"}},
+      {"f: 520", "f: .nan", {"camera", "f", "nan"}},
+      {"f: 520", "f: .inf", {"camera", "f", "inf"}},
+      {"f: 520", "f: -520", {"camera", "f", "-520"}},
+      {"model: radial1", "model: radial7", {"model", "radial7"}},
+      {"[640, 400]", "[640, -400]", {"image_size", "-400"}},
+      {"tagSize: 0.06", "tagSize: -0.06", {"boards[0]", "tagSize", "-0.06"}},
+      {"type: dome", "type: spiral", {"path", "type", "spiral"}},
+      {"boards:", "boards: [", {"bad.yaml"}},
+  };
+  for (const auto& c : cases) {
+    spill(root() / "bad.yaml", replaced(kScene, c.from, c.to));
+    std::vector<std::string> parts = c.parts;
+    parts.emplace_back("bad.yaml");
+    expect_bad_input("render " + path("bad.yaml") + " --out " + path("bad"), parts);
+    EXPECT_FALSE(fs::exists(root() / "bad"));
+  }
+}
+
+TEST_F(Cli, BadPicturesAreNamed) {
+  spill(root() / "empty.png", "");
+  spill(root() / "text.png", "not a picture");
+  spill(root() / "small.pgm", "P5 64 48 255\n" + std::string(64 * 48, '\0'));
+  const std::string png = slurp(root() / "set/images/000.png");
+  spill(root() / "cut.png", png.substr(0, png.size() / 2));
+  const std::string detect =
+      "detect --target " + path("set/target.yaml") + " " + path("set/images/001.png") + " ";
+  for (const std::string bad : {"empty.png", "text.png", "cut.png", "missing.png"}) {
+    expect_bad_input(detect + path(bad), {bad});
+    expect_bad_input(detect + path(bad) + " --out " + path("never.csv"), {bad});
+  }
+  expect_bad_input(detect + path("small.pgm"), {"small.pgm", "640x400", "64x48"});
+  expect_bad_input(detect + path("set/images/001.png"), {"001.png", "given twice"});
+  expect_bad_input(detect + path("set"), {"set"});
+  EXPECT_FALSE(fs::exists(root() / "never.csv"));
+  expect_bad_input("detect " + path("set") + " --out " + path("no/such/corners.csv"), {"no/such"});
+  expect_bad_input("detect " + path("set") + " --out " + path("set"), {"set", "folder"});
+}
+
+TEST_F(Cli, BadDatasetsAreNamed) {
+  const struct {
+    const char* file;
+    const char* from;
+    const char* to;
+    std::vector<std::string> parts;
+  } cases[] = {
+      {"dataset.yaml", "target:", "targets:", {"dataset.yaml", "targets"}},
+      {"dataset.yaml", "[640, 400]", "[640]", {"dataset.yaml", "image_size"}},
+      {"dataset.yaml", "[640, 400]", "[.nan, 400]", {"dataset.yaml", "image_size", "nan"}},
+      {"dataset.yaml", "observations_exact.csv", "nothing.csv", {"nothing.csv"}},
+      {"target.yaml", "tagRows: 3", "tagRows: none", {"target.yaml", "tagRows", "none"}},
+      {"target.yaml", "tagCols: 4", "tagCols: 2", {"observations_exact.csv"}},
+      {"observations_exact.csv", "image,tag_id", "image,tag", {"observations_exact.csv"}},
+      {"observations_exact.csv",
+       "000.png,0,0,",
+       "000.png,0,0,nan",
+       {"observations_exact.csv", "nan"}},
+      {"observations_exact.csv", "000.png,0,0,", "000.png,0,0,7,", {"observations_exact.csv"}},
+      {"observations_exact.csv",
+       "000.png,0,1,",
+       "000.png,0,0,",
+       {"observations_exact.csv", "000.png"}},
+      {"observations_exact.csv", "000.png,0,0,", "000.png,99,0,", {"observations_exact.csv", "99"}},
+      {"observations_exact.csv", "000.png,0,0,", "000.png,0,4,", {"observations_exact.csv", "4"}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(std::string(c.file) + ": " + c.to);
+    const fs::path folder = exact_set("broken");
+    spill(folder / c.file, replaced(slurp(folder / c.file), c.from, c.to));
+    const std::string out = path("never.yaml");
+    expect_bad_input("calibrate " + folder.string() + " --json --out " + out, c.parts);
+    EXPECT_FALSE(fs::exists(out));
+  }
+  expect_bad_input("calibrate " + path("nowhere"), {"nowhere"});
+}
+
+TEST_F(Cli, TwelveCornersAreNeeded) {
+  const fs::path folder = exact_set("few");
+  std::istringstream lines(slurp(folder / "observations_exact.csv"));
+  std::string few;
+  std::string line;
+  for (int i = 0; i < 12 && std::getline(lines, line); ++i) few += line + "\n";
+  spill(root() / "few.csv", few);
+  expect_bad_input("calibrate " + folder.string() + " --observations " + path("few.csv"),
+                   {"few.csv", "12", "11"});
+  spill(folder / "observations_exact.csv", few);
+  expect_bad_input("calibrate " + folder.string(), {"observations_exact.csv", "12", "11"});
+}
+
+TEST_F(Cli, TwoBoardsMustNotShareIds) {
+  const fs::path folder = exact_set("shared_ids");
+  spill(folder / "dataset.yaml", replaced(slurp(folder / "dataset.yaml"), "target: target.yaml",
+                                          "target: [{file: target.yaml}, {file: target.yaml}]"));
+  expect_bad_input("calibrate " + folder.string(), {"dataset.yaml", "id"});
+}
+
+}  // namespace
+}  // namespace tagcal::tools

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace tagcal::tools {
+
+namespace fs = std::filesystem;
+
+// What a run of the command left.
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+inline std::string slurp(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+inline void spill(const fs::path& file, const std::string& text) {
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+inline constexpr const char* kScene = R"(
+camera: {image_size: [640, 400], model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]}
+boards:
+  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 3, tagSize: 0.06, tagSpacing: 0.3, border_bits: 1, corner_squares: false}
+path: {type: dome, target_m: [0.14, 0.1, 0], min_distance_m: 0.45, max_distance_m: 0.6, min_elevation_deg: 45, max_elevation_deg: 80}
+jitter: {target_m: 0.02, roll_deg: 20}
+views: 6
+sensor: {blur_px: 0.7, noise_levels: 2}
+)";
+
+// A folder of its own, with one small data set rendered for all tests.
+class Cli : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root() = fs::temp_directory_path() / ("tagcal-cli-test-" + std::to_string(getpid()));
+    fs::create_directories(root());
+    spill(root() / "scene.yaml", kScene);
+    const Outcome rendered = run("render " + path("scene.yaml") + " --out " + path("set"));
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  }
+  static void TearDownTestSuite() { fs::remove_all(root()); }
+
+  static fs::path& root() {
+    static fs::path folder;
+    return folder;
+  }
+  static std::string path(const std::string& name) { return (root() / name).string(); }
+
+  static Outcome run(const std::string& arguments) {
+    const std::string out = path("stdout.txt");
+    const std::string err = path("stderr.txt");
+    const std::string line =
+        std::string(TAGCAL_COMMAND) + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
+  }
+
+  // Exit 2, one line that names all of `parts`, nothing on stdout.
+  static void expect_bad_input(const std::string& arguments,
+                               const std::vector<std::string>& parts) {
+    const Outcome outcome = run(arguments);
+    SCOPED_TRACE("tagcal " + arguments + "\n" + outcome.err);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_TRUE(outcome.err.starts_with("tagcal: "));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
+    for (const std::string& part : parts)
+      EXPECT_NE(outcome.err.find(part), std::string::npos) << part;
+  }
+
+  // Every file below a folder, with its bytes.
+  static std::map<std::string, std::string> bytes_of(const fs::path& folder) {
+    std::map<std::string, std::string> bytes;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      if (entry.is_regular_file()) {
+        bytes[entry.path().lexically_relative(folder).string()] = slurp(entry.path());
+      }
+    }
+    return bytes;
+  }
+
+  // A copy of the rendered set whose observations are the exact ones.
+  static fs::path exact_set(const std::string& name) {
+    const fs::path folder = root() / name;
+    fs::remove_all(folder);
+    fs::copy(root() / "set", folder, fs::copy_options::recursive);
+    spill(folder / "dataset.yaml",
+          "image_size: [640, 400]\ntarget: target.yaml\nobservations: observations_exact.csv\n"
+          "truth: truth.yaml\n");
+    return folder;
+  }
+
+  // Everything in the root, to see that a failed command leaves nothing behind.
+  static std::vector<std::string> names() {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(root())) {
+      const std::string name = entry.path().filename().string();
+      if (name != "stdout.txt" && name != "stderr.txt") found.push_back(name);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+};
+
+}  // namespace tagcal::tools

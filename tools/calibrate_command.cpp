@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <memory>
+#include <string>
+
+#include "arguments.hpp"
+#include "calibration_report.hpp"
+#include "commands.hpp"
+#include "input.hpp"
+#include "progress.hpp"
+#include "tagcal/camera/model.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/text_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+struct Arguments {
+  InputArguments input;
+  CalibrateOptions options;
+  std::string out;
+  int threads = 0;
+  bool json = false;
+};
+
+bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
+
+int run(const Arguments& arguments) {
+  const Stopwatch watch;
+  if (!is_auto(arguments.options.model)) Model::named(arguments.options.model);  // throws early
+  check_writable(arguments.out);
+  Input input = read_input(arguments.input);
+  need_views(input, arguments.threads);
+  CommandSeconds seconds;
+  seconds.read = watch.seconds();
+  Calibration calibration;
+  {
+    const Progress progress("calibrating");
+    calibration = calibrate(input.dataset, arguments.options);
+  }
+  calibration.warnings.insert(calibration.warnings.begin(), input.warnings.begin(),
+                              input.warnings.end());
+  const bool answered = is_answer(calibration.status);
+  if (answered && !arguments.out.empty()) {
+    write_whole(arguments.out, calibration_yaml(calibration));
+  }
+  seconds.total = watch.seconds();
+  print_result(arguments.json
+                   ? calibration_json(calibration, seconds)
+                   : calibration_summary(calibration, seconds, is_auto(arguments.options.model)));
+  if (!answered && !arguments.out.empty()) {
+    fmt::print(stderr, "tagcal: {}: not written, there is no answer\n", arguments.out);
+  }
+  return answered ? kAnswer : kNoAnswer;
+}
+
+std::string model_names() {
+  std::string names;
+  for (const Model& model : Model::all()) names += fmt::format(", {}", model.name());
+  return names.substr(2);
+}
+
+}  // namespace
+
+Command add_calibrate(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("calibrate", "the camera and its standard deviations");
+  const auto arguments = std::make_shared<Arguments>();
+  add_input(*command, arguments->input);
+  add_observations(*command, arguments->input);
+  command->add_option("--model", arguments->options.model, "auto, " + model_names())
+      ->option_text("M");
+  add_positive(*command, "--sigma-px", arguments->options.sigma_px,
+               "noise of the corners per coordinate; without it, from the residuals");
+  command->add_option("--out", arguments->out, "file for the camera, where there is an answer")
+      ->option_text("FILE");
+  command->add_flag("--json", arguments->json, "one JSON object on stdout");
+  add_threads(*command, arguments->threads);
+  command->footer(
+      "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
+      "         tagcal calibrate --target board.yaml photos/*.jpg --json");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,159 @@
+#include "calibration_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "tagcal/camera/model.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();  // null in JSON
+constexpr std::size_t kOutliersShown = 10;
+
+// A parameter as it may be shown: NaN where there is no answer for it.
+struct Shown {
+  std::string_view name;
+  double value = kUnknown;
+  double sigma = kUnknown;  // 0: held
+};
+
+bool is_free(const Model& model, int lens_parameter) {
+  return std::any_of(model.free().begin(), model.free().end(), [&](const FreeParameter& free) {
+    const auto& of = free.lens_parameters;
+    return std::find(of.begin(), of.end(), lens_parameter) != of.end();
+  });
+}
+
+// Where the solver stood without an answer is not shown: it would look like one.
+std::vector<Shown> shown_parameters(const Calibration& calibration) {
+  const Lens& lens = calibration.camera->lens;
+  const std::span<const double> values = parameters(lens);
+  const Model& model = Model::named(calibration.model);
+  const bool parallel = std::holds_alternative<Parallel>(lens);
+  std::vector<Shown> shown;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    Shown parameter;
+    const bool free = is_free(model, static_cast<int>(i));
+    const bool scale_of_a_view = parallel && i < 2;  // sx, sy: every view has its own
+    parameter.name = scale_of_a_view ? Perspective::kParameterNames[i] : parameter_names(lens)[i];
+    if (!scale_of_a_view && (!free || is_answer(calibration.status))) {
+      parameter.value = values[i];
+      if (i < calibration.sigmas.size()) parameter.sigma = calibration.sigmas[i];
+      if (!free) parameter.sigma = 0;
+    }
+    shown.push_back(parameter);
+  }
+  return shown;
+}
+
+// OpenCV's vector of coefficients: five, eight for the rational model, four for the fisheye.
+std::size_t num_shown(const Calibration& calibration) {
+  const std::size_t all = parameters(calibration.camera->lens).size();
+  const bool perspective = std::holds_alternative<Perspective>(calibration.camera->lens);
+  return perspective && calibration.model != "opencv8" ? all - 3 : all;
+}
+
+// null as a whole where one of the coefficients is not known.
+Json distortion_json(std::span<const Shown> coefficients, double Shown::*member) {
+  Json list = Json::array();
+  for (const Shown& coefficient : coefficients) {
+    if (!std::isfinite(coefficient.*member)) return nullptr;
+    list.push_back(coefficient.*member);
+  }
+  return list;
+}
+
+Json camera_json(const Calibration& calibration, double Shown::*member) {
+  if (!calibration.camera) return nullptr;
+  const std::vector<Shown> all = shown_parameters(calibration);
+  const std::span<const Shown> shown(all.data(), num_shown(calibration));
+  return {{"fx", shown[0].*member},
+          {"fy", shown[1].*member},
+          {"cx", shown[2].*member},
+          {"cy", shown[3].*member},
+          {"distortion", distortion_json(shown.subspan(4), member)}};
+}
+
+std::string parameter_line(const Shown& p) {
+  if (!std::isfinite(p.value)) return fmt::format("  {:<4} {:>14}\n", p.name, "not known");
+  std::string text = fmt::format("  {:<4} {:>14.6f}", p.name, p.value);
+  if (p.sigma == 0) return text + "    held\n";
+  return text + (std::isfinite(p.sigma) ? fmt::format(" +- {:.6f}\n", p.sigma) : " +- not known\n");
+}
+
+std::string outlier_lines(std::vector<Outlier> outliers) {
+  if (outliers.empty()) return "outliers   none\n";
+  const auto badness = [](const Outlier& o) {  // one that does not project at all is the worst
+    return std::isnan(o.residual_px) ? std::numeric_limits<double>::infinity() : o.residual_px;
+  };
+  std::stable_sort(outliers.begin(), outliers.end(),
+                   [&](const Outlier& a, const Outlier& b) { return badness(a) > badness(b); });
+  std::string text = fmt::format("outliers   {}\n", outliers.size());
+  for (std::size_t i = 0; i < std::min(outliers.size(), kOutliersShown); ++i) {
+    const Outlier& o = outliers[i];
+    const std::string residual =
+        std::isnan(o.residual_px) ? "does not project" : fmt::format("{:.2f} px", o.residual_px);
+    text += fmt::format("  {} tag {} corner {}: {}\n", o.image, o.id.tag_id, o.id.corner, residual);
+  }
+  if (outliers.size() > kOutliersShown) {
+    text += fmt::format("  and {} more\n", outliers.size() - kOutliersShown);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string calibration_json(const Calibration& calibration, const CommandSeconds& seconds) {
+  const bool known = calibration.camera.has_value();
+  const CalibrateSeconds& spent = calibration.seconds;
+  const Json answer = {{"status", status_name(calibration.status)},
+                       {"model", calibration.model.empty() ? Json() : Json(calibration.model)},
+                       {"camera", camera_json(calibration, &Shown::value)},
+                       {"sigma", camera_json(calibration, &Shown::sigma)},
+                       {"rms_px", known ? Json(calibration.rms_px) : Json()},
+                       {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
+                       {"num_views", calibration.views.size()},
+                       {"num_corners", calibration.num_corners},
+                       {"num_outliers", calibration.outliers.size()},
+                       {"warnings", calibration.warnings},
+                       {"seconds",
+                        {{"read", seconds.read},
+                         {"start", spent.start},
+                         {"solve", spent.solve},
+                         {"covariance", spent.covariance},
+                         {"total", seconds.total}}}};
+  return answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string calibration_summary(const Calibration& calibration, const CommandSeconds& seconds,
+                                bool chosen) {
+  std::string text = fmt::format("status     {}\n", status_name(calibration.status));
+  if (calibration.camera) {
+    text += fmt::format("model      {}{}\n", calibration.model, chosen ? " (chosen by BIC)" : "");
+    const std::vector<Shown> shown = shown_parameters(calibration);
+    for (std::size_t i = 0; i < num_shown(calibration); ++i) text += parameter_line(shown[i]);
+    text += fmt::format("rms        {:.4f} px over {} corners in {} views\n", calibration.rms_px,
+                        calibration.num_corners, calibration.views.size());
+    text += fmt::format("noise      {:.4f} px per coordinate ({})\n", calibration.sigma_px,
+                        calibration.sigma_from_residuals ? "from the residuals" : "as stated");
+  }
+  text += outlier_lines(calibration.outliers);
+  for (const std::string& warning : calibration.warnings) text += "warning: " + warning + "\n";
+  text +=
+      fmt::format("time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",
+                  seconds.read, calibration.seconds.start, calibration.seconds.solve,
+                  calibration.seconds.covariance);
+  return text;
+}
+
+}  // namespace tagcal::tools

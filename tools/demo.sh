@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# The main job on data that it makes itself: render, detect, calibrate, validate. A step whose result
+# is newer than the program and the scene is not done again.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+./tools/setup.sh
+
+tagcal=build/release/tools/tagcal
+scene=data-synthetic/scenes/desk.yaml
+out=data-synthetic/out/desk
+mkdir -p "$(dirname "$out")"
+times=()
+
+# step NAME RESULT INPUT -- COMMAND...: makes RESULT unless it is newer than INPUT and the program.
+step() {
+  local name=$1 result=$2 input=$3 before after
+  shift 4
+  if [ "$result" -nt "$input" ] && [ "$result" -nt "$tagcal" ]; then
+    times+=("$name done before")
+    return
+  fi
+  echo "tagcal $*" >&2
+  before=${EPOCHREALTIME/[.,]/}
+  if ! "$tagcal" "$@" >"$out.log"; then
+    cat "$out.log"
+    exit 1
+  fi
+  after=${EPOCHREALTIME/[.,]/}
+  if [ ! "$result" -nt "$input" ]; then mv "$out.log" "$result"; fi  # it came on stdout
+  times+=("$(printf '%s %d.%02d s' "$name" $(((after - before) / 1000000)) \
+    $(((after - before) % 1000000 / 10000)))")
+}
+
+step render "$out/dataset.yaml" "$scene" -- render "$scene" --out "$out"
+step detect "$out/corners.csv" "$out/dataset.yaml" -- detect "$out" --out "$out/corners.csv"
+step calibrate "$out/camera.yaml" "$out/corners.csv" -- \
+  calibrate "$out" --observations "$out/corners.csv" --out "$out/camera.yaml"
+step validate "$out/validation.txt" "$out/camera.yaml" -- \
+  validate "$out/camera.yaml" --dataset "$out" --observations "$out/corners.csv"
+rm -f "$out.log"
+
+echo
+echo "$scene"
+cat "$out/validation.txt"
+printf 'time       %s\n' "$(IFS=,; echo "${times[*]}" | sed 's/,/, /g')"

@@ -1,0 +1,175 @@
+#include "input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <set>
+
+#include "progress.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/target_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMinCorners = 12;
+
+// Pictures are known by their file name, or by the path as given where two share a name.
+std::vector<ImageSource> image_sources(const std::vector<fs::path>& files) {
+  std::map<std::string, int> uses;
+  std::set<fs::path> seen;
+  for (const fs::path& file : files) {
+    ++uses[file.filename().string()];
+    if (!seen.insert(file.lexically_normal()).second) {
+      throw Error(fmt::format("{}: given twice", file.string()));
+    }
+  }
+  std::vector<ImageSource> sources;
+  for (const fs::path& file : files) {
+    const std::string name = file.filename().string();
+    sources.push_back({uses[name] > 1 ? file.string() : name, [file] { return read_image(file); }});
+  }
+  return sources;
+}
+
+// Looks at headers only, so that a wrong picture is named before the first one is worked on.
+void check_one_size(const std::vector<fs::path>& files, const ImageSize& size) {
+  for (const fs::path& file : files) {
+    const ImageSize found = read_image_size(file);
+    if (found == size) continue;
+    throw Error(fmt::format("{}: must be {}x{} pixels as {} is, got {}x{}", file.string(),
+                            size.width, size.height, files.front().string(), found.width,
+                            found.height));
+  }
+}
+
+Input read_pictures(const InputArguments& arguments) {
+  if (!arguments.observations.empty()) {
+    throw Error("--observations: goes with a DATASET, not with --target");
+  }
+  Input input;
+  input.name = arguments.target;
+  const Board board = read_target(arguments.target, {}, &input.warnings);
+  input.dataset.boards.push_back({board, Pose()});
+  const std::vector<fs::path> files(arguments.inputs.begin(), arguments.inputs.end());
+  input.images = image_sources(files);
+  input.dataset.image_size = read_image_size(files.front());
+  check_one_size(files, input.dataset.image_size);
+  return input;
+}
+
+Input read_folder(const InputArguments& arguments) {
+  const std::string& folder = arguments.inputs.front();
+  if (arguments.inputs.size() > 1) {
+    throw Error(fmt::format("{}: one DATASET only (pictures need --target)", arguments.inputs[1]));
+  }
+  if (fs::is_regular_file(folder)) {
+    throw Error(fmt::format(
+        "{}: must be a folder with dataset.yaml, got a file (pictures need --target)", folder));
+  }
+  DatasetFolder read = read_dataset(folder);
+  Input input;
+  input.name = folder;
+  input.dataset = std::move(read.dataset);
+  input.warnings = std::move(read.warnings);
+  input.has_observations = read.has_observations;
+  input.images = image_sources(read.images);
+  if (!arguments.observations.empty()) {
+    input.name = arguments.observations;
+    input.dataset.views = read_observations(arguments.observations, input.dataset.boards);
+    input.has_observations = true;
+  }
+  return input;
+}
+
+}  // namespace
+
+void add_input(CLI::App& command, InputArguments& arguments) {
+  command
+      .add_option("DATASET|IMAGE", arguments.inputs,
+                  "a folder with dataset.yaml, or (with --target) pictures")
+      ->option_text(" ")
+      ->required();
+  command.add_option("--target", arguments.target, "the board in the pictures: a target file")
+      ->option_text("T.yaml");
+}
+
+void add_observations(CLI::App& command, InputArguments& arguments) {
+  command
+      .add_option("--observations", arguments.observations,
+                  "corners found before (tagcal detect), instead of those of the data set")
+      ->option_text("CSV");
+}
+
+Input read_input(const InputArguments& arguments) {
+  return arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
+}
+
+void detect_views(Input& input, int threads) {
+  if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
+  const auto& boards = input.dataset.boards;
+  if (std::all_of(boards.begin(), boards.end(),
+                  [](const auto& b) { return b.board.tags.empty(); })) {
+    throw Error(fmt::format("{}: the target has no tags to look for, only points", input.name));
+  }
+  DetectOptions options;
+  options.threads = threads;
+  Progress progress("detecting", static_cast<int>(input.images.size()));
+  DetectResult result =
+      detect_all(input.images, boards, options, [&](int done, int) { progress.update(done); });
+  input.dataset.views = std::move(result.views);
+  input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
+}
+
+void need_views(Input& input, int threads) {
+  if (!input.has_observations) detect_views(input, threads);
+  const int corners = num_corners(input.dataset.views);
+  if (corners < kMinCorners) {
+    throw Error(fmt::format("{}: must have {} corners or more in all, got {}", input.name,
+                            kMinCorners, corners));
+  }
+}
+
+void check_writable(const fs::path& file) {
+  if (file.empty()) return;
+  if (fs::is_directory(file)) {
+    throw Error(fmt::format("{}: cannot be written: it is a folder", file.string()));
+  }
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder)) {
+    throw Error(fmt::format("{}: cannot be written: no folder {}", file.string(), folder.string()));
+  }
+}
+
+int num_corners(const std::vector<View>& views) {
+  std::size_t count = 0;
+  for (const View& view : views) count += view.observations.size();
+  return static_cast<int>(count);
+}
+
+int num_tags(const std::vector<View>& views) {
+  std::size_t count = 0;
+  for (const View& view : views) {
+    std::set<int> ids;
+    for (const Observation& seen : view.observations) ids.insert(seen.id.tag_id);
+    count += ids.size();
+  }
+  return static_cast<int>(count);
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "tagcal: warning: {}\n", warning);
+}
+
+void print_result(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
+}
+
+}  // namespace tagcal::tools

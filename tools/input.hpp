@@ -1,0 +1,54 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal::tools {
+
+// What a command was given to work on: `DATASET`, or `--target T.yaml IMAGE...`, with observations
+// from a file where there are any.
+struct InputArguments {
+  std::string target;               // a target file; "" for a data set
+  std::vector<std::string> inputs;  // one folder, or pictures
+  std::string observations;         // a CSV file that stands for those of the data set
+};
+
+// `DATASET` or `IMAGE...`, and `--target`.
+void add_input(CLI::App& command, InputArguments& arguments);
+void add_observations(CLI::App& command, InputArguments& arguments);
+
+struct Input {
+  std::string name;  // what messages call it
+  Dataset dataset;   // with views where there are observations
+  bool has_observations = false;
+  std::vector<ImageSource> images;
+  std::vector<std::string> warnings;
+};
+
+// Reads all that is small: boards, observations, truth, and the headers of the pictures. Throws
+// Error for pictures that do not have the one size of the camera.
+Input read_input(const InputArguments& arguments);
+
+// Fills in the views by detection, with progress on stderr; the detector's warnings come along.
+// Throws Error without pictures, and without tags that could stand in them.
+void detect_views(Input& input, int threads);
+
+// Views by detection where no observations were read. Throws Error for fewer than 12 corners.
+void need_views(Input& input, int threads);
+
+// Throws Error where a file could not be written for a plain reason (a folder of that name, no
+// folder to hold it), before any work is done for it.
+void check_writable(const std::filesystem::path& file);
+
+int num_corners(const std::vector<View>& views);
+int num_tags(const std::vector<View>& views);
+
+void print_warnings(const std::vector<std::string>& warnings);  // to stderr
+void print_result(const std::string& text);  // to stdout; throws Error if it cannot
+
+}  // namespace tagcal::tools

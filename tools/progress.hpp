@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+namespace tagcal::tools {
+
+// Says on stderr how far a job is, from its first second on: a bar on a terminal, a line every few
+// seconds where stderr is piped, nothing for a short job. With a `total` of 0 it says the time
+// only.
+class Progress {
+ public:
+  explicit Progress(std::string label, int total = 0);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(int done) { done_ = done; }
+
+ private:
+  void watch(const std::stop_token& stop);
+  void show(double seconds, bool on_terminal) const;
+
+  std::string label_;
+  int total_;
+  std::atomic<int> done_ = 0;
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::jthread watcher_;  // last: it starts when everything else is there
+};
+
+// Wall-clock seconds since its making.
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace tagcal::tools

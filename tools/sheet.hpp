@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tagcal/scene/image.hpp"
+
+namespace tagcal::tools {
+
+using Quad = std::array<Eigen::Vector2d, 4>;
+
+// A page to print: black quads that do not overlap, in millimetres from its upper-left corner, x
+// right, y down.
+struct Sheet {
+  double width_mm = 0;
+  double height_mm = 0;
+  std::vector<Quad> ink;
+};
+
+// A page that holds the ink (millimetres, x right, y up) in a white margin, and below it a bar of
+// 100 mm with its label, by which a ruler tells whether the print is true to scale.
+Sheet sheet_with_scale_bar(const std::vector<Quad>& ink_mm, double margin_mm);
+
+// A drawing whose user unit is the millimetre.
+std::string sheet_svg(const Sheet& sheet, const std::string& title);
+
+// The page in pixels; the grey of a pixel is the exact share of ink on it.
+ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm);
+Image8 sheet_image(const Sheet& sheet, double pixels_per_mm);
+
+}  // namespace tagcal::tools

@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Set-up, then everything is built and tested. `--asan` does so under the address and
+# undefined-behaviour sanitizers instead.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+preset=release
+case "${1:-}" in
+  "") ;;
+  --asan) preset=asan ;;
+  *)
+    echo "test.sh: $1: unknown option (known: --asan)" >&2
+    exit 2
+    ;;
+esac
+
+./tools/setup.sh
+[ -f "build/$preset/build.ninja" ] || cmake --preset "$preset"
+cmake --build --preset "$preset" --parallel "$(nproc)"
+ctest --preset "$preset" --parallel "$(nproc)"
