@@ -29,8 +29,8 @@ struct RingPath {
 };
 
 // On a part of a sphere about `target`: azimuth from +x towards +y and elevation above the xy-plane
-// of the world, spread evenly over the given ranges (Fibonacci lattice), at distances that sweep
-// evenly from `min_distance_m` to `max_distance_m`.
+// of the world, spread evenly over the given ranges (Fibonacci lattice, in an order that jumps), at
+// distances that sweep evenly from `min_distance_m` to `max_distance_m`.
 struct DomePath {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
   double min_distance_m = 1;
@@ -48,6 +48,7 @@ struct LinePath {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
 };
 
+// As given; what it looks at, for the jitter, is one metre ahead. No more views than poses.
 struct ExplicitPath {
   std::vector<Pose> camera_from_world;
 };
@@ -83,7 +84,8 @@ struct Scene {
   double paper_margin_m = 0.02;  // white paper around the tags
 };
 
-// The poses of all views, camera_from_world. Equal seeds give equal poses.
+// The poses of all views, camera_from_world. Equal seeds give equal poses. Throws Error where there
+// are no views, more than an ExplicitPath has, or a view whose eye is at its target.
 std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed);
 
 // The name of the image of view i: "000.png", "001.png", ...

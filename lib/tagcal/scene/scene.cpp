@@ -1,0 +1,128 @@
+#include "tagcal/scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "tagcal/error.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/random.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Sight {
+  Vector3d eye;
+  Vector3d target;
+};
+
+// Of i = 0 .. n-1, from 0 to 1.
+double fraction(int i, int n) { return n > 1 ? static_cast<double>(i) / (n - 1) : 0; }
+
+Sight sight(const RingPath& path, int i, int n) {
+  const double turn = path.end_rad - path.start_rad;
+  const bool closed = std::abs(std::abs(turn) - 2 * std::numbers::pi) < 1e-9;
+  const double t = closed ? static_cast<double>(i) / n : fraction(i, n);
+  const double angle = path.start_rad + t * turn;
+  return {path.centre + path.radius_m * Vector3d(std::cos(angle), std::sin(angle), 0), path.target};
+}
+
+// A step through 0 .. n-1 that visits each once and jumps by about the golden ratio, so that on a
+// dome the distance, which grows with the view, does not grow with the elevation too.
+int golden_stride(int n) {
+  int stride = std::max(1, static_cast<int>(std::lround(n * (std::numbers::phi - 1))));
+  while (std::gcd(stride, n) != 1) ++stride;
+  return stride;
+}
+
+Sight sight(const DomePath& path, int i, int n) {
+  const auto point = static_cast<double>(static_cast<std::int64_t>(i) * golden_stride(n) % n);
+  const double turns = point * std::numbers::phi;
+  const double azimuth =
+      std::lerp(path.min_azimuth_rad, path.max_azimuth_rad, turns - std::floor(turns));
+  // Even in the sine is even in area.
+  const double sine = std::lerp(std::sin(path.min_elevation_rad), std::sin(path.max_elevation_rad),
+                                (point + 0.5) / n);
+  const double cosine = std::sqrt(std::max(0.0, 1 - sine * sine));
+  const double distance = std::lerp(path.min_distance_m, path.max_distance_m, fraction(i, n));
+  const Vector3d direction(cosine * std::cos(azimuth), cosine * std::sin(azimuth), sine);
+  return {path.target + distance * direction, path.target};
+}
+
+Sight sight(const LinePath& path, int i, int n) {
+  return {path.from + fraction(i, n) * (path.to - path.from), path.target};
+}
+
+Vector3d jitter_vector(Random& random, double most) {
+  const double x = random.uniform(-most, most);
+  const double y = random.uniform(-most, most);
+  return {x, y, random.uniform(-most, most)};
+}
+
+struct Shift {
+  Vector3d eye;
+  Vector3d target;
+  double roll_rad;
+};
+
+Shift random_shift(const PathJitter& jitter, std::uint64_t seed, int view) {
+  Random random(seed, static_cast<std::uint64_t>(view));
+  const Vector3d eye = jitter_vector(random, jitter.position_m);
+  const Vector3d target = jitter_vector(random, jitter.target_m);
+  return {eye, target, random.uniform(-jitter.roll_rad, jitter.roll_rad)};
+}
+
+Pose rolled(const Pose& camera_from_world, double roll_rad) {
+  return Pose(exp_rotation({0, 0, roll_rad}), Vector3d::Zero()) * camera_from_world;
+}
+
+Pose looking_at(const Sight& sight) {
+  const Vector3d view = (sight.target - sight.eye).normalized();
+  const bool along_z = view.cross(Vector3d::UnitZ()).norm() < 1e-9;
+  return camera_from_world_looking_at(sight.eye, sight.target,
+                                      along_z ? Vector3d::UnitY() : Vector3d::UnitZ());
+}
+
+template <typename Path>
+Pose pose_on(const Path& path, int view, int num_views, const Shift& shift) {
+  const Sight on_path = sight(path, view, num_views);
+  return rolled(looking_at({on_path.eye + shift.eye, on_path.target + shift.target}),
+                shift.roll_rad);
+}
+
+Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift& shift) {
+  const Pose world_from_camera = path.camera_from_world[static_cast<std::size_t>(view)].inverse();
+  const Vector3d axis = world_from_camera.rotation() * Vector3d::UnitZ();
+  const Vector3d aim = axis + shift.target - shift.eye;
+  const auto turn = Eigen::Quaterniond::FromTwoVectors(axis, aim);
+  const Pose moved(turn * world_from_camera.rotation(),
+                   world_from_camera.translation() + shift.eye);
+  return rolled(moved.inverse(), shift.roll_rad);
+}
+
+}  // namespace
+
+std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed) {
+  if (scene.num_views < 1)
+    throw Error(fmt::format("scene: views: must be > 0, got {}", scene.num_views));
+  if (const auto* path = std::get_if<ExplicitPath>(&scene.path)) {
+    if (static_cast<std::size_t>(scene.num_views) > path->camera_from_world.size())
+      throw Error(fmt::format("scene: views: must be at most the {} poses of the path, got {}",
+                              path->camera_from_world.size(), scene.num_views));
+  }
+  std::vector<Pose> poses;
+  for (int view = 0; view < scene.num_views; ++view) {
+    const Shift shift = random_shift(scene.jitter, seed, view);
+    poses.push_back(std::visit(
+        [&](const auto& path) { return pose_on(path, view, scene.num_views, shift); }, scene.path));
+  }
+  return poses;
+}
+
+std::string image_name(int view) { return fmt::format("{:03}.png", view); }
+
+}  // namespace tagcal

@@ -1,0 +1,194 @@
+#include <apriltag/common/image_u8.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "apriltag_families.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/scene/board_ink.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector3d;
+
+// Kalibr's example: aprilgrid 6x6, tagSize 0.088, tagSpacing 0.3.
+const Grid kKalibr{6, 6, 0.088, 0.3, 0};
+
+bool inside(const Rectangle& r, double x, double y) {
+  return x > r[0].x() && x < r[2].x() && y > r[0].y() && y < r[2].y();
+}
+
+bool black(const std::vector<Rectangle>& ink, double x, double y) {
+  return std::ranges::any_of(ink, [&](const Rectangle& r) { return inside(r, x, y); });
+}
+
+double area(const Rectangle& r) { return (r[1] - r[0]).cross(r[3] - r[0]).norm(); }
+
+TEST(GridBoard, CornersAreKalibrs) {
+  const Board board = grid_board(kKalibr);
+  ASSERT_EQ(board.tags.size(), 36u);
+  const auto points = target_points(board);
+  ASSERT_EQ(points.size(), 144u);
+  // GridCalibrationTargetAprilgrid::createGridPoints: point (r, c) of the 12x12 grid of corners is
+  // at (int)(c / 2) * (1 + spacing) * size + (c % 2) * size.
+  const double pitch = 0.088 * 1.3;
+  for (const TargetPoint& point : points) {
+    const int tag_row = point.id.tag_id / 6;
+    const int tag_column = point.id.tag_id % 6;
+    const bool right = point.id.corner == 1 || point.id.corner == 2;
+    const bool upper = point.id.corner >= 2;
+    const Vector3d expected(tag_column * pitch + (right ? 0.088 : 0),
+                            tag_row * pitch + (upper ? 0.088 : 0), 0);
+    EXPECT_LT((point.position - expected).norm(), 1e-15);
+  }
+  EXPECT_LT(points.front().position.norm(), 1e-16);
+  EXPECT_TRUE(std::ranges::is_sorted(points, {}, &TargetPoint::id));
+}
+
+TEST(GridBoard, NumbersTagsFromFirstId) {
+  const Board board = grid_board({3, 2, 0.1, 0.25, 40}, "tag25h9", 1, false);
+  ASSERT_EQ(board.tags.size(), 6u);
+  EXPECT_EQ(board.tags.front().id, 40);
+  EXPECT_EQ(board.tags.back().id, 45);
+  EXPECT_LT((board.tags[4].board_from_tag.translation() - Vector3d(0.175, 0.175, 0)).norm(), 1e-15);
+  EXPECT_EQ(board.family, "tag25h9");
+  EXPECT_EQ(board.border_bits, 1);
+  EXPECT_FALSE(board.corner_squares);
+}
+
+TEST(GridBoard, RejectsWhatIsNoBoard) {
+  EXPECT_THROW(grid_board({0, 6, 0.088, 0.3, 0}), Error);
+  EXPECT_THROW(grid_board({6, -1, 0.088, 0.3, 0}), Error);
+  EXPECT_THROW(grid_board({6, 6, 0, 0.3, 0}), Error);
+  EXPECT_THROW(grid_board({6, 6, std::nan(""), 0.3, 0}), Error);
+  EXPECT_THROW(grid_board({6, 6, 0.088, -0.1, 0}), Error);
+  EXPECT_THROW(grid_board({6, 6, 0.088, 0.3, -1}), Error);
+  EXPECT_THROW(grid_board(kKalibr, "tag36h11", 0), Error);
+}
+
+TEST(Dataset, PointsInWorldAreThoseOfAllBoards) {
+  const Pose there(exp_rotation({0, 0, EIGEN_PI / 2}), {1, 2, 3});
+  Board points;
+  points.points = {{{7, 0}, {1, 0, 0}}, {{3, 0}, {0, 1, 0}}};
+  const Board grid = grid_board({2, 1, 0.1, 0.5, 10});
+  const auto all = points_in_world({{points, there}, {grid, Pose()}});
+  ASSERT_EQ(all.size(), 2u + 8u);
+  EXPECT_LT((all.at({7, 0}) - Vector3d(1, 3, 3)).norm(), 1e-15);
+  EXPECT_LT((all.at({11, 2}) - Vector3d(0.25, 0.1, 0)).norm(), 1e-15);
+}
+
+// Every family, cell by cell, against the pictures that the AprilTag library draws.
+TEST(Ink, IsTheTagThatAprilTagDraws) {
+  for (const AprilTagFamily& each : kAprilTagFamilies) {
+    apriltag_family_t* theirs = each.create();
+    const TagFamily family = as_tag_family(*theirs);
+    for (const std::uint32_t id : {0u, 1u, theirs->ncodes - 1}) {
+      Board board;
+      board.family = family.name;
+      board.border_bits = 1;
+      board.tags = {{static_cast<int>(id), static_cast<double>(family.width_at_border), Pose()}};
+      const auto ink = ink_cells(board, family);
+      image_u8_t* picture = apriltag_to_image(theirs, id);
+      const int n = family.total_width;
+      double black_area = 0;
+      for (int y = 0; y < n; ++y) {
+        for (int x = 0; x < n; ++x) {
+          const bool expected = picture->buf[y * picture->stride + x] == 0;
+          black_area += expected;
+          EXPECT_EQ(black(ink, x + 0.5 - 0.5 * n, 0.5 * n - y - 0.5), expected)
+              << family.name << " id " << id << " cell " << x << ' ' << y;
+        }
+      }
+      double ink_area = 0;  // equal only if no two rectangles overlap
+      for (const Rectangle& r : ink) ink_area += area(r);
+      EXPECT_NEAR(ink_area, black_area, 1e-9) << family.name;
+      // The paper, which does not know the family, holds all the ink.
+      const Rectangle paper = board_panels(board, 1e-9).front().paper;
+      for (const Rectangle& r : ink)
+        for (const Vector3d& corner : r)
+          EXPECT_TRUE(inside(paper, corner.x(), corner.y())) << family.name;
+      image_u8_destroy(picture);
+    }
+    each.destroy(theirs);
+  }
+}
+
+TEST(Ink, KalibrsBorderIsTwoCellsWide) {
+  Board board = grid_board({1, 1, 1.0, 0.3, 0});
+  const auto ink = ink_cells(board, tag36h11_family());
+  const TagFamily family = tag36h11_family();
+  // Cells of a tenth of the tag: two rings black, the bits of the stock tag inside.
+  for (int y = 0; y < 10; ++y) {
+    for (int x = 0; x < 10; ++x) {
+      bool expected = true;
+      for (std::size_t i = 0; i < family.bits.size(); ++i)
+        if (family.bits[i].x + 1 == x && family.bits[i].y + 1 == y)
+          expected = (family.codes[0] >> (family.bits.size() - 1 - i) & 1) == 0;
+      EXPECT_EQ(black(ink, 0.1 * x + 0.05, 0.95 - 0.1 * y), expected) << x << ' ' << y;
+    }
+  }
+  board.border_bits = 1;  // eighths
+  EXPECT_FALSE(black(ink_cells(board, family), 0.19, 0.5) && black(ink, 0.21, 0.5) &&
+               !black(ink, 0.19, 0.5));
+  EXPECT_TRUE(black(ink, 0.19, 0.77));
+}
+
+TEST(Ink, KalibrsSquaresStandAtEveryCrossing) {
+  const Board board = grid_board(kKalibr);
+  const auto panels = board_panels(board, 0.02);
+  ASSERT_EQ(panels.size(), 1u);
+  ASSERT_EQ(panels[0].corner_squares.size(), 49u);
+  const auto ink = ink_cells(board, tag36h11_family());
+  const double gap = 0.3 * 0.088;
+  const double pitch = 1.3 * 0.088;
+  for (int row = 0; row <= 6; ++row) {
+    for (int column = 0; column <= 6; ++column) {
+      // Just inside and just outside of the two corners on the diagonal.
+      const double x = column * pitch;
+      const double y = row * pitch;
+      EXPECT_TRUE(black(ink, x - 1e-6, y - 1e-6));
+      EXPECT_TRUE(black(ink, x - gap + 1e-6, y - gap + 1e-6));
+      EXPECT_EQ(black(ink, x + 1e-6, y + 1e-6), row < 6 && column < 6);  // a tag's corner
+      EXPECT_FALSE(black(ink, x + 1e-6, y - 1e-6));
+    }
+  }
+  const Rectangle& paper = panels[0].paper;
+  EXPECT_LT((paper[0] - Vector3d(-gap - 0.02, -gap - 0.02, 0)).norm(), 1e-12);
+  EXPECT_LT((paper[2] - Vector3d(6 * pitch + 0.02, 6 * pitch + 0.02, 0)).norm(), 1e-12);
+}
+
+TEST(Ink, OneSheetOfPaperForAPlaneOneEachForACube) {
+  Board board;
+  board.border_bits = 1;
+  board.corner_squares = false;
+  const Pose turned(exp_rotation({0, 0, 0.3}), {0.3, 0, 0});
+  board.tags = {{0, 0.1, Pose()}, {1, 0.1, turned}};
+  auto panels = board_panels(board, 0.01);
+  ASSERT_EQ(panels.size(), 1u);
+  EXPECT_NEAR(panels[0].paper[0].x(), -0.06, 1e-12);
+  const double half_diagonal = 0.05 * (std::cos(0.3) + std::sin(0.3));
+  EXPECT_NEAR(panels[0].paper[2].x(), 0.3 + half_diagonal + 0.01, 1e-12);
+  board.tags[1].board_from_tag = Pose(exp_rotation({0, EIGEN_PI / 2, 0}), {0.05, 0, -0.05});
+  panels = board_panels(board, 0.01);
+  ASSERT_EQ(panels.size(), 2u);
+  EXPECT_NEAR(area(panels[1].paper), 0.12 * 0.12, 1e-12);
+  for (const Vector3d& corner : panels[1].paper) EXPECT_NEAR(corner.x(), 0.05, 1e-12);
+}
+
+TEST(Ink, RejectsWhatCannotBePrinted) {
+  Board board = grid_board({1, 1, 0.1, 0.3, 587});
+  EXPECT_THROW(ink_cells(board, tag36h11_family()), Error);
+  board.tags[0].id = 586;
+  EXPECT_NO_THROW(ink_cells(board, tag36h11_family()));
+  board.border_bits = 0;
+  EXPECT_THROW(ink_cells(board, tag36h11_family()), Error);
+  board.border_bits = 1;
+  TagFamily reversed = tag36h11_family();
+  reversed.reversed_border = true;
+  EXPECT_THROW(ink_cells(board, reversed), Error);
+}
+
+}  // namespace
+}  // namespace tagcal
