@@ -215,6 +215,8 @@ TEST_F(DatasetFile, BadObservations) {
         "seen.csv: line 3: corner 0 of tag 0 stands twice in ima"},
        {"b.png,1,1,2,2", "a.png,1,1,2,2",
         "seen.csv: line 13: corner 1 of tag 1 stands twice in im"},
+       {"b.png,1,1,2,2", "a.png,0,0,2,2",
+        "seen.csv: line 13: corner 0 of tag 0 stands twice in image a.png, first in line 2"},
        {"b.png,1,1,2,2\n", "", "seen.csv: must have at least 12 corners in all, got 11"}});
   write("seen.csv", "");
   EXPECT_EQ(error(), "seen.csv: is empty");
