@@ -34,11 +34,20 @@ class DatasetFile : public FileTest {
     write("seen.csv", kSeen);
     write("dataset.yaml", kDataset);
     fs::create_directory(folder_ / "images");
-    write_png(folder_ / "images" / "b.png", Image8(ImageSize{64, 48}));
-    write_png(folder_ / "images" / "a.png", Image8(ImageSize{64, 48}));
+    write("images/b.png", picture());
+    write("images/a.png", picture());
     write("images/notes.txt", "no picture");
     boards_ = {{grid_board({2, 2, 0.1, 0.25, 0}), {}},
                {{"tag36h11", 1, false, {}, {}, {{{50, 0}, {1, 2, 3}}}}, {}}};
+  }
+
+  // The bytes of a PNG of 64 x 48 pixels, made once.
+  std::string picture() const {
+    static const std::string bytes = [this] {
+      write_png(folder_ / "p.png", Image8(ImageSize{64, 48}));
+      return read_text(folder_ / "p.png");
+    }();
+    return bytes;
   }
 
   std::string without_folder(const std::string& message) const {
@@ -113,6 +122,7 @@ TEST_F(DatasetFile, SeveralBoards) {
 }
 
 TEST_F(DatasetFile, BadDatasets) {
+  fs::create_directory(folder_ / "empty");
   expect_bad(
       "dataset.yaml", kDataset,
       {{"[64, 48]", "[64, 0]", "dataset.yaml: image_size[1]: must be a whole number from 1 to"},
@@ -135,7 +145,8 @@ TEST_F(DatasetFile, BadDatasets) {
        {"seen.csv", "none.csv", "none.csv: no such file"},
        {"seen.csv", "images", "images: is a folder, not a file"},
        {"images: images", "images: none", "dataset.yaml: images: must be a folder of pictures (No"},
-       {"images: images", "images: .", "dataset.yaml: images: must be a folder with .png, .jpg"},
+       {"images: images", "images: empty",
+        "dataset.yaml: images: must be a folder with .png, .jpg"},
        {"observations: seen.csv\nimages: images\n", "",
         "dataset.yaml: needs observations: FILE or"},
        {"truth.yaml", "none.yaml", "none.yaml: no such file"},
@@ -204,6 +215,8 @@ TEST_F(DatasetFile, BadObservations) {
         "seen.csv: line 3: corner 0 of tag 0 stands twice in ima"},
        {"b.png,1,1,2,2", "a.png,1,1,2,2",
         "seen.csv: line 13: corner 1 of tag 1 stands twice in im"},
+       {"b.png,1,1,2,2", "a.png,0,0,2,2",
+        "seen.csv: line 13: corner 0 of tag 0 stands twice in image a.png, first in line 2"},
        {"b.png,1,1,2,2\n", "", "seen.csv: must have at least 12 corners in all, got 11"}});
   write("seen.csv", "");
   EXPECT_EQ(error(), "seen.csv: is empty");
