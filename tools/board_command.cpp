@@ -88,7 +88,7 @@ int run(const Arguments& arguments) {
   if (kind == ".svg") {
     write_whole(arguments.out, sheet_svg(sheet, fs::path(arguments.target).filename().string()));
   } else {
-    write_png(arguments.out, picture_of(sheet, arguments.dpi));
+    write_png(arguments.out, picture_of(sheet, arguments.dpi), arguments.dpi);
   }
   print_warnings(warnings);
   fmt::print(stderr,

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <regex>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -30,16 +30,24 @@ fs::path plain_path(const fs::path& path) {
   return plain;
 }
 
+// target.yaml, target-0.yaml, target-1.yaml, ...
+bool is_target_file(std::string_view name) {
+  if (!name.starts_with("target") || !name.ends_with(".yaml")) return false;
+  name.remove_prefix(6);
+  name.remove_suffix(5);
+  return name.empty() || (name.size() > 1 && name[0] == '-' &&
+                          name.find_first_not_of("0123456789", 1) == std::string_view::npos);
+}
+
 // The files that a render leaves: what truth.yaml names, and the fixed names.
 std::set<fs::path> files_of_render(const fs::path& folder) {
   std::set<fs::path> files = {"dataset.yaml", "truth.yaml", "observations_exact.csv"};
   for (const auto& [image, pose] : read_truth(folder / "truth.yaml").camera_from_world) {
     files.insert(fs::path("images") / image);
   }
-  const std::regex target_file("target(-[0-9]+)?\\.yaml");
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (std::regex_match(name, target_file)) files.insert(name);
+    if (is_target_file(name)) files.insert(name);
   }
   return files;
 }

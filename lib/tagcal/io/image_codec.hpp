@@ -36,6 +36,6 @@ class ImageDecoder {
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
 
-std::string encode_png(const Image8& image);
+std::string encode_png(const Image8& image, double pixels_per_inch);
 
 }  // namespace tagcal

@@ -201,10 +201,10 @@ ImageSize read_image_size(const std::filesystem::path& file) {
   });
 }
 
-void write_png(const std::filesystem::path& file, const Image8& image) {
+void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch) {
   const std::string bytes = naming(file, [&] {
     check_size(image.width(), image.height());
-    return encode_png(image);
+    return encode_png(image, pixels_per_inch);
   });
   write_whole(file, bytes);
 }

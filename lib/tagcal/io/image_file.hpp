@@ -15,7 +15,8 @@ Image8 read_image(const std::filesystem::path& file);
 // The size of a picture from its header alone.
 ImageSize read_image_size(const std::filesystem::path& file);
 
-// Writes an 8-bit grey PNG, whole or not at all. Throws Error where it cannot.
-void write_png(const std::filesystem::path& file, const Image8& image);
+// Writes an 8-bit grey PNG, whole or not at all. Throws Error where it cannot. A resolution above 0
+// is noted in the file, for printing true to scale.
+void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch = 0);
 
 }  // namespace tagcal

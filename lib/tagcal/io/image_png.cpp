@@ -1,6 +1,7 @@
 #include <png.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csetjmp>
 #include <cstring>
 #include <vector>
@@ -145,7 +146,9 @@ class PngDecoder : public ImageDecoder {
 
 class PngEncoder {
  public:
-  explicit PngEncoder(const Image8& image) : image_(image) {
+  PngEncoder(const Image8& image, double pixels_per_inch)
+      : image_(image),
+        pixels_per_m_(static_cast<png_uint_32>(std::lround(pixels_per_inch / 0.0254))) {
     png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
     info_ = png_ ? png_create_info_struct(png_) : nullptr;
   }
@@ -172,6 +175,9 @@ class PngEncoder {
     png_set_IHDR(png_, info_, static_cast<png_uint_32>(image_.width()),
                  static_cast<png_uint_32>(image_.height()), 8, PNG_COLOR_TYPE_GRAY,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (pixels_per_m_ > 0) {
+      png_set_pHYs(png_, info_, pixels_per_m_, pixels_per_m_, PNG_RESOLUTION_METER);
+    }
     png_write_info(png_, info_);
     for (int y = 0; y < image_.height(); ++y) png_write_row(png_, image_.row(y));
     png_write_end(png_, info_);
@@ -179,6 +185,7 @@ class PngEncoder {
   }
 
   const Image8& image_;
+  png_uint_32 pixels_per_m_;
   PngMessage message_;
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
@@ -191,6 +198,8 @@ std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes) {
   return std::make_unique<PngDecoder>(bytes);
 }
 
-std::string encode_png(const Image8& image) { return PngEncoder(image).encode(); }
+std::string encode_png(const Image8& image, double pixels_per_inch) {
+  return PngEncoder(image, pixels_per_inch).encode();
+}
 
 }  // namespace tagcal
