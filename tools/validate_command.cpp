@@ -52,6 +52,7 @@ std::string parameter_table(const std::vector<ParameterError>& parameters) {
   std::string text = fmt::format("  {:<4} {:>14} {:>12} {:>14} {:>9}\n", "", "estimate", "+- sd",
                                  "truth", "off by");
   for (const ParameterError& p : parameters) {
+    if (p.sigma == 0 && p.estimate == 0 && p.truth == 0) continue;  // held, and rightly so
     const std::string sigma = p.sigma > 0 ? fmt::format("{:.6f}", p.sigma) : "held";
     text += fmt::format("  {:<4} {:>14.6f} {:>12} {:>14.6f} {:>6.2f} sd\n", p.name, p.estimate,
                         sigma, p.truth, p.in_sigmas);
