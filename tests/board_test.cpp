@@ -1,6 +1,8 @@
 #include <apriltag/common/image_u8.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include <algorithm>
 
 #include "apriltag_families.hpp"
@@ -69,7 +71,7 @@ TEST(GridBoard, RejectsWhatIsNoBoard) {
 }
 
 TEST(Dataset, PointsInWorldAreThoseOfAllBoards) {
-  const Pose there(exp_rotation({0, 0, EIGEN_PI / 2}), {1, 2, 3});
+  const Pose there(exp_rotation({0, 0, std::numbers::pi / 2}), {1, 2, 3});
   Board points;
   points.points = {{{7, 0}, {1, 0, 0}}, {{3, 0}, {0, 1, 0}}};
   const Board grid = grid_board({2, 1, 0.1, 0.5, 10});
@@ -170,7 +172,7 @@ TEST(Ink, OneSheetOfPaperForAPlaneOneEachForACube) {
   EXPECT_NEAR(panels[0].paper[0].x(), -0.06, 1e-12);
   const double half_diagonal = 0.05 * (std::cos(0.3) + std::sin(0.3));
   EXPECT_NEAR(panels[0].paper[2].x(), 0.3 + half_diagonal + 0.01, 1e-12);
-  board.tags[1].board_from_tag = Pose(exp_rotation({0, EIGEN_PI / 2, 0}), {0.05, 0, -0.05});
+  board.tags[1].board_from_tag = Pose(exp_rotation({0, std::numbers::pi / 2, 0}), {0.05, 0, -0.05});
   panels = board_panels(board, 0.01);
   ASSERT_EQ(panels.size(), 2u);
   EXPECT_NEAR(area(panels[1].paper), 0.12 * 0.12, 1e-12);
