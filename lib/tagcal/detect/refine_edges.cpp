@@ -10,16 +10,17 @@
 namespace tagcal {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix66 = Eigen::Matrix<double, 6, 6>;
+using Vector7 = Eigen::Matrix<double, 7, 1>;
+using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr double kStartBlur = 0.85;  // sd of the edge's spread, px: a sharp lens and the pixel
-constexpr double kMaxMove = 2.0;     // px
-constexpr double kMinContrast = 8;   // grey levels
-constexpr double kBendPerPx = 3e-4;  // sd of the curvature that lenses give to edges, 1/px
-constexpr double kLogBlurSd = 0.5;   // how far the blur is believed to be from its start
-constexpr int kSelections = 3;       // times the pixels are chosen anew about the edge
-constexpr int kSteps = 4;            // Gauss-Newton steps for each
+constexpr double kStartBlur = 0.85;    // sd of the edge's spread, px: a sharp lens and the pixel
+constexpr double kMaxMove = 2.0;       // px
+constexpr double kMinContrast = 8;     // grey levels
+constexpr double kBendPerPx = 3e-4;    // sd of the curvature that lenses give to edges, 1/px
+constexpr double kTwistPerPx2 = 2e-6;  // and of its change along the edge, 1/px^2
+constexpr double kLogBlurSd = 0.5;     // how far the blur is believed to be from its start
+constexpr int kSelections = 3;         // times the pixels are chosen anew about the edge
+constexpr int kSteps = 4;              // Gauss-Newton steps for each
 
 // A pixel near an edge: its place along it, in [-1, 1], its signed distance outwards, its level.
 struct Sample {
@@ -36,11 +37,14 @@ struct Edge {
   Eigen::Vector2d normal;
   double half = 0;
   double reach = 0;  // of the strip of pixels, to either side
-  // Offset at the middle, slope, bend; level inside, step to the outside; log of the blur.
-  Vector6 fit = Vector6::Zero();
+  // Offset at the middle, slope, bend; level inside, step to the outside; log of the blur; twist.
+  Vector7 fit = Vector7::Zero();
 
   double blur() const { return std::exp(fit[5]); }
-  double offset(double along) const { return fit[0] + along * (fit[1] + along * fit[2]); }
+  double slope(double along) const { return fit[1] + along * (2 * fit[2] + along * 3 * fit[6]); }
+  double offset(double along) const {
+    return fit[0] + along * (fit[1] + along * (fit[2] + along * fit[6]));
+  }
 };
 
 Edge edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
@@ -92,12 +96,12 @@ void start_levels(Edge& edge, const std::vector<Sample>& samples) {
   edge.fit[4] = sum[1] / std::max(1, count[1]) - inside;
 }
 
-// One Gauss-Newton step of level = inside + step Phi((outwards - offset(along)) / blur). The bend
-// and the blur have priors, weighed against the noise that the residuals show: short edges say too
-// little of them.
+// One Gauss-Newton step of level = inside + step Phi((outwards - offset(along)) / blur). Bend,
+// twist and blur have priors, weighed against the noise that the residuals show: short edges say
+// too little of them.
 bool step(Edge& edge, const std::vector<Sample>& samples) {
-  Matrix66 information = Matrix66::Zero();
-  Vector6 gradient = Vector6::Zero();
+  Matrix7 information = Matrix7::Zero();
+  Vector7 gradient = Vector7::Zero();
   double squares = 0;
   const double blur = edge.blur();
   for (const Sample& sample : samples) {
@@ -106,21 +110,24 @@ bool step(Edge& edge, const std::vector<Sample>& samples) {
     const double density = std::exp(-0.5 * z * z) * std::numbers::inv_sqrtpi / std::numbers::sqrt2;
     const double residual = sample.level - edge.fit[3] - edge.fit[4] * share;
     const double by_offset = -edge.fit[4] * density / blur;
-    Vector6 row;
+    Vector7 row;
     row << by_offset, by_offset * sample.along, by_offset * sample.along * sample.along, 1, share,
-        -edge.fit[4] * density * z;
+        -edge.fit[4] * density * z, by_offset * sample.along * sample.along * sample.along;
     information.noalias() += row * row.transpose();
     gradient += row * residual;
     squares += residual * residual;
   }
-  const double variance = std::max(0.1, squares / static_cast<double>(samples.size() - 6));
+  const double variance = std::max(0.1, squares / static_cast<double>(samples.size() - 7));
   const double bend_weight = variance / std::pow(0.5 * kBendPerPx * edge.half * edge.half, 2);
+  const double twist_weight = variance / std::pow(kTwistPerPx2 * std::pow(edge.half, 3) / 6, 2);
   const double blur_weight = variance / (kLogBlurSd * kLogBlurSd);
   information(2, 2) += bend_weight;
   gradient[2] -= bend_weight * edge.fit[2];
+  information(6, 6) += twist_weight;
+  gradient[6] -= twist_weight * edge.fit[6];
   information(5, 5) += blur_weight;
   gradient[5] -= blur_weight * (edge.fit[5] - std::log(kStartBlur));
-  Vector6 change = information.ldlt().solve(gradient);
+  Vector7 change = information.ldlt().solve(gradient);
   if (!change.allFinite()) return false;
   change[0] = std::clamp(change[0], -0.5, 0.5);
   change[1] = std::clamp(change[1], -0.5, 0.5);
@@ -146,7 +153,7 @@ bool fit_edge(Edge& edge, const Image8& image, double cell, bool dark_inside) {
 Eigen::Vector2d corner_between(const Edge& a, const Edge& b, Eigen::Vector2d corner) {
   const auto tangent = [](const Edge& edge, const Eigen::Vector2d& near) {
     const double along = (near - edge.middle).dot(edge.direction) / edge.half;
-    const double slope = (edge.fit[1] + 2 * along * edge.fit[2]) / edge.half;
+    const double slope = edge.slope(along) / edge.half;
     const Eigen::Vector2d point =
         edge.middle + along * edge.half * edge.direction + edge.offset(along) * edge.normal;
     const Eigen::Vector2d normal = edge.normal - slope * edge.direction;
