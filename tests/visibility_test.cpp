@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include <algorithm>
 #include <set>
 
@@ -13,12 +15,13 @@ using Eigen::Vector3d;
 
 // Looks along world +y from `eye`, z up: right is +x.
 Pose looking_along_y(const Vector3d& eye) {
-  return Pose(exp_rotation({EIGEN_PI / 2, 0, 0}), -(exp_rotation({EIGEN_PI / 2, 0, 0}) * eye));
+  return Pose(exp_rotation({std::numbers::pi / 2, 0, 0}),
+              -(exp_rotation({std::numbers::pi / 2, 0, 0}) * eye));
 }
 
 // A board whose front faces -y at distance y: board x = world x, board y = world z.
 Pose facing_the_camera(const Vector3d& origin) {
-  return Pose(exp_rotation({EIGEN_PI / 2, 0, 0}), origin);
+  return Pose(exp_rotation({std::numbers::pi / 2, 0, 0}), origin);
 }
 
 Scene one_board() {
@@ -54,7 +57,7 @@ TEST(Visibility, CornersAreWhereTheLensPutsThem) {
 TEST(Visibility, NotFromBehindNorBehindTheCamera) {
   const Scene scene = one_board();
   EXPECT_TRUE(visible_corners(scene, looking_along_y({0, 2, 0})).empty());  // board behind
-  const Pose back(exp_rotation({0, EIGEN_PI, 0}), Vector3d::Zero());
+  const Pose back(exp_rotation({0, std::numbers::pi, 0}), Vector3d::Zero());
   const Pose turned = back * looking_along_y({0, 2, 0});  // looks at the back of the board
   ASSERT_GT((turned * Vector3d(0, 1, 0)).z(), 0);
   EXPECT_TRUE(visible_corners(scene, turned).empty());
@@ -110,7 +113,7 @@ TEST(Visibility, PaperOfAnotherBoardHides) {
   EXPECT_EQ(tags_seen(scene, camera), (std::set<int>{1, 3, 10}));
   // Its back hides as well, and shows no corners.
   scene.boards[1].world_from_board =
-      scene.boards[1].world_from_board * Pose(exp_rotation({0, EIGEN_PI, 0}), {0.1, 0, 0});
+      scene.boards[1].world_from_board * Pose(exp_rotation({0, std::numbers::pi, 0}), {0.1, 0, 0});
   EXPECT_EQ(tags_seen(scene, camera), (std::set<int>{1, 3}));
 }
 
@@ -122,7 +125,7 @@ TEST(Visibility, PointsHaveNoFaceButCanBeHidden) {
   scene.boards = {{points, Pose()}};
   const Pose camera = looking_along_y({0, 0, 0});
   const Pose other_side =
-      Pose(exp_rotation({0, EIGEN_PI, 0}), Vector3d::Zero()) * looking_along_y({0, 2, 0});
+      Pose(exp_rotation({0, std::numbers::pi, 0}), Vector3d::Zero()) * looking_along_y({0, 2, 0});
   EXPECT_EQ(tags_seen(scene, camera), (std::set<int>{3, 5}));
   EXPECT_EQ(tags_seen(scene, other_side), (std::set<int>{3, 5}));
   scene.occluders = {wall(-5, 0, 0.5)};
@@ -136,8 +139,8 @@ TEST(Visibility, SidesOfACubeHideEachOther) {
   cube.border_bits = 1;
   cube.corner_squares = false;
   // Front face towards -y, and a face towards +x behind it.
-  cube.tags = {{0, 0.08, Pose(exp_rotation({EIGEN_PI / 2, 0, 0}), {0, -0.06, 0})},
-               {1, 0.08, Pose(exp_rotation({0, EIGEN_PI / 2, 0}), {0.06, 0, 0})}};
+  cube.tags = {{0, 0.08, Pose(exp_rotation({std::numbers::pi / 2, 0, 0}), {0, -0.06, 0})},
+               {1, 0.08, Pose(exp_rotation({0, std::numbers::pi / 2, 0}), {0.06, 0, 0})}};
   scene.paper_margin_m = 0.02;
   scene.boards = {{cube, Pose(Eigen::Quaterniond::Identity(), {0, 1, 0})}};
   EXPECT_EQ(tags_seen(scene, looking_along_y({0, 0, 0})), (std::set<int>{0}));

@@ -10,9 +10,9 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-// A lens and the size of the image behind it.
+// A lens and the size of the image behind it; by default the normalised camera, x' = X / Z.
 struct Camera {
-  Lens lens;
+  Lens lens = pinhole(1, 1, 0, 0);
   ImageSize image_size;
 };
 
