@@ -58,7 +58,8 @@ int run(const Arguments& arguments) {
 
 std::string model_names() {
   std::string names;
-  for (const Model& model : Model::all()) names += fmt::format(", {}", model.name());
+  for (const Model& model : Model::all())
+    if (model.num_free() > 0) names += fmt::format(", {}", model.name());
   return names.substr(2);
 }
 

@@ -118,6 +118,9 @@ Status judge(Calibration& c, const CalibrationFit& fit,
     return Status::not_observable;
   }
   if (!fit.summary.converged) return Status::not_converged;
+  if (10 * fit.num_inliers() < 9 * fit.num_corners)
+    c.warnings.push_back(percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
+                         " of the corners agree with no answer of this model and were left out");
   if (focal > kFocalWeak)
     c.warnings.push_back("the focal length is weakly known: sd " + percent(focal));
   return Status::ok;
@@ -202,7 +205,7 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   if (fits.empty()) {
     result = without_answer(input, std::string(models.front()->name()));
   } else {
-    const std::size_t best = lowest_bic(fits);
+    const std::size_t best = choose_fit(fits);
     result = report(fits[best], options);
     result.bic = fits[best].bic;
     for (std::size_t i = 0; i < fits.size(); ++i) {

@@ -13,7 +13,7 @@
 namespace tagcal {
 
 struct CalibrateOptions {
-  std::string model;    // a name of the ladder; "" or "auto" chooses by BIC
+  std::string model;    // a name of the ladder; "" or "auto": opencv5 or fisheye4, by BIC
   double sigma_px = 0;  // noise per coordinate; 0: estimated from the residuals
   bool reject_outliers = true;
   int max_iterations = 100;  // of each solve

@@ -107,6 +107,12 @@ Bundle select(const Bundle& base, const CalibrationInput& input, const Selection
   return bundle;
 }
 
+double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& residual) {
+  const double square = view.whitening.empty() ? residual.squaredNorm()
+                                               : (view.whitening[i] * residual).squaredNorm();
+  return std::isfinite(square) ? square : kInfinity;
+}
+
 // Squared whitened residuals of every corner under a lens and the selection's poses.
 std::vector<std::vector<double>> all_squares(const Lens& lens, const CalibrationInput& input,
                                              const Selection& selection) {
@@ -116,11 +122,8 @@ std::vector<std::vector<double>> all_squares(const Lens& lens, const Calibration
     squares[v].assign(view.correspondences.size(), kInfinity);
     if (!selection.pose[v]) continue;
     const auto residuals = residuals_px(view.correspondences, lens, *selection.pose[v]);
-    for (std::size_t i = 0; i < residuals.size(); ++i) {
-      const Vector2d r =
-          view.whitening.empty() ? residuals[i] : Vector2d(view.whitening[i] * residuals[i]);
-      if (r.allFinite()) squares[v][i] = r.squaredNorm();
-    }
+    for (std::size_t i = 0; i < residuals.size(); ++i)
+      squares[v][i] = whitened_square(view, i, residuals[i]);
   }
   return squares;
 }
@@ -148,6 +151,26 @@ bool reselect(const std::vector<std::vector<double>>& squares, double bound, Sel
     }
   }
   return changed;
+}
+
+// A view that lost most of its corners may only have started badly, from a lens far from the one
+// that is known now: it gets a new pose where more corners agree with that. Says whether any did.
+bool rescue_views(const CalibrationInput& input, const Lens& lens, double bound,
+                  Selection& selection) {
+  bool any = false;
+  for (std::size_t v = 0; v < input.views.size(); ++v) {
+    const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
+    if (2 * count > static_cast<std::ptrdiff_t>(selection.inlier[v].size())) continue;
+    const std::optional<Pose> pose = consensus_pose(input.views[v], lens);
+    if (!pose) continue;
+    int agreeing = 0;
+    for (const Vector2d& r : residuals_px(input.views[v].problem.correspondences, lens, *pose))
+      agreeing += r.norm() <= bound;
+    if (agreeing <= count) continue;
+    selection.pose[v] = pose;
+    any = true;
+  }
+  return any;
 }
 
 void drop_outside_domain(const Bundle& bundle, const CalibrationInput& input,
@@ -182,6 +205,7 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
                 Selection& selection) {
   std::vector<std::size_t> used;
   std::vector<std::vector<double>> squares;
+  bool rescued = false;
   for (int round = 0; round < kMaxRounds; ++round) {
     drop_outside_domain(fit.bundle, input, selection);
     fit.bundle = select(fit.bundle, input, selection, used);
@@ -194,11 +218,62 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
     if (!options.reject_outliers) break;
     const double floor = input.whitened ? 1 : std::max(kSmallestSigmaPx, options.sigma_px);
     const double sigma = std::max(floor, robust_sigma(squares, selection));
-    if (!reselect(squares, kRejectSigmas * sigma, selection)) break;
+    if (reselect(squares, kRejectSigmas * sigma, selection)) continue;
+    const Lens lens = fit.bundle.lens();
+    if (rescued || !rescue_views(input, lens, 2 * kRejectSigmas * sigma, selection)) break;
+    rescued = true;
+    reselect(all_squares(lens, input, selection), 2 * kRejectSigmas * sigma, selection);
   }
   if (squares.empty()) squares = all_squares(fit.bundle.lens(), input, selection);
   for (const std::size_t v : used) fit.images.push_back(input.views[v].image);
   list_outliers(input, selection, squares, fit);
+}
+
+// Sub-models of opencv5, square pixels not assumed.
+const std::vector<Model>& lean_models() {
+  static const std::vector<FreeParameter> all = {{"fx", {0}}, {"fy", {1}}, {"cx", {2}},
+                                                 {"cy", {3}}, {"k1", {4}}, {"k2", {5}},
+                                                 {"p1", {6}}, {"p2", {7}}};
+  static const auto first = [](std::ptrdiff_t n) {
+    return Model("lean", LensType::perspective, {all.begin(), all.begin() + n});
+  };
+  static const std::vector<Model> models = {first(4), first(5), first(6), first(8)};
+  return models;
+}
+
+double counted(double square, double sigma_square) {
+  return std::min(square / sigma_square, kRejectSigmas * kRejectSigmas);
+}
+
+// The squared residuals of a bundle's corners, each counted up to the rejection bound.
+double counted_misfit(const Bundle& bundle, double sigma_square) {
+  double sum = 0;
+  const Lens lens = bundle.lens();
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    const ViewProblem& view = bundle.views[v];
+    const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
+    for (std::size_t i = 0; i < residuals.size(); ++i)
+      sum += counted(whitened_square(view, i, residuals[i]), sigma_square);
+  }
+  return sum;
+}
+
+// The lowest BIC of the sub-models of a solved perspective, on its inliers. `bic` must be set.
+double leanest_bic(const CalibrationFit& fit, double sigma_square) {
+  if (fit.bundle.model->lens_type() != LensType::perspective) return kInfinity;
+  double lowest = kInfinity;
+  for (const Model& model : lean_models()) {
+    Bundle bundle = fit.bundle;
+    bundle.model = &model;
+    bundle.free_values = model.free_values(fit.bundle.lens());
+    const BundleSummary summary = solve(bundle, 50);
+    if (!summary.converged) continue;
+    const int fewer = fit.bundle.model->num_free() - model.num_free();
+    const double worse =
+        counted_misfit(bundle, sigma_square) - counted_misfit(fit.bundle, sigma_square);
+    lowest = std::min(lowest, fit.bic + worse - fewer * std::log(2.0 * fit.num_corners));
+  }
+  return lowest;
 }
 
 }  // namespace
@@ -252,7 +327,7 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
   return fit;
 }
 
-std::size_t lowest_bic(std::vector<CalibrationFit>& fits) {
+std::size_t choose_fit(std::vector<CalibrationFit>& fits) {
   double sigma_square = kInfinity;
   for (const CalibrationFit& fit : fits)
     if (2 * fit.num_inliers() >= fit.num_corners && fit.num_inliers() > 0)
@@ -262,9 +337,9 @@ std::size_t lowest_bic(std::vector<CalibrationFit>& fits) {
   std::size_t best = 0;
   for (std::size_t f = 0; f < fits.size(); ++f) {
     CalibrationFit& fit = fits[f];
-    const double bound = kRejectSigmas * kRejectSigmas;
     fit.bic = fit.bundle.model->num_free() * std::log(2.0 * fit.num_corners);
-    for (const double square : fit.squares) fit.bic += std::min(square / sigma_square, bound);
+    for (const double square : fit.squares) fit.bic += counted(square, sigma_square);
+    if (fits.size() > 1) fit.bic = std::min(fit.bic, leanest_bic(fit, sigma_square));
     if (fit.bic < fits[best].bic) best = f;
   }
   return best;

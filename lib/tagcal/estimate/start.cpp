@@ -169,4 +169,13 @@ std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& 
   return start;
 }
 
+std::optional<Pose> consensus_pose(const CalibrationView& view, const Lens& lens) {
+  std::vector<std::uint8_t> inlier;
+  const std::optional<SeedView> seed = find_seed(view, 0, lens, inlier);
+  if (!seed) return std::nullopt;
+  const std::optional<RefinedPose> pose = seed_pose(*seed, lens, 30);
+  if (!pose) return std::nullopt;
+  return pose->camera_from_target;
+}
+
 }  // namespace tagcal

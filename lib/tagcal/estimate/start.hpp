@@ -32,4 +32,8 @@ struct CalibrationStart {
 std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
                                            const std::vector<CalibrationView>& views);
 
+// The pose of one view for a known lens, from the corners that agree on one; no value where none
+// do.
+std::optional<Pose> consensus_pose(const CalibrationView& view, const Lens& lens);
+
 }  // namespace tagcal
