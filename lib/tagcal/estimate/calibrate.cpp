@@ -6,6 +6,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/uncertainty.hpp"
 
 namespace tagcal {

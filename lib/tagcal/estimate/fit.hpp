@@ -19,6 +19,9 @@ struct CalibrationInput {
 };
 CalibrationInput calibration_input(const Dataset& dataset);
 
+// Corners further than this many standard deviations from the answer are rejected.
+inline constexpr double kRejectSigmas = 5;
+
 // One model, solved on the corners that agree with it.
 struct CalibrationFit {
   Bundle bundle;                    // inliers only
@@ -42,12 +45,5 @@ struct CalibrationFit {
 // consensus.
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
-
-// The fit with the lowest BIC on all corners, each counted up to the rejection bound (Torr, IJCV
-// 2002: the robust form), with the noise of the best fit. A perspective counts as the leanest of
-// its sub-models (no distortion; k1; k1 k2; k1 k2 p1 p2) that explains the data: else a fisheye,
-// which has a parameter less and bends to much the same images, would win on every ordinary lens.
-// Sets `bic` of each. Precondition: not empty.
-std::size_t choose_fit(std::vector<CalibrationFit>& fits);
 
 }  // namespace tagcal

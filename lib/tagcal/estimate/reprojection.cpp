@@ -1,6 +1,7 @@
 #include "tagcal/estimate/reprojection.hpp"
 
 #include <Eigen/Cholesky>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -66,6 +67,12 @@ bool reprojection(const ViewProblem& view, const Lens& lens, std::span<const Fre
   const std::pair<Pose, Matrix3d> at(pose.at(step), left_jacobian(step.head<3>()));
   return std::visit([&](const auto& l) { return evaluate(l, view, free, at, pose.length, output); },
                     lens);
+}
+
+double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& residual) {
+  const double square = view.whitening.empty() ? residual.squaredNorm()
+                                               : (view.whitening[i] * residual).squaredNorm();
+  return std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
 }
 
 std::vector<Vector2d> residuals_px(std::span<const Correspondence> correspondences,

@@ -42,6 +42,9 @@ struct ReprojectionOutput {
 bool reprojection(const ViewProblem& view, const Lens& lens, std::span<const FreeParameter> free,
                   const PoseStep& pose, const Vector6d& step, ReprojectionOutput& output);
 
+// The squared length of a corner's residual (pixels), whitened; infinite where it has none.
+double whitened_square(const ViewProblem& view, std::size_t i, const Eigen::Vector2d& residual);
+
 // The plain residuals in pixels, not whitened; NaN for points outside of the domain.
 std::vector<Eigen::Vector2d> residuals_px(std::span<const Correspondence> correspondences,
                                           const Lens& lens, const Pose& camera_from_target);
