@@ -7,7 +7,10 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/geometry/viewpoint.hpp
     tagcal/camera/lens.hpp
     tagcal/camera/camera.hpp
+    tagcal/camera/canonical.hpp
     tagcal/camera/model.hpp
+    tagcal/camera/projection.hpp
+    tagcal/camera/viewport.hpp
     tagcal/scene/board.hpp
     tagcal/scene/board_ink.hpp
     tagcal/scene/dataset.hpp

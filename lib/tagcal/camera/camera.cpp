@@ -1,10 +1,28 @@
 #include "tagcal/camera/camera.hpp"
 
+#include <Eigen/Geometry>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
 namespace tagcal {
+namespace {
+
+// Between the rays through two pixels; by way of the optical axis for a fisheye.
+std::optional<double> angle_between_rad(const Lens& lens, const Eigen::Vector2d& a,
+                                        const Eigen::Vector2d& b) {
+  const std::optional<Ray> ray_a = ray_in_camera(lens, a), ray_b = ray_in_camera(lens, b);
+  if (!ray_a || !ray_b) return std::nullopt;
+  const auto angle = [](const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
+    return std::atan2(p.cross(q).norm(), p.dot(q));
+  };
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  if (std::holds_alternative<Fisheye>(lens))
+    return angle(ray_a->direction, axis) + angle(axis, ray_b->direction);
+  return angle(ray_a->direction, ray_b->direction);
+}
+
+}  // namespace
 
 bool contains(const ImageSize& size, const Eigen::Vector2d& pixel) {
   return pixel.x() >= -0.5 && pixel.x() < size.width - 0.5 && pixel.y() >= -0.5 &&
@@ -23,6 +41,22 @@ double focal_from_field_of_view_px(double field_of_view_rad, double extent_px) {
 double field_of_view_rad(double focal_px, double extent_px) {
   assert(focal_px > 0);
   return 2 * std::atan2(extent_px, 2 * focal_px);
+}
+
+double field_of_view_rad(double field_of_view_rad, double from_extent, double to_extent) {
+  assert(field_of_view_rad > 0 && field_of_view_rad < std::numbers::pi);
+  return 2 * std::atan(std::tan(field_of_view_rad / 2) * to_extent / from_extent);
+}
+
+std::optional<FieldOfView> field_of_view(const Camera& camera) {
+  if (std::holds_alternative<Parallel>(camera.lens)) return std::nullopt;
+  const Eigen::Vector2d c(parameters(camera.lens)[2], parameters(camera.lens)[3]);
+  const double right = camera.image_size.width - 0.5, bottom = camera.image_size.height - 0.5;
+  const auto across = angle_between_rad(camera.lens, {-0.5, c.y()}, {right, c.y()});
+  const auto down = angle_between_rad(camera.lens, {c.x(), -0.5}, {c.x(), bottom});
+  const auto diagonal = angle_between_rad(camera.lens, {-0.5, -0.5}, {right, bottom});
+  if (!across || !down || !diagonal) return std::nullopt;
+  return FieldOfView{*across, *down, *diagonal};
 }
 
 }  // namespace tagcal

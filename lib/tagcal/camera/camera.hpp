@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "tagcal/camera/lens.hpp"
 
 namespace tagcal {
@@ -27,5 +29,22 @@ Eigen::Vector2d image_centre(const ImageSize& size);
 // Domain: 0 < fov < pi, f > 0.
 double focal_from_field_of_view_px(double field_of_view_rad, double extent_px);
 double field_of_view_rad(double focal_px, double extent_px);
+
+// The same pinhole's angle across another extent, pixels square (vertical from horizontal: from W
+// to H; diagonal: to hypot(W, H); only the ratio counts): 2 atan(tan(fov / 2) to / from).
+double field_of_view_rad(double field_of_view_rad, double from_extent, double to_extent);
+
+// Angles between the rays through the outer border of the image: across and down through the
+// principal point, and from the upper left to the lower right corner. For a pinhole with its
+// principal point in the middle they are 2 atan(W / 2 fx), 2 atan(H / 2 fy), ... A fisheye's are
+// measured through the optical axis and may exceed pi.
+struct FieldOfView {
+  double horizontal_rad = 0;
+  double vertical_rad = 0;
+  double diagonal_rad = 0;
+};
+
+// No value for parallel rays, or where a point of the border has no ray.
+std::optional<FieldOfView> field_of_view(const Camera& camera);
 
 }  // namespace tagcal
