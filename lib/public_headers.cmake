@@ -18,6 +18,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/scene/render.hpp
     tagcal/scene/scene.hpp
     tagcal/scene/tag_family.hpp
+    tagcal/scene/viewing.hpp
     tagcal/scene/visibility.hpp
     tagcal/estimate/calibrate.hpp
     tagcal/estimate/pose.hpp

@@ -20,5 +20,6 @@ Command add_detect(CLI::App& app);
 Command add_calibrate(CLI::App& app);
 Command add_validate(CLI::App& app);
 Command add_board(CLI::App& app);
+Command add_view(CLI::App& app);
 
 }  // namespace tagcal::tools
