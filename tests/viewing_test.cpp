@@ -54,6 +54,9 @@ TEST(Viewing, FollowsThePointThatIsWorkedByHand) {
   EXPECT_TRUE(f.in_raster_px->isApprox(Vector2d(369.5, 189.5), 1e-14));
   EXPECT_TRUE(f.pixel->isApprox(Vector2d(369.5, 189.5), 1e-14));
   EXPECT_EQ(f.sight, Sight::seen);
+  // Half of all depth values are spent before this.
+  EXPECT_NEAR(z_from_opengl_depth(0, 1, 10), -2 / (1 + 1.0 / 10), 1e-15);
+  EXPECT_NEAR(z_from_opengl_depth(0, 1, 10), -1.818, 5e-4);
 }
 
 TEST(Viewing, SaysWhyAPointIsNotSeen) {

@@ -1,0 +1,156 @@
+// tagcal view, and the numbers of docs/viewing.md, all of which come from it.
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string kSource = TAGCAL_SOURCE_DIR;
+
+// Words that are numbers are compared as numbers.
+void expect_same_text(const std::string& expected, const std::string& actual) {
+  std::istringstream expected_words(expected), actual_words(actual);
+  std::string e, a;
+  while (expected_words >> e) {
+    ASSERT_TRUE(actual_words >> a) << "missing: " << e;
+    char* end = nullptr;
+    const double number = std::strtod(e.c_str(), &end);
+    if (*end == '\0')
+      EXPECT_NEAR(std::stod(a), number, 2e-6);
+    else
+      EXPECT_EQ(e, a);
+  }
+  EXPECT_FALSE(actual_words >> a) << "too much: " << a;
+}
+
+TEST_F(Cli, ThePageOnTheViewingPipelineShowsWhatTheCommandPrints) {
+  const std::string page = slurp(kSource + "/docs/viewing.md");
+  int shown = 0;
+  for (std::size_t at = page.find("```\n$ tagcal "); at != std::string::npos;
+       at = page.find("```\n$ tagcal ", at + 1), ++shown) {
+    const std::size_t command = at + std::string("```\n$ tagcal ").size();
+    const std::size_t line_end = page.find('\n', command);
+    std::string text = page.substr(line_end + 1, page.find("```", line_end) - line_end - 1);
+    std::string arguments = page.substr(command, line_end - command);
+    SCOPED_TRACE(arguments);
+    arguments = replaced(arguments, "data-synthetic", kSource + "/data-synthetic");
+    const Outcome outcome = run(arguments);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::string printed = outcome.out;
+    if (text.starts_with("...\n")) {  // the page leaves out the matrices
+      text = text.substr(4);
+      printed = printed.substr(printed.find("\n\ntag") + 2);
+    }
+    expect_same_text(text, printed);
+  }
+  EXPECT_EQ(shown, 2);
+}
+
+TEST_F(Cli, TheDrawingOnThePageIsTheCommands) {
+  const Outcome outcome = run(
+      "view " + kSource + "/data-synthetic/scenes/doorway.yaml --at 0:2 --near 1 --far 10 --svg");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string page = slurp(kSource + "/docs/viewing.svg");
+  // Rounding differs between machines; what is drawn does not.
+  EXPECT_EQ(std::count(page.begin(), page.end(), '\n'),
+            std::count(outcome.out.begin(), outcome.out.end(), '\n'));
+  for (const std::string part :
+       {"raster (open circle): (369.5000, 189.5000) px", "seen", "</svg>"}) {
+    EXPECT_NE(page.find(part), std::string::npos);
+    EXPECT_NE(outcome.out.find(part), std::string::npos);
+  }
+}
+
+Eigen::Matrix4d matrix(const Json& rows) {
+  Eigen::Matrix4d m;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) m(r, c) = rows[r][c];
+  return m;
+}
+
+Eigen::VectorXd vector(const Json& numbers) {
+  Eigen::VectorXd v(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) v[static_cast<int>(i)] = numbers[i];
+  return v;
+}
+
+TEST_F(Cli, ViewPrintsMatricesThatTakeThePointFromFrameToFrame) {
+  for (const std::string at : {"0:0", "5:3", "0.1,0.1,0.02"}) {
+    const Outcome outcome =
+        run("view " + path("scene.yaml") + " --view 2 --seed 3 --json --at " + at);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json answer = Json::parse(outcome.out);
+    const Json& m = answer["matrices"];
+    const Json& p = answer["point"];
+    const Eigen::Vector4d world = vector(p["in_world_m"]).homogeneous();
+    if (!p["in_board_m"].is_null()) {
+      const Eigen::Vector4d board = vector(p["in_board_m"]).homogeneous();
+      EXPECT_LT((matrix(m["world_from_board"]) * board - world).norm(), 1e-15);
+    }
+    const Eigen::Vector4d camera = matrix(m["camera_from_world"]) * world;
+    EXPECT_LT((camera.head<3>() - vector(p["in_camera_m"])).norm(), 1e-14);
+    const Eigen::Vector4d eye = matrix(m["eye_from_camera"]) * camera;
+    const Eigen::Vector4d clip = matrix(m["clip_from_eye"]) * eye;
+    EXPECT_LT((clip - vector(p["in_clip"])).norm(), 1e-14);
+    const Eigen::Vector4d raster = matrix(m["raster_from_ndc"]) * (clip / clip.w());
+    EXPECT_LT((raster.head<2>() - vector(p["in_raster_px"])).norm(), 1e-9);
+    EXPECT_TRUE(p["in_volume"]);
+    EXPECT_EQ(answer["view_volume"]["normalising_steps"].size(), 4u);
+    EXPECT_EQ(answer["vanishing_points_px"].size(), 3u);
+  }
+}
+
+TEST_F(Cli, ViewFollowsTheCornersThatRenderWrote) {
+  std::istringstream rows(slurp(root() / "set" / "observations_exact.csv"));
+  std::string row;
+  std::getline(rows, row);
+  for (int i = 0; i < 5 && std::getline(rows, row); ++i) {
+    std::replace(row.begin(), row.end(), ',', ' ');
+    std::istringstream fields(row);
+    std::string image, tag, corner;
+    double x = 0, y = 0;
+    fields >> image >> tag >> corner >> x >> y;
+    const Outcome outcome = run("view " + path("scene.yaml") + " --json --view " +
+                                std::to_string(std::stoi(image)) + " --at " + tag + ":" + corner);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Json point = Json::parse(outcome.out)["point"];
+    EXPECT_EQ(point["seen"], true);
+    EXPECT_NEAR(point["pixel"][0], x, 1e-9);
+    EXPECT_NEAR(point["pixel"][1], y, 1e-9);
+  }
+}
+
+TEST_F(Cli, ViewOfAFisheyeAndOfAPointBehindIt) {
+  spill(root() / "fisheye.yaml",
+        replaced(replaced(kScene, "model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]",
+                          "model: fisheye4, f: 200"),
+                 "views: 6", "views: 1"));
+  const Outcome outcome = run("view " + path("fisheye.yaml") + " --json --at 0,0,5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json point = Json::parse(outcome.out)["point"];
+  EXPECT_EQ(point["in_ndc"], nullptr);
+  EXPECT_EQ(point["seen"], false);
+  EXPECT_EQ(run("view " + path("fisheye.yaml") + " --svg --at 0,0,5").exit_code, 0);
+}
+
+TEST_F(Cli, ViewNamesBadInput) {
+  const std::string view = "view " + path("scene.yaml") + " ";
+  expect_bad_input(view + "--at 99:0", {"--at", "99:0"});
+  expect_bad_input(view + "--at 0:4", {"--at", "0:4"});
+  expect_bad_input(view + "--at 1,2", {"--at", "TAG:CORNER", "1,2"});
+  expect_bad_input(view + "--at 1,2,nan", {"--at", "1,2,nan"});
+  expect_bad_input(view + "--at here", {"--at", "here"});
+  expect_bad_input(view + "--view 6", {"--view", "5", "6"});
+  expect_bad_input(view + "--near 2 --far 1", {"--near", "< far", "2", "1"});
+  expect_bad_input(view + "--near 0", {"--near", "> 0"});
+  expect_bad_input(view + "--json --svg", {"--json", "--svg"});
+  expect_bad_input("view " + path("none.yaml"), {"none.yaml"});
+}
+
+}  // namespace
+}  // namespace tagcal::tools
