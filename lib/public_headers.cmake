@@ -21,7 +21,10 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/scene/viewing.hpp
     tagcal/scene/visibility.hpp
     tagcal/estimate/calibrate.hpp
+    tagcal/estimate/calibration_diff.hpp
     tagcal/estimate/pose.hpp
+    tagcal/estimate/projection_uncertainty.hpp
+    tagcal/estimate/seen_region.hpp
     tagcal/estimate/status.hpp
     tagcal/detect/detector.hpp
     tagcal/detect/families.hpp

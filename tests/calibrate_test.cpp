@@ -51,9 +51,9 @@ TEST(Calibrate, IsExactWithoutNoise) {
 TEST(Calibrate, ChoosesTheLensThatMadeTheData) {
   EXPECT_EQ(calibrate(make_world(opencv5_lens(), 2)).model, "opencv5");
   EXPECT_EQ(calibrate(make_world(fisheye_lens(), 2, near())).model, "fisheye4");
-  // What both lenses fit alike is an ordinary lens.
+  // What both lenses fit alike is an ordinary lens, and no more than it takes.
   for (int seed = 1; seed <= 5; ++seed)
-    EXPECT_EQ(calibrate(make_world(pinhole(900, 900, 639.5, 399.5), seed)).model, "opencv5");
+    EXPECT_EQ(calibrate(make_world(pinhole(900, 900, 639.5, 399.5), seed)).model, "f");
 }
 
 TEST(Calibrate, FindsTheTruthAndItsNoise) {
@@ -126,12 +126,14 @@ TEST(Calibrate, CornersCovariancesAreUsed) {
 TEST(Calibrate, FrontalBoardsHoldNoFocalLength) {
   WorldOptions options;
   options.max_tilt_deg = 0;
-  for (int seed = 1; seed <= 10; ++seed) {
+  for (int seed = 1; seed <= 4; ++seed) {
     const Dataset world = make_world(pinhole(900, 900, 639.5, 399.5), seed, options);
     for (const char* model : {"f", "f+c", "opencv5"})
       EXPECT_EQ(calibrate(world, with_model(model)).status, Status::focal_not_observable)
           << model << " seed " << seed;
-    EXPECT_FALSE(is_answer(calibrate(world).status));
+    const Calibration c = calibrate(world);
+    EXPECT_EQ(c.status, Status::focal_not_observable);
+    EXPECT_EQ(c.model, "weak");
   }
 }
 

@@ -27,6 +27,12 @@ Calibration example(const std::string& model, const Lens& lens) {
   const Eigen::MatrixXd half = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return random.normal(); });
   c.covariance = half * half.transpose() / 3;
   for (std::size_t i = 0; i < parameters(lens).size(); ++i) c.sigmas.push_back(random.uniform());
+  const std::vector<Eigen::Vector2d> hull = {{10.0 / 3, 20}, {1200, 30.5}, {1000, 700}, {90, 600}};
+  c.seen = SeenRegion({1280, 800}, hull);
+  ProjectionUncertainty far{kInfinitelyFar, {{1280, 800}, 3, 2}, Eigen::MatrixXd(2, 3), 0.1};
+  far.sigma_px << 0.1 / 3, 0.2, 0.3, 0.4, 0.5, std::numeric_limits<double>::quiet_NaN();
+  c.projection = {far, far};
+  c.projection[1].distance_m = 1.25;
   c.rms_px = 1.0 / 7;
   c.sigma_px = 1.0 / 9;
   c.sigma_from_residuals = true;
@@ -83,6 +89,7 @@ TEST_F(CalibrationFileTest, ReadsBackToTheLastBit) {
     EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << model;
     EXPECT_EQ(back.sigmas, written.sigmas);
     EXPECT_EQ(back.covariance, written.covariance);
+    EXPECT_EQ(back.seen.hull(), written.seen.hull());
   }
 }
 
@@ -114,6 +121,17 @@ TEST_F(CalibrationFileTest, OpenCVReadsEveryKey) {
     }
     ASSERT_EQ(covariance.rows, c.covariance.rows());
     EXPECT_EQ(covariance.at<double>(covariance.rows - 1, 0), c.covariance(covariance.rows - 1, 0));
+    ASSERT_EQ(file["projection_uncertainty"].size(), 2U);
+    EXPECT_TRUE(std::isinf(static_cast<double>(file["projection_uncertainty"][0]["distance_m"])));
+    EXPECT_EQ(static_cast<double>(file["projection_uncertainty"][1]["distance_m"]), 1.25);
+    cv::Mat sigma, region;
+    file["projection_uncertainty"][1]["sigma_px"] >> sigma;
+    file["seen_region"] >> region;
+    ASSERT_EQ(sigma.size(), cv::Size(3, 2));
+    EXPECT_EQ(sigma.at<double>(0, 0), 0.1 / 3);
+    EXPECT_EQ(sigma.at<double>(1, 1), 0.5);
+    EXPECT_TRUE(std::isnan(sigma.at<double>(1, 2)));
+    ASSERT_EQ(region.size(), cv::Size(2, 4));
     ASSERT_EQ(file["views"].size(), 3U);
     const cv::FileNode view = file["views"][1];
     EXPECT_EQ(static_cast<std::string>(view["image"]), "01.png");
@@ -134,6 +152,8 @@ TEST_F(CalibrationFileTest, WithoutUncertaintyViewsOrWarnings) {
   Calibration c = example("opencv5", examples()[5].second);
   c.sigmas.clear();
   c.covariance.resize(0, 0);
+  c.seen = SeenRegion();
+  c.projection.clear();
   c.views.clear();
   c.warnings.clear();
   const CalibrationFile back = read(calibration_yaml(c));
@@ -237,6 +257,9 @@ TEST_F(CalibrationFileTest, BadFilesOfOurs) {
         ": sigmas: must have one row or one column, "},
        {"rows: 4\n   cols: 4", "rows: 1\n   cols: 16",
         ": covariance: must be 4 x 4 with model rad"}});
+  EXPECT_EQ(error(replaced(good, "seen_region: !!opencv-matrix\n   rows: 4\n   cols: 2",
+                           "seen_region: !!opencv-matrix\n   rows: 2\n   cols: 4")),
+            ": seen_region: must be 3 or more x 2, got 2 x 4");
   std::string negative = good.substr(0, good.find("sigmas:"));
   negative += replaced(good.substr(good.find("sigmas:")), "data: [ ", "data: [ -");
   EXPECT_EQ(error(negative).substr(0, 27), ": sigmas: must be >= 0, got");

@@ -111,6 +111,28 @@ std::string outlier_lines(std::vector<Outlier> outliers) {
   return text;
 }
 
+Json steps_json(const std::vector<ModelStep>& steps) {
+  Json list = Json::array();
+  for (const ModelStep& step : steps) {
+    list.push_back({{"model", step.model},
+                    {"parameters", step.num_parameters},
+                    {"cost", step.cost},
+                    {"bic", step.bic},
+                    {"difference_px", step.difference_px ? Json(*step.difference_px) : Json()},
+                    {"taken", step.taken},
+                    {"sentence", step.sentence}});
+  }
+  return list;
+}
+
+std::string steps_text(const std::vector<ModelStep>& steps) {
+  std::string text = steps.empty() ? "" : "ladder\n";
+  for (const ModelStep& step : steps) {
+    text += fmt::format("  {} {:<9} {}\n", step.taken ? '+' : '-', step.model, step.sentence);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string calibration_json(const Calibration& calibration, const CommandSeconds& seconds) {
@@ -125,6 +147,7 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                        {"num_views", calibration.views.size()},
                        {"num_corners", calibration.num_corners},
                        {"num_outliers", calibration.outliers.size()},
+                       {"steps", steps_json(calibration.steps)},
                        {"warnings", calibration.warnings},
                        {"seconds",
                         {{"read", seconds.read},
@@ -139,7 +162,8 @@ std::string calibration_summary(const Calibration& calibration, const CommandSec
                                 bool chosen) {
   std::string text = fmt::format("status     {}\n", status_name(calibration.status));
   if (calibration.camera) {
-    text += fmt::format("model      {}{}\n", calibration.model, chosen ? " (chosen by BIC)" : "");
+    text += fmt::format("model      {}{}\n", calibration.model,
+                        chosen ? " (chosen, see the ladder)" : "");
     const std::vector<Shown> shown = shown_parameters(calibration);
     for (std::size_t i = 0; i < num_shown(calibration); ++i) text += parameter_line(shown[i]);
     text += fmt::format("rms        {:.4f} px over {} corners in {} views\n", calibration.rms_px,
@@ -147,7 +171,7 @@ std::string calibration_summary(const Calibration& calibration, const CommandSec
     text += fmt::format("noise      {:.4f} px per coordinate ({})\n", calibration.sigma_px,
                         calibration.sigma_from_residuals ? "from the residuals" : "as stated");
   }
-  text += outlier_lines(calibration.outliers);
+  text += steps_text(calibration.steps) + outlier_lines(calibration.outliers);
   for (const std::string& warning : calibration.warnings) text += "warning: " + warning + "\n";
   text +=
       fmt::format("time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",

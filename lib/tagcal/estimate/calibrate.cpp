@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/selection.hpp"
-#include "tagcal/estimate/uncertainty.hpp"
+#include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
 namespace {
@@ -16,26 +18,14 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kAssumedSigmaPx = 0.5;
 constexpr int kEnoughDegreesOfFreedom = 50;
-constexpr double kFocalRefused = 0.10;  // sd(f) / f
-constexpr double kFocalWeak = 0.05;
-constexpr double kProjectionRefused = 0.02;  // of the half-diagonal
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100 * std::min(share, 1e4)))) + " %";
-}
-
-int degrees_of_freedom(const CalibrationFit& fit) {
-  return 2 * fit.num_inliers() - fit.bundle.model->num_free() -
-         6 * static_cast<int>(fit.bundle.views.size());
-}
-
 // The noise by the rule: stated, else from the residuals where these are enough to show it.
 void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOptions& options) {
-  const int freedom = degrees_of_freedom(fit);
+  const int freedom = degrees_of_freedom(fit.bundle);
   if (options.sigma_px > 0) {
     c.sigma_px = options.sigma_px;
   } else if (fit.whitened) {
@@ -61,69 +51,22 @@ void fill_sigmas(Calibration& c, const Model& model) {
       c.sigmas[static_cast<std::size_t>(k)] = std::sqrt(c.covariance(i, i));
 }
 
-double relative_focal_sigma(const Calibration& c) {
-  const std::span<const double> p = parameters(c.camera->lens);
-  return std::max(c.sigmas[0] / p[0], c.sigmas[1] / p[1]);
-}
-
-// The free parameters, the focal length aside, that are least known in pixels at the image corner.
-std::string weakest_parameters(const Calibration& c, const Model& model) {
-  const double f = parameters(c.camera->lens)[0];
-  const double radius =
-      0.5 * std::hypot(c.camera->image_size.width, c.camera->image_size.height) / f;
-  std::string names;
-  double largest = 0;
-  for (int i = 0; i < model.num_free(); ++i) {
-    const std::string_view name = model.free()[static_cast<std::size_t>(i)].name;
-    if (name[0] == 'f') continue;
-    const double in_px = std::sqrt(c.covariance(i, i)) *
-                         (name[0] == 'c' ? 1 : f * std::pow(radius, name[0] == 'k' ? 3 : 2));
-    if (in_px > largest) names = name;
-    largest = std::max(largest, in_px);
-  }
-  return names;
-}
-
 // What the data can hold, by the rules of the design; the first reason not to answer wins.
-Status judge(Calibration& c, const CalibrationFit& fit,
-             const std::optional<BundleCovariance>& cov) {
-  const Model& model = *fit.bundle.model;
+Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen) {
   if (fit.num_inliers() < fit.num_corners / 2) {
     c.warnings.push_back("more than half of the corners agree with no common answer");
     return Status::no_consensus;
   }
-  if (degrees_of_freedom(fit) <= 10) {
-    c.warnings.push_back(
-        "too few corners for the parameters: " + std::to_string(fit.num_inliers()) +
-        " corners in " + std::to_string(fit.bundle.views.size()) + " views");
-    return Status::degenerate;
-  }
-  if (!cov) {
-    c.warnings.push_back(
-        "the focal length cannot be known from these views: tilt the board by 20 degrees or more");
-    return Status::focal_not_observable;
-  }
-  const double focal = relative_focal_sigma(c);
-  if (focal > kFocalRefused) {
-    c.warnings.push_back("the focal length cannot be known from these views (sd " + percent(focal) +
-                         "): tilt the board by 20 degrees or more, in several directions");
-    return Status::focal_not_observable;
-  }
-  const double half_diagonal =
-      0.5 * std::hypot(c.camera->image_size.width, c.camera->image_size.height);
-  const double projection = projection_sigma_at_infinity_px(fit.bundle, c.covariance);
-  if (!(projection < kProjectionRefused * half_diagonal)) {
-    c.warnings.push_back("not observable from these views: " + weakest_parameters(c, model) +
-                         " (the projection is uncertain by " +
-                         std::to_string(std::lround(std::min(projection, 1e9))) + " px)");
-    return Status::not_observable;
+  if (seen.status != Status::ok) {
+    c.warnings.push_back(seen.reason);
+    return seen.status;
   }
   if (!fit.summary.converged) return Status::not_converged;
   if (10 * fit.num_inliers() < 9 * fit.num_corners)
     c.warnings.push_back(percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
                          " of the corners agree with no answer of this model and were left out");
-  if (focal > kFocalWeak)
-    c.warnings.push_back("the focal length is weakly known: sd " + percent(focal));
+  if (seen.focal_share > kFocalWeak)
+    c.warnings.push_back("the focal length is weakly known: sd " + percent(seen.focal_share));
   return Status::ok;
 }
 
@@ -149,6 +92,19 @@ void fill_views(Calibration& c, const CalibrationFit& fit,
   c.rms_px = std::sqrt(sum / c.num_corners);
 }
 
+// Projection uncertainty at the asked distances; what the corners do not cover, as warnings.
+void fill_projection(Calibration& c, const Bundle& bundle, const CalibrateOptions& options) {
+  c.seen = seen_region(bundle);
+  for (std::string& gap : c.seen.gaps()) c.warnings.push_back(std::move(gap));
+  if (c.covariance.size() == 0) return;
+  std::vector<double> distances = options.distances_m;
+  if (distances.empty()) distances = {kInfinitelyFar, median_distance_m(bundle)};
+  const std::vector<Eigen::Vector2d> samples = c.seen.samples();
+  for (const double distance : distances)
+    c.projection.push_back(projection_uncertainty({bundle.model, c.camera->lens, c.covariance},
+                                                  {bundle.image_size}, samples, distance));
+}
+
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options) {
   const auto begin = Clock::now();
   Calibration c;
@@ -159,13 +115,14 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options) {
   c.warnings = fit.warnings;
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
-  const auto covariance = covariance_of(fit.bundle, c.sigma_px);
-  if (covariance) {
-    c.covariance = covariance->parameters;
+  const Observability seen = observability(fit.bundle, c.sigma_px);
+  if (seen.covariance) {
+    c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }
-  fill_views(c, fit, covariance);
-  c.status = judge(c, fit, covariance);
+  fill_views(c, fit, seen.covariance);
+  c.status = judge(c, fit, seen);
+  if (is_answer(c.status)) fill_projection(c, fit.bundle, options);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   c.seconds.covariance = seconds_since(begin);
@@ -183,38 +140,79 @@ Calibration without_answer(const CalibrationInput& input, const std::string& mod
   return c;
 }
 
+// Every view with its own scale; the lens holds nothing but the centre of the image.
+Calibration report_weak(const ModelChoice& choice, const CalibrateOptions& options) {
+  const Bundle& bundle = choice.fit.bundle;
+  const Eigen::Vector2d centre = image_centre(bundle.image_size);
+  Calibration c;
+  c.model = "weak";
+  c.status = choice.status;
+  c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};
+  c.sigmas.assign(Parallel::kNumParameters, 0.0);
+  c.outliers = choice.fit.outliers;
+  c.warnings = choice.fit.warnings;
+  c.warnings.push_back(choice.reason);
+  choose_sigma(c, choice.fit, options);
+  double sum = 0;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    const auto weak = fit_weak_view(bundle.views[v], centre, bundle.camera_from_target[v]);
+    if (!weak) continue;
+    CalibratedView view;
+    view.image = choice.fit.images[v];
+    view.camera_from_world = weak->camera_from_target;
+    view.scale_px_per_m = weak->scale_px_per_m;
+    view.covariance = c.sigma_px * c.sigma_px * weak->covariance;
+    // Depth is not known; what the scale adds is kept to itself.
+    view.covariance.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
+    view.covariance.col(5).setConstant(std::numeric_limits<double>::quiet_NaN());
+    view.num_corners = static_cast<int>(bundle.views[v].correspondences.size());
+    const Parallel lens({*view.scale_px_per_m, *view.scale_px_per_m, centre.x(), centre.y()});
+    double square = 0;
+    for (const auto& r :
+         residuals_px(bundle.views[v].correspondences, lens, view.camera_from_world))
+      square += r.squaredNorm();
+    view.rms_px = std::sqrt(square / view.num_corners);
+    sum += square;
+    c.num_corners += view.num_corners;
+    c.views.push_back(view);
+  }
+  c.rms_px = std::sqrt(sum / std::max(1, c.num_corners));
+  if (choice.fit.num_inliers() < choice.fit.num_corners / 2) {
+    c.status = Status::no_consensus;
+    c.warnings.push_back("more than half of the corners agree with no common answer");
+  }
+  return c;
+}
+
+Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions& options) {
+  const std::optional<ModelChoice> choice = choose_model(input, options);
+  if (!choice) return without_answer(input, "");
+  Calibration c = choice->weak ? report_weak(*choice, options) : report(choice->fit, options);
+  if (is_answer(c.status) && choice->status != Status::ok) {
+    c.status = choice->status;
+    c.warnings.push_back(choice->reason);
+  }
+  c.steps = choice->steps;
+  c.bic = choice->fit.bic;
+  return c;
+}
+
+Calibration calibrate_model(const Model& model, const CalibrationInput& input,
+                            const CalibrateOptions& options) {
+  const std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  return fit ? report(*fit, options) : without_answer(input, std::string(model.name()));
+}
+
 }  // namespace
 
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   const auto begin = Clock::now();
   const bool choose = options.model.empty() || options.model == "auto";
-  std::vector<const Model*> models;
-  if (choose)
-    models = {&Model::named("opencv5"), &Model::named("fisheye4")};
-  else
-    models = {&Model::named(options.model)};
-  if (models.front()->lens_type() == LensType::parallel)
+  if (!choose && Model::named(options.model).lens_type() == LensType::parallel)
     throw Error("model: weak is an answer for what holds no focal length; it cannot be asked for");
-
   const CalibrationInput input = calibration_input(dataset);
-  std::vector<CalibrationFit> fits;
-  for (const Model* model : models) {
-    std::optional<CalibrationFit> fit = fit_model(*model, input, options);
-    if (fit) fits.push_back(std::move(*fit));
-  }
-  Calibration result;
-  if (fits.empty()) {
-    result = without_answer(input, std::string(models.front()->name()));
-  } else {
-    const std::size_t best = choose_fit(fits);
-    result = report(fits[best], options);
-    result.bic = fits[best].bic;
-    for (std::size_t i = 0; i < fits.size(); ++i) {
-      if (i == best) continue;
-      result.seconds.start += fits[i].start_seconds;
-      result.seconds.solve += fits[i].solve_seconds;
-    }
-  }
+  Calibration result = choose ? calibrate_auto(input, options)
+                              : calibrate_model(Model::named(options.model), input, options);
   result.seconds.total = seconds_since(begin);
   return result;
 }

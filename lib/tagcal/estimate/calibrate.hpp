@@ -7,16 +7,20 @@
 #include <vector>
 
 #include "tagcal/camera/model.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/estimate/seen_region.hpp"
 #include "tagcal/estimate/status.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 namespace tagcal {
 
 struct CalibrateOptions {
-  std::string model;    // a name of the ladder; "" or "auto": opencv5 or fisheye4, by BIC
+  std::string model;    // a name of the ladder; "" or "auto": the smallest that explains the data
   double sigma_px = 0;  // noise per coordinate; 0: estimated from the residuals
   bool reject_outliers = true;
   int max_iterations = 100;  // of each solve
+  // At which the projection's uncertainty is given; empty: infinity and the corners' median.
+  std::vector<double> distances_m;
 };
 
 // One corner that was left out, with its residual under the answer.
@@ -28,10 +32,26 @@ struct Outlier {
 
 struct CalibratedView {
   std::string image;
+  // With model weak: the point X is seen at scale (R X + t) + centre of the image, t_z = 0 and its
+  // covariance NaN. (A plane has a second such pose, mirrored, that fits as well.)
   Pose camera_from_world;
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
   int num_corners = 0;                   // inliers
   double rms_px = 0;
+  std::optional<double> scale_px_per_m;  // of model weak
+};
+
+// One model of the ladder as `auto` saw it.
+struct ModelStep {
+  std::string model;
+  int num_parameters = 0;
+  double cost = 0;  // sum of squared (whitened) residuals, each up to the rejection bound
+  double bic = 0;
+  // RMS over the seen region at the median distance, pose taken out, from the model of lowest BIC;
+  // none where the two were not compared.
+  std::optional<double> difference_px;
+  bool taken = false;    // on the way to the answer, or the answer
+  std::string sentence;  // why, or why not
 };
 
 // Wall-clock times.
@@ -50,14 +70,17 @@ struct Calibration {
   std::optional<Camera> camera;
   Eigen::MatrixXd covariance;  // of the model's free parameters, in their order; empty if singular
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
-  double rms_px = 0;           // sqrt(sum |r|^2 / corners), inliers
-  double sigma_px = 0;         // noise per coordinate that the covariance was computed with
+  std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
+  SeenRegion seen;                                // where in the image the corners were
+  double rms_px = 0;                              // sqrt(sum |r|^2 / corners), inliers
+  double sigma_px = 0;  // noise per coordinate that the covariance was computed with
   bool sigma_from_residuals = false;
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;
   std::vector<CalibratedView> views;  // those that take part
   std::vector<Outlier> outliers;
+  std::vector<ModelStep> steps;  // of `auto`, in the order of the ladder
   std::vector<std::string> warnings;
   CalibrateSeconds seconds;
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "tagcal/estimate/closed_form.hpp"
 
@@ -270,6 +271,33 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
   run_rounds(input, options, fit, selection);
   if (fit.bundle.views.empty()) return std::nullopt;
   fit.solve_seconds = seconds_since(begin) - fit.start_seconds;
+  return fit;
+}
+
+std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
+                                    const CalibrationInput& input,
+                                    const CalibrateOptions& options) {
+  const auto begin = Clock::now();
+  std::map<std::string, Pose> poses;
+  for (std::size_t i = 0; i < other.images.size(); ++i)
+    poses[other.images[i]] = solved.camera_from_target[i];
+  std::set<std::pair<std::string, CornerId>> out;
+  for (const Outlier& o : other.outliers) out.emplace(o.image, o.id);
+  Selection selection;
+  for (const CalibrationView& view : input.views) {
+    const auto pose = poses.find(view.image);
+    selection.pose.push_back(pose == poses.end() ? std::nullopt : std::optional(pose->second));
+    selection.inlier.emplace_back();
+    for (const CornerId& id : view.ids)
+      selection.inlier.back().push_back(!out.contains({view.image, id}));
+  }
+  CalibrationFit fit;
+  fit.bundle = Bundle{solved.model, solved.image_size, solved.free_values, {}, {}};
+  fit.whitened = input.whitened;
+  fit.warnings = input.warnings;
+  run_rounds(input, options, fit, selection);
+  if (fit.bundle.views.empty()) return std::nullopt;
+  fit.solve_seconds = seconds_since(begin);
   return fit;
 }
 

@@ -46,4 +46,9 @@ struct CalibrationFit {
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
 
+// The same from a solved bundle on the inliers of another fit: its views and corners are the
+// start.
+std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
+                                    const CalibrationInput& input, const CalibrateOptions& options);
+
 }  // namespace tagcal

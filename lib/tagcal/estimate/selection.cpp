@@ -2,80 +2,260 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <cstdio>
+
+#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/estimate/ladder.hpp"
+#include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTolerancePx = 0.1;  // RMS of the projection that no scene needs
+constexpr double kPeakPx = 0.25;      // and at a single corner,
+constexpr double kPeakSigmas = 5;     // where it is more than so many posterior deviations
+constexpr double kGrosslyWrongSigmas = 100;
+constexpr int kFisheyeHandicap = 3;     // parameters
+constexpr double kStrongEvidence = 10;  // of BIC (Kass & Raftery 1995: very strong)
 
-// Sub-models of opencv5, square pixels not assumed.
-const std::vector<Model>& lean_models() {
-  static const std::vector<FreeParameter> all = {{"fx", {0}}, {"fy", {1}}, {"cx", {2}},
-                                                 {"cy", {3}}, {"k1", {4}}, {"k2", {5}},
-                                                 {"p1", {6}}, {"p2", {7}}};
-  static const auto first = [](std::ptrdiff_t n) {
-    return Model("lean", LensType::perspective, {all.begin(), all.begin() + n});
-  };
-  static const std::vector<Model> models = {first(4), first(5), first(6), first(8)};
-  return models;
+// One decimal where it matters, none where it does not.
+std::string number(double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, std::abs(value) < 100 ? "%.2f" : "%.0f", value);
+  return text;
 }
 
-double counted(double square, double sigma_square) {
-  return std::min(square / sigma_square, kRejectSigmas * kRejectSigmas);
+bool is_fisheye(const Rung& rung) { return rung.model().lens_type() == LensType::fisheye; }
+
+double score(const Rung& rung, const Ladder& ladder) {
+  return rung.bic + (is_fisheye(rung) ? kFisheyeHandicap * std::log(ladder.num_residuals) : 0);
 }
 
-// The squared residuals of a bundle's corners, each counted up to the rejection bound.
-double counted_misfit(const Bundle& bundle, double sigma_square) {
-  double sum = 0;
-  const Lens lens = bundle.lens();
+// The fisheye is no way out for data that hold too little of a perspective: it must beat them all,
+// held or not.
+bool stands_for_choice(const Rung& rung, const Ladder& ladder) {
+  if (!rung.holds() || !is_fisheye(rung)) return rung.holds();
+  return std::all_of(ladder.rungs.begin(), ladder.rungs.end(), [&](const Rung& other) {
+    return score(rung, ladder) <= score(other, ladder);
+  });
+}
+
+const Rung* lowest_score(const Ladder& ladder) {
+  const Rung* best = nullptr;
+  for (const Rung& rung : ladder.rungs)
+    if (stands_for_choice(rung, ladder) && (!best || score(rung, ladder) < score(*best, ladder)))
+      best = &rung;
+  return best;
+}
+
+// How far two fits of the same corners put them from each other.
+struct Moved {
+  double rms_px = 0;
+  double max_px = 0;
+};
+
+Moved moved(const Bundle& a, const Bundle& b) {
+  const Lens lens_a = a.lens(), lens_b = b.lens();
+  Moved result;
+  int count = 0;
+  for (std::size_t v = 0; v < a.views.size(); ++v) {
+    const auto& corners = a.views[v].correspondences;
+    const auto in_a = residuals_px(corners, lens_a, a.camera_from_target[v]);
+    const auto in_b = residuals_px(corners, lens_b, b.camera_from_target[v]);
+    for (std::size_t i = 0; i < corners.size(); ++i, ++count) {
+      const double d = (in_a[i] - in_b[i]).norm();
+      result.rms_px += d * d;
+      result.max_px = std::max(result.max_px, d);
+    }
+  }
+  result.rms_px = std::sqrt(result.rms_px / std::max(count, 1));
+  return result;
+}
+
+// The region over which, and the distance at which, projections are compared.
+struct Comparison {
+  std::vector<Vector2d> samples;
+  double distance_m = 1;
+
+  explicit Comparison(const Bundle& bundle)
+      : samples(seen_region(bundle).samples()), distance_m(median_distance_m(bundle)) {}
+};
+
+// Where the larger model is not needed: the smaller one projects alike.
+bool stands_for(const Rung& small, const Rung& large, const Comparison& at, double& difference) {
+  const Camera a{small.bundle.lens(), small.bundle.image_size};
+  const Camera b{large.bundle.lens(), large.bundle.image_size};
+  const auto d = lens_difference(a, b, at.samples, at.distance_m);
+  if (!d) return false;
+  difference = d->rms_px;
+  const auto own =
+      projection_uncertainty({&small.model(), a.lens, small.seen.covariance->parameters},
+                             ImageGrid{a.image_size, 3, 3}, at.samples, at.distance_m);
+  const double tolerance = std::max(kTolerancePx, 0.5 * std::sqrt(2.0) * own.region_px);
+  if (d->rms_px > tolerance) return false;
+  return small.misfit - large.misfit < kPeakSigmas * kPeakSigmas ||
+         moved(small.bundle, large.bundle).max_px <= kPeakPx;
+}
+
+const Rung* simplified(const Ladder& ladder, const Rung& winner,
+                       std::vector<std::optional<double>>& differences) {
+  if (is_fisheye(winner)) return &winner;
+  const Comparison at(winner.bundle);
+  const Rung* simplest = nullptr;
+  for (std::size_t i = 0; i < ladder.rungs.size(); ++i) {
+    const Rung& rung = ladder.rungs[i];
+    if (&rung == &winner || !rung.holds() || is_fisheye(rung)) continue;
+    double difference = 0;
+    const bool alike = stands_for(rung, winner, at, difference);
+    differences[i] = difference;
+    const bool smaller = rung.model().num_free() < winner.model().num_free();
+    if (alike && smaller && !simplest) simplest = &rung;
+  }
+  return simplest ? simplest : &winner;
+}
+
+// A model that the data ask for and cannot hold.
+const Rung* wanted(const Ladder& ladder, const Rung& chosen) {
+  for (const Rung& rung : ladder.rungs) {
+    if (rung.holds() || !rung.summary.converged || is_fisheye(rung) || is_fisheye(chosen)) continue;
+    if (rung.bic < chosen.bic - kStrongEvidence &&
+        moved(chosen.bundle, rung.bundle).rms_px > kTolerancePx)
+      return &rung;
+  }
+  return nullptr;
+}
+
+ModelStep weak_step(const Ladder& ladder, bool taken) {
+  ModelStep step;
+  step.model = "weak";
+  step.taken = taken;
+  step.sentence = taken ? "the data hold no more" : "not needed: the data hold a focal length";
+  const Bundle& bundle = ladder.rungs.front().bundle;
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    const ViewProblem& view = bundle.views[v];
-    const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
-    for (std::size_t i = 0; i < residuals.size(); ++i)
-      sum += counted(whitened_square(view, i, residuals[i]), sigma_square);
+    const auto view = fit_weak_view(bundle.views[v], image_centre(bundle.image_size),
+                                    bundle.camera_from_target[v]);
+    if (view) step.cost += view->cost;
   }
-  return sum;
+  step.bic = step.cost / ladder.noise_square;
+  return step;
 }
 
-// The lowest BIC of the sub-models of a solved perspective, on its inliers. `bic` must be set.
-double leanest_bic(const CalibrationFit& fit, double sigma_square) {
-  if (fit.bundle.model->lens_type() != LensType::perspective) return kInfinity;
-  double lowest = kInfinity;
-  for (const Model& model : lean_models()) {
-    Bundle bundle = fit.bundle;
-    bundle.model = &model;
-    bundle.free_values = model.free_values(fit.bundle.lens());
-    const BundleSummary summary = solve(bundle, 50);
-    if (!summary.converged) continue;
-    const int fewer = fit.bundle.model->num_free() - model.num_free();
-    const double worse =
-        counted_misfit(bundle, sigma_square) - counted_misfit(fit.bundle, sigma_square);
-    lowest = std::min(lowest, fit.bic + worse - fewer * std::log(2.0 * fit.num_corners));
+// The sentence of a model beside the last one that was taken (none: the first).
+std::string why(const Rung& rung, const Rung* last, const Ladder& ladder, bool taken) {
+  if (rung.seen.status != Status::ok)
+    return "not taken, the data cannot hold it: " + rung.seen.reason;
+  if (!rung.summary.converged) return "not taken: the solution did not converge";
+  if (!last) return taken ? "taken: the data hold its parameters" : "not taken";
+  const double gain = (last->misfit - rung.misfit) * ladder.noise_square;
+  const int more = rung.model().num_free() - last->model().num_free();
+  std::string text = number(std::abs(gain)) + (ladder.whitened ? "" : " px^2") +
+                     (gain >= 0 ? " better than " : " worse than ") +
+                     std::string(last->model().name()) + " in " +
+                     std::to_string(ladder.num_residuals) + " residuals";
+  if (more > 0)
+    text += ", for " + std::to_string(more) + (more == 1 ? " parameter" : " parameters");
+  if (more > 0) text += " more";
+  return text + (taken ? ": taken" : ": not needed");
+}
+
+std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const Rung* winner,
+                               const std::vector<std::optional<double>>& differences) {
+  std::vector<ModelStep> steps = {weak_step(ladder, chosen == nullptr)};
+  const Rung* last = nullptr;
+  bool done = chosen == nullptr;
+  const double chosen_difference =
+      chosen ? differences[static_cast<std::size_t>(chosen - ladder.rungs.data())].value_or(0) : 0;
+  for (std::size_t i = 0; i < ladder.rungs.size(); ++i) {
+    const Rung& rung = ladder.rungs[i];
+    ModelStep step;
+    step.model = rung.model().name();
+    step.num_parameters = rung.model().num_free();
+    step.cost = rung.misfit * ladder.noise_square;
+    step.bic = rung.bic;
+    step.difference_px = differences[i];
+    const bool on_the_way = chosen && !done && rung.holds() && !is_fisheye(rung) &&
+                            !is_fisheye(*chosen) && (!last || rung.bic < last->bic);
+    step.taken = &rung == chosen || on_the_way;
+    step.sentence = why(rung, last, ladder, step.taken);
+    if (&rung == winner && winner != chosen)
+      step.sentence += ", the projections differ by " + number(chosen_difference) + " px";
+    if (step.taken) last = &rung;
+    done |= &rung == chosen;
+    steps.push_back(std::move(step));
   }
-  return lowest;
+  return steps;
+}
+
+// Corners that only the rational lens reaches must not be lost to it: it gets a try at those which
+// the fit left out, but for the grossly wrong ones.
+CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
+                                     const CalibrationInput& input,
+                                     const CalibrateOptions& options) {
+  if (!options.reject_outliers || fit.outliers.empty() || fit.whitened) return fit;
+  CalibrationFit generous = fit;
+  std::erase_if(generous.outliers,
+                [&](const Outlier& o) { return o.residual_px < kGrosslyWrongSigmas * sigma; });
+  Bundle rational = fit.bundle;
+  rational.model = &Model::named("opencv8");
+  rational.free_values = rational.model->free_values(fit.bundle.lens());
+  std::optional<CalibrationFit> more = refit(rational, generous, input, options);
+  const bool better = more && more->num_inliers() > fit.num_inliers();
+  return better ? std::move(*more) : fit;
+}
+
+// The corners that all perspectives are held against: those of the largest, or of the smallest
+// where the largest is more than the data hold and the smallest explains as many.
+std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
+                                              const CalibrateOptions& options) {
+  std::optional<CalibrationFit> large = fit_model(Model::named("opencv5"), input, options);
+  if (large && large->summary.converged) {
+    const int freedom = std::max(1, degrees_of_freedom(large->bundle));
+    const double sigma = std::sqrt(large->summary.cost / freedom);
+    if (observability(large->bundle, sigma).status == Status::ok) {
+      return with_rational_corners(*large, sigma, input, options);
+    }
+  }
+  std::optional<CalibrationFit> small = fit_model(Model::named("f"), input, options);
+  if (!small) return large;
+  if (large && 20 * small->num_inliers() < 19 * large->num_inliers()) return large;
+  return small;
 }
 
 }  // namespace
 
-std::size_t choose_fit(std::vector<CalibrationFit>& fits) {
-  double sigma_square = kInfinity;
-  for (const CalibrationFit& fit : fits)
-    if (2 * fit.num_inliers() >= fit.num_corners && fit.num_inliers() > 0)
-      sigma_square = std::min(sigma_square, fit.summary.cost / (2.0 * fit.num_inliers()));
-  if (!std::isfinite(sigma_square)) sigma_square = 1;
-  sigma_square = std::max(sigma_square, 1e-12);
-  std::size_t best = 0;
-  for (std::size_t f = 0; f < fits.size(); ++f) {
-    CalibrationFit& fit = fits[f];
-    fit.bic = fit.bundle.model->num_free() * std::log(2.0 * fit.num_corners);
-    for (const double square : fit.squares) fit.bic += counted(square, sigma_square);
-    if (fits.size() > 1) fit.bic = std::min(fit.bic, leanest_bic(fit, sigma_square));
-    if (fit.bic < fits[best].bic) best = f;
+std::optional<ModelChoice> choose_model(const CalibrationInput& input,
+                                        const CalibrateOptions& options) {
+  const auto perspective = fit_perspective(input, options);
+  const auto fisheye = fit_model(Model::named("fisheye4"), input, options);
+  if (!perspective && !fisheye) return std::nullopt;
+  const Ladder ladder =
+      build_ladder(perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr, options);
+  std::vector<std::optional<double>> differences(ladder.rungs.size());
+  const Rung* winner = lowest_score(ladder);
+  const Rung* chosen = winner ? simplified(ladder, *winner, differences) : nullptr;
+  const Rung& basis = chosen ? *chosen : ladder.rungs.front();
+  const CalibrationFit& other = is_fisheye(basis) ? *fisheye : *perspective;
+  std::optional<CalibrationFit> fit = refit(basis.bundle, other, input, options);
+  ModelChoice choice{fit ? std::move(*fit) : other, chosen == nullptr, Status::ok, "", {}};
+  choice.fit.bic = basis.bic;
+  for (const auto* part : {&perspective, &fisheye}) {
+    if (!*part) continue;
+    choice.fit.start_seconds += (*part)->start_seconds;
+    choice.fit.solve_seconds += (*part)->solve_seconds;
   }
-  return best;
+  choice.steps = explain(ladder, chosen, winner, differences);
+  if (!chosen) {
+    choice.status = basis.seen.status == Status::ok ? Status::not_converged : basis.seen.status;
+    choice.reason = basis.seen.reason;
+  } else if (const Rung* more = wanted(ladder, *chosen)) {
+    choice.status = Status::not_observable;
+    choice.reason = "the corners show more than model " + std::string(chosen->model().name()) +
+                    " explains, but they do not hold " + std::string(more->model().name()) + ": " +
+                    more->seen.reason;
+  }
+  return choice;
 }
 
 }  // namespace tagcal

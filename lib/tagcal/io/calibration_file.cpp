@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <cmath>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -11,15 +12,24 @@
 namespace tagcal {
 namespace {
 
-// As cv::FileStorage writes a matrix of doubles, one row to a line.
-std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix) {
+std::string number_yaml(double value) {
+  if (std::isnan(value)) return ".Nan";
+  if (std::isinf(value)) return value > 0 ? ".Inf" : "-.Inf";
+  return fmt::format("{}", value);
+}
+
+// As cv::FileStorage writes a matrix of doubles, one row to a line; `indent` is that of the key.
+std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix, int indent = 0) {
+  const std::string margin(static_cast<std::size_t>(indent), ' ');
   std::string data;
   for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    const Eigen::VectorXd values = matrix.row(row);
-    data += (row == 0 ? " " : ",\n      ") + fmt::format("{}", fmt::join(values, ", "));
+    data += row == 0 ? " " : ",\n" + margin + "      ";
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      data += (column == 0 ? "" : ", ") + number_yaml(matrix(row, column));
   }
-  return fmt::format("{}: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [{} ]\n",
-                     key, matrix.rows(), matrix.cols(), data);
+  return fmt::format(
+      "{0}: !!opencv-matrix\n{1}   rows: {2}\n{1}   cols: {3}\n{1}   dt: d\n{1}   data: [{4} ]\n",
+      key, margin, matrix.rows(), matrix.cols(), data);
 }
 
 Eigen::MatrixXd row_of(const std::vector<double>& values) {
@@ -57,6 +67,23 @@ std::string uncertainty_yaml(const Calibration& calibration) {
     text +=
         texts_yaml("covariance_names", names) + matrix_yaml("covariance", calibration.covariance);
   }
+  return text;
+}
+
+std::string projection_yaml(const Calibration& calibration) {
+  std::string text;
+  const std::vector<Eigen::Vector2d>& hull = calibration.seen.hull();
+  if (!hull.empty()) {
+    Eigen::MatrixXd corners(static_cast<Eigen::Index>(hull.size()), 2);
+    for (std::size_t i = 0; i < hull.size(); ++i)
+      corners.row(static_cast<Eigen::Index>(i)) = hull[i].transpose();
+    text += matrix_yaml("seen_region", corners);
+  }
+  if (calibration.projection.empty()) return text;
+  text += "projection_uncertainty:\n";
+  for (const ProjectionUncertainty& p : calibration.projection)
+    text += fmt::format("   - distance_m: {}\n     ", number_yaml(p.distance_m)) +
+            matrix_yaml("sigma_px", p.sigma_px, 5);
   return text;
 }
 
@@ -177,7 +204,7 @@ std::string calibration_yaml(const Calibration& calibration) {
              calibration.rms_px, text_yaml(calibration.model),
              text_yaml(status_name(calibration.status)), calibration.rms_px, calibration.sigma_px,
              int{calibration.sigma_from_residuals}) +
-         uncertainty_yaml(calibration) +
+         uncertainty_yaml(calibration) + projection_yaml(calibration) +
          fmt::format("num_views: {}\nnum_corners: {}\nnum_outliers: {}\n", calibration.views.size(),
                      calibration.num_corners, calibration.outliers.size()) +
          views_yaml(calibration.views) + texts_yaml("warnings", calibration.warnings);
@@ -197,8 +224,18 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
   CalibrationFile read{make_camera(numbers, model ? *model : holds_all, top),
                        model ? std::string(model->name()) : "",
                        {},
+                       {},
                        {}};
   read_uncertainty(top, read);
+  if (const auto region = top.find("seen_region")) {
+    const Eigen::MatrixXd corners = read_matrix(*region);
+    if (corners.rows() < 3 || corners.cols() != 2)
+      region->fail_plainly(
+          fmt::format("must be 3 or more x 2, got {} x {}", corners.rows(), corners.cols()));
+    std::vector<Eigen::Vector2d> pixels;
+    for (const auto& row : corners.rowwise()) pixels.emplace_back(row.transpose());
+    read.seen = SeenRegion(numbers.image_size, pixels);
+  }
   return read;
 }
 

@@ -13,6 +13,7 @@ struct CalibrationFile {
   std::string model;           // "" where the file does not say
   std::vector<double> sigmas;  // of the lens parameters, empty where the file does not say
   Eigen::MatrixXd covariance;  // of the free parameters, empty where the file does not say
+  SeenRegion seen;             // where the corners were, empty where the file does not say
 };
 
 // YAML that cv::FileStorage reads, with OpenCV's keys (image_width, image_height, camera_matrix,

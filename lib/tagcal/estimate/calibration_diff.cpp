@@ -1,0 +1,99 @@
+#include "tagcal/estimate/calibration_diff.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/refine.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::optional<Correspondence> point_at(const Lens& lens, const Vector2d& pixel, double distance_m) {
+  const std::optional<Ray> ray = ray_in_camera(lens, pixel);
+  if (!ray) return std::nullopt;
+  return Correspondence{(std::isfinite(distance_m) ? distance_m : 1.0) * ray->direction, pixel};
+}
+
+// The rotation that fits best, by Gauss-Newton: the residuals are nearly linear in it.
+std::optional<Pose> best_rotation(const ViewProblem& view, const Lens& lens) {
+  const auto rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
+  RowMajor6 jacobian(rows, 6);
+  Eigen::VectorXd residuals(rows);
+  Eigen::Map<RowMajor6> by_step(jacobian.data(), rows, 6);
+  Pose pose;
+  for (int i = 0; i < 50; ++i) {
+    ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals.data(), rows), &by_step,
+                              nullptr};
+    if (!reprojection(view, lens, {}, PoseStep{pose, 1.0}, Vector6d::Zero(), output))
+      return std::nullopt;
+    const auto by_turn = jacobian.leftCols<3>();
+    const Vector3d turn =
+        (by_turn.transpose() * by_turn).ldlt().solve(by_turn.transpose() * residuals);
+    if (!turn.allFinite()) return std::nullopt;
+    pose = Pose(exp_rotation(-turn) * pose.rotation(), Vector3d::Zero());
+    if (turn.norm() < 1e-13) break;
+  }
+  return pose;
+}
+
+std::optional<Pose> best_pose(const ViewProblem& view, const Lens& lens, double distance_m) {
+  const std::optional<Pose> turned = best_rotation(view, lens);
+  if (!turned || !std::isfinite(distance_m)) return turned;
+  // From a start at some distance, so that the solver's unit of length is that of the points.
+  ViewProblem shifted = view;
+  const Pose ahead(Eigen::Quaterniond::Identity(), {0, 0, distance_m});
+  for (Correspondence& c : shifted.correspondences) c.point = ahead.inverse() * c.point;
+  const auto refined = refine_pose(shifted, lens, *turned * ahead);
+  if (!refined) return std::nullopt;
+  return refined->camera_from_target * ahead.inverse();
+}
+
+void fill_grid(const Lens& a, const Lens& b, LensDifference& d) {
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  d.u_px = d.v_px = Eigen::MatrixXd::Constant(d.grid.rows, d.grid.columns, nothing);
+  for (int row = 0; row < d.grid.rows; ++row) {
+    for (int column = 0; column < d.grid.columns; ++column) {
+      const auto c = point_at(a, d.grid.pixel(column, row), d.distance_m);
+      if (!c) continue;
+      const std::optional<Vector2d> pixel = project(b, d.b_from_a * c->point);
+      if (!pixel) continue;
+      d.u_px(row, column) = pixel->x() - c->pixel.x();
+      d.v_px(row, column) = pixel->y() - c->pixel.y();
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<LensDifference> lens_difference(const Camera& a, const Camera& b,
+                                              std::span<const Vector2d> samples,
+                                              double distance_m) {
+  if (!(a.image_size == b.image_size))
+    throw Error("the images have different sizes: " + std::to_string(a.image_size.width) + " x " +
+                std::to_string(a.image_size.height) + " and " + std::to_string(b.image_size.width) +
+                " x " + std::to_string(b.image_size.height));
+  ViewProblem view;
+  for (const Vector2d& pixel : samples) {
+    const auto c = point_at(a.lens, pixel, distance_m);
+    if (c && in_domain(b.lens, c->point)) view.correspondences.push_back(*c);
+  }
+  if (view.correspondences.size() < 6) return std::nullopt;
+  const std::optional<Pose> pose = best_pose(view, b.lens, distance_m);
+  if (!pose) return std::nullopt;
+  LensDifference d{distance_m, *pose, {a.image_size}, {}, {}, 0, 0};
+  for (const Vector2d& r : residuals_px(view.correspondences, b.lens, *pose)) {
+    d.rms_px += r.squaredNorm();
+    d.max_px = std::max(d.max_px, r.norm());
+  }
+  d.rms_px = std::sqrt(d.rms_px / static_cast<double>(view.correspondences.size()));
+  fill_grid(a.lens, b.lens, d);
+  return d;
+}
+
+}  // namespace tagcal

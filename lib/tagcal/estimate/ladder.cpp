@@ -1,0 +1,111 @@
+#include "tagcal/estimate/ladder.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagcal {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kSmallestNoisePx = 1e-6;
+constexpr double kAssumedSigmaPx = 0.5;
+constexpr int kEnoughDegreesOfFreedom = 50;
+
+double counted(double square, double noise_square) {
+  return std::min(square / noise_square, kRejectSigmas * kRejectSigmas);
+}
+
+// The squared residuals of a bundle's corners, each counted up to the rejection bound.
+double counted_misfit(const Bundle& bundle, double noise_square) {
+  double sum = 0;
+  const Lens lens = bundle.lens();
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    const ViewProblem& view = bundle.views[v];
+    const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
+    for (std::size_t i = 0; i < residuals.size(); ++i)
+      sum += counted(whitened_square(view, i, residuals[i]), noise_square);
+  }
+  return sum;
+}
+
+// The same of all corners of a fit, the rejected ones included.
+double counted_misfit(const CalibrationFit& fit, double noise_square) {
+  double sum = 0;
+  for (const double square : fit.squares) sum += counted(square, noise_square);
+  return sum;
+}
+
+std::vector<Rung> climb(const CalibrationFit& from, int max_iterations) {
+  std::vector<Rung> rungs;
+  Bundle below = from.bundle;
+  for (const Model& model : Model::all()) {
+    if (model.lens_type() != LensType::perspective) continue;
+    Rung rung;
+    rung.bundle = below;
+    rung.bundle.model = &model;
+    rung.bundle.free_values = model.free_values(below.lens());
+    // The rational lens' coefficients trade in a long flat valley.
+    const bool rational = model.num_free() > 9;
+    rung.summary = solve(rung.bundle, (rational ? 10 : 1) * max_iterations);
+    if (rung.summary.converged) below = rung.bundle;
+    rungs.push_back(std::move(rung));
+  }
+  return rungs;
+}
+
+// The noise of the best fit among those that explain nearly as many corners as any.
+double noise_square(const std::vector<Rung>& rungs, const CalibrateOptions& options) {
+  int most = 0;
+  for (const Rung& rung : rungs) most = std::max(most, num_corners(rung.bundle));
+  double lowest = kInfinity;
+  for (const Rung& rung : rungs) {
+    const int freedom = degrees_of_freedom(rung.bundle);
+    if (freedom < kEnoughDegreesOfFreedom || 10 * num_corners(rung.bundle) < 9 * most) continue;
+    lowest = std::min(lowest, rung.summary.cost / freedom);
+  }
+  const double assumed = options.sigma_px > 0 ? options.sigma_px : kAssumedSigmaPx;
+  if (!std::isfinite(lowest)) return assumed * assumed;
+  return std::max(lowest, kSmallestNoisePx * kSmallestNoisePx);
+}
+
+// A model contains those below it; what is not held in one of them is not held in it.
+void pass_up_refusals(std::vector<Rung>& rungs) {
+  const Observability* refused = nullptr;
+  for (Rung& rung : rungs) {
+    if (rung.model().lens_type() != LensType::perspective) continue;
+    if (refused && rung.seen.status == Status::ok) {
+      rung.seen.status = refused->status;
+      rung.seen.reason = refused->reason;
+    }
+    if (!refused && rung.seen.status == Status::focal_not_observable) refused = &rung.seen;
+  }
+}
+
+}  // namespace
+
+Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
+                    const CalibrateOptions& options) {
+  Ladder ladder;
+  if (perspective) ladder.rungs = climb(*perspective, options.max_iterations);
+  if (fisheye) ladder.rungs.push_back({fisheye->bundle, fisheye->summary, {}, 0, kInfinity});
+  const CalibrationFit& any = perspective ? *perspective : *fisheye;
+  ladder.num_residuals = 2 * any.num_corners;
+  ladder.whitened = any.whitened;
+  ladder.noise_square = noise_square(ladder.rungs, options);
+  const double noise = ladder.noise_square;
+  const double rejected =
+      perspective ? counted_misfit(*perspective, noise) - counted_misfit(perspective->bundle, noise)
+                  : 0;
+  const double sigma = options.sigma_px > 0 ? options.sigma_px : std::sqrt(noise);
+  for (Rung& rung : ladder.rungs) {
+    const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
+    rung.misfit =
+        is_fisheye ? counted_misfit(*fisheye, noise) : rejected + rung.summary.cost / noise;
+    rung.bic = rung.misfit + rung.model().num_free() * std::log(ladder.num_residuals);
+    rung.seen = observability(rung.bundle, ladder.whitened ? 1.0 : sigma);
+  }
+  pass_up_refusals(ladder.rungs);
+  return ladder;
+}
+
+}  // namespace tagcal

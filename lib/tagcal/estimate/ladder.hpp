@@ -1,0 +1,37 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/observability.hpp"
+
+namespace tagcal {
+
+// One model of the ladder, fitted.
+struct Rung {
+  Bundle bundle;
+  BundleSummary summary;
+  Observability seen;
+  double misfit = 0;  // squared residuals / noise^2; rejected corners count up to the bound
+  double bic = std::numeric_limits<double>::infinity();
+
+  const Model& model() const { return *bundle.model; }
+  bool holds() const { return seen.status == Status::ok && summary.converged; }
+};
+
+// The rungs that stand for choice, in the order of the ladder.
+struct Ladder {
+  std::vector<Rung> rungs;
+  double noise_square = 1;  // of one (whitened) coordinate
+  int num_residuals = 0;
+  bool whitened = false;
+};
+
+// f, f+c, ... opencv8 on the corners of `perspective`, and the fisheye as it is; either may be
+// null, not both.
+Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
+                    const CalibrateOptions& options);
+
+}  // namespace tagcal

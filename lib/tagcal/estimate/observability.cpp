@@ -1,0 +1,110 @@
+#include "tagcal/estimate/observability.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagcal {
+namespace {
+
+constexpr double kFocalRefused = 0.10;       // sd(f) / f
+constexpr double kProjectionRefused = 0.02;  // of the half-diagonal
+constexpr int kFewestDegreesOfFreedom = 11;
+
+double half_diagonal(const ImageSize& size) { return 0.5 * std::hypot(size.width, size.height); }
+
+double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
+  double largest = 0;
+  const auto& free = bundle.model->free();
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (free[i].name[0] == 'f')
+      largest = std::max(largest, std::sqrt(covariance(k, k)) / bundle.free_values[i]);
+  }
+  return largest;
+}
+
+// The free parameters, the focal length aside, that are least known in pixels at the image corner.
+std::string weakest_parameters(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
+  const double f = parameters(bundle.lens())[0];
+  const double radius = half_diagonal(bundle.image_size) / f;
+  std::string names;
+  double largest = 0;
+  for (int i = 0; i < bundle.model->num_free(); ++i) {
+    const std::string_view name = bundle.model->free()[static_cast<std::size_t>(i)].name;
+    if (name[0] == 'f') continue;
+    const double in_px = std::sqrt(covariance(i, i)) *
+                         (name[0] == 'c' ? 1 : f * std::pow(radius, name[0] == 'k' ? 3 : 2));
+    if (in_px > largest) names = name;
+    largest = std::max(largest, in_px);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::string percent(double share) {
+  return std::to_string(static_cast<int>(std::lround(100 * std::min(share, 1e4)))) + " %";
+}
+
+SeenRegion seen_region(const Bundle& bundle) {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const ViewProblem& view : bundle.views)
+    for (const Correspondence& c : view.correspondences) pixels.push_back(c.pixel);
+  return {bundle.image_size, pixels};
+}
+
+double median_distance_m(const Bundle& bundle) {
+  std::vector<double> distances;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const Correspondence& c : bundle.views[v].correspondences)
+      distances.push_back((bundle.camera_from_target[v] * c.point).norm());
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+int num_corners(const Bundle& bundle) {
+  int count = 0;
+  for (const ViewProblem& view : bundle.views)
+    count += static_cast<int>(view.correspondences.size());
+  return count;
+}
+
+int degrees_of_freedom(const Bundle& bundle) {
+  return 2 * num_corners(bundle) - bundle.model->num_free() -
+         6 * static_cast<int>(bundle.views.size());
+}
+
+Observability observability(const Bundle& bundle, double sigma) {
+  Observability result;
+  result.covariance = covariance_of(bundle, sigma);
+  if (degrees_of_freedom(bundle) < kFewestDegreesOfFreedom) {
+    result.status = Status::degenerate;
+    result.reason = "too few corners for the parameters: " + std::to_string(num_corners(bundle)) +
+                    " corners in " + std::to_string(bundle.views.size()) + " views";
+    return result;
+  }
+  if (!result.covariance) {
+    result.status = Status::focal_not_observable;
+    result.reason =
+        "the focal length cannot be known from these views: tilt the board by 20 degrees or more";
+    return result;
+  }
+  const Eigen::MatrixXd& covariance = result.covariance->parameters;
+  result.focal_share = relative_focal_sigma(bundle, covariance);
+  result.projection_px = projection_sigma_at_infinity_px(bundle, covariance);
+  if (!(result.focal_share <= kFocalRefused)) {
+    result.status = Status::focal_not_observable;
+    result.reason = "the focal length cannot be known from these views (sd " +
+                    percent(result.focal_share) +
+                    "): tilt the board by 20 degrees or more, in several directions";
+  } else if (!(result.projection_px < kProjectionRefused * half_diagonal(bundle.image_size))) {
+    result.status = Status::not_observable;
+    result.reason = "not observable from these views: " + weakest_parameters(bundle, covariance) +
+                    " (the projection is uncertain by " +
+                    std::to_string(std::lround(std::min(result.projection_px, 1e9))) + " px)";
+  }
+  return result;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tagcal/estimate/refine.hpp"
+#include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/estimate/status.hpp"
+#include "tagcal/estimate/uncertainty.hpp"
+
+namespace tagcal {
+
+// Whether the data hold the parameters of a model at its estimate, from the exact inverse of the
+// information. Condition numbers alone never tell, pseudo-inverses lie: what decides is the
+// standard deviation of the focal length and of the projection at infinity.
+struct Observability {
+  Status status = Status::ok;  // or degenerate, focal_not_observable, not_observable
+  std::string reason;          // a sentence where it is not ok
+  double focal_share = 0;      // sd(f) / f
+  double projection_px = 0;    // sd of the projection at infinity, RMS over the corners
+  std::optional<BundleCovariance> covariance;  // none where the information has no inverse
+};
+
+inline constexpr double kFocalWeak = 0.05;  // sd(f) / f
+inline constexpr double kProjectionWeakPx = 2.0;
+
+// `sigma`: noise per (whitened) coordinate.
+Observability observability(const Bundle& bundle, double sigma);
+
+std::string percent(double share);  // "12 %"
+
+SeenRegion seen_region(const Bundle& bundle);
+double median_distance_m(const Bundle& bundle);  // of the corners from the camera
+
+int num_corners(const Bundle& bundle);
+int degrees_of_freedom(const Bundle& bundle);  // residuals less parameters and poses
+
+}  // namespace tagcal

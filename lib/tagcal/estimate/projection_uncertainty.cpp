@@ -1,0 +1,88 @@
+#include "tagcal/estimate/projection_uncertainty.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+
+#include "tagcal/estimate/reprojection.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+
+struct Jacobians {
+  MatrixXd by_pose;  // 3 columns at infinity, else 6
+  MatrixXd by_parameters;
+};
+
+// Of the pixels that a ray meets; `index` says which these are.
+Jacobians jacobians(const UncertainLens& lens, std::span<const Vector2d> pixels, double distance_m,
+                    std::vector<std::size_t>& index) {
+  ViewProblem points;
+  index.clear();
+  const bool far = !std::isfinite(distance_m);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const std::optional<Ray> ray = ray_in_camera(lens.lens, pixels[i]);
+    if (!ray || !in_domain(lens.lens, ray->direction)) continue;
+    points.correspondences.push_back({(far ? 1.0 : distance_m) * ray->direction, pixels[i]});
+    index.push_back(i);
+  }
+  const auto rows = static_cast<Eigen::Index>(2 * index.size());
+  RowMajor6 pose(rows, 6);
+  RowMajorX parameters(rows, lens.model->num_free());
+  Eigen::VectorXd residuals(rows);
+  Eigen::Map<RowMajor6> by_step(pose.data(), rows, 6);
+  Eigen::Map<RowMajorX> by_parameters(parameters.data(), rows, parameters.cols());
+  ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals.data(), rows), &by_step,
+                            &by_parameters};
+  const PoseStep at{Pose(), far ? 1.0 : distance_m};
+  if (!reprojection(points, lens.lens, lens.model->free(), at, Vector6d::Zero(), output)) {
+    index.clear();
+    return {MatrixXd(0, far ? 3 : 6), MatrixXd(0, parameters.cols())};
+  }
+  return {far ? MatrixXd(pose.leftCols<3>()) : MatrixXd(pose), MatrixXd(parameters)};
+}
+
+// What the common pose answers to each parameter: the least squares solution.
+MatrixXd pose_by_parameters(const Jacobians& j) {
+  return j.by_pose.colPivHouseholderQr().solve(j.by_parameters);
+}
+
+double mean_variance(const MatrixXd& rows, const MatrixXd& covariance) {
+  return (rows * covariance).cwiseProduct(rows).sum() / static_cast<double>(rows.rows());
+}
+
+}  // namespace
+
+MatrixXd aligned_jacobian(const UncertainLens& lens, std::span<const Vector2d> samples,
+                          double distance_m) {
+  std::vector<std::size_t> index;
+  const Jacobians j = jacobians(lens, samples, distance_m, index);
+  if (index.empty()) return j.by_parameters;
+  return j.by_parameters - j.by_pose * pose_by_parameters(j);
+}
+
+ProjectionUncertainty projection_uncertainty(const UncertainLens& lens, const ImageGrid& grid,
+                                             std::span<const Vector2d> samples, double distance_m) {
+  ProjectionUncertainty result{distance_m, grid, {}, kInfinitelyFar};
+  result.sigma_px =
+      MatrixXd::Constant(grid.rows, grid.columns, std::numeric_limits<double>::quiet_NaN());
+  std::vector<std::size_t> index;
+  const Jacobians of_samples = jacobians(lens, samples, distance_m, index);
+  if (index.size() < 3) return result;
+  const MatrixXd answer = pose_by_parameters(of_samples);
+  result.region_px = std::sqrt(
+      mean_variance(of_samples.by_parameters - of_samples.by_pose * answer, lens.covariance));
+  const std::vector<Vector2d> nodes = grid.pixels();
+  const Jacobians of_nodes = jacobians(lens, nodes, distance_m, index);
+  const MatrixXd rows = of_nodes.by_parameters - of_nodes.by_pose * answer;
+  for (std::size_t i = 0; i < index.size(); ++i) {
+    const auto node = static_cast<Eigen::Index>(index[i]);
+    result.sigma_px(node / grid.columns, node % grid.columns) = std::sqrt(
+        mean_variance(rows.middleRows<2>(2 * static_cast<Eigen::Index>(i)), lens.covariance));
+  }
+  return result;
+}
+
+}  // namespace tagcal

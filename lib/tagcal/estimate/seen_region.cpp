@@ -1,0 +1,127 @@
+#include "tagcal/estimate/seen_region.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+// Andrew's monotone chain (Information Processing Letters 9, 1979).
+std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
+  std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  std::vector<Vector2d> hull;
+  const auto extend = [&hull](const Vector2d& p, std::size_t base) {
+    while (hull.size() >= base + 2 &&
+           cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0)
+      hull.pop_back();
+    hull.push_back(p);
+  };
+  for (const Vector2d& p : points) extend(p, 0);
+  const std::size_t base = hull.empty() ? 0 : hull.size() - 1;
+  for (auto p = points.rbegin(); p != points.rend(); ++p) extend(*p, base);
+  if (hull.size() > 1) hull.pop_back();
+  return hull;
+}
+
+// What can be on the hull, to within a pixel: the highest and lowest of every column of pixels.
+std::vector<Vector2d> outer(std::span<const Vector2d> pixels) {
+  std::map<long, std::pair<Vector2d, Vector2d>> columns;
+  for (const Vector2d& p : pixels) {
+    const auto [column, is_new] = columns.try_emplace(std::lround(p.x()), p, p);
+    if (p.y() < column->second.first.y()) column->second.first = p;
+    if (p.y() > column->second.second.y()) column->second.second = p;
+  }
+  std::vector<Vector2d> result;
+  for (const auto& [x, ends] : columns) result.insert(result.end(), {ends.first, ends.second});
+  return result;
+}
+
+}  // namespace
+
+Vector2d ImageGrid::pixel(int column, int row) const {
+  return {-0.5 + size.width * static_cast<double>(column) / (columns - 1),
+          -0.5 + size.height * static_cast<double>(row) / (rows - 1)};
+}
+
+std::vector<Vector2d> ImageGrid::pixels() const {
+  std::vector<Vector2d> all;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) all.push_back(pixel(column, row));
+  return all;
+}
+
+SeenRegion::SeenRegion(const ImageSize& size, std::span<const Vector2d> pixels)
+    : size_(size), hull_(convex_hull(outer(pixels))) {
+  if (hull_.size() < 3) hull_.clear();
+}
+
+bool SeenRegion::contains(const Vector2d& pixel) const {
+  if (hull_.empty()) return false;
+  for (std::size_t i = 0; i < hull_.size(); ++i) {
+    const Vector2d& a = hull_[i];
+    const Vector2d& b = hull_[(i + 1) % hull_.size()];
+    if (cross(b - a, pixel - a) < 0) return false;
+  }
+  return true;
+}
+
+double SeenRegion::share() const {
+  double twice = 0;
+  for (std::size_t i = 0; i < hull_.size(); ++i)
+    twice += cross(hull_[i], hull_[(i + 1) % hull_.size()]);
+  return hull_.empty() ? 0 : 0.5 * twice / (static_cast<double>(size_.width) * size_.height);
+}
+
+std::vector<Vector2d> SeenRegion::samples() const {
+  std::vector<Vector2d> inside;
+  for (const Vector2d& p : ImageGrid{size_, 33, 21}.pixels())
+    if (contains(p)) inside.push_back(p);
+  if (inside.size() >= 12 || hull_.empty()) return inside;
+  // A small region: a grid of its own, by its corners and what lies between them and its middle.
+  Vector2d middle = Vector2d::Zero();
+  for (const Vector2d& p : hull_) middle += p / static_cast<double>(hull_.size());
+  inside = {middle};
+  for (const double share : {0.25, 0.5, 0.75, 1.0})
+    for (const Vector2d& p : hull_) inside.emplace_back(middle + share * (p - middle));
+  return inside;
+}
+
+std::vector<std::string> SeenRegion::gaps() const {
+  if (hull_.empty()) return {"no region of the image is covered by corners"};
+  Vector2d low = hull_[0], high = hull_[0];
+  for (const Vector2d& p : hull_) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double w = size_.width, h = size_.height;
+  std::vector<std::string> parts;
+  if (low.x() > w / 3) parts.emplace_back("left third");
+  if (high.x() < 2 * w / 3) parts.emplace_back("right third");
+  if (low.y() > h / 3) parts.emplace_back("upper third");
+  if (high.y() < 2 * h / 3) parts.emplace_back("lower third");
+  // Image corners count only where a whole side is not missing already.
+  for (const bool right : {false, true}) {
+    for (const bool low_side : {false, true}) {
+      const Vector2d corner(right ? 0.8 * w : 0.2 * w, low_side ? 0.8 * h : 0.2 * h);
+      const bool side_missing = (right ? high.x() < 2 * w / 3 : low.x() > w / 3) ||
+                                (low_side ? high.y() < 2 * h / 3 : low.y() > h / 3);
+      if (side_missing || contains(corner)) continue;
+      parts.push_back(std::string(low_side ? "lower " : "upper ") + (right ? "right" : "left") +
+                      " corner");
+    }
+  }
+  std::vector<std::string> sentences;
+  for (const std::string& part : parts)
+    sentences.push_back("no corners in the " + part +
+                        " of the image: the lens is extrapolated there");
+  return sentences;
+}
+
+}  // namespace tagcal

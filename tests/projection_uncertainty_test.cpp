@@ -1,0 +1,120 @@
+#include "tagcal/estimate/projection_uncertainty.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fresh_noise.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration_diff.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+const ImageSize kSize{1280, 800};
+
+TEST(SeenRegion, IsTheConvexHull) {
+  const std::vector<Vector2d> square = {{100, 100}, {300, 100}, {300, 300}, {100, 300}, {200, 200}};
+  const SeenRegion region(kSize, square);
+  EXPECT_EQ(region.hull().size(), 4u);
+  EXPECT_DOUBLE_EQ(region.share(), 200.0 * 200 / (1280 * 800));
+  EXPECT_TRUE(region.contains({101, 299}));
+  EXPECT_FALSE(region.contains({99, 200}));
+  EXPECT_GE(region.samples().size(), 12u);
+  for (const Vector2d& p : region.samples()) EXPECT_TRUE(region.contains(p));
+}
+
+TEST(SeenRegion, SaysWhatIsMissing) {
+  const auto gaps = [](double left, double top, double right, double bottom) {
+    const std::vector<Vector2d> box = {{left, top}, {right, top}, {right, bottom}, {left, bottom}};
+    return SeenRegion(kSize, box).gaps();
+  };
+  EXPECT_TRUE(gaps(10, 10, 1270, 790).empty());
+  ASSERT_EQ(gaps(10, 10, 800, 790).size(), 1u);
+  EXPECT_EQ(gaps(10, 10, 800, 790)[0],
+            "no corners in the right third of the image: the lens is extrapolated there");
+  EXPECT_EQ(gaps(500, 300, 800, 500).size(), 4u);
+  const std::vector<Vector2d> cut = {{0, 0}, {1279, 0}, {1279, 200}, {300, 799}, {0, 799}};
+  ASSERT_EQ(SeenRegion(kSize, cut).gaps().size(), 1u);
+  EXPECT_NE(SeenRegion(kSize, cut).gaps()[0].find("lower right corner"), std::string::npos);
+  EXPECT_EQ(SeenRegion().gaps().size(), 1u);
+}
+
+TEST(LensDifference, AMovedCameraIsNoDifference) {
+  // A turned camera with a shifted centre sees nearly the same; a longer focal length is a
+  // difference at infinity, and hides in the distance near.
+  const std::vector<Vector2d> samples = ImageGrid{kSize, 9, 7}.pixels();
+  const Camera a{opencv5_lens(), kSize};
+  const auto same = lens_difference(a, a, samples, 1.0);
+  ASSERT_TRUE(same.has_value());
+  EXPECT_LT(same->max_px, 1e-9);
+  EXPECT_LT(same->b_from_a.translation().norm(), 1e-12);
+  const Camera f900{pinhole(900, 900, 639.5, 399.5), kSize};
+  const Camera f909{pinhole(909, 909, 639.5, 399.5), kSize};
+  const auto far = lens_difference(f900, f909, samples, kInfinitelyFar);
+  const auto near = lens_difference(f900, f909, samples, 1.0);
+  ASSERT_TRUE(far && near);
+  EXPECT_NEAR(far->max_px, 0.01 * std::hypot(640, 400), 0.05);
+  EXPECT_NEAR(far->u_px(6, 20), 6.4, 0.01);
+  EXPECT_NEAR(far->v_px(0, 10), -4, 0.01);
+  EXPECT_LT(near->rms_px, 0.3 * far->rms_px);
+  EXPECT_NEAR(near->b_from_a.translation().z(), 0.01, 0.003);
+  EXPECT_LT(far->b_from_a.translation().norm(), 1e-12);
+}
+
+TEST(LensDifference, ShiftedCentreIsARotation) {
+  const std::vector<Vector2d> samples = ImageGrid{kSize, 9, 7}.pixels();
+  const Camera a{pinhole(9000, 9000, 639.5, 399.5), kSize};
+  const Camera b{pinhole(9000, 9000, 649.5, 399.5), kSize};
+  const auto d = lens_difference(a, b, samples, kInfinitelyFar);
+  ASSERT_TRUE(d.has_value());
+  EXPECT_LT(d->rms_px, 0.05);
+  EXPECT_NEAR(log_rotation(d->b_from_a.rotation()).y(), -10.0 / 9000, 1e-5);
+}
+
+TEST(LensDifference, DifferentImagesAreAnError) {
+  const std::vector<Vector2d> samples = ImageGrid{kSize, 9, 7}.pixels();
+  EXPECT_THROW(lens_difference({opencv5_lens(), kSize}, {opencv5_lens(), {640, 400}}, samples, 1.0),
+               Error);
+}
+
+TEST(ProjectionUncertainty, IsThatOfSolvesWithFreshNoise) {
+  WorldOptions options;
+  options.num_views = 6;
+  options.min_distance_m = 0.6;
+  const Lens lens = Perspective({900, 900, 651, 392, -0.15});
+  const Bundle exact = exact_bundle(Model::named("radial1"), lens, 4, options);
+  constexpr int kSolves = 200;
+  for (const double distance : {kInfinitelyFar, 1.0}) {
+    const PredictedAndObserved r = fresh_noise(exact, 0.3, distance, kSolves);
+    ASSERT_EQ(r.solves, kSolves);
+    // One standard deviation from 200 solves is known to 5 %; studies/projection_sd has 5,000.
+    EXPECT_NEAR(r.ratio(6, 10), 1, 0.2) << distance;
+    for (const int row : {0, 12})
+      for (const int column : {0, 20}) EXPECT_NEAR(r.ratio(row, column), 1, 0.2) << distance;
+  }
+}
+
+TEST(ProjectionUncertainty, GrowsWhereNothingWasSeen) {
+  // Corners only in the middle: the corners of the image are extrapolated, and say so.
+  Dataset world = make_world(opencv5_lens(), 6);
+  for (View& view : world.views)
+    std::erase_if(view.observations,
+                  [](const Observation& o) { return (o.pixel - Vector2d(640, 400)).norm() > 250; });
+  CalibrateOptions options;
+  options.model = "opencv5";
+  const Calibration c = calibrate(world, options);
+  ASSERT_EQ(c.projection.size(), 2u);
+  EXPECT_EQ(c.projection[0].distance_m, kInfinitelyFar);
+  EXPECT_NEAR(c.projection[1].distance_m, 1.1, 0.2);
+  for (const ProjectionUncertainty& p : c.projection) {
+    EXPECT_LT(p.sigma_px(6, 10), 1);
+    EXPECT_FALSE(p.sigma_px(0, 0) < 20 * p.sigma_px(6, 10));  // or has no value
+  }
+  EXPECT_FALSE(c.warnings.empty());
+}
+
+}  // namespace
+}  // namespace tagcal

@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+const ModelStep& step_of(const Calibration& c, const std::string& model) {
+  for (const ModelStep& step : c.steps)
+    if (step.model == model) return step;
+  static const ModelStep none;
+  ADD_FAILURE() << "no step " << model;
+  return none;
+}
+
+std::string ladder_of(const Calibration& c) {
+  std::string text;
+  for (const ModelStep& step : c.steps)
+    text += "\n  " + step.model + " " + std::to_string(step.bic) + " " + step.sentence;
+  return text;
+}
+
+WorldOptions few_views(int num_views = 8) {
+  WorldOptions options;
+  options.num_views = num_views;
+  options.min_distance_m = 0.6;
+  options.max_distance_m = 1.2;
+  return options;
+}
+
+WorldOptions near() {
+  WorldOptions options = few_views();
+  options.min_distance_m = 0.35;
+  options.max_distance_m = 0.8;
+  return options;
+}
+
+const std::vector<std::pair<std::string, Lens>>& truths() {
+  static const std::vector<std::pair<std::string, Lens>> all = {
+      {"f", pinhole(900, 900, 639.5, 399.5)},
+      {"f+c", pinhole(900, 900, 651, 392)},
+      {"pinhole", pinhole(900, 896, 651, 392)},
+      {"radial1", Perspective({900, 900, 651, 392, -0.1})},
+      {"radial2", Perspective({900, 900, 651, 392, -0.2, 0.08})},
+      {"opencv5", opencv5_lens()},
+      {"opencv8", Perspective({500, 501, 651, 392, 0.5, 0.1, 5e-4, -3e-4, 0.01, 0.8, 0.15, 0.02})},
+      {"fisheye4", fisheye_lens()}};
+  return all;
+}
+
+TEST(Selection, TheModelThatMadeTheData) {
+  for (const auto& [model, lens] : truths()) {
+    const bool wide = model == "opencv8" || model == "fisheye4";
+    for (int seed = 1; seed <= 3; ++seed) {
+      const Calibration c = calibrate(make_world(lens, seed, wide ? near() : few_views()));
+      EXPECT_EQ(c.status, Status::ok) << model;
+      EXPECT_EQ(c.model, model) << "seed " << seed << ladder_of(c);
+      ASSERT_EQ(c.steps.size(), 9u);
+      EXPECT_TRUE(step_of(c, model).taken);
+      EXPECT_FALSE(step_of(c, "weak").taken);
+      for (const ModelStep& step : c.steps) EXPECT_FALSE(step.sentence.empty()) << step.model;
+    }
+  }
+}
+
+TEST(Selection, WhatNoSceneNeedsIsLeftOut) {
+  // So many corners that BIC sees a coefficient which moves no corner by a third of a pixel.
+  WorldOptions options = few_views(12);
+  options.sigma_px = 0.02;
+  const Calibration c =
+      calibrate(make_world(Perspective({900, 900, 651, 392, -0.001}), 5, options));
+  EXPECT_EQ(c.model, "f+c");
+  EXPECT_LT(step_of(c, "radial1").bic, step_of(c, "f+c").bic - 10);
+  EXPECT_FALSE(step_of(c, "radial1").taken);
+  EXPECT_LT(step_of(c, "f+c").difference_px.value(), 0.1);
+  EXPECT_GT(step_of(c, "f+c").difference_px.value(), 0.0);
+}
+
+TEST(Selection, ALongLensFarAwayIsWeak) {
+  WorldOptions options;
+  options.num_views = 5;
+  options.min_distance_m = 400;
+  options.max_distance_m = 420;
+  for (int seed = 1; seed <= 3; ++seed) {
+    const Dataset world = make_world(pinhole(300'000, 300'000, 639.5, 399.5), seed, options);
+    const Calibration c = calibrate(world);
+    EXPECT_EQ(c.status, Status::focal_not_observable);
+    EXPECT_EQ(c.model, "weak");
+    EXPECT_TRUE(step_of(c, "weak").taken);
+    EXPECT_FALSE(step_of(c, "f").taken);
+    EXPECT_NEAR(c.rms_px, 0.2 * std::sqrt(2.0), 0.03);
+    ASSERT_EQ(c.views.size(), 5u);
+    for (const CalibratedView& view : c.views) {
+      const Pose& truth = world.truth->camera_from_world.at(view.image);
+      const double depth = (truth * Eigen::Vector3d(0.33, 0.33, 0)).z();
+      ASSERT_TRUE(view.scale_px_per_m.has_value());
+      EXPECT_NEAR(*view.scale_px_per_m * depth / 300'000, 1, 2e-3);
+    }
+  }
+}
+
+TEST(Selection, AFocalLengthThatIsKnownIsNotRefused) {
+  // One tilted view holds f, and no more.
+  WorldOptions options;
+  options.num_views = 1;
+  options.min_tilt_deg = 30;
+  for (int seed = 1; seed <= 10; ++seed) {
+    const Calibration c = calibrate(make_world(pinhole(900, 900, 639.5, 399.5), seed, options));
+    EXPECT_EQ(c.status, Status::ok) << seed;
+    EXPECT_EQ(c.model, "f");
+    EXPECT_NE(step_of(c, "opencv5").sentence.find("cannot hold"), std::string::npos);
+  }
+}
+
+TEST(Selection, WhatIsNeededAndNotHeldIsSaid) {
+  // One view of a lens whose centre is far off: f alone does not explain it, f+c is not held.
+  WorldOptions options;
+  options.num_views = 1;
+  options.min_tilt_deg = 30;
+  options.sigma_px = 0.05;
+  for (int seed = 1; seed <= 5; ++seed) {
+    const Calibration c =
+        calibrate(make_world(Perspective({900, 900, 700, 340, -0.2}), seed, options));
+    EXPECT_EQ(c.status, Status::not_observable) << seed << " " << c.model;
+    EXPECT_FALSE(c.warnings.empty());
+  }
+}
+
+TEST(Selection, AnAskedModelHasNoSteps) {
+  CalibrateOptions options;
+  options.model = "f";
+  EXPECT_TRUE(calibrate(make_world(pinhole(900, 900, 639.5, 399.5), 1, few_views()), options)
+                  .steps.empty());
+}
+
+}  // namespace
+}  // namespace tagcal

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/scene/image.hpp"
+
+namespace tagcal::tools {
+
+// The projection's standard deviation over the image, one panel a distance, with the hull of the
+// corners. Preconditions: calibration.projection is not empty, calibration.camera has a value.
+std::string uncertainty_svg(const Calibration& calibration);
+
+// The same as a picture, panels below each other, 640 pixels wide: 0.01 px and less is black, 10 px
+// and more (and where no ray meets the image) white, by the logarithm between.
+Image8 uncertainty_image(const Calibration& calibration);
+
+std::string distance_text(double distance_m);  // "infinity" or "1.2 m"
+
+}  // namespace tagcal::tools
