@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -12,7 +13,9 @@
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
+#include "uncertainty_picture.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -21,9 +24,22 @@ struct Arguments {
   InputArguments input;
   CalibrateOptions options;
   std::string out;
+  std::string uncertainty;  // a picture
   int threads = 0;
   bool json = false;
 };
+
+void check_picture(const std::filesystem::path& file) {
+  if (file.empty() || file.extension() == ".svg" || file.extension() == ".png") return;
+  throw Error(fmt::format("{}: must end in .svg or .png", file.string()));
+}
+
+void write_picture(const std::filesystem::path& file, const Calibration& calibration) {
+  if (file.extension() == ".png")
+    write_png(file, uncertainty_image(calibration));
+  else
+    write_whole(file, uncertainty_svg(calibration));
+}
 
 bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
 
@@ -31,6 +47,8 @@ int run(const Arguments& arguments) {
   const Stopwatch watch;
   if (!is_auto(arguments.options.model)) Model::named(arguments.options.model);  // throws early
   check_writable(arguments.out);
+  check_writable(arguments.uncertainty);
+  check_picture(arguments.uncertainty);
   Input input = read_input(arguments.input);
   need_views(input, arguments.threads);
   CommandSeconds seconds;
@@ -46,6 +64,7 @@ int run(const Arguments& arguments) {
   if (answered && !arguments.out.empty()) {
     write_whole(arguments.out, calibration_yaml(calibration));
   }
+  if (answered && !arguments.uncertainty.empty()) write_picture(arguments.uncertainty, calibration);
   seconds.total = watch.seconds();
   print_result(arguments.json
                    ? calibration_json(calibration, seconds)
@@ -75,6 +94,10 @@ Command add_calibrate(CLI::App& app) {
   add_positive(*command, "--sigma-px", arguments->options.sigma_px,
                "noise of the corners per coordinate; without it, from the residuals");
   command->add_option("--out", arguments->out, "file for the camera, where there is an answer")
+      ->option_text("FILE");
+  command
+      ->add_option("--uncertainty", arguments->uncertainty,
+                   "picture of the projection's uncertainty over the image, .svg or .png")
       ->option_text("FILE");
   command->add_flag("--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);

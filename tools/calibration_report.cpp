@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tagcal/camera/model.hpp"
+#include "uncertainty_picture.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -111,6 +112,50 @@ std::string outlier_lines(std::vector<Outlier> outliers) {
   return text;
 }
 
+// The largest over the samples of the seen region is not kept: the nodes in the hull stand for it.
+double largest_where_seen(const Calibration& calibration, const ProjectionUncertainty& p) {
+  double largest = 0;
+  for (int row = 0; row < p.grid.rows; ++row)
+    for (int column = 0; column < p.grid.columns; ++column)
+      if (calibration.seen.contains(p.grid.pixel(column, row)))
+        largest = std::max(largest, p.sigma_px(row, column));
+  return largest;
+}
+
+double largest(const ProjectionUncertainty& p) {
+  double value = 0;
+  for (const double sigma : p.sigma_px.reshaped()) value = sigma > value ? sigma : value;
+  return value;
+}
+
+Json projection_json(const Calibration& calibration) {
+  Json list = Json::array();
+  for (const ProjectionUncertainty& p : calibration.projection) {
+    const bool far = !std::isfinite(p.distance_m);
+    list.push_back({{"distance_m", far ? Json("infinity") : Json(p.distance_m)},
+                    {"rms_px", p.region_px},
+                    {"max_px", largest_where_seen(calibration, p)},
+                    {"centre_px", p.sigma_px(p.grid.rows / 2, p.grid.columns / 2)},
+                    {"whole_image_max_px", largest(p)}});
+  }
+  return list;
+}
+
+std::string projection_text(const Calibration& calibration) {
+  std::string text;
+  for (const ProjectionUncertainty& p : calibration.projection)
+    text += fmt::format(
+        "projection {:.3f} px at {} where corners were, {:.3f} px in the centre, {:.3f} px at "
+        "worst "
+        "over the image\n",
+        p.region_px, distance_text(p.distance_m), p.sigma_px(p.grid.rows / 2, p.grid.columns / 2),
+        largest(p));
+  if (!calibration.projection.empty())
+    text += fmt::format("seen       {:.0f} % of the image lies among the corners\n",
+                        100 * calibration.seen.share());
+  return text;
+}
+
 Json steps_json(const std::vector<ModelStep>& steps) {
   Json list = Json::array();
   for (const ModelStep& step : steps) {
@@ -147,6 +192,8 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                        {"num_views", calibration.views.size()},
                        {"num_corners", calibration.num_corners},
                        {"num_outliers", calibration.outliers.size()},
+                       {"projection", projection_json(calibration)},
+                       {"seen_share", known ? Json(calibration.seen.share()) : Json()},
                        {"steps", steps_json(calibration.steps)},
                        {"warnings", calibration.warnings},
                        {"seconds",
@@ -171,6 +218,7 @@ std::string calibration_summary(const Calibration& calibration, const CommandSec
     text += fmt::format("noise      {:.4f} px per coordinate ({})\n", calibration.sigma_px,
                         calibration.sigma_from_residuals ? "from the residuals" : "as stated");
   }
+  text += projection_text(calibration);
   text += steps_text(calibration.steps) + outlier_lines(calibration.outliers);
   for (const std::string& warning : calibration.warnings) text += "warning: " + warning + "\n";
   text +=

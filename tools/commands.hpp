@@ -21,5 +21,6 @@ Command add_calibrate(CLI::App& app);
 Command add_validate(CLI::App& app);
 Command add_board(CLI::App& app);
 Command add_view(CLI::App& app);
+Command add_diff(CLI::App& app);
 
 }  // namespace tagcal::tools
