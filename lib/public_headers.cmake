@@ -21,6 +21,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/scene/viewing.hpp
     tagcal/scene/visibility.hpp
     tagcal/estimate/calibrate.hpp
+    tagcal/estimate/advice.hpp
     tagcal/estimate/calibration_diff.hpp
     tagcal/estimate/pose.hpp
     tagcal/estimate/projection_uncertainty.hpp

@@ -26,6 +26,7 @@ struct Arguments {
   std::string out;
   std::string uncertainty;  // a picture
   int threads = 0;
+  bool advise = false;
   bool json = false;
 };
 
@@ -65,10 +66,13 @@ int run(const Arguments& arguments) {
     write_whole(arguments.out, calibration_yaml(calibration));
   }
   if (answered && !arguments.uncertainty.empty()) write_picture(arguments.uncertainty, calibration);
+  const std::optional<AdvisedView> advice =
+      arguments.advise ? advise(input.dataset, calibration) : std::nullopt;
   seconds.total = watch.seconds();
   print_result(arguments.json
-                   ? calibration_json(calibration, seconds)
-                   : calibration_summary(calibration, seconds, is_auto(arguments.options.model)));
+                   ? calibration_json(calibration, seconds, advice)
+                   : calibration_summary(calibration, seconds, is_auto(arguments.options.model)) +
+                         advice_text(advice, arguments.advise));
   if (!answered && !arguments.out.empty()) {
     fmt::print(stderr, "tagcal: {}: not written, there is no answer\n", arguments.out);
   }
@@ -99,6 +103,8 @@ Command add_calibrate(CLI::App& app) {
       ->add_option("--uncertainty", arguments->uncertainty,
                    "picture of the projection's uncertainty over the image, .svg or .png")
       ->option_text("FILE");
+  command->add_flag("--advise", arguments->advise,
+                    "the next view that would teach most, and what to expect of it");
   command->add_flag("--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   command->footer(

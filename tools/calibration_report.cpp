@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -153,7 +154,38 @@ std::string projection_text(const Calibration& calibration) {
   if (!calibration.projection.empty())
     text += fmt::format("seen       {:.0f} % of the image lies among the corners\n",
                         100 * calibration.seen.share());
+  if (calibration.halves)
+    text += fmt::format("halves     differ by {:.2f} of what their noise predicts\n",
+                        calibration.halves->ratio);
   return text;
+}
+
+Json halves_json(const std::optional<HalvesCheck>& halves) {
+  if (!halves) return nullptr;
+  return {{"difference_px", halves->difference_px},
+          {"predicted_px", halves->predicted_px},
+          {"ratio", halves->ratio},
+          {"disagree", halves->disagree}};
+}
+
+Json weak_directions_json(const Calibration& calibration) {
+  Json list = Json::array();
+  for (const WeakDirection& weak : calibration.weak_directions)
+    list.push_back(
+        {{"parameter", weak.parameter}, {"sigma_px", weak.sigma_px}, {"sentence", weak.sentence}});
+  return list;
+}
+
+Json advice_json(const std::optional<AdvisedView>& advice) {
+  if (!advice) return nullptr;
+  constexpr double kDegree = std::numbers::pi / 180;
+  return {{"tilt_deg", advice->tilt_rad / kDegree},
+          {"distance_m", advice->distance_m},
+          {"pixel", {advice->pixel.x(), advice->pixel.y()}},
+          {"focal_sigma_now_px", advice->focal_sigma_now_px},
+          {"focal_sigma_px", advice->focal_sigma_px},
+          {"projection_px", advice->projection_px},
+          {"sentence", advice->sentence}};
 }
 
 Json steps_json(const std::vector<ModelStep>& steps) {
@@ -180,7 +212,8 @@ std::string steps_text(const std::vector<ModelStep>& steps) {
 
 }  // namespace
 
-std::string calibration_json(const Calibration& calibration, const CommandSeconds& seconds) {
+std::string calibration_json(const Calibration& calibration, const CommandSeconds& seconds,
+                             const std::optional<AdvisedView>& advice) {
   const bool known = calibration.camera.has_value();
   const CalibrateSeconds& spent = calibration.seconds;
   const Json answer = {{"status", status_name(calibration.status)},
@@ -194,6 +227,9 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                        {"num_outliers", calibration.outliers.size()},
                        {"projection", projection_json(calibration)},
                        {"seen_share", known ? Json(calibration.seen.share()) : Json()},
+                       {"halves", halves_json(calibration.halves)},
+                       {"weak_directions", weak_directions_json(calibration)},
+                       {"advice", advice_json(advice)},
                        {"steps", steps_json(calibration.steps)},
                        {"warnings", calibration.warnings},
                        {"seconds",
@@ -203,6 +239,11 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                          {"covariance", spent.covariance},
                          {"total", seconds.total}}}};
   return answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string advice_text(const std::optional<AdvisedView>& advice, bool asked) {
+  if (!asked) return "";
+  return "next view  " + (advice ? advice->sentence : "none of the views tried would help") + "\n";
 }
 
 std::string calibration_summary(const Calibration& calibration, const CommandSeconds& seconds,

@@ -13,7 +13,7 @@ using Eigen::Vector2d;
 
 constexpr int kWidth = 640;
 constexpr int kTitleHeight = 30;
-constexpr double kLowestPx = 0.01;
+constexpr double kLowestPx = 0.001;
 constexpr double kHighestPx = 10;
 
 // 0 at the lowest, 1 at the highest and where there is no value.

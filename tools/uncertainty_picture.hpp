@@ -11,8 +11,8 @@ namespace tagcal::tools {
 // corners. Preconditions: calibration.projection is not empty, calibration.camera has a value.
 std::string uncertainty_svg(const Calibration& calibration);
 
-// The same as a picture, panels below each other, 640 pixels wide: 0.01 px and less is black, 10 px
-// and more (and where no ray meets the image) white, by the logarithm between.
+// The same as a picture, panels below each other, 640 pixels wide: 0.001 px and less is black, 10
+// px and more (and where no ray meets the image) white, by the logarithm between.
 Image8 uncertainty_image(const Calibration& calibration);
 
 std::string distance_text(double distance_m);  // "infinity" or "1.2 m"

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/halves.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/weak.hpp"
@@ -92,17 +94,39 @@ void fill_views(Calibration& c, const CalibrationFit& fit,
   c.rms_px = std::sqrt(sum / c.num_corners);
 }
 
-// Projection uncertainty at the asked distances; what the corners do not cover, as warnings.
+void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
+                             const std::vector<Eigen::Vector2d>& samples) {
+  c.weak_directions = weak_directions(lens, samples);
+  for (const WeakDirection& weak : c.weak_directions)
+    if (weak.sigma_px > kProjectionWeakPx)
+      c.warnings.push_back(weak.sentence + " (" +
+                           std::to_string(std::lround(std::min(weak.sigma_px, 1e9))) +
+                           " px at infinity)");
+}
+
+void warn_of_halves(Calibration& c, const Bundle& bundle,
+                    const std::vector<Eigen::Vector2d>& samples, double distance_m) {
+  c.halves = compare_halves(bundle, c.sigma_px, samples, distance_m);
+  if (c.halves && c.halves->disagree)
+    c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
+                         " of what their noise explains: the model is too small, or the board is "
+                         "bent or moved, and the standard deviations are too small");
+}
+
+// How well the lens is known over the image, and where it is not: all that needs a covariance.
 void fill_projection(Calibration& c, const Bundle& bundle, const CalibrateOptions& options) {
   c.seen = seen_region(bundle);
-  for (std::string& gap : c.seen.gaps()) c.warnings.push_back(std::move(gap));
-  if (c.covariance.size() == 0) return;
-  std::vector<double> distances = options.distances_m;
-  if (distances.empty()) distances = {kInfinitelyFar, median_distance_m(bundle)};
   const std::vector<Eigen::Vector2d> samples = c.seen.samples();
+  const UncertainLens lens{bundle.model, c.camera->lens, c.covariance};
+  if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
+  if (!is_answer(c.status)) return;
+  for (std::string& gap : c.seen.gaps()) c.warnings.push_back(std::move(gap));
+  const double near_m = median_distance_m(bundle);
+  std::vector<double> distances = options.distances_m;
+  if (distances.empty()) distances = {kInfinitelyFar, near_m};
   for (const double distance : distances)
-    c.projection.push_back(projection_uncertainty({bundle.model, c.camera->lens, c.covariance},
-                                                  {bundle.image_size}, samples, distance));
+    c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
+  warn_of_halves(c, bundle, samples, near_m);
 }
 
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options) {
@@ -122,7 +146,7 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options) {
   }
   fill_views(c, fit, seen.covariance);
   c.status = judge(c, fit, seen);
-  if (is_answer(c.status)) fill_projection(c, fit.bundle, options);
+  fill_projection(c, fit.bundle, options);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   c.seconds.covariance = seconds_since(begin);

@@ -54,6 +54,24 @@ struct ModelStep {
   std::string sentence;  // why, or why not
 };
 
+// Two halves of the views, each by itself, against what their covariances predict. A model that is
+// too small or a bent board makes them differ by more, which rms alone hides (mrcal's
+// cross-validation).
+struct HalvesCheck {
+  double difference_px =
+      0;  // of their projections, RMS over samples, per coordinate, pose taken out
+  double predicted_px = 0;  // standard deviation of that
+  double ratio = 0;         // difference / predicted
+  bool disagree = false;    // ratio > 2, and chi-square of the parameters beyond p = 0.001
+};
+
+// A combination of parameters that the data leave open.
+struct WeakDirection {
+  std::string parameter;  // that moves the projection most along it
+  double sigma_px = 0;    // what it does to the projection at infinity, RMS where corners were
+  std::string sentence;   // what trades off, and what helps
+};
+
 // Wall-clock times.
 struct CalibrateSeconds {
   double start = 0;  // closed form and consensus
@@ -72,6 +90,8 @@ struct Calibration {
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
   SeenRegion seen;                                // where in the image the corners were
+  std::optional<HalvesCheck> halves;              // of six views and more
+  std::vector<WeakDirection> weak_directions;     // the weakest first, three at most
   double rms_px = 0;                              // sqrt(sum |r|^2 / corners), inliers
   double sigma_px = 0;  // noise per coordinate that the covariance was computed with
   bool sigma_from_residuals = false;

@@ -15,24 +15,25 @@ using Eigen::VectorXd;
 struct ViewJacobians {
   RowMajor6 by_pose;
   RowMajorX by_parameters;
+  VectorXd residuals;
 };
 
 std::optional<ViewJacobians> jacobians(const ViewProblem& view, const Lens& lens,
                                        std::span<const FreeParameter> free, const Pose& pose) {
   const Eigen::Index rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
-  ViewJacobians j{RowMajor6(rows, 6), RowMajorX(rows, static_cast<Eigen::Index>(free.size()))};
-  VectorXd residuals(rows);
+  ViewJacobians j{RowMajor6(rows, 6), RowMajorX(rows, static_cast<Eigen::Index>(free.size())),
+                  VectorXd(rows)};
   Eigen::Map<RowMajor6> by_step(j.by_pose.data(), rows, 6);
   Eigen::Map<RowMajorX> by_parameters(j.by_parameters.data(), rows, j.by_parameters.cols());
-  ReprojectionOutput output{Eigen::Map<VectorXd>(residuals.data(), rows), &by_step,
+  ReprojectionOutput output{Eigen::Map<VectorXd>(j.residuals.data(), rows), &by_step,
                             free.empty() ? nullptr : &by_parameters};
   if (!reprojection(view, lens, free, PoseStep{pose, 1.0}, Vector6d::Zero(), output))
     return std::nullopt;
   return j;
 }
 
-// The inverse of a symmetric positive definite matrix of any scale; no value where rounding could
-// have made it up.
+}  // namespace
+
 std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   const VectorXd diagonal = information.diagonal();
   if (!(diagonal.array() > 0).all() || !information.allFinite()) return std::nullopt;
@@ -44,7 +45,17 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
-}  // namespace
+std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
+                                              std::span<const FreeParameter> free,
+                                              const Pose& camera_from_target) {
+  const auto j = jacobians(view, lens, free, camera_from_target);
+  if (!j) return std::nullopt;
+  const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
+  if (!inverse) return std::nullopt;
+  const MatrixXd rest =
+      j->by_parameters - j->by_pose * (*inverse * (j->by_pose.transpose() * j->by_parameters));
+  return ViewInformation{rest.transpose() * rest, rest.transpose() * j->residuals};
+}
 
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma) {
   const Lens lens = bundle.lens();

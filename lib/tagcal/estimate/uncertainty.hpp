@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "tagcal/estimate/refine.hpp"
@@ -18,6 +19,21 @@ struct BundleCovariance {
 // S = sum(B'B - B'A (A'A)^-1 A'B), and a pose adds its own to what the parameters leave open
 // (Triggs et al. 2000, section 6.1). No value where S, scaled to a unit diagonal, has no inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
+
+// What one view says of the free parameters, its own pose left open: its part of S, and of the
+// gradient of half the cost, both for whitened residuals of standard deviation 1. No value where
+// the view does not determine its pose.
+struct ViewInformation {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
+                                              std::span<const FreeParameter> free,
+                                              const Pose& camera_from_target);
+
+// The inverse of a symmetric positive definite matrix of any scale; no value where rounding could
+// have made it up.
+std::optional<Eigen::MatrixXd> exact_inverse(const Eigen::MatrixXd& information);
 
 // The covariance of one pose for a known lens; no value where it is not determined.
 std::optional<Matrix6> pose_covariance(const ViewProblem& view, const Lens& lens,

@@ -1,0 +1,244 @@
+#include "tagcal/estimate/advice.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "tagcal/estimate/uncertainty.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kDirectionsShown = 3;
+
+std::string number(double value, const char* format = "%.3g") {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// What a parameter trades with, in plain words, and what helps.
+const char* trade_off(std::string_view parameter) {
+  switch (parameter[0]) {
+    case 'f':
+      return "focal length and distance trade off: tilt the board by 30 degrees or more in 3 views";
+    case 'k':
+      return "distortion coefficients trade off: bring the board into the corners of the image";
+    default:
+      return "principal point and board tilt trade off: tilt the board to all sides, and turn it "
+             "about its normal between views";
+  }
+}
+
+// The place of a third of the image, or a side, by its name: (-1, -1) is upper left.
+std::string side_name(int x, int y, const char* middle) {
+  const std::string vertical = y < 0 ? "upper" : y > 0 ? "lower" : "";
+  const std::string horizontal = x < 0 ? "left" : x > 0 ? "right" : "";
+  if (vertical.empty() && horizontal.empty()) return middle;
+  return vertical + (vertical.empty() || horizontal.empty() ? "" : " ") + horizontal;
+}
+
+struct Candidate {
+  double tilt_rad = 0;
+  int side = 0;  // that comes towards the camera: 0 upper, 1 upper right, ... by 45 degrees
+  int column = 0, row = 0;  // -1, 0, 1
+  double distance_m = 1;
+};
+
+std::vector<Candidate> candidates(double distance_m) {
+  std::vector<Candidate> all;
+  for (const double share : {1.0, 0.7, 0.5, 1.4})
+    for (const int row : {0, -1, 1})
+      for (const int column : {0, -1, 1})
+        for (const double tilt_deg : {0, 20, 40, 55})
+          for (int side = 0; side < (tilt_deg > 0 ? 8 : 1); ++side)
+            all.push_back({tilt_deg * kDegree, side, column, row, share * distance_m});
+  return all;
+}
+
+// The largest board and what the views are made of.
+struct BoardPoints {
+  std::vector<Vector3d> points;
+  Vector3d centre = Vector3d::Zero();
+  double size = 0;  // diameter
+
+  explicit BoardPoints(const Dataset& dataset) {
+    for (const PlacedBoard& placed : dataset.boards) {
+      const auto of_board = target_points(placed.board);
+      if (of_board.size() <= points.size()) continue;
+      points.clear();
+      for (const TargetPoint& p : of_board) points.push_back(p.position);
+    }
+    for (const Vector3d& p : points) centre += p / static_cast<double>(points.size());
+    for (const Vector3d& p : points) size = std::max(size, 2 * (p - centre).norm());
+  }
+};
+
+Vector2d pixel_of(const Candidate& c, const ImageSize& size) {
+  return image_centre(size) + Vector2d(0.3 * c.column * size.width, 0.3 * c.row * size.height);
+}
+
+std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const BoardPoints& board) {
+  const auto ray = ray_in_camera(camera.lens, pixel_of(c, camera.image_size));
+  if (!ray) return std::nullopt;
+  const double angle = c.side * std::numbers::pi / 4;
+  const Eigen::Quaterniond to_ray =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray->direction);
+  const Eigen::Quaterniond tilt =
+      exp_rotation(c.tilt_rad * Vector3d(std::cos(angle), std::sin(angle), 0));
+  const Eigen::Quaterniond facing(0, 1, 0, 0);  // x right, y up, z to the viewer
+  const Eigen::Quaterniond rotation = to_ray * tilt * facing;
+  return Pose(rotation, c.distance_m * ray->direction - rotation * board.centre);
+}
+
+// What the camera would see of the board; no value for less than half of it.
+std::optional<ViewProblem> seen_of(const BoardPoints& board, const Camera& camera,
+                                   const Pose& camera_from_board) {
+  ViewProblem view;
+  for (const Vector3d& x : board.points) {
+    const auto pixel = project(camera.lens, camera_from_board * x);
+    if (pixel && contains(camera.image_size, *pixel)) view.correspondences.push_back({x, *pixel});
+  }
+  if (2 * view.correspondences.size() < board.points.size()) return std::nullopt;
+  return view;
+}
+
+// The state that a new view is to improve.
+struct Known {
+  const Model* model = nullptr;
+  Camera camera;
+  MatrixXd information;
+  double sigma_px = 1;
+  double distance_m = 1;
+};
+
+std::optional<Known> known_of(const Calibration& c, const BoardPoints& board) {
+  if (!c.camera) return std::nullopt;
+  Known known;
+  known.camera = *c.camera;
+  known.sigma_px = c.sigma_px;
+  if (is_answer(c.status) && c.covariance.size() > 0) {
+    known.model = &Model::named(c.model);
+    const auto information = exact_inverse(c.covariance);
+    if (!information) return std::nullopt;
+    known.information = *information;
+    std::vector<double> distances;
+    for (const CalibratedView& view : c.views)
+      distances.push_back(view.camera_from_world.translation().norm());
+    std::sort(distances.begin(), distances.end());
+    known.distance_m = distances[distances.size() / 2];
+    return known;
+  }
+  const ImageSize& size = c.camera->image_size;
+  const double focal = std::max(size.width, size.height);
+  const Vector2d centre = image_centre(size);
+  known.model = &Model::named("f");
+  known.camera.lens = pinhole(focal, focal, centre.x(), centre.y());
+  known.information = MatrixXd::Zero(1, 1);
+  known.distance_m = 1.5 * board.size * focal / std::min(size.width, size.height);
+  return known;
+}
+
+double focal_sigma(const Model& model, const MatrixXd& covariance) {
+  double largest = 0;
+  for (int i = 0; i < model.num_free(); ++i)
+    if (model.free()[static_cast<std::size_t>(i)].name[0] == 'f')
+      largest = std::max(largest, std::sqrt(covariance(i, i)));
+  return largest;
+}
+
+std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_before) {
+  constexpr std::array<std::array<int, 2>, 8> kSides = {
+      {{0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}}};
+  const auto& side = kSides[static_cast<std::size_t>(c.side)];
+  std::string text = "show the board in the " + side_name(c.column, c.row, "middle") +
+                     (c.column != 0 && c.row != 0   ? " corner"
+                      : c.column != 0 || c.row != 0 ? " part"
+                                                    : "") +
+                     " of the image, " + number(view.distance_m) + " m away, ";
+  if (c.tilt_rad > 0)
+    text += "tilted by " + number(c.tilt_rad / kDegree) + " degrees with its " +
+            side_name(side[0], side[1], "") + (side[0] != 0 && side[1] != 0 ? " corner" : " edge") +
+            " towards the camera";
+  else
+    text += "facing the camera";
+  text += ": sd of the focal length ";
+  if (known_before) text += number(view.focal_sigma_now_px) + " -> ";
+  return text + number(view.focal_sigma_px) + " px";
+}
+
+}  // namespace
+
+std::vector<WeakDirection> weak_directions(const UncertainLens& lens,
+                                           std::span<const Vector2d> samples) {
+  const MatrixXd projection = aligned_jacobian(lens, samples, kInfinitelyFar);
+  const Eigen::LLT<MatrixXd> llt(lens.covariance);
+  std::vector<WeakDirection> directions;
+  if (projection.rows() == 0 || llt.info() != Eigen::Success) return directions;
+  const MatrixXd lower = llt.matrixL();
+  const MatrixXd effect = projection * lower / std::sqrt(static_cast<double>(projection.rows()));
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(effect.transpose() * effect);
+  const Index k = spectrum.eigenvalues().size();
+  for (Index i = k - 1; i >= 0 && directions.size() < kDirectionsShown; --i) {
+    const VectorXd direction = lower * spectrum.eigenvectors().col(i);
+    Index strongest = 0;
+    projection.colwise().norm().transpose().cwiseProduct(direction.cwiseAbs()).maxCoeff(&strongest);
+    const std::string_view name = lens.model->free()[static_cast<std::size_t>(strongest)].name;
+    const double sigma = std::sqrt(std::max(0.0, spectrum.eigenvalues()[i]));
+    directions.push_back({std::string(name), sigma, trade_off(name)});
+  }
+  return directions;
+}
+
+std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& calibration) {
+  const BoardPoints board(dataset);
+  const std::optional<Known> known = known_of(calibration, board);
+  if (!known) return std::nullopt;
+  const UncertainLens lens{known->model, known->camera.lens, {}};
+  const std::vector<Vector2d> image = ImageGrid{known->camera.image_size, 9, 7}.pixels();
+  const MatrixXd projection = aligned_jacobian(lens, image, kInfinitelyFar);
+  const MatrixXd effect = projection.transpose() * projection /
+                          static_cast<double>(std::max<Index>(1, projection.rows()));
+  std::optional<AdvisedView> best;
+  double lowest = std::numeric_limits<double>::infinity();
+  const auto before = exact_inverse(known->information);
+  for (const Candidate& c : candidates(known->distance_m)) {
+    const auto pose = pose_of(c, known->camera, board);
+    if (!pose) continue;
+    const auto view = seen_of(board, known->camera, *pose);
+    if (!view) continue;
+    const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
+    if (!added) continue;
+    const auto covariance = exact_inverse(known->information +
+                                          added->information / (known->sigma_px * known->sigma_px));
+    if (!covariance) continue;
+    const double variance = (effect * *covariance).trace();
+    if (!(variance < lowest)) continue;
+    lowest = variance;
+    best = AdvisedView{
+        *pose,
+        c.tilt_rad,
+        c.distance_m,
+        pixel_of(c, known->camera.image_size),
+        focal_sigma(*known->model, *covariance),
+        before ? focal_sigma(*known->model, *before) : std::numeric_limits<double>::infinity(),
+        std::sqrt(variance),
+        ""};
+    best->sentence = sentence_of(c, *best, before.has_value());
+  }
+  return best;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,147 @@
+#include "tagcal/estimate/advice.hpp"
+
+#include <gtest/gtest.h>
+
+#include "fresh_noise.hpp"
+#include "tagcal/estimate/halves.hpp"
+
+namespace tagcal {
+namespace {
+
+CalibrateOptions with_model(std::string model) {
+  CalibrateOptions options;
+  options.model = std::move(model);
+  options.sigma_px = 0.2;
+  return options;
+}
+
+WorldOptions flat_views(double max_tilt_deg) {
+  WorldOptions options;
+  options.num_views = 6;
+  options.max_tilt_deg = max_tilt_deg;
+  return options;
+}
+
+const Lens kLens = pinhole(900, 900, 639.5, 399.5);
+
+TEST(Advice, NearlyFrontalViewsNeedATilt) {
+  const Dataset world = make_world(kLens, 3, flat_views(4));
+  const Calibration c = calibrate(world, with_model("f"));
+  const auto view = advise(world, c);
+  ASSERT_TRUE(view.has_value());
+  EXPECT_GT(view->tilt_rad, 0.5);
+  EXPECT_LT(view->focal_sigma_px, 0.5 * view->focal_sigma_now_px);
+  EXPECT_NE(view->sentence.find("tilted by"), std::string::npos);
+}
+
+TEST(Advice, TheExpectedDeviationIsTheOneAfterwards) {
+  Dataset world = make_world(kLens, 3, flat_views(15));
+  const Calibration before = calibrate(world, with_model("f"));
+  const auto view = advise(world, before);
+  ASSERT_TRUE(view.has_value());
+  EXPECT_NEAR(view->focal_sigma_now_px, before.sigmas[0], 1e-9 * before.sigmas[0]);
+  Random random(3);
+  WorldOptions options;
+  world.views.push_back(observe({kLens, world.image_size}, view->camera_from_board,
+                                target_points(world.boards[0].board), options, random));
+  world.views.back().image = "advised.png";
+  const Calibration after = calibrate(world, with_model("f"));
+  EXPECT_NEAR(after.sigmas[0] / view->focal_sigma_px, 1, 0.1);
+  EXPECT_LT(after.sigmas[0], 0.9 * before.sigmas[0]);
+}
+
+TEST(Advice, NoOtherViewOfTheKindTeachesMore) {
+  // The advised view against random ones: none leaves the projection better known.
+  const Dataset world = make_world(opencv5_lens(), 5, flat_views(30));
+  const Calibration c = calibrate(world, with_model("opencv5"));
+  const auto advised = advise(world, c);
+  ASSERT_TRUE(advised.has_value());
+  const auto after = [&](const Pose& pose) {
+    Dataset more = world;
+    Random random(9);
+    more.views.push_back(observe({opencv5_lens(), world.image_size}, pose,
+                                 target_points(world.boards[0].board), {}, random));
+    more.views.back().image = "more.png";
+    return calibrate(more, with_model("opencv5")).sigmas[0];
+  };
+  const double with_advised = after(advised->camera_from_board);
+  EXPECT_LT(with_advised, c.sigmas[0]);
+  EXPECT_LT(advised->focal_sigma_px, c.sigmas[0]);
+  Random random(4);
+  for (int i = 0; i < 3; ++i)  // frontal views at the usual distance
+    EXPECT_LT(with_advised, after(looking_at_board({0.33, 0.33, 0}, 0.05, 1.1, random)));
+}
+
+TEST(Advice, WithoutAFocalLengthANominalOneStandsIn) {
+  WorldOptions options = flat_views(0);
+  const Dataset world = make_world(kLens, 3, options);
+  const Calibration c = calibrate(world);
+  ASSERT_EQ(c.model, "weak");
+  const auto view = advise(world, c);
+  ASSERT_TRUE(view.has_value());
+  EXPECT_GT(view->tilt_rad, 0.3);
+  EXPECT_LT(view->focal_sigma_px, 128);  // a tenth of the nominal one: it would be answered
+  EXPECT_FALSE(advise(world, Calibration()).has_value());
+}
+
+TEST(WeakDirections, FocalLengthAndDistance) {
+  // Few and nearly frontal views.
+  const Calibration c = calibrate(make_world(kLens, 3, flat_views(5)), with_model("f"));
+  ASSERT_EQ(c.weak_directions.size(), 1u);
+  EXPECT_EQ(c.weak_directions[0].parameter, "f");
+  EXPECT_NE(c.weak_directions[0].sentence.find("focal length and distance"), std::string::npos);
+  const double f_px = c.sigmas[0] / 900;
+  EXPECT_LT(c.weak_directions[0].sigma_px, f_px * std::hypot(640, 400));
+  EXPECT_GT(c.weak_directions[0].sigma_px, 0.1 * f_px * 640);
+}
+
+TEST(WeakDirections, SumUpToTheProjectionVariance) {
+  const Bundle exact = exact_bundle(Model::named("radial1"),
+                                    Perspective({900, 900, 651, 392, -0.1}), 3, flat_views(40));
+  const auto samples = seen_region(exact).samples();
+  const UncertainLens lens{exact.model, exact.lens(), covariance_of(exact, 0.2)->parameters};
+  double sum = 0;
+  const auto directions = weak_directions(lens, samples);
+  ASSERT_EQ(directions.size(), 3u);
+  for (const WeakDirection& d : directions) sum += d.sigma_px * d.sigma_px;
+  const double all =
+      projection_uncertainty(lens, {exact.image_size}, samples, kInfinitelyFar).region_px;
+  EXPECT_LE(sum, all * all * (1 + 1e-9));
+  EXPECT_GT(sum, 0.9 * all * all);  // three of four directions hold nearly all
+  EXPECT_GE(directions[0].sigma_px, directions[1].sigma_px);
+}
+
+// Halves of views that are right: the ratio's mean square is 1, and alarms are rare.
+TEST(Halves, AgreeWhereTheModelIsRight) {
+  WorldOptions options;
+  options.num_views = 8;
+  const Bundle exact =
+      exact_bundle(Model::named("radial1"), Perspective({900, 900, 651, 392, -0.1}), 3, options);
+  const auto samples = seen_region(exact).samples();
+  constexpr int kSolves = 200;
+  double sum = 0;
+  int alarms = 0;
+  for (int i = 0; i < kSolves; ++i) {
+    Bundle noisy = with_noise(exact, 0.2, Random(5, static_cast<std::uint64_t>(i)));
+    ASSERT_TRUE(solve(noisy, 50).converged);
+    const auto check = compare_halves(noisy, 0.2, samples, 1.0);
+    ASSERT_TRUE(check.has_value());
+    sum += check->ratio * check->ratio;
+    alarms += check->disagree;
+  }
+  EXPECT_NEAR(sum / kSolves, 1, 0.3);  // dominated by one or two directions: sd 0.1
+  EXPECT_LE(alarms, 1);
+}
+
+TEST(Halves, DisagreeWhereTheModelIsTooSmall) {
+  const Calibration c =
+      calibrate(make_world(opencv5_lens(), 3, flat_views(40)), with_model("radial1"));
+  ASSERT_TRUE(c.halves.has_value());
+  EXPECT_GT(c.halves->ratio, 2);
+  EXPECT_TRUE(c.halves->disagree);
+  EXPECT_FALSE(calibrate(make_world(opencv5_lens(), 3, flat_views(40)), with_model("opencv5"))
+                   .halves->disagree);
+}
+
+}  // namespace
+}  // namespace tagcal
