@@ -103,6 +103,8 @@ Command add_calibrate(CLI::App& app) {
       ->add_option("--uncertainty", arguments->uncertainty,
                    "picture of the projection's uncertainty over the image, .svg or .png")
       ->option_text("FILE");
+  command->add_flag("--board-warp", arguments->options.board_warp,
+                    "let the board be bent, by two parameters; needs one flat board");
   command->add_flag("--advise", arguments->advise,
                     "the next view that would teach most, and what to expect of it");
   command->add_flag("--json", arguments->json, "one JSON object on stdout");

@@ -154,6 +154,10 @@ std::string projection_text(const Calibration& calibration) {
   if (!calibration.projection.empty())
     text += fmt::format("seen       {:.0f} % of the image lies among the corners\n",
                         100 * calibration.seen.share());
+  if (const auto& warp = calibration.board_warp)
+    text +=
+        fmt::format("board      bent by {:.3f} +- {:.3f} mm along x, {:.3f} +- {:.3f} mm along y\n",
+                    warp->bend_mm.x(), warp->sigma_mm.x(), warp->bend_mm.y(), warp->sigma_mm.y());
   if (calibration.halves)
     text += fmt::format("halves     differ by {:.2f} of what their noise predicts\n",
                         calibration.halves->ratio);
@@ -166,6 +170,12 @@ Json halves_json(const std::optional<HalvesCheck>& halves) {
           {"predicted_px", halves->predicted_px},
           {"ratio", halves->ratio},
           {"disagree", halves->disagree}};
+}
+
+Json warp_json(const std::optional<BoardWarp>& warp) {
+  if (!warp) return nullptr;
+  return {{"bend_mm", {warp->bend_mm.x(), warp->bend_mm.y()}},
+          {"sigma_mm", {warp->sigma_mm.x(), warp->sigma_mm.y()}}};
 }
 
 Json weak_directions_json(const Calibration& calibration) {
@@ -228,6 +238,7 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                        {"projection", projection_json(calibration)},
                        {"seen_share", known ? Json(calibration.seen.share()) : Json()},
                        {"halves", halves_json(calibration.halves)},
+                       {"board_warp", warp_json(calibration.board_warp)},
                        {"weak_directions", weak_directions_json(calibration)},
                        {"advice", advice_json(advice)},
                        {"steps", steps_json(calibration.steps)},

@@ -18,6 +18,7 @@ struct CalibrateOptions {
   std::string model;    // a name of the ladder; "" or "auto": the smallest that explains the data
   double sigma_px = 0;  // noise per coordinate; 0: estimated from the residuals
   bool reject_outliers = true;
+  bool board_warp = false;   // let the board be bent; needs one flat board
   int max_iterations = 100;  // of each solve
   // At which the projection's uncertainty is given; empty: infinity and the corners' median.
   std::vector<double> distances_m;
@@ -65,6 +66,15 @@ struct HalvesCheck {
   bool disagree = false;    // ratio > 2, and chi-square of the parameters beyond p = 0.001
 };
 
+// A board that is not flat: a point at (x, y) stands out of it, towards the viewer, by
+// bend.x (1 - x'^2) + bend.y (1 - y'^2), with x' and y' from -1 to 1 over the board.
+struct BoardWarp {
+  Eigen::Vector2d bend_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d sigma_mm = Eigen::Vector2d::Zero();
+  double chi_square = 0;                 // of a flat board, two degrees of freedom
+  Eigen::MatrixXd parameter_covariance;  // of the free parameters, the bend left open
+};
+
 // A combination of parameters that the data leave open.
 struct WeakDirection {
   std::string parameter;  // that moves the projection most along it
@@ -90,6 +100,7 @@ struct Calibration {
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
   SeenRegion seen;                                // where in the image the corners were
+  std::optional<BoardWarp> board_warp;            // where it was asked for
   std::optional<HalvesCheck> halves;              // of six views and more
   std::vector<WeakDirection> weak_directions;     // the weakest first, three at most
   double rms_px = 0;                              // sqrt(sum |r|^2 / corners), inliers
@@ -107,7 +118,8 @@ struct Calibration {
 
 // Camera and all poses from the observations of one data set: closed-form start on consensus,
 // maximum likelihood by Ceres, corners beyond 5 sigma rejected and the rest solved again,
-// covariance from the exact inverse of the information. Throws Error for a model that is not known.
+// covariance from the exact inverse of the information. Throws Error for a model that is not known,
+// and for a board_warp of anything but one flat board.
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options = {});
 
 }  // namespace tagcal

@@ -287,12 +287,10 @@ std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& 
   for (const CalibrationView& view : input.views) {
     const auto pose = poses.find(view.image);
     selection.pose.push_back(pose == poses.end() ? std::nullopt : std::optional(pose->second));
-    selection.inlier.emplace_back();
-    for (const CornerId& id : view.ids)
-      selection.inlier.back().push_back(!out.contains({view.image, id}));
+    auto& inlier = selection.inlier.emplace_back();
+    for (const CornerId& id : view.ids) inlier.push_back(!out.contains({view.image, id}));
   }
-  CalibrationFit fit;
-  fit.bundle = Bundle{solved.model, solved.image_size, solved.free_values, {}, {}};
+  CalibrationFit fit{{solved.model, solved.image_size, solved.free_values, {}, {}}, {}};
   fit.whitened = input.whitened;
   fit.warnings = input.warnings;
   run_rounds(input, options, fit, selection);

@@ -6,20 +6,13 @@
 #include <limits>
 
 namespace tagcal {
-namespace {
 
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-struct ViewJacobians {
-  RowMajor6 by_pose;
-  RowMajorX by_parameters;
-  VectorXd residuals;
-};
-
-std::optional<ViewJacobians> jacobians(const ViewProblem& view, const Lens& lens,
-                                       std::span<const FreeParameter> free, const Pose& pose) {
+std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens& lens,
+                                            std::span<const FreeParameter> free, const Pose& pose) {
   const Eigen::Index rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
   ViewJacobians j{RowMajor6(rows, 6), RowMajorX(rows, static_cast<Eigen::Index>(free.size())),
                   VectorXd(rows)};
@@ -31,8 +24,6 @@ std::optional<ViewJacobians> jacobians(const ViewProblem& view, const Lens& lens
     return std::nullopt;
   return j;
 }
-
-}  // namespace
 
 std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   const VectorXd diagonal = information.diagonal();
@@ -48,7 +39,7 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
 std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
                                               std::span<const FreeParameter> free,
                                               const Pose& camera_from_target) {
-  const auto j = jacobians(view, lens, free, camera_from_target);
+  const auto j = view_jacobians(view, lens, free, camera_from_target);
   if (!j) return std::nullopt;
   const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
   if (!inverse) return std::nullopt;
@@ -64,7 +55,7 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma
   std::vector<MatrixXd> pose_inverse, pose_by_parameters;  // (A'A)^-1 and (A'A)^-1 A'B
   for (std::size_t i = 0; i < bundle.views.size(); ++i) {
     const auto j =
-        jacobians(bundle.views[i], lens, bundle.model->free(), bundle.camera_from_target[i]);
+        view_jacobians(bundle.views[i], lens, bundle.model->free(), bundle.camera_from_target[i]);
     if (!j) return std::nullopt;
     const std::optional<MatrixXd> inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
     if (!inverse) return std::nullopt;
@@ -93,7 +84,7 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma
 
 std::optional<Matrix6> pose_covariance(const ViewProblem& view, const Lens& lens,
                                        const Pose& camera_from_target, double sigma) {
-  const auto j = jacobians(view, lens, {}, camera_from_target);
+  const auto j = view_jacobians(view, lens, {}, camera_from_target);
   if (!j) return std::nullopt;
   const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
   if (!inverse) return std::nullopt;
@@ -108,7 +99,7 @@ double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& cov
     for (const Correspondence& c : bundle.views[i].correspondences)
       directions.correspondences.push_back(
           {(bundle.camera_from_target[i] * c.point).normalized(), c.pixel});
-  const auto j = jacobians(directions, lens, bundle.model->free(), Pose());
+  const auto j = view_jacobians(directions, lens, bundle.model->free(), Pose());
   if (!j) return std::numeric_limits<double>::infinity();
   const MatrixXd by_turn = j->by_pose.leftCols<3>();
   const MatrixXd turn =

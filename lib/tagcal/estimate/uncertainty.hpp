@@ -20,6 +20,16 @@ struct BundleCovariance {
 // (Triggs et al. 2000, section 6.1). No value where S, scaled to a unit diagonal, has no inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
 
+// Of a view at its pose, by (omega, tau) and by the free parameters, whitened. No value where a
+// point is outside the lens' domain.
+struct ViewJacobians {
+  RowMajor6 by_pose;
+  RowMajorX by_parameters;
+  Eigen::VectorXd residuals;
+};
+std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens& lens,
+                                            std::span<const FreeParameter> free, const Pose& pose);
+
 // What one view says of the free parameters, its own pose left open: its part of S, and of the
 // gradient of half the cost, both for whitened residuals of standard deviation 1. No value where
 // the view does not determine its pose.

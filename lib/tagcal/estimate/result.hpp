@@ -1,0 +1,18 @@
+#pragma once
+
+#include "tagcal/estimate/board_warp.hpp"
+#include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/selection.hpp"
+
+namespace tagcal {
+
+// What a fit says: status, uncertainty, warnings. `board` may be null; with options.board_warp the
+// bend's increment stands in the result.
+Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
+                   const FlatBoard* board);
+
+// Every view with its own scale; the lens holds nothing but the centre of the image. For a choice
+// that is `weak`.
+Calibration report_weak(const ModelChoice& choice, const CalibrateOptions& options);
+
+}  // namespace tagcal

@@ -1,0 +1,89 @@
+#include <gtest/gtest.h>
+
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+// The usual world, seen of a board that is bent by bow_m.x along x and bow_m.y along y.
+Dataset bent_world(const Lens& lens, std::uint64_t seed, const Eigen::Vector2d& bow_m,
+                   const WorldOptions& options) {
+  Dataset world = make_world(lens, seed, options);
+  std::vector<TargetPoint> points = target_points(world.boards[0].board);
+  Eigen::Vector3d low = points[0].position, high = low;
+  for (const TargetPoint& p : points) {
+    low = low.cwiseMin(p.position);
+    high = high.cwiseMax(p.position);
+  }
+  for (TargetPoint& p : points) {
+    const double x = 2 * (p.position.x() - low.x()) / (high.x() - low.x()) - 1;
+    const double y = 2 * (p.position.y() - low.y()) / (high.y() - low.y()) - 1;
+    p.position.z() += bow_m.x() * (1 - x * x) + bow_m.y() * (1 - y * y);
+  }
+  Random random(seed);
+  for (View& view : world.views) {
+    const std::string name = view.image;
+    view = observe(world.truth->camera, world.truth->camera_from_world.at(name), points, options,
+                   random);
+    view.image = name;
+  }
+  return world;
+}
+
+const Lens kLens = Perspective({900, 900, 651, 392, -0.1});
+
+bool warns_of_bend(const Calibration& c) {
+  for (const std::string& warning : c.warnings)
+    if (warning.find("bent board") != std::string::npos) return true;
+  return false;
+}
+
+TEST(BoardWarp, IsFoundWithItsDeviation) {
+  const Eigen::Vector2d bow_m(0.0005, -0.0003);
+  WorldOptions options;
+  options.num_views = 10;
+  CalibrateOptions with_warp;
+  with_warp.board_warp = true;
+  double sum = 0;
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Calibration c = calibrate(bent_world(kLens, seed, bow_m, options), with_warp);
+    ASSERT_EQ(c.status, Status::ok);
+    EXPECT_EQ(c.model, "radial1") << seed;
+    ASSERT_TRUE(c.board_warp.has_value());
+    EXPECT_LT(c.board_warp->sigma_mm.maxCoeff(), 0.05);
+    EXPECT_FALSE(warns_of_bend(c));
+    for (int i = 0; i < 2; ++i) {
+      const double z = (c.board_warp->bend_mm[i] - 1e3 * bow_m[i]) / c.board_warp->sigma_mm[i];
+      EXPECT_LT(std::abs(z), 4) << seed;
+      sum += z * z;
+    }
+    EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 4 * c.sigmas[0]);
+  }
+  EXPECT_LT(sum, 26);  // chi-square of 8: p = 0.001
+}
+
+TEST(BoardWarp, IsToldOfWhereItWasNotAskedFor) {
+  WorldOptions options;
+  options.num_views = 10;
+  CalibrateOptions plain;
+  plain.model = "radial1";
+  for (int seed = 1; seed <= 10; ++seed) {
+    EXPECT_TRUE(warns_of_bend(calibrate(bent_world(kLens, seed, {5e-4, 5e-4}, options), plain)));
+    const Calibration flat = calibrate(bent_world(kLens, seed, {0, 0}, options), plain);
+    EXPECT_FALSE(warns_of_bend(flat));
+    EXPECT_FALSE(flat.board_warp.has_value());
+  }
+}
+
+TEST(BoardWarp, NeedsOneFlatBoard) {
+  Dataset world = make_world(kLens, 1);
+  CalibrateOptions options;
+  options.board_warp = true;
+  world.boards.push_back({grid_board({2, 2, 0.05, 0.3, 100}), Pose()});
+  EXPECT_THROW(calibrate(world, options), Error);
+}
+
+}  // namespace
+}  // namespace tagcal
