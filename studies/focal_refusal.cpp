@@ -1,6 +1,6 @@
 // How often a focal length that cannot be known is refused. Usage: focal_refusal [SEEDS]
-// Fronto-parallel views, one frontal view, and a 300,000 px lens at 400 m, each with model auto and
-// f; and two sets in which it is known, which must be answered.
+// Fronto-parallel views, one frontal view, and a 300,000 px lens at 400 m, each with several
+// models; and two sets in which it is known, which must be answered.
 
 #include <cstdio>
 #include <cstdlib>
@@ -50,13 +50,20 @@ int main(int argc, char** argv) {
       {"1 view tilted 30-50 deg", [](int seed) { return one_tilted(seed); }},
       {"5 views tilted 0-50 deg", [](int seed) { return views(5, 50, seed); }}};
   for (const auto& [name, make] : sets) {
-    for (const char* model : {"auto", "f"}) {
+    for (const char* model : {"auto", "f", "opencv5", "opencv8", "fisheye4"}) {
       std::map<std::string, int> count;
       for (int seed = 1; seed <= seeds; ++seed) {
         CalibrateOptions options;
         options.model = model;
-        const Calibration c = calibrate(make(seed), options);
-        ++count[c.model + " " + std::string(status_name(c.status))];
+        const Dataset set = make(seed);
+        const Calibration c = calibrate(set, options);
+        std::string what = c.model + " " + std::string(status_name(c.status));
+        if (is_answer(c.status)) {
+          const double truth = parameters(set.truth->camera.lens)[0];
+          const double error = std::abs(parameters(c.camera->lens)[0] - truth) / c.sigmas[0];
+          what += error > 4 ? " and beyond 4 sd" : "";
+        }
+        ++count[what];
       }
       std::printf("%-24s --model %-5s", name, model);
       for (const auto& [what, n] : count) std::printf(" %s: %d;", what.c_str(), n);

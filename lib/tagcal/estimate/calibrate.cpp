@@ -3,12 +3,15 @@
 #include <chrono>
 
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/result.hpp"
 
 namespace tagcal {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr double kFocalCertain = 0.01;  // sd(f) / f
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -40,10 +43,31 @@ Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions
   return c;
 }
 
+// Many free coefficients can talk the information into a focal length that the same data do not
+// hold without them: where it is not known to 1 %, the plain pinhole is asked, too.
+void doubt_focal_length(Calibration& c, const CalibrationFit& fit) {
+  const Model& model = *fit.bundle.model;
+  if (!is_answer(c.status) || model.lens_type() != LensType::perspective || model.num_free() == 1)
+    return;
+  const double focal = parameters(c.camera->lens)[0];
+  if (c.sigmas[0] < kFocalCertain * focal) return;
+  Bundle plain = fit.bundle;
+  plain.model = &Model::named("f");
+  plain.free_values = {focal};
+  solve(plain, 100);
+  const Observability seen = observability(plain, c.sigma_px);
+  if (seen.status != Status::focal_not_observable) return;
+  c.status = seen.status;
+  c.warnings.push_back(seen.reason);
+}
+
 Calibration calibrate_model(const Model& model, const CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
   const std::optional<CalibrationFit> fit = fit_model(model, input, options);
-  return fit ? report(*fit, options, board) : without_answer(input, std::string(model.name()));
+  if (!fit) return without_answer(input, std::string(model.name()));
+  Calibration c = report(*fit, options, board);
+  doubt_focal_length(c, *fit);
+  return c;
 }
 
 }  // namespace

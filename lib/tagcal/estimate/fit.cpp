@@ -277,7 +277,6 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
 std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
                                     const CalibrationInput& input,
                                     const CalibrateOptions& options) {
-  const auto begin = Clock::now();
   std::map<std::string, Pose> poses;
   for (std::size_t i = 0; i < other.images.size(); ++i)
     poses[other.images[i]] = solved.camera_from_target[i];
@@ -290,12 +289,11 @@ std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& 
     auto& inlier = selection.inlier.emplace_back();
     for (const CornerId& id : view.ids) inlier.push_back(!out.contains({view.image, id}));
   }
-  CalibrationFit fit{{solved.model, solved.image_size, solved.free_values, {}, {}}, {}};
-  fit.whitened = input.whitened;
+  CalibrationFit fit{
+      {solved.model, solved.image_size, solved.free_values, {}, {}}, {}, input.whitened};
   fit.warnings = input.warnings;
   run_rounds(input, options, fit, selection);
   if (fit.bundle.views.empty()) return std::nullopt;
-  fit.solve_seconds = seconds_since(begin);
   return fit;
 }
 

@@ -47,7 +47,7 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
                                         const CalibrateOptions& options);
 
 // The same from a solved bundle on the inliers of another fit: its views and corners are the
-// start.
+// start. Times are left to the caller.
 std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
                                     const CalibrationInput& input, const CalibrateOptions& options);
 

@@ -43,7 +43,8 @@ std::string weakest_parameters(const Bundle& bundle, const Eigen::MatrixXd& cova
 }  // namespace
 
 std::string percent(double share) {
-  return std::to_string(static_cast<int>(std::lround(100 * std::min(share, 1e4)))) + " %";
+  if (!(share <= 10)) return "more than 1000 %";
+  return std::to_string(std::lround(100 * share)) + " %";
 }
 
 SeenRegion seen_region(const Bundle& bundle) {

@@ -1,6 +1,7 @@
 #include "tagcal/estimate/selection.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 
@@ -11,6 +12,7 @@
 namespace tagcal {
 namespace {
 
+using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
 
 constexpr double kTolerancePx = 0.1;  // RMS of the projection that no scene needs
@@ -227,6 +229,7 @@ std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
 
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options) {
+  const auto begin = Clock::now();
   const auto perspective = fit_perspective(input, options);
   const auto fisheye = fit_model(Model::named("fisheye4"), input, options);
   if (!perspective && !fisheye) return std::nullopt;
@@ -240,11 +243,10 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
   std::optional<CalibrationFit> fit = refit(basis.bundle, other, input, options);
   ModelChoice choice{fit ? std::move(*fit) : other, chosen == nullptr, Status::ok, "", {}};
   choice.fit.bic = basis.bic;
-  for (const auto* part : {&perspective, &fisheye}) {
-    if (!*part) continue;
-    choice.fit.start_seconds += (*part)->start_seconds;
-    choice.fit.solve_seconds += (*part)->solve_seconds;
-  }
+  choice.fit.start_seconds =
+      (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
+  choice.fit.solve_seconds =
+      std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
   if (!chosen) {
     choice.status = basis.seen.status == Status::ok ? Status::not_converged : basis.seen.status;

@@ -1,0 +1,117 @@
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.hpp"
+
+// How sure a calibration is, what it lacks and how it compares, from outside.
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST_F(Cli, AutoExplainsEveryStep) {
+  const std::string set =
+      "calibrate " + path("set") + " --observations " + path("set/observations_exact.csv");
+  const Outcome text = run(set);
+  ASSERT_EQ(text.exit_code, 0) << text.out << text.err;
+  EXPECT_NE(text.out.find("model      radial1 (chosen, see the ladder)"), std::string::npos);
+  EXPECT_NE(text.out.find("+ radial1 "), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("- opencv8 "), std::string::npos);
+  const Json json = Json::parse(run(set + " --json --advise").out);
+  ASSERT_EQ(json["steps"].size(), 9u);
+  EXPECT_EQ(json["steps"][0]["model"], "weak");
+  EXPECT_EQ(json["steps"][4]["model"], "radial1");
+  EXPECT_EQ(json["steps"][4]["taken"], true);
+  EXPECT_EQ(json["steps"][8]["taken"], false);
+  EXPECT_GT(json["advice"]["focal_sigma_now_px"], json["advice"]["focal_sigma_px"]);
+  EXPECT_FALSE(json["advice"]["sentence"].get<std::string>().empty());
+  EXPECT_TRUE(json["board_warp"].is_null());
+  ASSERT_EQ(json["projection"].size(), 2u);
+  EXPECT_EQ(json["projection"][0]["distance_m"], "infinity");
+  EXPECT_LE(json["projection"][0]["rms_px"], json["projection"][0]["max_px"]);
+  EXPECT_LE(json["projection"][0]["max_px"], json["projection"][0]["whole_image_max_px"]);
+}
+
+// Views straight at a board: each has its scale, and no focal length is made up.
+TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
+  const std::string flat = replaced(
+      kScene,
+      "type: dome, target_m: [0.14, 0.1, 0], min_distance_m: 0.45, "
+      "max_distance_m: 0.6, min_elevation_deg: 45, max_elevation_deg: 80",
+      "type: line, from_m: [0.14, 0.1, 0.5], to_m: [0.14, 0.1, 0.7], target_m: [0.14, 0.1, 0]");
+  const std::string straight = replaced(flat, "jitter: {target_m: 0.02, roll_deg: 20}\n", "");
+  spill(root() / "straight.yaml",
+        replaced(straight, "radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]", "f, f: 520"));
+  ASSERT_EQ(
+      run("render " + path("straight.yaml") + " --views 4 --out " + path("straight")).exit_code, 0);
+  const std::string set = "calibrate " + path("straight") +
+                          " --sigma-px 0.2 --advise --observations " +
+                          path("straight/observations_exact.csv");
+  const Outcome outcome = run(set + " --json --out " + path("straight_camera.yaml"));
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["status"], "focal_not_observable");
+  EXPECT_EQ(json["model"], "weak");
+  EXPECT_TRUE(json["camera"]["fx"].is_null());
+  EXPECT_TRUE(json["camera"]["fy"].is_null());
+  EXPECT_EQ(json["camera"]["cx"], 319.5);
+  EXPECT_EQ(json["steps"][0]["taken"], true);
+  EXPECT_FALSE(json["advice"]["sentence"].get<std::string>().empty());
+  EXPECT_TRUE(json["advice"]["focal_sigma_now_px"].is_null());
+  EXPECT_FALSE(fs::exists(path("straight_camera.yaml")));
+  EXPECT_NE(run(set).out.find("the focal length cannot be known"), std::string::npos);
+}
+
+TEST_F(Cli, DrawsTheUncertainty) {
+  const std::string set = "calibrate " + path("set") + " --model radial1 --uncertainty ";
+  ASSERT_EQ(run(set + path("u.svg")).exit_code, 0);
+  const std::string svg = slurp(path("u.svg"));
+  EXPECT_TRUE(svg.starts_with("<svg "));
+  EXPECT_NE(svg.find("at infinity"), std::string::npos);
+  EXPECT_NE(svg.find("stroke-dasharray"), std::string::npos);
+  ASSERT_EQ(run(set + path("u.png")).exit_code, 0);
+  EXPECT_EQ(slurp(path("u.png")).substr(1, 3), "PNG");
+  expect_bad_input(set + path("u.jpg"), {"u.jpg", ".svg or .png"});
+  EXPECT_FALSE(fs::exists(path("u.jpg")));
+}
+
+TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
+  const std::string a = path("a.yaml"), b = path("b.yaml");
+  ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + a).exit_code, 0);
+  ASSERT_EQ(run("calibrate " + path("set") + " --model f+c --out " + b).exit_code, 0);
+  const Json same = Json::parse(run("diff " + a + " " + a + " --json").out);
+  const Json other = Json::parse(run("diff " + a + " " + b + " --distance 0.5 --json").out);
+  ASSERT_EQ(same["differences"].size(), 2u);
+  for (const Json& d : same["differences"]) EXPECT_LT(d["whole_image_max_px"], 1e-6);
+  EXPECT_EQ(other["differences"][0]["distance_m"], "infinity");
+  EXPECT_EQ(other["differences"][1]["distance_m"], 0.5);
+  for (const Json& d : other["differences"]) {
+    EXPECT_GT(d["rms_px"], 0.1);  // what k1 = -0.1 leaves when pose and f have taken their part
+    EXPECT_LE(d["rms_px"], d["max_px"]);
+    EXPECT_GT(d["whole_image_max_px"], 0.3);
+    EXPECT_EQ(d["difference_px"].size(), 13u);
+    EXPECT_EQ(d["difference_px"][0].size(), 21u);
+  }
+  EXPECT_NE(run("diff " + a + " " + b).out.find("at infinity"), std::string::npos);
+}
+
+TEST_F(Cli, DiffOfWhatCannotBeComparedIsAnError) {
+  const std::string a = path("d.yaml");
+  ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + a).exit_code, 0);
+  spill(path("larger.yaml"), replaced(slurp(a), "image_width: 640", "image_width: 641"));
+  expect_bad_input("diff " + a + " " + path("larger.yaml"), {"640 x 400", "641 x 400"});
+  expect_bad_input("diff " + a + " " + path("nowhere.yaml"), {"nowhere.yaml"});
+  expect_bad_input("diff " + a, {"B"});
+}
+
+TEST_F(Cli, ABentBoardIsReportedInMillimetres) {
+  const Outcome outcome = run("calibrate " + path("set") + " --model radial1 --board-warp --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  for (int i = 0; i < 2; ++i)
+    EXPECT_LT(std::abs(json["board_warp"]["bend_mm"][i].get<double>()),
+              5 * json["board_warp"]["sigma_mm"][i].get<double>());
+}
+
+}  // namespace
+}  // namespace tagcal::tools
