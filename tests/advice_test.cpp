@@ -124,7 +124,7 @@ TEST(Halves, AgreeWhereTheModelIsRight) {
   for (int i = 0; i < kSolves; ++i) {
     Bundle noisy = with_noise(exact, 0.2, Random(5, static_cast<std::uint64_t>(i)));
     ASSERT_TRUE(solve(noisy, 50).converged);
-    const auto check = compare_halves(noisy, 0.2, samples, 1.0);
+    const auto check = compare_halves(noisy, *bundle_information(noisy), 0.2, samples, 1.0);
     ASSERT_TRUE(check.has_value());
     sum += check->ratio * check->ratio;
     alarms += check->disagree;

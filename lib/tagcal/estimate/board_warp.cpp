@@ -16,36 +16,10 @@ using Eigen::VectorXd;
 
 constexpr int kMaxRounds = 10;
 
-// One view's part of the normal equations of (parameters, bend), its pose eliminated.
-struct Part {
-  MatrixXd information;
-  VectorXd gradient;
-};
-
-std::optional<Part> part_of(const Bundle& bundle, std::size_t v, const FlatBoard& board) {
-  const ViewProblem& view = bundle.views[v];
-  const Pose& pose = bundle.camera_from_target[v];
-  const auto j = view_jacobians(view, bundle.lens(), bundle.model->free(), pose);
-  if (!j) return std::nullopt;
-  const Index k = bundle.model->num_free();
-  MatrixXd by_both(j->by_pose.rows(), k + 2);
-  by_both.leftCols(k) = j->by_parameters;
-  const Vector3d normal = pose.rotation() * board.normal_in_world();
-  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
-    const auto row = static_cast<Index>(2 * i);
-    by_both.block<2, 2>(row, k) = j->by_pose.block<2, 3>(row, 3) * normal *
-                                  board.shape(view.correspondences[i].point).transpose();
-  }
-  const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
-  if (!inverse) return std::nullopt;
-  const MatrixXd rest = by_both - j->by_pose * (*inverse * (j->by_pose.transpose() * by_both));
-  return Part{rest.transpose() * rest, rest.transpose() * j->residuals};
-}
-
 void bend(ViewProblem& view, const FlatBoard& board, const Vector2d& bend_m) {
   const Vector3d normal = board.normal_in_world();
   for (Correspondence& c : view.correspondences)
-    c.point += board.shape(c.point).dot(bend_m) * normal;
+    c.point += board.shape(board.world_from_board.inverse() * c.point).dot(bend_m) * normal;
 }
 
 std::optional<CalibrationFit> largest_fit(const CalibrationInput& input,
@@ -65,43 +39,11 @@ std::optional<CalibrationFit> largest_fit(const CalibrationInput& input,
 
 }  // namespace
 
-Vector2d FlatBoard::shape(const Vector3d& x_in_world) const {
-  const Vector3d x_in_board = world_from_board.inverse() * x_in_world;
-  const Vector2d unit = (x_in_board.head<2>() - centre).cwiseQuotient(half_size);
-  return Vector2d::Ones() - unit.cwiseAbs2();
-}
-
-Vector3d FlatBoard::normal_in_world() const {
-  return world_from_board.rotation() * Vector3d::UnitZ();
-}
-
-std::optional<FlatBoard> flat_board(const Dataset& dataset) {
-  if (dataset.boards.size() != 1) return std::nullopt;
-  const auto points = target_points(dataset.boards[0].board);
-  if (points.empty()) return std::nullopt;
-  Vector3d low = points[0].position, high = low;
-  for (const TargetPoint& p : points) {
-    low = low.cwiseMin(p.position);
-    high = high.cwiseMax(p.position);
-  }
-  const Vector3d size = high - low;
-  if (!(size.x() > 0 && size.y() > 0) || size.z() > 1e-6 * size.x()) return std::nullopt;
-  return FlatBoard{dataset.boards[0].world_from_board, 0.5 * (low + high).head<2>(),
-                   0.5 * size.head<2>()};
-}
-
-std::optional<BoardWarp> estimate_warp(const Bundle& solved, const FlatBoard& board, double sigma) {
-  const Index n = solved.model->num_free() + 2;
-  MatrixXd information = MatrixXd::Zero(n, n);
-  VectorXd gradient = VectorXd::Zero(n);
-  for (std::size_t v = 0; v < solved.views.size(); ++v) {
-    const std::optional<Part> part = part_of(solved, v, board);
-    if (!part) return std::nullopt;
-    information += part->information;
-    gradient += part->gradient;
-  }
-  const auto inverse = exact_inverse(information);
+std::optional<BoardWarp> estimate_warp(const BundleInformation& information, double sigma) {
+  const Index n = information.halves[0].rows();
+  const auto inverse = exact_inverse(information.halves[0] + information.halves[1]);
   if (!inverse) return std::nullopt;
+  const VectorXd gradient = information.gradients[0] + information.gradients[1];
   const Vector2d step = -(*inverse * gradient).tail<2>();
   const Eigen::Matrix2d covariance = sigma * sigma * inverse->bottomRightCorner<2, 2>();
   BoardWarp warp;
@@ -119,7 +61,8 @@ Vector2d unbend(CalibrationInput& input, const FlatBoard& board, const Calibrate
   if (!fit) return Vector2d::Zero();
   Vector2d total = Vector2d::Zero();
   for (int round = 0; round < kMaxRounds; ++round) {
-    const std::optional<BoardWarp> warp = estimate_warp(fit->bundle, board, 1);
+    const auto information = bundle_information(fit->bundle, &board);
+    const auto warp = information ? estimate_warp(*information, 1) : std::nullopt;
     if (!warp) return total;
     const Vector2d step = 1e-3 * warp->bend_mm;
     for (ViewProblem& view : fit->bundle.views) bend(view, board, step);

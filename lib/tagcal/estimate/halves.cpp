@@ -1,6 +1,5 @@
 #include "tagcal/estimate/halves.hpp"
 
-#include <array>
 #include <cmath>
 
 #include "tagcal/estimate/projection_uncertainty.hpp"
@@ -24,24 +23,18 @@ bool improbable(double chi_square, double k) {
 
 }  // namespace
 
-std::optional<HalvesCheck> compare_halves(const Bundle& solved, double sigma,
+std::optional<HalvesCheck> compare_halves(const Bundle& solved,
+                                          const BundleInformation& information, double sigma,
                                           std::span<const Eigen::Vector2d> samples,
                                           double distance_m) {
   const Eigen::Index k = solved.model->num_free();
   if (solved.views.size() < kFewestViews || k == 0) return std::nullopt;
   const Lens lens = solved.lens();
-  std::array<MatrixXd, 2> information = {MatrixXd::Zero(k, k), MatrixXd::Zero(k, k)};
-  std::array<VectorXd, 2> gradient = {VectorXd::Zero(k), VectorXd::Zero(k)};
-  for (std::size_t i = 0; i < solved.views.size(); ++i) {
-    const auto view =
-        information_of(solved.views[i], lens, solved.model->free(), solved.camera_from_target[i]);
-    if (!view) return std::nullopt;
-    information[i % 2] += view->information;
-    gradient[i % 2] += view->gradient;
-  }
-  const auto first = exact_inverse(information[0]), second = exact_inverse(information[1]);
+  const auto first = exact_inverse(information.halves[0].topLeftCorner(k, k)),
+             second = exact_inverse(information.halves[1].topLeftCorner(k, k));
   if (!first || !second) return std::nullopt;
-  const VectorXd difference = *second * gradient[1] - *first * gradient[0];
+  const VectorXd difference =
+      *second * information.gradients[1].head(k) - *first * information.gradients[0].head(k);
   const MatrixXd covariance = sigma * sigma * (*first + *second);
   const MatrixXd projection =
       aligned_jacobian({solved.model, lens, covariance}, samples, distance_m);

@@ -6,13 +6,15 @@
 
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/refine.hpp"
+#include "tagcal/estimate/uncertainty.hpp"
 
 namespace tagcal {
 
 // Every other view against the rest, by one Gauss-Newton step of each from their common solution.
 // `samples` and the distance are where projections are compared. No value for fewer than six views,
 // or where a half does not hold the parameters.
-std::optional<HalvesCheck> compare_halves(const Bundle& solved, double sigma,
+std::optional<HalvesCheck> compare_halves(const Bundle& solved,
+                                          const BundleInformation& information, double sigma,
                                           std::span<const Eigen::Vector2d> samples,
                                           double distance_m);
 

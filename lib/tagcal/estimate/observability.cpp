@@ -77,8 +77,13 @@ int degrees_of_freedom(const Bundle& bundle) {
 }
 
 Observability observability(const Bundle& bundle, double sigma) {
+  return observability(bundle, bundle_information(bundle), sigma);
+}
+
+Observability observability(const Bundle& bundle,
+                            const std::optional<BundleInformation>& information, double sigma) {
   Observability result;
-  result.covariance = covariance_of(bundle, sigma);
+  if (information) result.covariance = covariance_of(*information, bundle.model->num_free(), sigma);
   if (degrees_of_freedom(bundle) < kFewestDegreesOfFreedom) {
     result.status = Status::degenerate;
     result.reason = "too few corners for the parameters: " + std::to_string(num_corners(bundle)) +

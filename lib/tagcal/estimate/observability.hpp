@@ -26,6 +26,8 @@ inline constexpr double kProjectionWeakPx = 2.0;
 
 // `sigma`: noise per (whitened) coordinate.
 Observability observability(const Bundle& bundle, double sigma);
+Observability observability(const Bundle& bundle,
+                            const std::optional<BundleInformation>& information, double sigma);
 
 std::string percent(double share);  // "12 %"
 

@@ -99,9 +99,9 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
                            " px at infinity)");
 }
 
-void warn_of_halves(Calibration& c, const Bundle& bundle,
-                    const std::vector<Eigen::Vector2d>& samples, double distance_m) {
-  c.halves = compare_halves(bundle, c.sigma_px, samples, distance_m);
+void warn_of_halves(Calibration& c, const Bundle& bundle, const BundleInformation& information,
+                    double distance_m) {
+  c.halves = compare_halves(bundle, information, c.sigma_px, c.seen.samples(), distance_m);
   if (c.halves && c.halves->disagree)
     c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
                          " of what their noise explains: the model is too small, or the board is "
@@ -109,7 +109,8 @@ void warn_of_halves(Calibration& c, const Bundle& bundle,
 }
 
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
-void fill_projection(Calibration& c, const Bundle& bundle, const CalibrateOptions& options) {
+void fill_projection(Calibration& c, const Bundle& bundle, const BundleInformation* information,
+                     const CalibrateOptions& options) {
   c.seen = seen_region(bundle);
   const std::vector<Eigen::Vector2d> samples = c.seen.samples();
   const UncertainLens lens{bundle.model, c.camera->lens, c.covariance};
@@ -121,14 +122,14 @@ void fill_projection(Calibration& c, const Bundle& bundle, const CalibrateOption
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
   for (const double distance : distances)
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
-  warn_of_halves(c, bundle, samples, near_m);
+  if (information) warn_of_halves(c, bundle, *information, near_m);
 }
 
 // The bend of the board: part of the answer where it was asked for, else a warning where the
 // corners show it.
-void fill_warp(Calibration& c, const Bundle& bundle, const FlatBoard& board,
+void fill_warp(Calibration& c, const Bundle& bundle, const BundleInformation& information,
                const CalibrateOptions& options) {
-  const std::optional<BoardWarp> warp = estimate_warp(bundle, board, c.sigma_px);
+  const std::optional<BoardWarp> warp = estimate_warp(information, c.sigma_px);
   if (!warp) return;
   if (options.board_warp) {
     c.board_warp = warp;
@@ -174,15 +175,16 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   c.warnings = fit.warnings;
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
-  const Observability seen = observability(fit.bundle, c.sigma_px);
+  const auto information = bundle_information(fit.bundle, board);
+  const Observability seen = observability(fit.bundle, information, c.sigma_px);
   if (seen.covariance) {
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }
-  if (board && seen.covariance) fill_warp(c, fit.bundle, *board, options);
+  if (board && seen.covariance) fill_warp(c, fit.bundle, *information, options);
   fill_views(c, fit, seen.covariance);
   c.status = judge(c, fit, seen);
-  fill_projection(c, fit.bundle, options);
+  fill_projection(c, fit.bundle, information ? &*information : nullptr, options);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   c.seconds.covariance = std::chrono::duration<double>(Clock::now() - begin).count();

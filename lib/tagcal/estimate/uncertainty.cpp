@@ -11,6 +11,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
+constexpr std::size_t kMostDirections = 1000;
+
 std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens& lens,
                                             std::span<const FreeParameter> free, const Pose& pose) {
   const Eigen::Index rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
@@ -25,6 +27,25 @@ std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens&
   return j;
 }
 
+namespace {
+
+// Two columns more: by the bends of the board, along its normal.
+void append_bend(ViewJacobians& j, const ViewProblem& view, const Pose& pose,
+                 const FlatBoard& board) {
+  const Eigen::Index k = j.by_parameters.cols();
+  j.by_parameters.conservativeResize(Eigen::NoChange, k + 2);
+  const Vector3d normal = pose.rotation() * board.normal_in_world();
+  const Pose board_from_world = board.world_from_board.inverse();
+  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(2 * i);
+    j.by_parameters.block<2, 2>(row, k) =
+        j.by_pose.block<2, 3>(row, 3) * normal *
+        board.shape(board_from_world * view.correspondences[i].point).transpose();
+  }
+}
+
+}  // namespace
+
 std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   const VectorXd diagonal = information.diagonal();
   if (!(diagonal.array() > 0).all() || !information.allFinite()) return std::nullopt;
@@ -36,47 +57,62 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
-std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
-                                              std::span<const FreeParameter> free,
-                                              const Pose& camera_from_target) {
+std::optional<MatrixXd> information_of(const ViewProblem& view, const Lens& lens,
+                                       std::span<const FreeParameter> free,
+                                       const Pose& camera_from_target) {
   const auto j = view_jacobians(view, lens, free, camera_from_target);
   if (!j) return std::nullopt;
   const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
   if (!inverse) return std::nullopt;
   const MatrixXd rest =
       j->by_parameters - j->by_pose * (*inverse * (j->by_pose.transpose() * j->by_parameters));
-  return ViewInformation{rest.transpose() * rest, rest.transpose() * j->residuals};
+  return MatrixXd(rest.transpose() * rest);
+}
+
+std::optional<BundleInformation> bundle_information(const Bundle& bundle, const FlatBoard* board) {
+  const Lens lens = bundle.lens();
+  const Eigen::Index k = bundle.model->num_free(), n = k + (board ? 2 : 0);
+  BundleInformation result;
+  result.halves.fill(MatrixXd::Zero(n, n));
+  result.gradients.fill(VectorXd::Zero(n));
+  for (std::size_t i = 0; i < bundle.views.size(); ++i) {
+    const ViewProblem& view = bundle.views[i];
+    const Pose& pose = bundle.camera_from_target[i];
+    auto j = view_jacobians(view, lens, bundle.model->free(), pose);
+    if (!j) return std::nullopt;
+    if (board) append_bend(*j, view, pose, *board);
+    const std::optional<MatrixXd> inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
+    if (!inverse) return std::nullopt;
+    result.pose_inverse.push_back(*inverse);
+    result.pose_by_parameters.emplace_back(*inverse * (j->by_pose.transpose() * j->by_parameters));
+    // B'B - B'A (A'A)^-1 A'B as a square, which stays positive where the difference would not.
+    j->by_parameters.noalias() -= j->by_pose * result.pose_by_parameters.back();
+    result.halves[i % 2].noalias() += j->by_parameters.transpose() * j->by_parameters;
+    result.gradients[i % 2].noalias() += j->by_parameters.transpose() * j->residuals;
+  }
+  return result;
 }
 
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma) {
-  const Lens lens = bundle.lens();
-  const Eigen::Index k = bundle.model->num_free();
-  MatrixXd schur = MatrixXd::Zero(k, k);
-  std::vector<MatrixXd> pose_inverse, pose_by_parameters;  // (A'A)^-1 and (A'A)^-1 A'B
-  for (std::size_t i = 0; i < bundle.views.size(); ++i) {
-    const auto j =
-        view_jacobians(bundle.views[i], lens, bundle.model->free(), bundle.camera_from_target[i]);
-    if (!j) return std::nullopt;
-    const std::optional<MatrixXd> inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
-    if (!inverse) return std::nullopt;
-    const MatrixXd ab = j->by_pose.transpose() * j->by_parameters;
-    pose_inverse.push_back(*inverse);
-    pose_by_parameters.push_back(*inverse * ab);
-    // B'B - B'A (A'A)^-1 A'B as a square, which stays positive where the difference would not.
-    const MatrixXd rest = j->by_parameters - j->by_pose * pose_by_parameters.back();
-    schur += rest.transpose() * rest;
-  }
+  const auto information = bundle_information(bundle);
+  if (!information) return std::nullopt;
+  return covariance_of(*information, bundle.model->num_free(), sigma);
+}
+
+std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
+                                              double sigma) {
   BundleCovariance covariance;
   const double square = sigma * sigma;
   if (k > 0) {
+    const MatrixXd schur = (information.halves[0] + information.halves[1]).topLeftCorner(k, k);
     const std::optional<MatrixXd> inverse = exact_inverse(schur);
     if (!inverse) return std::nullopt;
     covariance.parameters = square * *inverse;
   }
-  for (std::size_t i = 0; i < pose_inverse.size(); ++i) {
-    MatrixXd c = square * pose_inverse[i];
-    if (k > 0)
-      c += pose_by_parameters[i] * covariance.parameters * pose_by_parameters[i].transpose();
+  for (std::size_t i = 0; i < information.pose_inverse.size(); ++i) {
+    MatrixXd c = square * information.pose_inverse[i];
+    const MatrixXd by_parameters = information.pose_by_parameters[i].leftCols(k);
+    if (k > 0) c += by_parameters * covariance.parameters * by_parameters.transpose();
     covariance.poses.emplace_back(c);
   }
   return covariance;
@@ -95,10 +131,14 @@ double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& cov
   // One "view" of directions: those in which corners were seen, their distance without meaning.
   const Lens lens = bundle.lens();
   ViewProblem directions;
+  std::size_t count = 0, all = 0;
+  for (const ViewProblem& view : bundle.views) all += view.correspondences.size();
+  const std::size_t stride = 1 + all / kMostDirections;
   for (std::size_t i = 0; i < bundle.views.size(); ++i)
     for (const Correspondence& c : bundle.views[i].correspondences)
-      directions.correspondences.push_back(
-          {(bundle.camera_from_target[i] * c.point).normalized(), c.pixel});
+      if (count++ % stride == 0)
+        directions.correspondences.push_back(
+            {(bundle.camera_from_target[i] * c.point).normalized(), c.pixel});
   const auto j = view_jacobians(directions, lens, bundle.model->free(), Pose());
   if (!j) return std::numeric_limits<double>::infinity();
   const MatrixXd by_turn = j->by_pose.leftCols<3>();

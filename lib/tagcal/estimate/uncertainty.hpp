@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "tagcal/estimate/flat_board.hpp"
 #include "tagcal/estimate/refine.hpp"
 
 namespace tagcal {
@@ -15,10 +17,26 @@ struct BundleCovariance {
   std::vector<Matrix6> poses;  // of each pose, (omega, tau): `retract`
 };
 
+// The information of the free parameters for whitened residuals of standard deviation 1, poses left
+// open, in two halves: every other view, and the rest. With a board its two bends follow the
+// parameters.
+struct BundleInformation {
+  std::array<Eigen::MatrixXd, 2> halves;            // S of each half
+  std::array<Eigen::VectorXd, 2> gradients;         // of half the cost
+  std::vector<Eigen::MatrixXd> pose_inverse;        // (A'A)^-1 per view
+  std::vector<Eigen::MatrixXd> pose_by_parameters;  // (A'A)^-1 A'B per view
+};
+std::optional<BundleInformation> bundle_information(const Bundle& bundle,
+                                                    const FlatBoard* board = nullptr);
+
 // With A (by pose) and B (by parameters) per view, the information of the parameters is
 // S = sum(B'B - B'A (A'A)^-1 A'B), and a pose adds its own to what the parameters leave open
 // (Triggs et al. 2000, section 6.1). No value where S, scaled to a unit diagonal, has no inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
+
+// The same of k free parameters, a bend held.
+std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
+                                              double sigma);
 
 // Of a view at its pose, by (omega, tau) and by the free parameters, whitened. No value where a
 // point is outside the lens' domain.
@@ -30,14 +48,9 @@ struct ViewJacobians {
 std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens& lens,
                                             std::span<const FreeParameter> free, const Pose& pose);
 
-// What one view says of the free parameters, its own pose left open: its part of S, and of the
-// gradient of half the cost, both for whitened residuals of standard deviation 1. No value where
-// the view does not determine its pose.
-struct ViewInformation {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
-};
-std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
+// What one view says of the free parameters, its own pose left open: its part of S, for whitened
+// residuals of standard deviation 1. No value where the view does not determine its pose.
+std::optional<Eigen::MatrixXd> information_of(const ViewProblem& view, const Lens& lens,
                                               std::span<const FreeParameter> free,
                                               const Pose& camera_from_target);
 
@@ -50,8 +63,9 @@ std::optional<Matrix6> pose_covariance(const ViewProblem& view, const Lens& lens
                                        const Pose& camera_from_target, double sigma);
 
 // How far the projection of infinitely far points is uncertain, in pixels, with the part that a
-// turned camera explains taken out: RMS over the pixels at which the corners were seen (per
-// coordinate). This, not any single parameter's deviation, says whether the intrinsics are known.
+// turned camera explains taken out: RMS over the pixels at which corners were seen, 1,000 of them
+// at most (per coordinate). This, not any single parameter's deviation, says whether the intrinsics
+// are known.
 double projection_sigma_at_infinity_px(const Bundle& bundle, const Eigen::MatrixXd& covariance);
 
 }  // namespace tagcal
