@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kFocalCertain = 0.01;  // sd(f) / f
+constexpr double kFocalCertain = 0.002;  // sd(f) / f
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -43,17 +43,29 @@ Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions
   return c;
 }
 
+bool well_in_front(const Bundle& bundle) {
+  constexpr double kSmallestCosine = 0.17;  // 80 degrees from the axis
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    for (const Correspondence& c : bundle.views[v].correspondences) {
+      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
+      if (x.z() < kSmallestCosine * x.norm()) return false;
+    }
+  }
+  return true;
+}
+
 // Many free coefficients can talk the information into a focal length that the same data do not
-// hold without them: where it is not known to 1 %, the plain pinhole is asked, too.
+// hold without them: where it is not known to 0.2 %, the plain pinhole is asked, too (of a fisheye
+// as far as all corners lie well in front).
 void doubt_focal_length(Calibration& c, const CalibrationFit& fit) {
   const Model& model = *fit.bundle.model;
-  if (!is_answer(c.status) || model.lens_type() != LensType::perspective || model.num_free() == 1)
-    return;
+  if (!is_answer(c.status) || model.num_free() == 1) return;
   const double focal = parameters(c.camera->lens)[0];
   if (c.sigmas[0] < kFocalCertain * focal) return;
   Bundle plain = fit.bundle;
   plain.model = &Model::named("f");
   plain.free_values = {focal};
+  if (!well_in_front(plain)) return;
   solve(plain, 100);
   const Observability seen = observability(plain, c.sigma_px);
   if (seen.status != Status::focal_not_observable) return;

@@ -68,11 +68,11 @@ double noise_square(const std::vector<Rung>& rungs, const CalibrateOptions& opti
   return std::max(lowest, kSmallestNoisePx * kSmallestNoisePx);
 }
 
-// A model contains those below it; what is not held in one of them is not held in it.
+// A model contains those below it; what is not held in one of them is not held in it. A fisheye's
+// coefficients can talk the information into a focal length, too: it needs the plain pinhole's.
 void pass_up_refusals(std::vector<Rung>& rungs) {
   const Observability* refused = nullptr;
   for (Rung& rung : rungs) {
-    if (rung.model().lens_type() != LensType::perspective) continue;
     if (refused && rung.seen.status == Status::ok) {
       rung.seen.status = refused->status;
       rung.seen.reason = refused->reason;
