@@ -3,7 +3,9 @@
 set(TAGCAL_PUBLIC_HEADERS
     tagcal/error.hpp
     tagcal/random.hpp
+    tagcal/geometry/frames.hpp
     tagcal/geometry/pose.hpp
+    tagcal/geometry/transform.hpp
     tagcal/geometry/viewpoint.hpp
     tagcal/camera/lens.hpp
     tagcal/camera/camera.hpp

@@ -7,6 +7,7 @@
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
@@ -38,13 +39,12 @@ inline Lens fisheye_lens() { return Fisheye({420, 419, 633, 405, 0.02, -0.01, 0.
 inline Pose looking_at_board(const Eigen::Vector3d& centre, double tilt_rad, double distance_m,
                              Random& random) {
   const double azimuth = random.uniform(0, 2 * std::numbers::pi);
-  const Eigen::Vector3d direction(std::sin(tilt_rad) * std::cos(azimuth),
-                                  std::sin(tilt_rad) * std::sin(azimuth), std::cos(tilt_rad));
+  const Eigen::Vector3d direction = cartesian_from_spherical({1, tilt_rad, azimuth});
   const double roll = random.uniform(0, 2 * std::numbers::pi);
   const Pose camera =
       camera_from_world_looking_at(centre + distance_m * direction, centre,
                                    Eigen::Vector3d(std::cos(roll), std::sin(roll), 0.1));
-  return Pose(exp_rotation({0, 0, random.uniform(-0.5, 0.5)}), Eigen::Vector3d::Zero()) * camera;
+  return rotation_about_z(random.uniform(-0.5, 0.5)) * camera;
 }
 
 inline View observe(const Camera& camera, const Pose& camera_from_world,
