@@ -10,6 +10,8 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/camera/lens.hpp
     tagcal/camera/camera.hpp
     tagcal/camera/canonical.hpp
+    tagcal/camera/clip.hpp
+    tagcal/camera/line_clip.hpp
     tagcal/camera/model.hpp
     tagcal/camera/projection.hpp
     tagcal/camera/viewport.hpp
