@@ -8,6 +8,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/camera/lens.hpp
     tagcal/camera/camera.hpp
     tagcal/camera/model.hpp
+    tagcal/camera/batch.hpp
     tagcal/scene/board.hpp
     tagcal/scene/board_ink.hpp
     tagcal/scene/dataset.hpp
