@@ -7,6 +7,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/geometry/pose.hpp
     tagcal/geometry/transform.hpp
     tagcal/geometry/viewpoint.hpp
+    tagcal/camera/batch.hpp
     tagcal/camera/lens.hpp
     tagcal/camera/camera.hpp
     tagcal/camera/canonical.hpp

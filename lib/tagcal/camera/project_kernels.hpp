@@ -1,0 +1,40 @@
+#pragma once
+
+// The kernels of batch projection, compiled once for any processor and once for x86-64 with AVX2
+// and FMA; batch.cpp picks at run time. Nothing but plain data here, no Eigen and no standard
+// library: an inline function compiled in project_kernels_avx2.cpp could be the copy that the
+// linker keeps for the whole program, which would then not run without AVX2. (So pointers, too.)
+
+namespace tagcal {
+
+inline constexpr int kMaxLensParameters = 12;
+
+// n points to project, and where to. Row-major arrays of the caller's.
+struct ProjectJob {
+  unsigned long num_points = 0;
+  const double* points = nullptr;   // n x 3, in the source frame
+  double* pixels = nullptr;         // n x 2
+  unsigned char* valid = nullptr;   // n
+  double* by_pose = nullptr;        // 2n x 6, or null: not wanted
+  double* by_parameters = nullptr;  // 2n x num_columns, or null: not wanted
+  int num_columns = 0;
+  unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
+  double rotation[9] = {};                    // camera_from_source, row by row
+  double translation[3] = {};
+  double parameters[kMaxLensParameters] = {};
+  double limit = 0;  // of the domain: Perspective max_radius^2, Fisheye max_angle
+};
+
+// What there is to compute; the two rows of a lens that is without terms leave them out.
+enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
+
+struct ProjectKernels {
+  using Kernel = void (*)(const ProjectJob&);
+  Kernel pixels[kNumKernelKinds] = {};          // leaves the Jacobians alone
+  Kernel with_jacobians[kNumKernelKinds] = {};  // those that are wanted
+};
+
+extern const ProjectKernels kPortableKernels;
+extern const ProjectKernels kAvx2Kernels;  // null pointers where the compiler has no AVX2
+
+}  // namespace tagcal
