@@ -103,6 +103,9 @@ TEST(BatchJacobians, DistortionThatIsZeroHasColumnsAllTheSame) {
   const Lens lens = pinhole(500, 500, 320, 240);
   const std::vector<Vector3d> points = {{0.3, 0.4, 1}};
   for (const ProjectKernels* kernels : all_kernels()) {
+    const std::vector<FreeParameter> k1 = {{"k1", {4}}};
+    const RowMajor by_k1 = run(*kernels, lens, Pose(), points, k1).parameter_rows(0);
+    EXPECT_NEAR(by_k1(0, 0), 500 * 0.3 * 0.25, 1e-12);
     const RowMajor j = run(*kernels, lens, Pose(), points, every_parameter(lens)).parameter_rows(0);
     EXPECT_NEAR(j(0, 4), 500 * 0.3 * 0.25, 1e-12);                  // k1: fx x s
     EXPECT_NEAR(j(1, 6), 500 * (0.25 + 2 * 0.16), 1e-12);           // p1: fy (s + 2 y^2)
@@ -156,12 +159,16 @@ TEST(BatchJacobians, OnlyWhatIsAskedForIsWritten) {
     EXPECT_EQ(pose.pixels, parameters.pixels);
     // Nothing is written behind the end.
     Result longer = both;
+    longer.valid[3] = 77;
+    longer.pixels[3].setConstant(kUntouched);
     std::fill(longer.by_pose.begin(), longer.by_pose.end(), kUntouched);
     std::fill(longer.by_parameters.begin(), longer.by_parameters.end(), kUntouched);
     const std::span<double> by_pose(longer.by_pose), by_parameters(longer.by_parameters);
     project_by(*kernels, lens, Pose(), std::span(points).first(3), free,
                {std::span(longer.pixels).first(3), std::span(longer.valid).first(3),
                 by_pose.first(36), by_parameters.first(72)});
+    EXPECT_EQ(longer.valid[3], 77);
+    EXPECT_EQ(longer.pixels[3].x(), kUntouched);
     EXPECT_EQ(longer.by_pose[35], both.by_pose[35]);
     EXPECT_EQ(longer.by_pose[36], kUntouched);
     EXPECT_EQ(longer.by_parameters[71], both.by_parameters[71]);

@@ -25,7 +25,8 @@ struct ProjectJob {
   double limit = 0;  // of the domain: Perspective max_radius^2, Fisheye max_angle
 };
 
-// What there is to compute; the two rows of a lens that is without terms leave them out.
+// What there is to compute. A pinhole leaves out the terms of distortion, Brown-Conrady those of
+// the denominator (k4 k5 k6): both values and columns.
 enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
 
 struct ProjectKernels {
