@@ -26,8 +26,12 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/scene/viewing.hpp
     tagcal/scene/visibility.hpp
     tagcal/estimate/calibrate.hpp
+    tagcal/estimate/minimal.hpp
+    tagcal/estimate/n_point.hpp
     tagcal/estimate/pose.hpp
+    tagcal/estimate/solutions.hpp
     tagcal/estimate/status.hpp
+    tagcal/estimate/weak_perspective.hpp
     tagcal/detect/detector.hpp
     tagcal/detect/families.hpp
     tagcal/io/calibration_file.hpp
