@@ -59,7 +59,7 @@ unsigned set_columns(std::span<const FreeParameter> free, std::size_t num_parame
   return wanted;
 }
 
-void set_pose(const Pose& camera_from_source, ProjectJob& job) {
+void set_pose(const Pose& camera_from_source, ViewJob& job) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(job.rotation) =
       camera_from_source.rotation_matrix();
   Eigen::Map<Vector3d>(job.translation) = camera_from_source.translation();
@@ -73,6 +73,13 @@ const ProjectKernels& fastest_kernels() {
   if (has_avx2 && kAvx2Kernels.pixels[kPinhole]) return kAvx2Kernels;
 #endif
   return kPortableKernels;
+}
+
+ProjectKernelKind set_lens(const Lens& lens, unsigned wanted, ViewJob& job) {
+  const std::span<const double> p = parameters(lens);
+  std::copy(p.begin(), p.end(), job.parameters);
+  job.limit = std::visit([](const auto& l) { return domain_limit(l); }, lens);
+  return std::visit([&](const auto& l) { return kernel_kind(l, wanted); }, lens);
 }
 
 std::size_t project_by(const ProjectKernels& kernels, const Lens& lens,
@@ -94,11 +101,8 @@ std::size_t project_by(const ProjectKernels& kernels, const Lens& lens,
   if (by_pose) job.by_pose = output.by_pose.data();
   if (by_parameters) job.by_parameters = output.by_parameters.data();
   set_pose(camera_from_source, job);
-  const std::span<const double> p = parameters(lens);
-  std::copy(p.begin(), p.end(), job.parameters);
-  const unsigned wanted = by_parameters ? set_columns(free, p.size(), job) : 0;
-  job.limit = std::visit([](const auto& l) { return domain_limit(l); }, lens);
-  const auto kind = std::visit([&](const auto& l) { return kernel_kind(l, wanted); }, lens);
+  const unsigned wanted = by_parameters ? set_columns(free, parameters(lens).size(), job) : 0;
+  const ProjectKernelKind kind = set_lens(lens, wanted, job);
   (by_pose || by_parameters ? kernels.with_jacobians : kernels.pixels)[kind](job);
   return std::accumulate(output.valid.begin(), output.valid.end(), std::size_t{0});
 }

@@ -48,7 +48,7 @@ struct PackJacobian {
 // The constants of a job, in every lane.
 template <typename Pack>
 struct PackLens {
-  explicit PackLens(const ProjectJob& job) : limit(job.limit) {
+  explicit PackLens(const ViewJob& job) : limit(job.limit) {
     for (int i = 0; i < kMaxLensParameters; ++i) p[i] = Pack(job.parameters[i]);
   }
 

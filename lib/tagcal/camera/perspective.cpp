@@ -95,6 +95,7 @@ double undistorted_radius(const Perspective::Parameters& p, double max_radius,
 // function there, so damped Newton steps end at the one solution if there is any.
 std::optional<Vector2d> undistort(const Perspective::Parameters& p, double max_radius,
                                   const Vector2d& target) {
+  if (std::all_of(p.begin() + kK1, p.end(), [](double k) { return k == 0; })) return target;
   const double target_radius = target.norm();
   if (target_radius == 0 && p[kP1] == 0 && p[kP2] == 0) return Vector2d::Zero();
   const double start = undistorted_radius(p, max_radius, target_radius);

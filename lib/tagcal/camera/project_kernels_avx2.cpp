@@ -6,7 +6,7 @@
 
 #include <immintrin.h>
 
-#include "tagcal/camera/project_loop.hpp"
+#include "tagcal/camera/kernel_table.hpp"
 
 namespace tagcal {
 namespace {
@@ -63,6 +63,38 @@ void load_points(const double* from, FourPack& x, FourPack& y, FourPack& z) {
   x.v = _mm256_shuffle_pd(xy, zx, 0b1010);
   y.v = _mm256_shuffle_pd(xy, yz, 0b0101);
   z.v = _mm256_shuffle_pd(zx, yz, 0b1010);
+}
+
+// u0 v0 u1 v1, u2 v2 u3 v3 -> u0 u1 u2 u3, v0 v1 v2 v3
+void load_pairs(const double* from, FourPack& u, FourPack& v) {
+  const __m256d low = _mm256_loadu_pd(from), high = _mm256_loadu_pd(from + 4);
+  const __m256d even = _mm256_permute2f128_pd(low, high, 0x20);  // u0 v0 u2 v2
+  const __m256d odd = _mm256_permute2f128_pd(low, high, 0x31);   // u1 v1 u3 v3
+  u.v = _mm256_unpacklo_pd(even, odd);
+  v.v = _mm256_unpackhi_pd(even, odd);
+}
+
+// Rows to columns, four by four.
+void load_fours(const double* from, FourPack (&c)[4]) {
+  const __m256d row[4] = {_mm256_loadu_pd(from), _mm256_loadu_pd(from + 4),
+                          _mm256_loadu_pd(from + 8), _mm256_loadu_pd(from + 12)};
+  const __m256d even01 = _mm256_unpacklo_pd(row[0], row[1]);
+  const __m256d odd01 = _mm256_unpackhi_pd(row[0], row[1]);
+  const __m256d even23 = _mm256_unpacklo_pd(row[2], row[3]);
+  const __m256d odd23 = _mm256_unpackhi_pd(row[2], row[3]);
+  c[0].v = _mm256_permute2f128_pd(even01, even23, 0x20);
+  c[1].v = _mm256_permute2f128_pd(odd01, odd23, 0x20);
+  c[2].v = _mm256_permute2f128_pd(even01, even23, 0x31);
+  c[3].v = _mm256_permute2f128_pd(odd01, odd23, 0x31);
+}
+
+// The sums over the lanes of four packs.
+void store_lane_sums(const FourPack* a, double* to) {
+  const __m256d ab = _mm256_hadd_pd(a[0].v, a[1].v);  // a0+a1 b0+b1 a2+a3 b2+b3
+  const __m256d cd = _mm256_hadd_pd(a[2].v, a[3].v);
+  const __m256d low = _mm256_permute2f128_pd(ab, cd, 0x20);
+  const __m256d high = _mm256_permute2f128_pd(ab, cd, 0x31);
+  _mm256_storeu_pd(to, _mm256_add_pd(low, high));
 }
 
 void store_pixels(FourPack u, FourPack v, double* to) {

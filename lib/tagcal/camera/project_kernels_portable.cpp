@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "tagcal/camera/project_loop.hpp"
+#include "tagcal/camera/kernel_table.hpp"
 
 namespace tagcal {
 namespace {
@@ -41,6 +41,19 @@ void load_points(const double* from, OnePack& x, OnePack& y, OnePack& z) {
   x.v = from[0];
   y.v = from[1];
   z.v = from[2];
+}
+
+void load_pairs(const double* from, OnePack& u, OnePack& v) {
+  u.v = from[0];
+  v.v = from[1];
+}
+
+void load_fours(const double* from, OnePack (&c)[4]) {
+  for (int i = 0; i < 4; ++i) c[i].v = from[i];
+}
+
+void store_lane_sums(const OnePack* a, double* to) {
+  for (int i = 0; i < 4; ++i) to[i] = a[i].v;
 }
 
 void store_pixels(OnePack u, OnePack v, double* to) {

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "tagcal/camera/lens_kernels.hpp"
-#include "tagcal/camera/project_kernels.hpp"
+#include "tagcal/camera/pack_pose.hpp"
 
 // The loop of batch projection over packs of points, for any lens kernel and pack. Included by the
 // files of kernels only, each of which has its own copy (see lens_kernels.hpp).
@@ -10,39 +9,10 @@ namespace tagcal {
 namespace {
 
 template <typename Pack>
-struct PackPose {
-  explicit PackPose(const ProjectJob& job) {
-    for (int i = 0; i < 9; ++i) rotation[i] = Pack(job.rotation[i]);
-    for (int i = 0; i < 3; ++i) translation[i] = Pack(job.translation[i]);
-  }
-
-  PackPoint<Pack> turned(const PackPoint<Pack>& x) const {
-    const auto row = [&](int i) {
-      return fma(rotation[i + 2], x.z, fma(rotation[i + 1], x.y, rotation[i] * x.x));
-    };
-    return {row(0), row(3), row(6)};
-  }
-
-  PackPoint<Pack> moved(const PackPoint<Pack>& x) const {
-    return {x.x + translation[0], x.y + translation[1], x.z + translation[2]};
-  }
-
-  Pack rotation[9];
-  Pack translation[3];
-};
-
-// The step is that of `retract`: x_in_camera = exp(omega) R x + t + tau, so a row j of the Jacobian
-// by the point becomes (R x) x j by omega, and j by tau.
-template <typename Pack>
 void store_by_pose(const PackPoint<Pack>& turned, const PackJacobian<Pack>& jacobian, double* out) {
   for (int row = 0; row < 2; ++row) {
-    const Pack* j = jacobian.by_point[row];
-    const Pack columns[6] = {fma(turned.y, j[2], -(turned.z * j[1])),
-                             fma(turned.z, j[0], -(turned.x * j[2])),
-                             fma(turned.x, j[1], -(turned.y * j[0])),
-                             j[0],
-                             j[1],
-                             j[2]};
+    Pack columns[6];
+    set_by_pose(turned, jacobian.by_point[row], columns);
     store_rows([&](int i) { return columns[i]; }, 6, out + 6 * row, 12);
   }
 }
@@ -163,23 +133,6 @@ class ProjectLoop {
   const ColumnPlan plan_;
   PackJacobian<Pack> jacobian_;
 };
-
-template <typename Pack, bool kJacobians>
-constexpr void fill(ProjectKernels::Kernel (&kernels)[kNumKernelKinds]) {
-  kernels[kPinhole] = ProjectLoop<PerspectiveKernel<kPinhole>, Pack, kJacobians>::run;
-  kernels[kBrownConrady] = ProjectLoop<PerspectiveKernel<kBrownConrady>, Pack, kJacobians>::run;
-  kernels[kRational] = ProjectLoop<PerspectiveKernel<kRational>, Pack, kJacobians>::run;
-  kernels[kFisheye] = ProjectLoop<FisheyeKernel, Pack, kJacobians>::run;
-  kernels[kParallel] = ProjectLoop<ParallelKernel, Pack, kJacobians>::run;
-}
-
-template <typename Pack>
-constexpr ProjectKernels kernels_for() {
-  ProjectKernels kernels;
-  fill<Pack, false>(kernels.pixels);
-  fill<Pack, true>(kernels.with_jacobians);
-  return kernels;
-}
 
 }  // namespace
 }  // namespace tagcal

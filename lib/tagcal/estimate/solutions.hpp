@@ -3,6 +3,7 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
+#include <utility>
 
 namespace tagcal {
 
@@ -15,6 +16,16 @@ class Solutions {
   void push_back(const T& solution) {
     assert(size_ < N);
     values_[size_++] = solution;
+  }
+  // Keeps the order of `before`; the last one falls out where there is no room.
+  template <typename Before>
+  void insert(const T& solution, Before before) {
+    if (size_ < N)
+      values_[size_++] = solution;
+    else if (before(solution, values_[N - 1]))
+      values_[N - 1] = solution;
+    for (std::size_t i = size_ - 1; i > 0 && before(values_[i], values_[i - 1]); --i)
+      std::swap(values_[i], values_[i - 1]);
   }
   void pop_back() { --size_; }
   void clear() { size_ = 0; }
