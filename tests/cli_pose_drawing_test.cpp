@@ -42,6 +42,17 @@ TEST_F(PoseCli, DrawsTheAxesWhereTheyAre) {
   for (const int count : seen) EXPECT_GE(count, 9);
 }
 
+TEST_F(PoseCli, ThePageShowsWhatTheCommandDraws) {
+  ASSERT_EQ(run(on_the_page(path("page-drawings")).arguments).exit_code, 0);
+  const auto shown = png_colours(fs::path(TAGCAL_SOURCE_DIR) / "docs" / "pose.png");
+  const auto drawn = png_colours(root() / "page-drawings" / "002-pose.png");
+  ASSERT_EQ(shown.size(), drawn.size());
+  int others = 0;  // rounding moves an edge by a little
+  for (std::size_t i = 0; i < shown.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) others += std::abs(shown[i][c] - drawn[i][c]) > 8;
+  EXPECT_LT(others, 200);
+}
+
 TEST_F(PoseCli, DrawsOnWhiteWithoutPictures) {
   const fs::path folder = exact_set("no-pictures");
   fs::remove_all(folder / "images");

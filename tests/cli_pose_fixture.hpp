@@ -57,6 +57,24 @@ class PoseCli : public Cli {
     return Json::parse(outcome.out)["views"];
   }
 
+  // The command that docs/pose.md shows, and the text below it there; drawings go to `drawings`.
+  struct OnThePage {
+    std::string arguments;
+    std::string text;
+  };
+  static OnThePage on_the_page(const std::string& drawings) {
+    const std::string source = TAGCAL_SOURCE_DIR;
+    const std::string scene = source + "/data-synthetic/scenes/tabletop.yaml";
+    EXPECT_EQ(run("render " + scene + " --out " + path("tabletop")).exit_code, 0);
+    const std::string page = slurp(source + "/docs/pose.md");
+    const std::string prompt = "\n$ tagcal ";
+    const std::size_t begin = page.find(prompt + "pose") + prompt.size();
+    const std::size_t end = page.find('\n', begin);
+    std::string arguments = replaced(page.substr(begin, end - begin), "tabletop", path("tabletop"));
+    return {replaced(arguments, "drawings", drawings),
+            page.substr(end, page.find("```", end) - end)};
+  }
+
   // A single tag, rendered once for all tests: from near and tilted, or far away and nearly
   // frontal.
   static std::string tag_set(bool far) {

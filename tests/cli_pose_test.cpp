@@ -87,14 +87,15 @@ TEST_F(PoseCli, SeveralBoardsHaveTheWorldsFrame) {
   const fs::path folder = exact_set("two-boards");
   spill(folder / "wall.yaml", "target_type: tags\ntags: [{id: 90, size: 0.1}]\n");
   spill(folder / "dataset.yaml",
-        "image_size: [640, 400]\nobservations: observations_exact.csv\n"
-        "target: [{file: target.yaml}, {file: wall.yaml, world_from_board: {translation_m: [0, 1, "
-        "1]}}]\n");
+        "image_size: [640, 400]\nobservations: observations_exact.csv\ntarget:\n"
+        "  - {file: target.yaml, world_from_board: {translation_m: [0.5, 0, 2]}}\n"
+        "  - {file: wall.yaml, world_from_board: {translation_m: [0, 1, 1]}}\n");
+  const Pose board_from_world(Eigen::Quaterniond::Identity(), {-0.5, 0, -2});
   const Truth t = truth();
-  for (const Json& view : views_of(folder.string() + known() + " --sigma-px 0.1"))
-    EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]),
-                                 t.camera_from_world.at(view["image"])),
-              1e-7);
+  for (const Json& view : views_of(folder.string() + known() + " --sigma-px 0.1")) {
+    const Pose expected = t.camera_from_world.at(view["image"]) * board_from_world;
+    EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]), expected), 1e-7);
+  }
 }
 
 TEST_F(PoseCli, AFarTagHasTwoPosesWithOdds) {
@@ -227,6 +228,13 @@ TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {
                        " " + path("cut.png") + camera + draw,
                    {"cut.png"});
   EXPECT_EQ(names(), before);
+}
+
+TEST_F(PoseCli, ThePageShowsWhatTheCommandPrints) {
+  const OnThePage page = on_the_page(path("page-drawings"));
+  const Outcome outcome = run(page.arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  expect_same_text(page.text, outcome.out, 2e-4, 1e-3);
 }
 
 TEST_F(PoseCli, HelpHasAnExample) {

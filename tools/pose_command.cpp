@@ -52,8 +52,7 @@ std::optional<Camera> known_camera(const Arguments& arguments, const Input& inpu
   return camera;
 }
 
-template <typename Named>
-bool is_chosen(const Arguments& arguments, const Named& name) {
+bool is_chosen(const Arguments& arguments, const std::string& name) {
   return arguments.views.empty() || std::ranges::count(arguments.views, name) > 0;
 }
 
@@ -216,7 +215,7 @@ int run(const Arguments& arguments) {
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   find_views(input, arguments.threads);
   if (input.dataset.views.empty())
-    throw Error(fmt::format("{}: has no corners", input.observations));
+    throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
   const std::vector<PoseReport> reports =
       Poses(arguments, input, camera).run(folder ? &*folder : nullptr);
   const auto answers =

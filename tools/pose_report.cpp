@@ -21,10 +21,21 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
+// Of the two quaternions of a rotation the one with w >= 0, so that equal poses look equal.
+Eigen::Quaterniond shown_rotation(const Pose& pose) {
+  Eigen::Quaterniond q = pose.rotation();
+  if (q.w() < 0) q.coeffs() *= -1;
+  return q;
+}
+
+Json rotation_json(const Pose& pose) {
+  const Eigen::Quaterniond q = shown_rotation(pose);
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
 Json pose_json(const Pose& pose) {
-  const Eigen::Quaterniond q = pose.rotation();
   const Vector3d& t = pose.translation();
-  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+  return {{"rotation", rotation_json(pose)}, {"translation_m", {t.x(), t.y(), t.z()}}};
 }
 
 Json covariance_json(const Matrix6& covariance) {
@@ -58,9 +69,8 @@ Json weak_perspective_json(const std::vector<WeakPerspectivePose>& poses) {
   if (poses.empty()) return nullptr;
   Json list = Json::array();
   for (const WeakPerspectivePose& weak : poses) {
-    const Eigen::Quaterniond q = weak.camera_from_target.rotation();
     const Vector3d& t = weak.camera_from_target.translation();
-    list.push_back({{"rotation", {q.w(), q.x(), q.y(), q.z()}},
+    list.push_back({{"rotation", rotation_json(weak.camera_from_target)},
                     {"translation_m", {t.x(), t.y()}},
                     {"scale_px_per_m", weak.scale_px_per_m},
                     {"rms_px", weak.rms_px}});
@@ -93,12 +103,13 @@ std::string line(std::string_view name, const std::string& value) {
   return fmt::format("  {:<13}{}\n", name, value);
 }
 
-std::string rotation_lines(const Eigen::Quaterniond& q) {
+std::string rotation_lines(const Pose& pose) {
+  const Eigen::Quaterniond q = shown_rotation(pose);
   const RollPitchYaw angles = roll_pitch_yaw(q);
-  return line("rotation",
-              fmt::format("{:9.6f} {:9.6f} {:9.6f} {:9.6f}  w x y z", q.w(), q.x(), q.y(), q.z())) +
+  return line("rotation", fmt::format("{:9.6f} {:9.6f} {:9.6f} {:9.6f}  w, x, y, z", q.w(), q.x(),
+                                      q.y(), q.z())) +
          line("",
-              fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  roll pitch yaw", degrees(angles.roll_rad),
+              fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  roll, pitch, yaw", degrees(angles.roll_rad),
                           degrees(angles.pitch_rad), degrees(angles.yaw_rad)));
 }
 
@@ -108,10 +119,11 @@ std::string hypothesis_lines(const PoseHypothesis& hypothesis) {
   const Vector6d variance = hypothesis.covariance.diagonal();
   const Vector6d sigma = variance.cwiseMax(0).cwiseSqrt();
   const Vector3d& t = pose.translation();
-  return rotation_lines(pose.rotation()) +
-         line("  sigma", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  about the camera's x y z",
+  return rotation_lines(pose) +
+         line("  sigma", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  about the camera's x, y, z",
                                      degrees(sigma[0]), degrees(sigma[1]), degrees(sigma[2]))) +
-         line("translation", fmt::format("{:9.6f} {:9.6f} {:9.6f} m  x y z", t.x(), t.y(), t.z())) +
+         line("translation",
+              fmt::format("{:9.6f} {:9.6f} {:9.6f} m  x, y, z", t.x(), t.y(), t.z())) +
          line("  sigma", fmt::format("{:9.6f} {:9.6f} {:9.6f} m", sigma[3], sigma[4], sigma[5]));
 }
 
@@ -154,8 +166,8 @@ std::string weak_perspective_text(const std::vector<WeakPerspectivePose>& poses)
   for (const WeakPerspectivePose& weak : poses) {
     const Vector3d& t = weak.camera_from_target.translation();
     text += fmt::format("  under weak perspective, rms {:.4f} px\n", weak.rms_px);
-    text += rotation_lines(weak.camera_from_target.rotation());
-    text += line("translation", fmt::format("{:9.6f} {:9.6f} m  x y", t.x(), t.y()));
+    text += rotation_lines(weak.camera_from_target);
+    text += line("translation", fmt::format("{:9.6f} {:9.6f} m  x, y", t.x(), t.y()));
     text += line("scale", fmt::format("{:.4f} px/m", weak.scale_px_per_m));
   }
   return text;
