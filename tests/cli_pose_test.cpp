@@ -1,5 +1,7 @@
 // tagcal pose, from outside: numbers against the truth, JSON, exit codes.
 #include "cli_pose_fixture.hpp"
+#include "png_colours.hpp"
+#include "tagcal/io/target_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -167,6 +169,32 @@ TEST_F(PoseCli, WhereItDoesNotTheFocalLengthIsRefused) {
   }
   const std::string text = run("pose " + arguments + " --prior-focal 600").out;
   EXPECT_NE(text.find("not observable; the pose is for 600 px"), std::string::npos) << text;
+}
+
+TEST_F(PoseCli, CornersInWrongPlacesAreNamed) {
+  const std::vector<View> views = read_observations(
+      root() / "set/observations_exact.csv", {{read_target(root() / "set/target.yaml"), Pose()}});
+  std::vector<View> one = {views[1]};
+  const int tag = one[0].observations[4].id.tag_id;
+  for (Observation& seen : one[0].observations)
+    if (seen.id.tag_id == tag) seen.pixel += Eigen::Vector2d(40, -25);
+  spill(root() / "wrong.csv", observations_csv(one));
+  const std::string arguments =
+      set() + known() + " --sigma-px 0.2 --observations " + path("wrong.csv");
+  const Json view = views_of(arguments).at(0);
+  EXPECT_EQ(view["status"], "ok");
+  EXPECT_EQ(view["num_inliers"].get<int>() + 4, view["num_corners"].get<int>());
+  ASSERT_EQ(view["outliers"].size(), 4u);
+  for (int corner = 0; corner < 4; ++corner)
+    EXPECT_EQ(view["outliers"][corner], Json({{"tag_id", tag}, {"corner", corner}}));
+  EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]),
+                               truth().camera_from_world.at(view["image"])),
+            1e-6);
+  const std::string text = run("pose " + arguments + " --draw " + path("wrong")).out;
+  const std::string last = " " + std::to_string(tag) + ":3  tag:corner\n";
+  EXPECT_NE(text.find(last), std::string::npos) << text;
+  const auto colours = png_colours(root() / "wrong" / "001-pose.png");
+  EXPECT_GT(std::count(colours.begin(), colours.end(), Rgb{255, 32, 32}), 20);  // crossed out
 }
 
 TEST_F(PoseCli, AViewWithoutTheTargetIsNoReasonToStop) {
