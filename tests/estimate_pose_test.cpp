@@ -130,7 +130,8 @@ TEST(ClosedForm, HomographyIsExactForFourPoints) {
   const std::vector<Vector2d> points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   std::vector<Vector3d> rays;
   for (const Vector2d& p : points) rays.push_back(h * p.homogeneous());
-  EXPECT_LT((*homography(points, rays) - h / h.norm()).norm(), 1e-13);
+  const Eigen::Matrix3d found = *homography(points, rays);
+  EXPECT_LT((found / found.norm() - h / h.norm()).norm(), 1e-13);
   const std::vector<Vector2d> line = {{0, 0}, {1, 0}, {2, 0}, {3, 0}};
   EXPECT_FALSE(homography(line, rays).has_value());
 }

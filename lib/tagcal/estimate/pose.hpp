@@ -38,6 +38,7 @@ struct PoseHypothesis {
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
   double rms_px = 0;                     // sqrt(sum |r|^2 / points), of the inliers
   double probability = 1;                // by likelihood, among the hypotheses
+  double focal_px = 0;                   // that goes with it, where it was estimated; else 0
 };
 
 struct PoseEstimate {
@@ -67,8 +68,8 @@ using Matrix7 = Eigen::Matrix<double, 7, 7, Eigen::DontAlign>;
 struct PoseAndFocalEstimate {
   Status status = Status::degenerate;
 
-  // Of an answer: the focal length and its standard deviation, one hypothesis, and the covariance
-  // of (omega, tau, log f). The hypothesis' own covariance is its upper left block.
+  // Of an answer: the focal length, its standard deviation and the covariance of (omega, tau, log
+  // f) of the likeliest hypothesis, whose own covariance is the upper left block.
   double focal_px = 0;
   double sigma_focal_px = 0;
   Matrix7 covariance = Matrix7::Zero();

@@ -27,9 +27,6 @@ class PoseProblem {
   const PointSpread& spread() const { return spread_; }
   ViewPoints view() const { return {points_.span(), pixels_.span(), whitening_}; }
 
-  // From the plane's frame to that of the target.
-  PoseHypothesis in_target_frame(const PoseHypothesis& of_plane) const;
-
  private:
   InlineBuffer<Eigen::Vector3d, 8> points_;  // in the plane's frame
   InlineBuffer<Eigen::Vector2d, 8> pixels_;
@@ -46,9 +43,5 @@ struct NoiseLevel {
 };
 NoiseLevel noise_level(const PoseProblem& problem, const PoseOptions& options, double cost,
                        int num_parameters);
-
-// The covariance of a pose's step (omega, tau) for another origin of the target, which lies at
-// `from_origin` from the old one, in the camera's axes.
-void change_origin(const Eigen::Vector3d& from_origin, Matrix6& covariance);
 
 }  // namespace tagcal

@@ -1,6 +1,7 @@
 #include "tagcal/estimate/view_equations.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "tagcal/camera/parameter_index.hpp"
 
@@ -17,7 +18,7 @@ void unpack(const double* sums, NormalEquations<N>& equations) {
   equations.cost = *sums;
 }
 
-void set_state(const ViewState& state, SumJob& job) {
+void set_state(const ViewState& state, ViewJob& job) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(job.rotation) = state.rotation;
   Eigen::Map<Eigen::Vector3d>(job.translation) = state.translation;
 }
@@ -30,6 +31,30 @@ ViewState state_of(const Pose& camera_from_target, double focal_px) {
 
 Pose pose_of(const ViewState& state) {
   return {Eigen::Quaterniond(state.rotation).normalized(), state.translation};
+}
+
+ViewResiduals::ViewResiduals(const Lens& lens, const ViewPoints& view)
+    : view_(view),
+      kind_(set_lens(lens, 0, job_)),
+      projected_(view.size()),
+      valid_(view.size()),
+      squares_(view.size()) {
+  job_.num_points = view.size();
+  job_.points = view.points.data()->data();
+  job_.pixels = projected_.data()->data();
+  job_.valid = valid_.data();
+}
+
+std::span<const double> ViewResiduals::at(const ViewState& state) {
+  set_state(state, job_);
+  if (state.focal_px > 0) job_.parameters[kFx] = job_.parameters[kFy] = state.focal_px;
+  fastest_kernels().pixels[kind_](job_);
+  for (std::size_t i = 0; i < view_.size(); ++i) {
+    Eigen::Vector2d residual = projected_[i] - view_.pixels[i];
+    if (!view_.whitening.empty()) residual = view_.whitening[i] * residual;
+    squares_[i] = valid_[i] ? residual.squaredNorm() : std::numeric_limits<double>::infinity();
+  }
+  return squares_;
 }
 
 ViewSums::ViewSums(const Lens& lens, const ViewPoints& view) : kind_(set_lens(lens, 0, job_)) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "tagcal/camera/lens.hpp"
 #include "tagcal/camera/project_dispatch.hpp"
@@ -35,6 +37,25 @@ struct NormalEquations {
   Eigen::Matrix<double, N, N> information;
   Eigen::Matrix<double, N, 1> gradient;
   double cost = 0;
+};
+
+// The squared whitened residuals of a view, by the kernels for this processor.
+class ViewResiduals {
+ public:
+  // Both must outlive it.
+  ViewResiduals(const Lens& lens, const ViewPoints& view);
+
+  // One for each point, infinite outside the lens' domain. With a focal length in the state, the
+  // lens must be a pinhole: its focal length is the state's.
+  std::span<const double> at(const ViewState& state);
+
+ private:
+  ViewPoints view_;
+  ProjectJob job_;
+  ProjectKernelKind kind_;
+  std::vector<Eigen::Vector2d> projected_;
+  std::vector<std::uint8_t> valid_;
+  std::vector<double> squares_;
 };
 
 // Sums the normal equations of a view, by the kernels for this processor.

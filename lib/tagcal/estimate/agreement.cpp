@@ -1,0 +1,70 @@
+#include "tagcal/estimate/agreement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tagcal {
+namespace {
+
+// The variance of a coordinate, whatever less than half of the residuals are: the median of a
+// squared length is 2 ln 2 variances.
+double robust_variance(std::span<const double> squares) {
+  std::vector<double> sorted(squares.begin(), squares.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle / (2 * std::log(2.0));
+}
+
+// The RMS distance of the pixels from their centre.
+double size_px(std::span<const Eigen::Vector2d> pixels) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double square = 0;
+  for (const Eigen::Vector2d& p : pixels) {
+    sum += p - pixels.front();
+    square += (p - pixels.front()).squaredNorm();
+  }
+  const auto n = static_cast<double>(pixels.size());
+  return std::sqrt(std::max(0.0, square / n - (sum / n).squaredNorm()));
+}
+
+}  // namespace
+
+Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
+                    std::span<const double> squares, int num_parameters) {
+  constexpr double kOutlierSquare = kOutlierSigmas * kOutlierSigmas;
+  const double cost = std::accumulate(squares.begin(), squares.end(), 0.0);
+  const double largest = *std::max_element(squares.begin(), squares.end());
+  const double freedom = 2 * static_cast<double>(squares.size()) - num_parameters;
+  const double variance = noise.sigma_px * noise.sigma_px;
+  // Of a chi-square of few degrees of freedom 25 is as rare as 5 sigma; of many, so is its mean and
+  // 5 of its standard deviations.
+  const double usual = kOutlierSquare + freedom + 5 * std::sqrt(2 * freedom);
+  if (largest <= kOutlierSquare * variance && cost <= usual * variance) return Agreement::full;
+  const bool alike = squares.size() < 6 || largest <= kOutlierSquare * robust_variance(squares);
+  const double rms = std::sqrt(cost / static_cast<double>(squares.size()));
+  const bool small = noise.known ? cost <= kOutlierSquare * freedom * variance
+                                 : rms <= 0.05 * size_px(problem.view().pixels);
+  return alike && small ? Agreement::noisy : Agreement::partly;
+}
+
+std::vector<std::size_t> within(std::span<const double> squares, double sigma) {
+  std::vector<std::size_t> result;
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    if (squares[i] <= kOutlierSigmas * kOutlierSigmas * sigma * sigma) result.push_back(i);
+  return result;
+}
+
+std::vector<std::size_t> others(std::span<const std::size_t> chosen, std::size_t n) {
+  std::vector<std::size_t> result;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (next < chosen.size() && chosen[next] == i)
+      ++next;
+    else
+      result.push_back(i);
+  }
+  return result;
+}
+
+}  // namespace tagcal

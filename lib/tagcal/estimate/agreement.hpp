@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "tagcal/estimate/pose_problem.hpp"
+
+namespace tagcal {
+
+// Further than this many standard deviations from the answer, a correspondence is wrong.
+inline constexpr double kOutlierSigmas = 5;
+
+// How the residuals of a least-squares fit go with the noise.
+enum class Agreement {
+  full,    // as they should
+  noisy,   // larger than the noise that is stated or assumed, up to five times, but like noise
+  partly,  // some are unlike the others, or all are too large for any noise
+};
+
+// `squares` are the squared whitened residuals, `num_parameters` what was fitted.
+Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
+                    std::span<const double> squares, int num_parameters);
+
+// Those within kOutlierSigmas, ascending.
+std::vector<std::size_t> within(std::span<const double> squares, double sigma);
+
+// All that are not in an ascending list of indices below n.
+std::vector<std::size_t> others(std::span<const std::size_t> chosen, std::size_t n);
+
+}  // namespace tagcal

@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/agreeing_fit.hpp"
+#include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/pose_hypotheses.hpp"
+
+namespace tagcal {
+namespace {
+
+// The rule for the focal length: refused above 10 % of standard deviation, ...
+constexpr double kMaxRelativeSigma = 0.1;
+// ... and where infinity (weak perspective) explains the view about as well: chi-square with one
+// degree of freedom, p = 0.001.
+constexpr double kMinLikelihoodRatio = 10.8;
+
+Lens plain_pinhole(double focal_px, const ImageSize& size) {
+  const Eigen::Vector2d centre = image_centre(size);
+  return pinhole(focal_px, focal_px, centre.x(), centre.y());
+}
+
+// By how many sigma^2 weak perspective fits worse.
+double weak_perspective_excess(const PoseProblem& problem, const ViewFit<7>& fit,
+                               const Solutions<WeakPerspectivePose, 2>& weak) {
+  if (weak.empty()) return std::numeric_limits<double>::infinity();
+  const double n = static_cast<double>(problem.size());
+  const double cost = weak.front().rms_px * weak.front().rms_px * n;
+  return (cost - fit.best().cost) / (fit.noise.sigma_px * fit.noise.sigma_px);
+}
+
+// The view under weak perspective, in the target's frame.
+std::vector<WeakPerspectivePose> in_target_frame(const PoseProblem& problem,
+                                                 const Solutions<WeakPerspectivePose, 2>& poses) {
+  std::vector<WeakPerspectivePose> result;
+  for (WeakPerspectivePose pose : poses) {
+    pose.camera_from_target = pose.camera_from_target * problem.spread().plane_from_target_pose();
+    const Eigen::Vector3d t = pose.camera_from_target.translation();
+    pose.camera_from_target =
+        Pose(pose.camera_from_target.rotation(), Eigen::Vector3d(t.x(), t.y(), 0));
+    result.push_back(pose);
+  }
+  return result;
+}
+
+Solutions<WeakPerspectivePose, 2> weak_poses(const PoseProblem& problem,
+                                             const Eigen::Vector2d& centre) {
+  InlineBuffer<Eigen::Vector2d, 8> pixels(problem.size());
+  for (std::size_t i = 0; i < problem.size(); ++i) pixels[i] = problem.view().pixels[i] - centre;
+  return weak_perspective_poses(problem.view().points, pixels.span());
+}
+
+// The poses for the focal length that the caller takes it for.
+void add_poses_of_prior(std::span<const Correspondence> correspondences, const ImageSize& size,
+                        const PoseAndFocalOptions& options, PoseAndFocalEstimate& estimate) {
+  const PoseEstimate prior =
+      estimate_pose(correspondences, {plain_pinhole(options.prior_focal_px, size), size}, options);
+  estimate.warnings.insert(estimate.warnings.end(), prior.warnings.begin(), prior.warnings.end());
+  if (!is_answer(prior.status)) return;
+  estimate.hypotheses = prior.hypotheses;
+  estimate.outliers = prior.outliers;
+  estimate.sigma_px = prior.sigma_px;
+}
+
+bool valid(const ImageSize& size) { return size.width > 0 && size.height > 0; }
+
+}  // namespace
+
+PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> correspondences,
+                                             const ImageSize& image_size,
+                                             const PoseAndFocalOptions& options) {
+  PoseAndFocalEstimate estimate;
+  if (!valid(image_size)) {
+    estimate.warnings.push_back("the image has no size");
+    return estimate;
+  }
+  const double guess = options.prior_focal_px > 0 ? options.prior_focal_px
+                                                  : std::max(image_size.width, image_size.height);
+  const Lens lens = plain_pinhole(guess, image_size);
+  AgreeingFit<7> agreeing = fit_agreeing<7>(correspondences, lens, options);
+  estimate.warnings = std::move(agreeing.warnings);
+  estimate.status = agreeing.status;
+  if (!agreeing.fit) return estimate;
+  estimate.outliers = std::move(agreeing.outliers);
+  const PoseProblem& problem = *agreeing.problem;
+  const ViewFit<7>& fit = *agreeing.fit;
+  estimate.sigma_px = fit.noise.sigma_px;
+  estimate.hypotheses = hypotheses_of<7>(problem, fit, &estimate.covariance);
+  const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
+                                                      : std::sqrt(estimate.covariance(6, 6));
+  const auto weak = weak_poses(problem, image_centre(image_size));
+  if (relative <= kMaxRelativeSigma &&
+      weak_perspective_excess(problem, fit, weak) >= kMinLikelihoodRatio) {
+    estimate.focal_px = estimate.hypotheses.front().focal_px;
+    estimate.sigma_focal_px = relative * estimate.focal_px;
+    if (estimate.hypotheses.size() > 1) estimate.status = Status::ambiguous;
+    if (!fit.best().converged) estimate.status = Status::not_converged;
+    return estimate;
+  }
+  estimate.status = Status::focal_not_observable;
+  estimate.hypotheses.clear();
+  estimate.covariance.setZero();
+  estimate.weak_perspective = in_target_frame(problem, weak);
+  estimate.warnings.push_back(
+      relative <= kMaxRelativeSigma || !std::isfinite(relative)
+          ? "the focal length cannot be told from the distance: weak perspective explains the view"
+          : fmt::format("the focal length cannot be told from the distance: its standard deviation "
+                        "would be {:.0f} %",
+                        100 * relative));
+  if (options.prior_focal_px > 0)
+    add_poses_of_prior(correspondences, image_size, options, estimate);
+  return estimate;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,57 @@
+#include "tagcal/estimate/pose_hypotheses.hpp"
+
+#include <cmath>
+
+#include "tagcal/estimate/small_cholesky.hpp"
+
+namespace tagcal {
+namespace {
+
+// The covariance of a step (omega, tau, ...) for another origin of the target, which lies at
+// `from_origin` from the old one in the camera's axes: it moves by tau - [from_origin] omega.
+template <int N>
+void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, N>& covariance) {
+  if (from_origin.isZero(0)) return;
+  const Eigen::Matrix3d a = -cross_matrix(from_origin);
+  covariance.template middleRows<3>(3) += a * covariance.template topRows<3>();
+  covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
+}
+
+}  // namespace
+
+template <int N>
+std::vector<PoseHypothesis> hypotheses_of(
+    const PoseProblem& problem, const ViewFit<N>& fit,
+    Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
+  const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
+  const Pose plane_from_target = problem.spread().plane_from_target_pose();
+  std::vector<PoseHypothesis> hypotheses;
+  hypotheses.reserve(fit.poses.size());
+  double sum = 0;
+  for (const ViewSolution<N>& solution : fit.poses) {
+    SmallCholesky<N> cholesky;
+    if (!cholesky.compute(solution.information)) continue;
+    PoseHypothesis& hypothesis = hypotheses.emplace_back();
+    const Pose camera_from_plane = pose_of(solution.state);
+    hypothesis.camera_from_target = camera_from_plane * plane_from_target;
+    Eigen::Matrix<double, N, N> of_step = variance * cholesky.inverse();
+    change_origin<N>(hypothesis.camera_from_target.translation() - camera_from_plane.translation(),
+                     of_step);
+    hypothesis.covariance = of_step.template topLeftCorner<6, 6>();
+    if (covariance && hypotheses.size() == 1) *covariance = of_step;
+    hypothesis.focal_px = solution.state.focal_px;
+    hypothesis.rms_px = std::sqrt(solution.cost / static_cast<double>(problem.size()));
+    const double excess = solution.cost - fit.best().cost;
+    hypothesis.probability = variance > 0 ? std::exp(-excess / (2 * variance)) : 1;
+    sum += hypothesis.probability;
+  }
+  for (PoseHypothesis& h : hypotheses) h.probability /= sum;
+  return hypotheses;
+}
+
+template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const ViewFit<6>&,
+                                                      Matrix6*);
+template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const ViewFit<7>&,
+                                                      Matrix7*);
+
+}  // namespace tagcal

@@ -1,0 +1,148 @@
+#include "tagcal/estimate/view_starts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/camera/parameter_index.hpp"
+#include "tagcal/estimate/closed_form.hpp"
+#include "tagcal/estimate/minimal.hpp"
+#include "tagcal/estimate/n_point.hpp"
+#include "tagcal/estimate/planar.hpp"
+#include "tagcal/estimate/weak_perspective.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kFew = 32;  // points that a start is made of
+
+// The points that the closed forms use: a start needs no more. In the order of the golden ratio, so
+// that no regular pattern (a row of a grid) is all that is chosen.
+class Chosen {
+ public:
+  Chosen(const PoseProblem& problem, std::size_t limit)
+      : points_(std::min(limit, problem.size())), pixels_(points_.size()), rays_(points_.size()) {
+    const ViewPoints view = problem.view();
+    const auto n = static_cast<double>(problem.size());
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      constexpr double kGoldenRatio = 0.6180339887498949;
+      const double turn = kGoldenRatio * static_cast<double>(k);
+      const bool all = points_.size() == problem.size();
+      const std::size_t i = all ? k : static_cast<std::size_t>((turn - std::floor(turn)) * n);
+      points_[k] = view.points[i];
+      pixels_[k] = view.pixels[i];
+    }
+  }
+
+  bool find_rays(const Lens& lens) {
+    return tagcal::find_rays(lens, pixels_.span(), {rays_.data(), rays_.size()});
+  }
+  void subtract(const Vector2d& centre) {
+    for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i] -= centre;
+  }
+
+  std::span<const Vector3d> points() const { return points_.span(); }
+  std::span<const Vector2d> pixels() const { return pixels_.span(); }
+  std::span<const Vector3d> rays() const { return rays_.span(); }
+  InlineBuffer<Vector2d, kFew> points_in_plane() const {
+    InlineBuffer<Vector2d, kFew> result(points_.size());
+    for (std::size_t i = 0; i < points_.size(); ++i) result[i] = points_[i].head<2>();
+    return result;
+  }
+
+ private:
+  InlineBuffer<Vector3d, kFew> points_;
+  InlineBuffer<Vector2d, kFew> pixels_;
+  InlineBuffer<Vector3d, kFew> rays_;
+};
+
+template <int N>
+void consider(const ViewState& state, ViewSums& sums, ViewStarts<N>& starts) {
+  ViewStart<N> start{state, {}};
+  if (!sums.at(start.state, start.equations)) return;
+  starts.insert(start, [](const ViewStart<N>& a, const ViewStart<N>& b) {
+    return a.equations.cost < b.equations.cost;
+  });
+}
+
+// Four points far from one another: the furthest from the centre, from it, from their line and from
+// their plane.
+std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points) {
+  std::array<std::size_t, 4> chosen;
+  const auto furthest = [&](const auto& distance) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+      if (distance(points[i]) > distance(points[best])) best = i;
+    return best;
+  };
+  chosen[0] = furthest([](const Vector3d& p) { return p.squaredNorm(); });
+  const Vector3d a = points[chosen[0]];
+  chosen[1] = furthest([&](const Vector3d& p) { return (p - a).squaredNorm(); });
+  const Vector3d b = points[chosen[1]] - a;
+  chosen[2] = furthest([&](const Vector3d& p) { return (p - a).cross(b).squaredNorm(); });
+  const Vector3d normal = b.cross(points[chosen[2]] - a);
+  chosen[3] = furthest([&](const Vector3d& p) { return std::abs((p - a).dot(normal)); });
+  return chosen;
+}
+
+void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<7>& starts) {
+  const std::array<std::size_t, 4> four = four_spread(chosen.points());
+  std::array<Vector3d, 4> points;
+  std::array<Vector2d, 4> pixels;
+  for (std::size_t k = 0; k < 4; ++k) {
+    points[k] = chosen.points()[four[k]];
+    pixels[k] = chosen.pixels()[four[k]];
+  }
+  for (const PoseAndFocal& solution : p4pf(points, pixels))
+    consider(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
+}
+
+// Weak perspective, put at the distance where the guessed focal length makes it perspective.
+void consider_weak_perspective(const Chosen& chosen, double focal_px, ViewSums& sums,
+                               ViewStarts<7>& starts) {
+  for (const WeakPerspectivePose& weak : weak_perspective_poses(chosen.points(), chosen.pixels())) {
+    ViewState state = state_of(weak.camera_from_target, focal_px);
+    state.translation.z() = focal_px / weak.scale_px_per_m;
+    consider(state, sums, starts);
+  }
+}
+
+}  // namespace
+
+// A plane whose homography does not tell (three corners on a line) is solved as points in space
+// are.
+ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens, ViewSums& sums) {
+  ViewStarts<6> starts;
+  for (const std::size_t limit : {kFew, problem.size()}) {
+    Chosen chosen(problem, limit);
+    if (!chosen.find_rays(lens)) continue;
+    if (problem.spread().shape == PointShape::plane)
+      if (const auto h = homography(chosen.points_in_plane().span(), chosen.rays()))
+        for (const Pose& pose : ippe(*h)) consider(state_of(pose), sums, starts);
+    if (starts.empty())
+      for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
+        consider(state_of(pose), sums, starts);
+    if (!starts.empty() || problem.size() <= kFew) break;
+  }
+  return starts;
+}
+
+ViewStarts<7> find_starts_with_focal(const PoseProblem& problem, const Lens& guess,
+                                     ViewSums& sums) {
+  ViewStarts<7> starts;
+  Chosen chosen(problem, kFew);
+  chosen.subtract(principal_point(guess));
+  if (problem.spread().shape == PointShape::plane) {
+    if (const auto solution =
+            plane_pose_and_focal(chosen.points_in_plane().span(), chosen.pixels()))
+      consider(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
+  } else {
+    consider_space_with_focal(chosen, sums, starts);
+  }
+  if (starts.empty()) consider_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
+  return starts;
+}
+
+}  // namespace tagcal
