@@ -28,6 +28,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/estimate/calibrate.hpp
     tagcal/estimate/minimal.hpp
     tagcal/estimate/n_point.hpp
+    tagcal/estimate/planar.hpp
     tagcal/estimate/pose.hpp
     tagcal/estimate/solutions.hpp
     tagcal/estimate/status.hpp
@@ -40,4 +41,5 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/io/scene_file.hpp
     tagcal/io/target_file.hpp
     tagcal/io/text_file.hpp
+    tagcal/study/pose_methods.hpp
     tagcal/study/validate.hpp)
