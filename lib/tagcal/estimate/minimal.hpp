@@ -46,7 +46,8 @@ struct PoseAndFocal {
 // the solutions fit the points nearly. They are the least squares of the angles between the rows
 // and of |r1| / |r2| - 1, none above 0.1. None for points in a plane (a height below 1e-7 of the
 // size, or lost in the rounding of the coordinates), pixels at one place, or input that is not
-// finite.
+// finite; nor where an equation is lost: two points at the principal point and the other two in
+// directions from it, and from the first, that are orthogonal.
 Solutions<PoseAndFocal, 6> p4pf(std::span<const Eigen::Vector3d, 4> points,
                                 std::span<const Eigen::Vector2d, 4> pixels_from_centre);
 
