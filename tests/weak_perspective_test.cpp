@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 #ifdef NDEBUG
 constexpr int kTrials = 10000;
 #else
-constexpr int kTrials = 2000;  // the same draws, fewer of them
+constexpr int kTrials = 1000;  // the same draws, fewer of them
 #endif
 
 struct Problem {

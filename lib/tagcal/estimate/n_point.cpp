@@ -68,18 +68,19 @@ class Search {
  public:
   explicit Search(const ObjectSpaceError& error) : error_(error) {}
 
-  // To the minimum below a start; from one with the points behind, also to its twin in front.
+  // To the minimum below a start, with the points in front from the outset, or else to its twin.
   void from(const Quaterniond& start) {
-    const auto minimum = descend(error_.omega, start);
-    if (!minimum) return;
-    if (error_.depth_map.dot(columns_of(minimum->rotation)) > 0) return add(*minimum);
-    const auto twin = descend(error_.omega, half_turn(minimum->rotation));
-    if (twin && error_.depth_map.dot(columns_of(twin->rotation)) > 0) add(*twin);
+    auto minimum = descend(error_.omega, depth(start) > 0 ? start : half_turn(start));
+    if (minimum && !(depth(minimum->rotation) > 0))
+      minimum = descend(error_.omega, half_turn(minimum->rotation));
+    if (minimum && depth(minimum->rotation) > 0) add(*minimum);
   }
 
   const Solutions<RotationMinimum, kMostMinima>& minima() const { return minima_; }
 
  private:
+  double depth(const Quaterniond& q) const { return error_.depth_map.dot(columns_of(q)); }
+
   void add(const RotationMinimum& minimum) {
     for (RotationMinimum& known : minima_) {
       const double cosine = std::abs(known.rotation.dot(minimum.rotation));
