@@ -1,6 +1,7 @@
 #include "tagcal/estimate/view_starts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tagcal/camera/parameter_index.hpp"
@@ -16,7 +17,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kFew = 32;  // points that a start is made of
+constexpr std::size_t kFew = 32;     // points that a start is made of
+constexpr std::size_t kVeryFew = 5;  // points for which minimal solvers are the better ones
 
 // The points that the closed forms use: a start needs no more. In the order of the golden ratio, so
 // that no regular pattern (a row of a grid) is all that is chosen.
@@ -87,6 +89,23 @@ std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points) {
   return chosen;
 }
 
+// The poses of three of four points far from one another, whichever three.
+template <int N>
+void consider_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays, double focal_px,
+                  ViewSums& sums, ViewStarts<N>& starts) {
+  const std::array<std::size_t, 4> four = four_spread(points);
+  for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+    std::array<Vector3d, 3> some_points, some_rays;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t i = four[k < left_out ? k : k + 1];
+      some_points[k] = points[i];
+      some_rays[k] = rays[i];
+    }
+    for (const Pose& pose : p3p(some_points, some_rays))
+      consider(state_of(pose, focal_px), sums, starts);
+  }
+}
+
 void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<7>& starts) {
   const std::array<std::size_t, 4> four = four_spread(chosen.points());
   std::array<Vector3d, 4> points;
@@ -97,6 +116,19 @@ void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<
   }
   for (const PoseAndFocal& solution : p4pf(points, pixels))
     consider(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
+}
+
+// Four or five points hardly tell one focal length from another: every minimum that they have
+// counts, and the poses for some focal lengths lead to those.
+void consider_ladder_of_focals(const Chosen& chosen, double guess_px, ViewSums& sums,
+                               ViewStarts<7>& starts) {
+  for (const double ratio : {0.25, 0.5, 1.0, 2.0, 4.0}) {
+    InlineBuffer<Vector3d, kFew> rays(chosen.pixels().size());
+    const double focal = ratio * guess_px;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      rays[i] = Vector3d(chosen.pixels()[i].x(), chosen.pixels()[i].y(), focal);
+    consider_p3p(chosen.points(), rays.span(), focal, sums, starts);
+  }
 }
 
 // Weak perspective, put at the distance where the guessed focal length makes it perspective.
@@ -121,6 +153,8 @@ ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens, ViewSums
     if (problem.spread().shape == PointShape::plane)
       if (const auto h = homography(chosen.points_in_plane().span(), chosen.rays()))
         for (const Pose& pose : ippe(*h)) consider(state_of(pose), sums, starts);
+    if (starts.empty() && problem.size() <= kVeryFew)
+      consider_p3p(chosen.points(), chosen.rays(), 0, sums, starts);
     if (starts.empty())
       for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
         consider(state_of(pose), sums, starts);
@@ -140,6 +174,8 @@ ViewStarts<7> find_starts_with_focal(const PoseProblem& problem, const Lens& gue
       consider(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
   } else {
     consider_space_with_focal(chosen, sums, starts);
+    if (problem.size() <= kVeryFew)
+      consider_ladder_of_focals(chosen, parameters(guess)[kFx], sums, starts);
   }
   if (starts.empty()) consider_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
   return starts;

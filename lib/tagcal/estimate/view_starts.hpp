@@ -5,7 +5,7 @@
 namespace tagcal {
 
 template <int N>
-using ViewStarts = Solutions<ViewStart<N>, 8>;
+using ViewStarts = Solutions<ViewStart<N>, 12>;
 
 // Where solve_view may begin: the closed forms that suit the shape of the points, those of lower
 // cost first. Empty where none puts every point in the lens' domain.
