@@ -47,7 +47,8 @@ struct ViewRange {
   double min_tilt_deg = 0, max_tilt_deg = 52;
   double min_distance_m = 0.7, max_distance_m = 1.6;
   double sigma_px = 0.5;
-  double wrong = 0;  // share of the corners that are anywhere in the image
+  double wrong = 0;   // share of the corners that are anywhere in the image
+  bool aside = true;  // off the optical axis; else the tilt is that to the image as well
 };
 
 // A view of points about the origin of their frame, from a random side.
@@ -66,7 +67,8 @@ inline PoseTask draw_task(const std::vector<Eigen::Vector3d>& points, const View
                       std::cos(tilt));
   const Pose looking = camera_from_world_looking_at(distance * from, Vector3d::Zero(),
                                                     Vector3d(std::cos(roll), std::sin(roll), 0.1));
-  const Vector3d aside(random.uniform(-0.1, 0.1), random.uniform(-0.06, 0.06), 0);
+  Vector3d aside(random.uniform(-0.1, 0.1), random.uniform(-0.06, 0.06), 0);
+  if (!range.aside) aside.setZero();
   task.camera_from_target = Pose(looking.rotation(), looking.translation() + distance * aside);
   for (const Vector3d& point : points) {
     Vector2d pixel = project(task.camera.lens, task.camera_from_target * point).value();

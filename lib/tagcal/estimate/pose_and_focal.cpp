@@ -87,7 +87,7 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   const PoseProblem& problem = *agreeing.problem;
   const ViewFit<7>& fit = *agreeing.fit;
   estimate.sigma_px = fit.noise.sigma_px;
-  estimate.hypotheses = hypotheses_of<7>(problem, fit, &estimate.covariance);
+  estimate.hypotheses = hypotheses_of<7>(problem, lens, fit, &estimate.covariance);
   const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
                                                       : std::sqrt(estimate.covariance(6, 6));
   const auto weak = weak_poses(problem, image_centre(image_size));

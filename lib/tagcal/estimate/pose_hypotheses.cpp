@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tagcal/estimate/frontal.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
 
 namespace tagcal {
@@ -17,20 +18,33 @@ void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, 
   covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
 }
 
+// With the focal length a plane that may face the camera is refused by its own rule.
+Eigen::Matrix<double, 6, 6> honest_information(ViewSums& sums, const ViewSolution<6>& solution,
+                                               const PoseProblem& problem,
+                                               const NoiseLevel& noise) {
+  if (problem.spread().shape != PointShape::plane) return solution.information;
+  return information_unless_frontal(sums, solution, noise.sigma_px).information;
+}
+const Eigen::Matrix<double, 7, 7>& honest_information(ViewSums&, const ViewSolution<7>& solution,
+                                                      const PoseProblem&, const NoiseLevel&) {
+  return solution.information;
+}
+
 }  // namespace
 
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
-    const PoseProblem& problem, const ViewFit<N>& fit,
+    const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit,
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
   const Pose plane_from_target = problem.spread().plane_from_target_pose();
+  ViewSums sums(lens, problem.view());
   std::vector<PoseHypothesis> hypotheses;
   hypotheses.reserve(fit.poses.size());
   double sum = 0;
   for (const ViewSolution<N>& solution : fit.poses) {
     SmallCholesky<N> cholesky;
-    if (!cholesky.compute(solution.information)) continue;
+    if (!cholesky.compute(honest_information(sums, solution, problem, fit.noise))) continue;
     PoseHypothesis& hypothesis = hypotheses.emplace_back();
     const Pose camera_from_plane = pose_of(solution.state);
     hypothesis.camera_from_target = camera_from_plane * plane_from_target;
@@ -49,9 +63,9 @@ std::vector<PoseHypothesis> hypotheses_of(
   return hypotheses;
 }
 
-template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const ViewFit<6>&,
-                                                      Matrix6*);
-template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const ViewFit<7>&,
-                                                      Matrix7*);
+template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
+                                                      const ViewFit<6>&, Matrix6*);
+template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
+                                                      const ViewFit<7>&, Matrix7*);
 
 }  // namespace tagcal

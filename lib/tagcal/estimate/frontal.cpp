@@ -1,0 +1,94 @@
+#include "tagcal/estimate/frontal.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/estimate/small_cholesky.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kPlausible = 16;  // sigma^2 by which the facing plane may fit worse
+
+// The rotation that makes the plane face the line of sight, as a vector: its length is the tilt.
+Vector3d turn_to_face(const ViewState& state) {
+  Vector3d normal = state.rotation.col(2);
+  if (normal.dot(state.translation) > 0) normal = -normal;  // towards the camera
+  const Vector3d sight = -state.translation.normalized();
+  const Vector3d axis = normal.cross(sight);
+  const double sine = axis.norm();
+  return sine > 0 ? Vector3d(std::atan2(sine, normal.dot(sight)) / sine * axis) : Vector3d::Zero();
+}
+
+double variance_along(const SmallCholesky<6>& cholesky, const Vector3d& direction) {
+  Vector6d w = Vector6d::Zero();
+  w.head<3>() = direction;
+  return w.dot(cholesky.solve(w));
+}
+
+// The cost of the best pose of the same tilt: without steps across the line of sight.
+double cost_at_fixed_tilt(const NormalEquations<6>& equations, const Vector3d& sight) {
+  const Vector3d across = sight.unitOrthogonal();
+  Eigen::Matrix<double, 6, 4> keep = Eigen::Matrix<double, 6, 4>::Zero();
+  keep.topLeftCorner<3, 1>() = sight;
+  keep.bottomRightCorner<3, 3>() << sight, across, sight.cross(across);
+  const Eigen::Matrix<double, 6, 6> full = equations.information.selfadjointView<Eigen::Upper>();
+  SmallCholesky<4> cholesky;
+  if (!cholesky.compute(keep.transpose() * full * keep)) return equations.cost;
+  const Eigen::Matrix<double, 4, 1> gradient = keep.transpose() * equations.gradient;
+  return equations.cost - gradient.dot(cholesky.solve(gradient));
+}
+
+// By how much the cost exceeds the solution's where the plane is turned by a vector; infinite out
+// of the lens' domain.
+double excess_when_turned(ViewSums& sums, const ViewSolution<6>& solution, const Vector3d& turn,
+                          NormalEquations<6>& equations) {
+  ViewState state = solution.state;
+  state.rotation = exp_rotation(turn).toRotationMatrix() * state.rotation;
+  if (!sums.at(state, equations)) return std::numeric_limits<double>::infinity();
+  return cost_at_fixed_tilt(equations, state.translation.normalized()) - solution.cost;
+}
+
+}  // namespace
+
+FrontalInformation information_unless_frontal(ViewSums& sums, const ViewSolution<6>& solution,
+                                              double sigma_px) {
+  FrontalInformation result{solution.information, false};
+  const double variance = sigma_px * sigma_px;
+  const Vector3d turn = turn_to_face(solution.state);
+  const double tilt = turn.norm();
+  SmallCholesky<6> at_solution;
+  if (!(tilt > 0) || !at_solution.compute(solution.information)) return result;
+  const Vector3d axis = turn / tilt;
+  const double variance_there = variance_along(at_solution, axis);
+  // The linear distance to the facing plane is at most twice the true one.
+  if (tilt * tilt > 4 * kPlausible * variance * variance_there) return result;
+
+  NormalEquations<6> facing;
+  const double facing_excess = excess_when_turned(sums, solution, turn, facing) / variance;
+  if (facing_excess > kPlausible) return result;
+  NormalEquations<6> mirrored;
+  const double mirrored_excess = excess_when_turned(sums, solution, 2 * turn, mirrored) / variance;
+  result.may_face_camera = true;
+
+  // What the standard deviation of the tilt must span at least.
+  const double a1 = 1 / (variance * variance_there);
+  SmallCholesky<6> at_facing;
+  const double a0 =
+      at_facing.compute(facing.information) ? 1 / (variance * variance_along(at_facing, axis)) : 0;
+  const double b = std::max(0.0, a1 - a0) / (tilt * tilt);
+  const double spanned = 2 / (a0 + std::sqrt(a0 * a0 + 4 * b));  // s^2 of b s^4 + a0 s^2 = 1
+  const double wanted = std::max({spanned, tilt * tilt / std::max(1.0, facing_excess),
+                                  4 * tilt * tilt / std::max(1.0, mirrored_excess)});
+  // Between the two, information is nearly linear in the squared tilt.
+  const double share = std::clamp((1 / wanted - a0) / (a1 - a0), 1e-3, 1.0);
+  if (!(a1 > a0)) return result;
+  result.information = share * solution.information + (1 - share) * facing.information;
+  return result;
+}
+
+}  // namespace tagcal
