@@ -30,34 +30,39 @@ double variance_along(const SmallCholesky<6>& cholesky, const Vector3d& directio
   return w.dot(cholesky.solve(w));
 }
 
-// The cost of the best pose of the same tilt: without steps across the line of sight.
-double cost_at_fixed_tilt(const NormalEquations<6>& equations, const Vector3d& sight) {
-  const Vector3d across = sight.unitOrthogonal();
+// A pose of a given tilt, the best one of it, by one Gauss-Newton step.
+struct TurnedPose {
+  ViewState state;
+  NormalEquations<6> equations;                           // before the step
+  double cost = std::numeric_limits<double>::infinity();  // after it; infinite out of the domain
+};
+
+TurnedPose turned_pose(ViewSums& sums, const ViewState& from, const Vector3d& turn) {
+  TurnedPose pose{from, {}};
+  pose.state.rotation = exp_rotation(turn).toRotationMatrix() * from.rotation;
+  if (!sums.at(pose.state, pose.equations)) return pose;
+  // All steps but those across the line of sight keep the tilt.
+  const Vector3d sight = from.translation.normalized(), across = sight.unitOrthogonal();
   Eigen::Matrix<double, 6, 4> keep = Eigen::Matrix<double, 6, 4>::Zero();
   keep.topLeftCorner<3, 1>() = sight;
   keep.bottomRightCorner<3, 3>() << sight, across, sight.cross(across);
-  const Eigen::Matrix<double, 6, 6> full = equations.information.selfadjointView<Eigen::Upper>();
+  const Eigen::Matrix<double, 6, 6> full =
+      pose.equations.information.selfadjointView<Eigen::Upper>();
   SmallCholesky<4> cholesky;
-  if (!cholesky.compute(keep.transpose() * full * keep)) return equations.cost;
-  const Eigen::Matrix<double, 4, 1> gradient = keep.transpose() * equations.gradient;
-  return equations.cost - gradient.dot(cholesky.solve(gradient));
-}
-
-// By how much the cost exceeds the solution's where the plane is turned by a vector; infinite out
-// of the lens' domain.
-double excess_when_turned(ViewSums& sums, const ViewSolution<6>& solution, const Vector3d& turn,
-                          NormalEquations<6>& equations) {
-  ViewState state = solution.state;
-  state.rotation = exp_rotation(turn).toRotationMatrix() * state.rotation;
-  if (!sums.at(state, equations)) return std::numeric_limits<double>::infinity();
-  return cost_at_fixed_tilt(equations, state.translation.normalized()) - solution.cost;
+  if (!cholesky.compute(keep.transpose() * full * keep)) return pose;
+  const Eigen::Matrix<double, 4, 1> gradient = keep.transpose() * pose.equations.gradient;
+  const Eigen::Matrix<double, 4, 1> step = -cholesky.solve(gradient);
+  pose.cost = pose.equations.cost + gradient.dot(step);
+  const Vector6d move = keep * step;
+  pose.state.rotation = exp_rotation(move.head<3>()).toRotationMatrix() * pose.state.rotation;
+  pose.state.translation += move.tail<3>();
+  return pose;
 }
 
 }  // namespace
 
-FrontalInformation information_unless_frontal(ViewSums& sums, const ViewSolution<6>& solution,
-                                              double sigma_px) {
-  FrontalInformation result{solution.information, false};
+FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, double sigma_px) {
+  FrontalPose result{solution.information, std::nullopt};
   const double variance = sigma_px * sigma_px;
   const Vector3d turn = turn_to_face(solution.state);
   const double tilt = turn.norm();
@@ -68,26 +73,29 @@ FrontalInformation information_unless_frontal(ViewSums& sums, const ViewSolution
   // The linear distance to the facing plane is at most twice the true one.
   if (tilt * tilt > 4 * kPlausible * variance * variance_there) return result;
 
-  NormalEquations<6> facing;
-  const double facing_excess = excess_when_turned(sums, solution, turn, facing) / variance;
-  if (facing_excess > kPlausible) return result;
-  NormalEquations<6> mirrored;
-  const double mirrored_excess = excess_when_turned(sums, solution, 2 * turn, mirrored) / variance;
-  result.may_face_camera = true;
+  const TurnedPose facing = turned_pose(sums, solution.state, turn);
+  const double facing_excess = (facing.cost - solution.cost) / variance;
+  if (!(facing_excess <= kPlausible)) return result;
+  const TurnedPose mirrored = turned_pose(sums, solution.state, 2 * turn);
+  const double mirrored_excess = (mirrored.cost - solution.cost) / variance;
 
   // What the standard deviation of the tilt must span at least.
   const double a1 = 1 / (variance * variance_there);
   SmallCholesky<6> at_facing;
-  const double a0 =
-      at_facing.compute(facing.information) ? 1 / (variance * variance_along(at_facing, axis)) : 0;
+  const double a0 = at_facing.compute(facing.equations.information)
+                        ? 1 / (variance * variance_along(at_facing, axis))
+                        : 0;
   const double b = std::max(0.0, a1 - a0) / (tilt * tilt);
   const double spanned = 2 / (a0 + std::sqrt(a0 * a0 + 4 * b));  // s^2 of b s^4 + a0 s^2 = 1
   const double wanted = std::max({spanned, tilt * tilt / std::max(1.0, facing_excess),
                                   4 * tilt * tilt / std::max(1.0, mirrored_excess)});
   // Between the two, information is nearly linear in the squared tilt.
-  const double share = std::clamp((1 / wanted - a0) / (a1 - a0), 1e-3, 1.0);
-  if (!(a1 > a0)) return result;
-  result.information = share * solution.information + (1 - share) * facing.information;
+  const double share = a1 > a0 ? std::clamp((1 / wanted - a0) / (a1 - a0), 1e-3, 1.0) : 1.0;
+  result.information = share * solution.information + (1 - share) * facing.equations.information;
+  if (mirrored_excess < kAmbiguousCost && 4 * tilt * tilt * a1 > 4 * kAmbiguousCost)
+    result.mirrored = ViewSolution<6>{
+        mirrored.state, mirrored.cost,
+        share * mirrored.equations.information + (1 - share) * facing.equations.information, true};
   return result;
 }
 

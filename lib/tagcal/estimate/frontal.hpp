@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "tagcal/estimate/view_fit.hpp"
 
 namespace tagcal {
@@ -16,13 +18,15 @@ namespace tagcal {
 // s^2 = 1 / a(s); and so large that the facing plane and the mirrored one lie as many standard
 // deviations away as their costs say.
 //
-// Returns J'J (upper triangle) for the covariance, of the solution or of that smaller tilt; and
-// whether it is the latter. Precondition: the points are a plane's, in their own frame.
-struct FrontalInformation {
-  Eigen::Matrix<double, 6, 6> information;
-  bool may_face_camera = false;
+// Where such a plane has only one minimum, but the linear covariance would exclude the mirrored
+// tilt that its cost does not (within 9 sigma^2), the mirrored pose is a second hypothesis all the
+// same.
+struct FrontalPose {
+  Eigen::Matrix<double, 6, 6> information;  // J'J for the covariance (upper triangle)
+  std::optional<ViewSolution<6>> mirrored;  // of the least cost at its tilt, with that information
 };
-FrontalInformation information_unless_frontal(ViewSums& sums, const ViewSolution<6>& solution,
-                                              double sigma_px);
+
+// Precondition: the points are a plane's, in their own frame.
+FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, double sigma_px);
 
 }  // namespace tagcal

@@ -1,6 +1,7 @@
 #include "tagcal/estimate/pose_hypotheses.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "tagcal/estimate/frontal.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
@@ -18,16 +19,25 @@ void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, 
   covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
 }
 
-// With the focal length a plane that may face the camera is refused by its own rule.
-Eigen::Matrix<double, 6, 6> honest_information(ViewSums& sums, const ViewSolution<6>& solution,
-                                               const PoseProblem& problem,
-                                               const NoiseLevel& noise) {
-  if (problem.spread().shape != PointShape::plane) return solution.information;
-  return information_unless_frontal(sums, solution, noise.sigma_px).information;
-}
-const Eigen::Matrix<double, 7, 7>& honest_information(ViewSums&, const ViewSolution<7>& solution,
-                                                      const PoseProblem&, const NoiseLevel&) {
-  return solution.information;
+// With information that claims no more than there is, and the second pose of a plane that has but
+// one minimum where there are two to tell apart. (With the focal length, a plane that may face the
+// camera is refused by the rule of the focal length.)
+template <int N>
+Solutions<ViewSolution<N>, 4> honest(const PoseProblem& problem, const Lens& lens,
+                                     const ViewFit<N>& fit) {
+  Solutions<ViewSolution<N>, 4> poses = fit.poses;
+  if constexpr (N == 6) {
+    if (problem.spread().shape != PointShape::plane) return poses;
+    ViewSums sums(lens, problem.view());
+    std::optional<ViewSolution<6>> mirrored;
+    for (ViewSolution<6>& pose : poses) {
+      const FrontalPose frontal = unless_frontal(sums, pose, fit.noise.sigma_px);
+      pose.information = frontal.information;
+      mirrored = frontal.mirrored;
+    }
+    if (poses.size() == 1 && mirrored) poses.push_back(*mirrored);
+  }
+  return poses;
 }
 
 }  // namespace
@@ -38,13 +48,13 @@ std::vector<PoseHypothesis> hypotheses_of(
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
   const Pose plane_from_target = problem.spread().plane_from_target_pose();
-  ViewSums sums(lens, problem.view());
+  const Solutions<ViewSolution<N>, 4> poses = honest<N>(problem, lens, fit);
   std::vector<PoseHypothesis> hypotheses;
-  hypotheses.reserve(fit.poses.size());
+  hypotheses.reserve(poses.size());
   double sum = 0;
-  for (const ViewSolution<N>& solution : fit.poses) {
+  for (const ViewSolution<N>& solution : poses) {
     SmallCholesky<N> cholesky;
-    if (!cholesky.compute(honest_information(sums, solution, problem, fit.noise))) continue;
+    if (!cholesky.compute(solution.information)) continue;
     PoseHypothesis& hypothesis = hypotheses.emplace_back();
     const Pose camera_from_plane = pose_of(solution.state);
     hypothesis.camera_from_target = camera_from_plane * plane_from_target;

@@ -205,9 +205,16 @@ bool levenberg_marquardt(ViewSums& sums, int max_iterations, ViewSolution<N>& be
   const auto& summary = solver.Solve(problem, &x);
   const ViewState state = problem.state(x);
   NormalEquations<N> equations;
-  if (!x.allFinite() || !sums.at(state, equations) || equations.cost > best.cost) return false;
-  best = {state, equations.cost, equations.information, false};
-  return summary.status != Solver::HIT_MAX_ITERATIONS;
+  if (x.allFinite() && sums.at(state, equations) && equations.cost <= best.cost)
+    best = {state, equations.cost, equations.information, false};
+  else if (!sums.at(best.state, equations))
+    return false;
+  // Where a valley is so flat that steps do not end, what they can still gain decides.
+  SmallCholesky<N> cholesky;
+  if (!cholesky.compute(equations.information)) return false;
+  const double decrease = equations.gradient.dot(cholesky.solve(equations.gradient));
+  return summary.status != Solver::HIT_MAX_ITERATIONS ||
+         decrease < 1e-3 * equations.cost / static_cast<double>(sums.num_points());
 }
 
 }  // namespace
