@@ -14,15 +14,22 @@ using Eigen::Vector3d;
 
 constexpr double kPlausible = 16;  // sigma^2 by which the facing plane may fit worse
 
-// The rotation that makes the plane face the line of sight, as a vector: its length is the tilt.
-Vector3d turn_to_face(const ViewState& state) {
-  Vector3d normal = state.rotation.col(2);
-  if (normal.dot(state.translation) > 0) normal = -normal;  // towards the camera
-  const Vector3d sight = -state.translation.normalized();
-  const Vector3d axis = normal.cross(sight);
-  const double sine = axis.norm();
-  return sine > 0 ? Vector3d(std::atan2(sine, normal.dot(sight)) / sine * axis) : Vector3d::Zero();
-}
+// How a plane is tilted: the axis of the turn that makes it face the line of sight, its sine, and
+// the normal and the line of sight, both towards the camera.
+struct Tilt {
+  explicit Tilt(const ViewState& state) : normal(state.rotation.col(2)) {
+    if (normal.dot(state.translation) > 0) normal = -normal;
+    sight = -state.translation.normalized();
+    const Vector3d cross = normal.cross(sight);
+    sine = cross.norm();
+    if (sine > 0) axis = cross / sine;
+  }
+
+  double angle() const { return std::atan2(sine, normal.dot(sight)); }
+
+  Vector3d normal, sight, axis = Vector3d::Zero();
+  double sine;
+};
 
 double variance_along(const SmallCholesky<6>& cholesky, const Vector3d& direction) {
   Vector6d w = Vector6d::Zero();
@@ -64,14 +71,15 @@ TurnedPose turned_pose(ViewSums& sums, const ViewState& from, const Vector3d& tu
 FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, double sigma_px) {
   FrontalPose result{solution.information, std::nullopt};
   const double variance = sigma_px * sigma_px;
-  const Vector3d turn = turn_to_face(solution.state);
-  const double tilt = turn.norm();
+  const Tilt tilted(solution.state);
   SmallCholesky<6> at_solution;
-  if (!(tilt > 0) || !at_solution.compute(solution.information)) return result;
-  const Vector3d axis = turn / tilt;
+  if (!(tilted.sine > 0) || !at_solution.compute(solution.information)) return result;
+  const Vector3d axis = tilted.axis;
   const double variance_there = variance_along(at_solution, axis);
   // The linear distance to the facing plane is at most twice the true one.
-  if (tilt * tilt > 4 * kPlausible * variance * variance_there) return result;
+  if (tilted.sine * tilted.sine > 4 * kPlausible * variance * variance_there) return result;
+  const double tilt = tilted.angle();
+  const Vector3d turn = tilt * axis;
 
   const TurnedPose facing = turned_pose(sums, solution.state, turn);
   const double facing_excess = (facing.cost - solution.cost) / variance;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "tagcal/estimate/inline_buffer.hpp"
+#include "tagcal/estimate/plane_tilts.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
 
 namespace tagcal {
@@ -189,8 +190,7 @@ std::optional<Matrix3d> homography(std::span<const Vector2d> points,
   return h;
 }
 
-Solutions<Pose, 2> ippe(const Matrix3d& camera_from_plane) {
-  Solutions<Pose, 2> poses;
+std::optional<PlaneTilts> ippe_tilts(const Matrix3d& camera_from_plane) {
   const Vector3d origin = camera_from_plane.col(2);
   const double size = origin.norm();
   const Matrix3d sight_from_camera = looking_along(origin);
@@ -201,7 +201,7 @@ Solutions<Pose, 2> ippe(const Matrix3d& camera_from_plane) {
   const double gap = std::sqrt(std::max(0.0, (half_trace - det) * (half_trace + det)));
   const double inverse_depth = std::sqrt(half_trace + gap);  // the larger singular value
   if (!(std::abs(det) > 0) || !std::isfinite(1 / inverse_depth) || !std::isfinite(size))
-    return poses;
+    return std::nullopt;
   const Eigen::Matrix2d upper = a / inverse_depth;
   // The third row of R, up to its sign: b b' = 1 - A'A, of rank one. Where it vanishes the plane
   // faces the camera.
@@ -211,15 +211,23 @@ Solutions<Pose, 2> ippe(const Matrix3d& camera_from_plane) {
   Vector2d b = Vector2d::Zero();
   if (bb00 >= bb11 && bb00 > 0) b = Vector2d(bb00, bb01) / std::sqrt(bb00);
   if (bb11 > bb00) b = Vector2d(bb01, bb11) / std::sqrt(bb11);
-  const Vector3d translation = origin / (size * inverse_depth);
-  for (const double sign : {1.0, -1.0}) {
+  PlaneTilts tilts;
+  tilts.translation = origin / (size * inverse_depth);
+  for (const int k : {0, 1}) {
     Matrix3d r;
     r.topLeftCorner<2, 2>() = upper;
-    r.bottomLeftCorner<1, 2>() = sign * b.transpose();
+    r.bottomLeftCorner<1, 2>() = (k == 0 ? b : Vector2d(-b)).transpose();
     r.col(2) = r.col(0).cross(r.col(1));
-    const Matrix3d rotation = sight_from_camera.transpose() * r;
-    poses.push_back({Eigen::Quaterniond(rotation), translation});
+    tilts.rotation[k].noalias() = sight_from_camera.transpose() * r;
   }
+  return tilts;
+}
+
+Solutions<Pose, 2> ippe(const Matrix3d& camera_from_plane) {
+  Solutions<Pose, 2> poses;
+  if (const std::optional<PlaneTilts> tilts = ippe_tilts(camera_from_plane))
+    for (const Matrix3d& rotation : tilts->rotation)
+      poses.push_back({Eigen::Quaterniond(rotation), tilts->translation});
   return poses;
 }
 

@@ -33,24 +33,27 @@ PointSpread spread_of(std::span<const Vector3d> points) {
   if (points.empty()) return spread;
   const auto n = static_cast<double>(points.size());
   spread.reference = points.front();
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& p : points) sum += p - spread.reference;
-  spread.from_reference = sum / n;
-  spread.centre = spread.reference + spread.from_reference;
-  double largest = 0;
-  for (const Vector3d& p : points)
-    largest =
-        std::max(largest, (p - spread.reference - spread.from_reference).cwiseAbs().maxCoeff());
-  // The size against the magnitude of the coordinates: what rounding leaves of equal points.
-  if (!(largest > 1e-12 * spread.centre.norm()) || !std::isfinite(largest)) return spread;
-  Matrix3d scatter = Matrix3d::Zero();  // of unit size, so that no unit of length is special
+  // Plain numbers, which stay in registers.
+  const double x0 = spread.reference.x(), y0 = spread.reference.y(), z0 = spread.reference.z();
+  double sx = 0, sy = 0, sz = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   for (const Vector3d& p : points) {
-    const Vector3d offset = (p - spread.reference - spread.from_reference) / largest;
-    scatter += offset * offset.transpose();
+    const double x = p.x() - x0, y = p.y() - y0, z = p.z() - z0;
+    sx += x, sy += y, sz += z;
+    xx += x * x, xy += x * y, xz += x * z;
+    yy += y * y, yz += y * z, zz += z * z;
   }
-  const Vector3d variance = principal_variances(scatter / n, spread.plane_from_target);
+  Matrix3d squares;
+  squares << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  spread.from_reference = Vector3d(sx, sy, sz) / n;
+  spread.centre = spread.reference + spread.from_reference;
+  Matrix3d scatter = squares / n - spread.from_reference * spread.from_reference.transpose();
+  // The size against the magnitude of the coordinates: what rounding leaves of equal points.
+  const double square = scatter.trace();
+  if (!(square > 1e-24 * spread.centre.squaredNorm()) || !std::isfinite(square)) return spread;
+  scatter /= square;  // of unit size, so that no unit of length is special
+  const Vector3d variance = principal_variances(scatter, spread.plane_from_target);
   const Vector3d extent = variance.cwiseMax(0.0).cwiseSqrt();  // thickness, width, length
-  spread.size = largest * extent(2);
+  spread.size = std::sqrt(square) * extent(2);
   spread.thickness = extent(0) / extent(2);
   if (extent(1) < 1e-3 * extent(2))
     spread.shape = PointShape::line;

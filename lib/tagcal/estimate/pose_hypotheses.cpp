@@ -1,7 +1,6 @@
 #include "tagcal/estimate/pose_hypotheses.hpp"
 
 #include <cmath>
-#include <optional>
 
 #include "tagcal/estimate/frontal.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
@@ -28,14 +27,11 @@ Solutions<ViewSolution<N>, 4> honest(const PoseProblem& problem, const Lens& len
   Solutions<ViewSolution<N>, 4> poses = fit.poses;
   if constexpr (N == 6) {
     if (problem.spread().shape != PointShape::plane) return poses;
+    if (poses.size() > 1) return poses;  // two minima
     ViewSums sums(lens, problem.view());
-    std::optional<ViewSolution<6>> mirrored;
-    for (ViewSolution<6>& pose : poses) {
-      const FrontalPose frontal = unless_frontal(sums, pose, fit.noise.sigma_px);
-      pose.information = frontal.information;
-      mirrored = frontal.mirrored;
-    }
-    if (poses.size() == 1 && mirrored) poses.push_back(*mirrored);
+    const FrontalPose frontal = unless_frontal(sums, poses.front(), fit.noise.sigma_px);
+    poses[0].information = frontal.information;
+    if (frontal.mirrored) poses.push_back(*frontal.mirrored);
   }
   return poses;
 }

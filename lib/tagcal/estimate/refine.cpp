@@ -107,9 +107,8 @@ std::optional<RefinedPose> refine_pose(const ViewProblem& view, const Lens& lens
     pixels.push_back(c.pixel);
   }
   ViewSums sums(lens, {points, pixels, view.whitening});
-  ViewStart<6> at{state_of(start), {}};
-  if (!sums.at(at.state, at.equations)) return std::nullopt;
-  const auto solution = solve_view<6>(sums, at, {max_iterations});
+  const auto solution = solve_view<6>(sums, {state_of(start)}, {max_iterations});
+  if (!solution) return std::nullopt;
   return RefinedPose{pose_of(solution->state), solution->cost, solution->converged};
 }
 

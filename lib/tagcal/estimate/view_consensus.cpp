@@ -141,9 +141,8 @@ std::optional<ViewState> refined(const RobustView& robust, const ViewState& star
   }
   if (2 * points.size() < N) return std::nullopt;
   ViewSums sums(robust.lens, {points, pixels, whitening});
-  ViewStart<N> at{start, {}};
-  if (!sums.at(start, at.equations)) return std::nullopt;
-  const auto solution = solve_view<N>(sums, at, {10});
+  const auto solution = solve_view<N>(sums, {start}, {10});
+  if (!solution) return std::nullopt;
   return solution->state;
 }
 

@@ -45,7 +45,7 @@ std::optional<ViewFit<N>> fit_view(const PoseProblem& problem, const Lens& lens,
   ViewSums sums(lens, problem.view());
   ViewStarts<N> starts;
   if constexpr (N == 6)
-    starts = find_starts(problem, lens, sums);
+    starts = find_starts(problem, lens);
   else
     starts = find_starts_with_focal(problem, lens, sums);
 
@@ -54,6 +54,7 @@ std::optional<ViewFit<N>> fit_view(const PoseProblem& problem, const Lens& lens,
   std::optional<ViewFit<N>> fit(std::in_place);
   double limit = 0;  // of what is still a candidate
   for (const ViewStart<N>& start : starts) {
+    if (!fit->poses.empty() && !start.equations && start.cost > limit) continue;
     const auto solution = solve_view<N>(sums, start, solver);
     if (!solution || (!fit->poses.empty() && solution->cost > limit)) continue;
     insert(*solution, fit->poses);

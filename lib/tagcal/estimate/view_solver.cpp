@@ -16,10 +16,10 @@ using Eigen::Vector3d;
 template <int N>
 using Step = Eigen::Matrix<double, N, 1>;
 
-// A step after which the cost would fall by less than this share of itself (or, without noise, by
-// less than this many squared whitened pixels) is taken and is the last one: it leaves far less
-// than a thousandth of a standard deviation.
-constexpr double kLastShare = 1e-7;
+// A step by which the cost would fall by less than this share of a point's part of it (or, without
+// noise, by less than this many squared whitened pixels) is taken and is the last one: its length
+// is about a hundredth of a standard deviation, and it leaves far less.
+constexpr double kLastShare = 2e-4;
 constexpr double kLastDecrease = 1e-14;
 
 constexpr int kMaxGaussNewton = 12;
@@ -101,8 +101,7 @@ bool search(ViewSums& sums, const Step<N>& step, ViewSolution<N>& best, double& 
 // Steps while they lower the cost. With `failed`, the solution is the best point so far.
 template <int N>
 Outcome gauss_newton(ViewSums& sums, const ViewSolverOptions& options,
-                     const NormalEquations<N>& at_start, ViewSolution<N>& best) {
-  NormalEquations<N> equations = at_start;
+                     NormalEquations<N>& equations, ViewSolution<N>& best) {
   SmallCholesky<N> cholesky;
   StepLength<N> step_length;
   double last_decrease = std::numeric_limits<double>::infinity();
@@ -224,7 +223,12 @@ std::optional<ViewSolution<N>> solve_view(ViewSums& sums, const ViewStart<N>& st
                                           const ViewSolverOptions& options) {
   std::optional<ViewSolution<N>> best(std::in_place);
   best->state = start.state;
-  const Outcome outcome = gauss_newton(sums, options, start.equations, *best);
+  NormalEquations<N> equations;
+  if (start.equations)
+    equations = *start.equations;
+  else if (!sums.at(start.state, equations))
+    return std::nullopt;
+  const Outcome outcome = gauss_newton(sums, options, equations, *best);
   if (outcome == Outcome::ruled_out) return std::nullopt;
   best->converged =
       outcome == Outcome::converged || levenberg_marquardt(sums, options.max_iterations, *best);

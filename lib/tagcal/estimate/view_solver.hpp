@@ -13,11 +13,13 @@ struct ViewSolverOptions {
   double ruled_out_cost = std::numeric_limits<double>::infinity();
 };
 
-// A point of departure, and the normal equations of the view there.
+// A point of departure. Its cost is that of all points, with the normal equations there, or of some
+// of them: then it is a lower bound of what all cost.
 template <int N>
 struct ViewStart {
   ViewState state;
-  NormalEquations<N> equations;
+  double cost = 0;
+  std::optional<NormalEquations<N>> equations = {};
 };
 
 // N = 6: pose, 7: pose and log focal length.
@@ -31,7 +33,7 @@ struct ViewSolution {
 
 // The least-squares solution from a start: Gauss-Newton steps, which end good starts in two or
 // three evaluations, and where one of them fails Levenberg-Marquardt (ceres::TinySolver) from the
-// best point. No value where it is ruled out.
+// best point. No value where it is ruled out, or the start is outside of the lens' domain.
 template <int N>
 std::optional<ViewSolution<N>> solve_view(ViewSums& sums, const ViewStart<N>& start,
                                           const ViewSolverOptions& options = {});

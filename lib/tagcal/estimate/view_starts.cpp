@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "tagcal/camera/parameter_index.hpp"
 #include "tagcal/estimate/closed_form.hpp"
 #include "tagcal/estimate/minimal.hpp"
 #include "tagcal/estimate/n_point.hpp"
 #include "tagcal/estimate/planar.hpp"
+#include "tagcal/estimate/plane_tilts.hpp"
 #include "tagcal/estimate/weak_perspective.hpp"
 
 namespace tagcal {
@@ -35,6 +37,7 @@ class Chosen {
       const std::size_t i = all ? k : static_cast<std::size_t>((turn - std::floor(turn)) * n);
       points_[k] = view.points[i];
       pixels_[k] = view.pixels[i];
+      if (!view.whitening.empty()) whitening_.push_back(view.whitening[i]);
     }
   }
 
@@ -48,6 +51,7 @@ class Chosen {
   std::span<const Vector3d> points() const { return points_.span(); }
   std::span<const Vector2d> pixels() const { return pixels_.span(); }
   std::span<const Vector3d> rays() const { return rays_.span(); }
+  ViewPoints view() const { return {points_.span(), pixels_.span(), whitening_}; }
   InlineBuffer<Vector2d, kFew> points_in_plane() const {
     InlineBuffer<Vector2d, kFew> result(points_.size());
     for (std::size_t i = 0; i < points_.size(); ++i) result[i] = points_[i].head<2>();
@@ -58,15 +62,16 @@ class Chosen {
   InlineBuffer<Vector3d, kFew> points_;
   InlineBuffer<Vector2d, kFew> pixels_;
   InlineBuffer<Vector3d, kFew> rays_;
+  std::vector<Matrix2> whitening_;
 };
 
 template <int N>
 void consider(const ViewState& state, ViewSums& sums, ViewStarts<N>& starts) {
-  ViewStart<N> start{state, {}};
-  if (!sums.at(start.state, start.equations)) return;
-  starts.insert(start, [](const ViewStart<N>& a, const ViewStart<N>& b) {
-    return a.equations.cost < b.equations.cost;
-  });
+  ViewStart<N> start{state};
+  if (!sums.at(start.state, start.equations.emplace())) return;
+  start.cost = start.equations->cost;
+  starts.insert(start,
+                [](const ViewStart<N>& a, const ViewStart<N>& b) { return a.cost < b.cost; });
 }
 
 // Four points far from one another: the furthest from the centre, from it, from their line and from
@@ -143,22 +148,43 @@ void consider_weak_perspective(const Chosen& chosen, double focal_px, ViewSums& 
 
 }  // namespace
 
+// Starts of some of the points become starts of all: refined on those, in the order of their costs,
+// which are lower bounds then. What some points exclude by 25 sigma^2 all will.
+ViewStarts<6> refined_on(ViewSums& some, const ViewStarts<6>& starts) {
+  ViewStarts<6> result;
+  ViewSolverOptions options;
+  for (const ViewStart<6>& start : starts) {
+    const auto solution = solve_view<6>(some, start, options);
+    if (!solution) continue;
+    result.insert({solution->state, solution->cost, std::nullopt},
+                  [](const ViewStart<6>& a, const ViewStart<6>& b) { return a.cost < b.cost; });
+    const double freedom = 2 * static_cast<double>(some.num_points()) - 6;
+    options.ruled_out_cost = result.front().cost * (1 + 25 / freedom);
+  }
+  return result;
+}
+
 // A plane whose homography does not tell (three corners on a line) is solved as points in space
 // are.
-ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens, ViewSums& sums) {
+ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens) {
   ViewStarts<6> starts;
   for (const std::size_t limit : {kFew, problem.size()}) {
     Chosen chosen(problem, limit);
     if (!chosen.find_rays(lens)) continue;
+    const bool all = chosen.points().size() == problem.size();
+    ViewSums some(lens, all ? problem.view() : chosen.view());
     if (problem.spread().shape == PointShape::plane)
       if (const auto h = homography(chosen.points_in_plane().span(), chosen.rays()))
-        for (const Pose& pose : ippe(*h)) consider(state_of(pose), sums, starts);
+        if (const auto tilts = ippe_tilts(*h))
+          for (const Eigen::Matrix3d& rotation : tilts->rotation)
+            consider({rotation, tilts->translation}, some, starts);
     if (starts.empty() && problem.size() <= kVeryFew)
-      consider_p3p(chosen.points(), chosen.rays(), 0, sums, starts);
+      consider_p3p(chosen.points(), chosen.rays(), 0, some, starts);
     if (starts.empty())
       for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
-        consider(state_of(pose), sums, starts);
-    if (!starts.empty() || problem.size() <= kFew) break;
+        consider(state_of(pose), some, starts);
+    if (all) return starts;
+    if (!starts.empty()) return refined_on(some, starts);
   }
   return starts;
 }
