@@ -112,12 +112,16 @@ std::array<ScaledRotation, 2> plane_solutions(const Moments& m) {
   return solutions;
 }
 
-// The scaled rotation nearest to the affine fit of points in space.
+// The scaled rotation nearest to the affine fit of points in space: rows (A A')^(-1/2) A, with the
+// root of a 2 x 2 matrix S, (S + sqrt(|S|)) / sqrt(tr S + 2 sqrt(|S|)).
 ScaledRotation space_start(const Moments& m) {
   const Matrix23d a = m.xx.ldlt().solve(m.ux.transpose()).transpose();
-  const Eigen::JacobiSVD<Matrix23d> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix23d rows = svd.matrixU() * svd.matrixV().leftCols<2>().transpose();
-  return {rotation_from_rows(rows.row(0), rows.row(1)), 0.5 * svd.singularValues().sum()};
+  const Matrix2d square = a * a.transpose();
+  const double root = std::sqrt(std::max(0.0, square.determinant()));
+  const Matrix2d stretch =
+      (square + root * Matrix2d::Identity()) / std::sqrt(square.trace() + 2 * root);
+  const Matrix23d rows = stretch.inverse() * a;
+  return {rotation_from_rows(rows.row(0), rows.row(1)), 0.5 * stretch.trace()};
 }
 
 // Gradient and Hessian of the error at exp(w) R, scale exp(l), in (w, l).
