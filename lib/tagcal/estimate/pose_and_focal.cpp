@@ -76,6 +76,10 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
     estimate.warnings.push_back("the image has no size");
     return estimate;
   }
+  if (!(options.prior_focal_px >= 0) || std::isinf(options.prior_focal_px)) {
+    estimate.warnings.push_back("the prior focal length must be 0 (none) or more, and finite");
+    return estimate;
+  }
   const double guess = options.prior_focal_px > 0 ? options.prior_focal_px
                                                   : std::max(image_size.width, image_size.height);
   const Lens lens = plain_pinhole(guess, image_size);
