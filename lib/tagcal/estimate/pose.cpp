@@ -16,7 +16,7 @@ PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, cons
   if (!agreeing.fit) return estimate;
   estimate.outliers = std::move(agreeing.outliers);
   estimate.sigma_px = agreeing.fit->noise.sigma_px;
-  estimate.hypotheses = hypotheses_of(*agreeing.problem, *agreeing.fit);
+  estimate.hypotheses = hypotheses_of(*agreeing.problem, camera.lens, *agreeing.fit);
   if (estimate.hypotheses.empty()) {
     estimate.status = Status::degenerate;
     estimate.warnings.push_back("the points do not fix a pose");

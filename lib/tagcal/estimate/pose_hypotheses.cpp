@@ -1,6 +1,7 @@
 #include "tagcal/estimate/pose_hypotheses.hpp"
 
 #include <cmath>
+#include <numeric>
 
 #include "tagcal/estimate/small_cholesky.hpp"
 
@@ -17,11 +18,23 @@ void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, 
   covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
 }
 
+// The cost is of whitened residuals; this is of pixels.
+template <int N>
+double rms_px(const PoseProblem& problem, const Lens& lens, const ViewSolution<N>& solution) {
+  double cost = solution.cost;
+  if (problem.whitened()) {
+    ViewResiduals residuals(lens, {problem.view().points, problem.view().pixels});
+    const std::span<const double> squares = residuals.at(solution.state);
+    cost = std::accumulate(squares.begin(), squares.end(), 0.0);
+  }
+  return std::sqrt(cost / static_cast<double>(problem.size()));
+}
+
 }  // namespace
 
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
-    const PoseProblem& problem, const ViewFit<N>& fit,
+    const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit,
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
   const Pose plane_from_target = problem.spread().plane_from_target_pose();
@@ -40,7 +53,7 @@ std::vector<PoseHypothesis> hypotheses_of(
     hypothesis.covariance = of_step.template topLeftCorner<6, 6>();
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     hypothesis.focal_px = solution.state.focal_px;
-    hypothesis.rms_px = std::sqrt(solution.cost / static_cast<double>(problem.size()));
+    hypothesis.rms_px = rms_px(problem, lens, solution);
     const double excess = solution.cost - fit.best().cost;
     hypothesis.probability = variance > 0 ? std::exp(-excess / (2 * variance)) : 1;
     sum += hypothesis.probability;
@@ -49,9 +62,9 @@ std::vector<PoseHypothesis> hypotheses_of(
   return hypotheses;
 }
 
-template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const ViewFit<6>&,
-                                                      Matrix6*);
-template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const ViewFit<7>&,
-                                                      Matrix7*);
+template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
+                                                      const ViewFit<6>&, Matrix6*);
+template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
+                                                      const ViewFit<7>&, Matrix7*);
 
 }  // namespace tagcal

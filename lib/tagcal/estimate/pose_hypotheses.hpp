@@ -10,12 +10,12 @@ namespace tagcal {
 // that the points do not fix. `covariance` becomes that of the first one's (omega, tau, log f).
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
-    const PoseProblem& problem, const ViewFit<N>& fit,
+    const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit,
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance = nullptr);
 
-extern template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const ViewFit<6>&,
-                                                             Matrix6*);
-extern template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const ViewFit<7>&,
-                                                             Matrix7*);
+extern template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
+                                                             const ViewFit<6>&, Matrix6*);
+extern template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
+                                                             const ViewFit<7>&, Matrix7*);
 
 }  // namespace tagcal
