@@ -40,12 +40,20 @@ Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
   // Of a chi-square of few degrees of freedom 25 is as rare as 5 sigma; of many, so is its mean and
   // 5 of its standard deviations.
   const double usual = kOutlierSquare + freedom + 5 * std::sqrt(2 * freedom);
-  if (largest <= kOutlierSquare * variance && cost <= usual * variance) return Agreement::full;
-  const bool alike = squares.size() < 6 || largest <= kOutlierSquare * robust_variance(squares);
-  const double rms = std::sqrt(cost / static_cast<double>(squares.size()));
+  const bool shown = !noise.known && !noise.assumed;  // by these very residuals, right or wrong
+  if (!shown && largest <= kOutlierSquare * variance && cost <= usual * variance)
+    return Agreement::full;
+  // The median of n such squares strays by 1.44 / sqrt(n) of itself; what settled within 5 of its
+  // own sigma must stay.
+  const double n = static_cast<double>(squares.size());
+  const double stray = shown ? 1 + 3 * 1.44 / std::sqrt(n) : 1;
+  const bool alike =
+      squares.size() < 6 || largest <= stray * kOutlierSquare * robust_variance(squares);
+  const double rms = std::sqrt(cost / n);
   const bool small = noise.known ? cost <= kOutlierSquare * freedom * variance
                                  : rms <= 0.05 * size_px(problem.view().pixels);
-  return alike && small ? Agreement::noisy : Agreement::partly;
+  if (!alike || !small) return Agreement::partly;
+  return shown ? Agreement::full : Agreement::noisy;
 }
 
 std::vector<std::size_t> within(std::span<const double> squares, double sigma) {

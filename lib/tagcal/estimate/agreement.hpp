@@ -16,7 +16,8 @@ enum class Agreement {
   partly,  // some are unlike the others, or all are too large for any noise
 };
 
-// `squares` are the squared whitened residuals, `num_parameters` what was fitted.
+// `squares` are the squared whitened residuals, `num_parameters` what was fitted. Noise that the
+// residuals show themselves is held against their median, and against the size of the target.
 Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
                     std::span<const double> squares, int num_parameters);
 

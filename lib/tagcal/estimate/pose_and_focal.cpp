@@ -22,12 +22,21 @@ Lens plain_pinhole(double focal_px, const ImageSize& size) {
   return pinhole(focal_px, focal_px, centre.x(), centre.y());
 }
 
-// By how many sigma^2 weak perspective fits worse.
+// By how many sigma^2 weak perspective fits worse; pixels are relative to the centre in it. With
+// covariances this is an upper bound: its fit does not weigh the pixels.
 double weak_perspective_excess(const PoseProblem& problem, const ViewFit<7>& fit,
-                               const Solutions<WeakPerspectivePose, 2>& weak) {
+                               const Solutions<WeakPerspectivePose, 2>& weak,
+                               const Eigen::Vector2d& centre) {
   if (weak.empty()) return std::numeric_limits<double>::infinity();
-  const double n = static_cast<double>(problem.size());
-  const double cost = weak.front().rms_px * weak.front().rms_px * n;
+  const ViewPoints view = problem.view();
+  const WeakPerspectivePose& best = weak.front();
+  double cost = 0;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const Eigen::Vector3d x = best.camera_from_target * view.points[i];
+    Eigen::Vector2d residual = best.scale_px_per_m * x.head<2>() + centre - view.pixels[i];
+    if (problem.whitened()) residual = view.whitening[i] * residual;
+    cost += residual.squaredNorm();
+  }
   return (cost - fit.best().cost) / (fit.noise.sigma_px * fit.noise.sigma_px);
 }
 
@@ -76,6 +85,10 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
     estimate.warnings.push_back("the image has no size");
     return estimate;
   }
+  if (!(options.prior_focal_px >= 0) || std::isinf(options.prior_focal_px)) {
+    estimate.warnings.push_back("the prior focal length must be 0 (none) or more, and finite");
+    return estimate;
+  }
   const double guess = options.prior_focal_px > 0 ? options.prior_focal_px
                                                   : std::max(image_size.width, image_size.height);
   const Lens lens = plain_pinhole(guess, image_size);
@@ -90,9 +103,10 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   estimate.hypotheses = hypotheses_of<7>(problem, lens, fit, &estimate.covariance);
   const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
                                                       : std::sqrt(estimate.covariance(6, 6));
-  const auto weak = weak_poses(problem, image_centre(image_size));
+  const Eigen::Vector2d centre = image_centre(image_size);
+  const auto weak = weak_poses(problem, centre);
   if (relative <= kMaxRelativeSigma &&
-      weak_perspective_excess(problem, fit, weak) >= kMinLikelihoodRatio) {
+      weak_perspective_excess(problem, fit, weak, centre) >= kMinLikelihoodRatio) {
     estimate.focal_px = estimate.hypotheses.front().focal_px;
     estimate.sigma_focal_px = relative * estimate.focal_px;
     if (estimate.hypotheses.size() > 1) estimate.status = Status::ambiguous;

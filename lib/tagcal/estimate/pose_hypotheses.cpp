@@ -1,6 +1,7 @@
 #include "tagcal/estimate/pose_hypotheses.hpp"
 
 #include <cmath>
+#include <numeric>
 
 #include "tagcal/estimate/frontal.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
@@ -36,6 +37,18 @@ Solutions<ViewSolution<N>, 4> honest(const PoseProblem& problem, const Lens& len
   return poses;
 }
 
+// The cost is of whitened residuals; this is of pixels.
+template <int N>
+double rms_px(const PoseProblem& problem, const Lens& lens, const ViewSolution<N>& solution) {
+  double cost = solution.cost;
+  if (problem.whitened()) {
+    ViewResiduals residuals(lens, {problem.view().points, problem.view().pixels});
+    const std::span<const double> squares = residuals.at(solution.state);
+    cost = std::accumulate(squares.begin(), squares.end(), 0.0);
+  }
+  return std::sqrt(cost / static_cast<double>(problem.size()));
+}
+
 }  // namespace
 
 template <int N>
@@ -60,7 +73,7 @@ std::vector<PoseHypothesis> hypotheses_of(
     hypothesis.covariance = of_step.template topLeftCorner<6, 6>();
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     hypothesis.focal_px = solution.state.focal_px;
-    hypothesis.rms_px = std::sqrt(solution.cost / static_cast<double>(problem.size()));
+    hypothesis.rms_px = rms_px(problem, lens, solution);
     const double excess = solution.cost - fit.best().cost;
     hypothesis.probability = variance > 0 ? std::exp(-excess / (2 * variance)) : 1;
     sum += hypothesis.probability;

@@ -1,5 +1,6 @@
 #include "tagcal/estimate/pose_problem.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tagcal/estimate/reprojection.hpp"
@@ -9,6 +10,8 @@ namespace {
 
 constexpr double kAssumedSigmaPx = 0.5;
 constexpr int kEnoughDegreesOfFreedom = 50;
+// What rounding leaves of pixels without noise is unlike noise.
+constexpr double kLeastSigmaPx = 1e-6;
 
 }  // namespace
 
@@ -35,7 +38,8 @@ NoiseLevel noise_level(const PoseProblem& problem, const PoseOptions& options, d
   if (problem.whitened()) return {1, true, false};
   if (options.sigma_px > 0) return {options.sigma_px, true, false};
   const int freedom = 2 * static_cast<int>(problem.size()) - num_parameters;
-  if (freedom >= kEnoughDegreesOfFreedom) return {std::sqrt(cost / freedom), false, false};
+  if (freedom >= kEnoughDegreesOfFreedom)
+    return {std::max(kLeastSigmaPx, std::sqrt(cost / freedom)), false, false};
   return {kAssumedSigmaPx, false, true};
 }
 

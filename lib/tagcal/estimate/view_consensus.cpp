@@ -233,20 +233,25 @@ class Search {
     return static_cast<int>(std::min<double>(kMaxSamples, std::ceil(count)));
   }
 
+  // The width that pixels spread over evenly would have: a few far ones do not stretch it.
+  double spread_px(Eigen::Index axis) const {
+    std::vector<double> sorted;
+    for (const Vector2d& p : robust_.view.pixels) sorted.push_back(p[axis]);
+    std::sort(sorted.begin(), sorted.end());
+    const std::size_t quarter = (sorted.size() + 1) / 4;
+    return 2 * (sorted[sorted.size() - 1 - quarter] - sorted[quarter]);
+  }
+
   // The number of false alarms (Moisan & Stival, IJCV 2004) of k of n within the tolerance.
   bool by_chance(const ViewConsensus& consensus, std::size_t sample_size) const {
-    Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (const Vector2d& p : robust_.view.pixels) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
+    const double image = spread_px(0) * spread_px(1);
     double area = std::numbers::pi * scorer_.tolerance_square();  // of a corner's tolerance
     if (!robust_.view.whitening.empty()) {
       double mean = 0;
       for (const Matrix2& w : robust_.view.whitening) mean += 1 / std::abs(w.determinant());
       area *= mean / static_cast<double>(robust_.view.size());
     }
-    const double share = std::min(1.0, area / (high - low).prod());
+    const double share = std::min(1.0, area / image);
     const double n = static_cast<double>(robust_.view.size());
     const double k = static_cast<double>(consensus.inliers.size());
     const double s = static_cast<double>(sample_size);

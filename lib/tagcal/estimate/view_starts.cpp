@@ -194,16 +194,19 @@ ViewStarts<7> find_starts_with_focal(const PoseProblem& problem, const Lens& gue
   ViewStarts<7> starts;
   Chosen chosen(problem, kFew);
   chosen.subtract(principal_point(guess));
-  if (problem.spread().shape == PointShape::plane) {
+  // Nearly a plane is both: which of the two is nearer depends on the thickness and the noise.
+  constexpr double kFlat = 1e-6, kThick = 0.3;
+  constexpr double kPoorRms = 2;  // of a start that may lead astray
+  if (problem.spread().thickness < kThick)
     if (const auto solution =
             plane_pose_and_focal(chosen.points_in_plane().span(), chosen.pixels()))
       consider(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
-  } else {
-    consider_space_with_focal(chosen, sums, starts);
-    if (problem.size() <= kVeryFew)
-      consider_ladder_of_focals(chosen, parameters(guess)[kFx], sums, starts);
-  }
-  if (starts.empty()) consider_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
+  if (problem.spread().thickness > kFlat) consider_space_with_focal(chosen, sums, starts);
+  if (problem.spread().shape == PointShape::space && problem.size() <= kVeryFew)
+    consider_ladder_of_focals(chosen, parameters(guess)[kFx], sums, starts);
+  const double poor = kPoorRms * kPoorRms * static_cast<double>(problem.size());
+  if (starts.empty() || starts.front().cost > poor)
+    consider_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
   return starts;
 }
 
