@@ -34,8 +34,8 @@ Pose pose_of(const ViewState& state);
 // by (omega, tau) of `retract` and, for N = 7, by log f.
 template <int N>
 struct NormalEquations {
-  Eigen::Matrix<double, N, N> information;
-  Eigen::Matrix<double, N, 1> gradient;
+  Eigen::Matrix<double, N, N> information = Eigen::Matrix<double, N, N>::Zero();
+  Eigen::Matrix<double, N, 1> gradient = Eigen::Matrix<double, N, 1>::Zero();
   double cost = 0;
 };
 

@@ -54,7 +54,7 @@ std::optional<ViewFit<N>> fit_view(const PoseProblem& problem, const Lens& lens,
   std::optional<ViewFit<N>> fit(std::in_place);
   double limit = 0;  // of what is still a candidate
   for (const ViewStart<N>& start : starts) {
-    if (!fit->poses.empty() && !start.equations && start.cost > limit) continue;
+    if (!fit->poses.empty() && !start.has_equations && start.cost > limit) continue;
     const auto solution = solve_view<N>(sums, start, solver);
     if (!solution || (!fit->poses.empty() && solution->cost > limit)) continue;
     insert(*solution, fit->poses);

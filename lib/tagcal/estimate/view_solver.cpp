@@ -224,8 +224,8 @@ std::optional<ViewSolution<N>> solve_view(ViewSums& sums, const ViewStart<N>& st
   std::optional<ViewSolution<N>> best(std::in_place);
   best->state = start.state;
   NormalEquations<N> equations;
-  if (start.equations)
-    equations = *start.equations;
+  if (start.has_equations)
+    equations = start.equations;
   else if (!sums.at(start.state, equations))
     return std::nullopt;
   const Outcome outcome = gauss_newton(sums, options, equations, *best);

@@ -14,12 +14,13 @@ struct ViewSolverOptions {
 };
 
 // A point of departure. Its cost is that of all points, with the normal equations there, or of some
-// of them: then it is a lower bound of what all cost.
+// of them: then it is a lower bound of what all cost, and there are no equations.
 template <int N>
 struct ViewStart {
   ViewState state;
   double cost = 0;
-  std::optional<NormalEquations<N>> equations = {};
+  bool has_equations = false;
+  NormalEquations<N> equations = {};
 };
 
 // N = 6: pose, 7: pose and log focal length.

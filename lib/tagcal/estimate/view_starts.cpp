@@ -68,8 +68,9 @@ class Chosen {
 template <int N>
 void consider(const ViewState& state, ViewSums& sums, ViewStarts<N>& starts) {
   ViewStart<N> start{state};
-  if (!sums.at(start.state, start.equations.emplace())) return;
-  start.cost = start.equations->cost;
+  start.has_equations = sums.at(start.state, start.equations);
+  if (!start.has_equations) return;
+  start.cost = start.equations.cost;
   starts.insert(start,
                 [](const ViewStart<N>& a, const ViewStart<N>& b) { return a.cost < b.cost; });
 }
@@ -156,7 +157,7 @@ ViewStarts<6> refined_on(ViewSums& some, const ViewStarts<6>& starts) {
   for (const ViewStart<6>& start : starts) {
     const auto solution = solve_view<6>(some, start, options);
     if (!solution) continue;
-    result.insert({solution->state, solution->cost, std::nullopt},
+    result.insert({solution->state, solution->cost},
                   [](const ViewStart<6>& a, const ViewStart<6>& b) { return a.cost < b.cost; });
     const double freedom = 2 * static_cast<double>(some.num_points()) - 6;
     options.ruled_out_cost = result.front().cost * (1 + 25 / freedom);
