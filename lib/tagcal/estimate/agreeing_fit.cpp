@@ -91,6 +91,23 @@ void raise_noise(AgreeingFit<N>& result) {
   noise.assumed = false;
 }
 
+// Residuals that are larger than noise that is known, or noise that only they show, may be the
+// model's error.
+template <int N>
+void look_for_model_error(const Lens& lens, AgreeingFit<N>& result) {
+  const ViewPoints view = result.problem->view();
+  ViewResiduals residuals(lens, view);
+  residuals.at(result.fit->best().state);
+  std::vector<Eigen::Vector2d> differences;
+  for (std::size_t i = 0; i < view.size(); ++i)
+    differences.push_back(residuals.projected()[i] - view.pixels[i]);
+  result.model_error = go_together(view.pixels, differences);
+  if (result.model_error)
+    result.warnings.push_back(
+        "the residuals go together from corner to corner, as noise does not: the lens bends lines, "
+        "or the target is not as stated, and the standard deviations do not count with that");
+}
+
 // From the inliers of a consensus to the least-squares fit of all that agree with it.
 template <int N>
 AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Lens& lens,
@@ -160,6 +177,7 @@ AgreeingFit<N> fit_agreeing(std::span<const Correspondence> correspondences, con
     agreement = agreement_of(*result.problem, lens, *result.fit);
   }
   if (agreement == Agreement::noisy) raise_noise(result);
+  if (agreement == Agreement::noisy || !result.fit->noise.known) look_for_model_error(lens, result);
   if (result.fit->noise.assumed)
     result.warnings.push_back(
         "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");

@@ -16,6 +16,7 @@ struct AgreeingFit {
   std::optional<PoseProblem> problem;  // of the inliers
   std::optional<ViewFit<N>> fit;
   std::vector<std::size_t> outliers;  // ascending
+  bool model_error = false;           // the residuals are no noise: the warnings say so
   Status status = Status::ok;         // else: why there is no fit
   std::vector<std::string> warnings;
 };

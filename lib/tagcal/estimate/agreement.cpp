@@ -56,6 +56,26 @@ Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
   return shown ? Agreement::full : Agreement::noisy;
 }
 
+bool go_together(std::span<const Eigen::Vector2d> pixels,
+                 std::span<const Eigen::Vector2d> residuals) {
+  constexpr std::size_t kEnough = 12, kMany = 200;  // the search for neighbours is quadratic
+  const std::size_t n = std::min(pixels.size(), kMany);
+  if (n < kEnough) return false;
+  double together = 0, square = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::size_t nearest = i == 0 ? 1 : 0;
+    for (std::size_t j = 0; j < n; ++j)
+      if (j != i &&
+          (pixels[j] - pixels[i]).squaredNorm() < (pixels[nearest] - pixels[i]).squaredNorm())
+        nearest = j;
+    together += residuals[i].dot(residuals[nearest]);
+    square += residuals[i].squaredNorm();
+  }
+  // Of noise the correlation is 0 with a standard deviation of 1 / sqrt(2 n), at most twice that
+  // where pairs count double.
+  return together > std::max(0.3, 6 / std::sqrt(2 * static_cast<double>(n))) * square;
+}
+
 std::vector<std::size_t> within(std::span<const double> squares, double sigma) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < squares.size(); ++i)

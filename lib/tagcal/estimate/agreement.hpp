@@ -21,6 +21,12 @@ enum class Agreement {
 Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
                     std::span<const double> squares, int num_parameters);
 
+// Whether residuals go together from a point to its neighbour in the image, as noise does not: what
+// a lens that bends or a target that is not flat leaves of a model without. `residuals` are not
+// whitened; of fewer than 12 points nothing is said.
+bool go_together(std::span<const Eigen::Vector2d> pixels,
+                 std::span<const Eigen::Vector2d> residuals);
+
 // Those within kOutlierSigmas, ascending.
 std::vector<std::size_t> within(std::span<const double> squares, double sigma);
 

@@ -105,7 +105,7 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
                                                       : std::sqrt(estimate.covariance(6, 6));
   const Eigen::Vector2d centre = image_centre(image_size);
   const auto weak = weak_poses(problem, centre);
-  if (relative <= kMaxRelativeSigma &&
+  if (relative <= kMaxRelativeSigma && !agreeing.model_error &&
       weak_perspective_excess(problem, fit, weak, centre) >= kMinLikelihoodRatio) {
     estimate.focal_px = estimate.hypotheses.front().focal_px;
     estimate.sigma_focal_px = relative * estimate.focal_px;
@@ -116,13 +116,17 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   estimate.status = Status::focal_not_observable;
   estimate.hypotheses.clear();
   estimate.covariance.setZero();
-  estimate.weak_perspective = in_target_frame(problem, weak);
-  estimate.warnings.push_back(
-      relative <= kMaxRelativeSigma || !std::isfinite(relative)
-          ? "the focal length cannot be told from the distance: weak perspective explains the view"
-          : fmt::format("the focal length cannot be told from the distance: its standard deviation "
-                        "would be {:.0f} %",
-                        100 * relative));
+  if (!agreeing.model_error) estimate.weak_perspective = in_target_frame(problem, weak);
+  if (relative > kMaxRelativeSigma && std::isfinite(relative))
+    estimate.warnings.push_back(
+        fmt::format("the focal length cannot be told from the distance: its standard deviation "
+                    "would be {:.0f} %",
+                    100 * relative));
+  else if (!agreeing.model_error)
+    estimate.warnings.push_back(
+        "the focal length cannot be told from the distance: weak perspective explains the view");
+  else
+    estimate.warnings.push_back("the focal length is not that of a pinhole: calibrate the lens");
   if (options.prior_focal_px > 0)
     add_poses_of_prior(correspondences, image_size, options, estimate);
   return estimate;

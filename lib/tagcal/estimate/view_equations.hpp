@@ -49,6 +49,9 @@ class ViewResiduals {
   // lens must be a pinhole: its focal length is the state's.
   std::span<const double> at(const ViewState& state);
 
+  // What the last call projected.
+  std::span<const Eigen::Vector2d> projected() const { return projected_; }
+
  private:
   ViewPoints view_;
   ProjectJob job_;
