@@ -105,6 +105,16 @@ bool is_flip(const Pose& pose, const Pose& truth) {
   return angle_between_rad(pose, other) < angle_between_rad(pose, truth);
 }
 
+// A pose that no camera can have: a rotation that mirrors, a point behind the camera, or a plane
+// whose back is seen.
+bool is_mirrored(const Pose& pose, const PoseTask& task, bool planar) {
+  if (!(pose.rotation_matrix().determinant() > 0)) return true;
+  for (const Correspondence& c : task.correspondences)
+    if (!((pose * c.point).z() > 0)) return true;
+  return planar && task.correspondences[0].point.z() == 0 &&
+         pose.rotation_matrix().col(2).dot(pose.translation()) > 0;
+}
+
 // Q(d / 2 sigma), d the residual of the flipped pose of a square (fitted to noise-free minima).
 double flip_probability(const Cell& cell) {
   const double s = std::sin(kDegree * cell.tilt_deg);
@@ -116,7 +126,7 @@ double flip_probability(const Cell& cell) {
 // Sums over the trials of one method.
 template <int N>
 struct Tally {
-  int answers = 0, flips = 0, flips_with_both = 0, uncovered_flips = 0, ambiguous = 0,
+  int answers = 0, mirrored = 0, flips = 0, flips_with_both = 0, uncovered_flips = 0, ambiguous = 0,
       silently_wrong = 0;
   double squares = 0;                     // e' F e of those that are no flips
   std::vector<double> of_truth, claimed;  // e' F e (negative: none), e' C^-1 e
@@ -136,6 +146,7 @@ struct Tally {
       const Eigen::Matrix<double, 7, 7> c = g * *answer.covariance_with_focal * g.transpose();
       of_claimed = error.dot(c.ldlt().solve(error));
     }
+    mirrored += is_mirrored(answer.camera_from_target, task, planar || N == 7);
     ambiguous += answer.status == Status::ambiguous;
     silently_wrong += answer.status == Status::ok && of_claimed > k5Sigma[N - 6];
     if (planar && is_flip(answer.camera_from_target, task.camera_from_target)) {
@@ -192,6 +203,7 @@ PoseJob job_of(const Cell& cell) {
 }
 
 struct Worst {
+  long trials = 0, mirrored = 0;
   double efficiency = 0, mean_off = 0, point_off = 0, flips_off = 0, silent = 0, peers = -100;
 };
 
@@ -249,6 +261,8 @@ void run(const Cell& cell, int trials, int peer_trials, Worst& worst) {
   }
   std::printf("\n");
   std::fflush(stdout);
+  worst.trials += trials;
+  worst.mirrored += ours.mirrored;
   worst.silent = std::max(worst.silent, ours.silently_wrong / n);
   if (planar && cell.square_m > 0 && cell.tilt_deg >= 20)
     worst.flips_off = std::max(worst.flips_off, std::abs(ours.flips / n - predicted));
@@ -294,8 +308,9 @@ int main(int argc, char** argv) {
       "\nregular cells (r: flips predicted below 1e-3, sd(f) below 3 %%, not frontal), the worst: "
       "efficiency %.3f (mark 1.02), claimed mean off by %.1f %% (3 %%), 95 %% point off by %.1f %% "
       "(5 %%), worse than a peer by %.1f standard errors (2)\nall cells, the worst: flips off by "
-      "%.1f points (3; from 20 degrees), silently wrong %.2e (1e-3)\n",
+      "%.1f points (3; from 20 degrees), silently wrong %.2e (1e-3), "
+      "mirrored %ld of %ld (0 of 1e6)\n",
       worst.efficiency, 100 * worst.mean_off, 100 * worst.point_off, worst.peers,
-      100 * worst.flips_off, worst.silent);
+      100 * worst.flips_off, worst.silent, worst.mirrored, worst.trials);
   return 0;
 }

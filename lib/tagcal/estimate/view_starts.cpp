@@ -128,7 +128,7 @@ void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<
 // counts, and the poses for some focal lengths lead to those.
 void consider_ladder_of_focals(const Chosen& chosen, double guess_px, ViewSums& sums,
                                ViewStarts<7>& starts) {
-  for (const double ratio : {0.25, 0.5, 1.0, 2.0, 4.0}) {
+  for (const double ratio : {0.35, 1.0, 3.0}) {
     InlineBuffer<Vector3d, kFew> rays(chosen.pixels().size());
     const double focal = ratio * guess_px;
     for (std::size_t i = 0; i < rays.size(); ++i)

@@ -5,7 +5,7 @@
 namespace tagcal {
 
 template <int N>
-using ViewStarts = Solutions<ViewStart<N>, 12>;
+using ViewStarts = Solutions<ViewStart<N>, 6>;
 
 // Where solve_view may begin: the closed forms that suit the shape of the points, those of lower
 // cost first. Of many points some are enough for that. Empty where none puts every point in the
