@@ -235,6 +235,21 @@ TEST(EstimatePose, OutliersAreListedWhateverIsKnownOfTheNoise) {
       }
 }
 
+TEST(EstimatePose, AnOutlierOfTenSigmaIsOne) {
+  Random random(43);
+  for (int i = 0; i < 50; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
+    auto corners = seen(board_points(), pose, 0.3, random);
+    const std::size_t k = random.index(corners.size());
+    corners[k].pixel += Vector2d(3, 3);
+    for (const double sigma : {0.3, 0.0}) {
+      const PoseEstimate e = estimate_pose(corners, kCamera, {.sigma_px = sigma});
+      ASSERT_EQ(e.status, Status::ok);
+      EXPECT_EQ(e.outliers, std::vector<std::size_t>{k}) << sigma;
+    }
+  }
+}
+
 TEST(EstimatePose, OutliersMayStay) {
   Random random(37);
   const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);

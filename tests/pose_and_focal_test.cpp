@@ -112,13 +112,14 @@ TEST(PoseAndFocal, CovarianceIsThatOfTheErrors) {
     for (const double sigma : {0.1, 0.5, 1.0}) {
       Random random(3);
       double sum = 0, sum_f = 0;
-      int count = 0, excluded = 0;
+      int count = 0, excluded = 0, lost = 0;
       for (int i = 0; i < 400; ++i) {
         const auto points = s.points(random);
         const Pose pose = s.pose(random);
         const auto e =
             estimate_pose_and_focal(seen_by(centred_pinhole(kFocal), points, pose, sigma, random),
                                     kSize, {{.sigma_px = sigma}, 0});
+        lost += e.status == Status::no_consensus || e.status == Status::not_converged;
         if (!is_answer(e.status) || e.sigma_focal_px > 0.03 * e.focal_px) continue;
         const double square = normalised_squared_error(e, pose);
         excluded += square > 60;
@@ -126,6 +127,7 @@ TEST(PoseAndFocal, CovarianceIsThatOfTheErrors) {
         sum_f += std::pow(log_focal_error(e) * e.focal_px / e.sigma_focal_px, 2);
         ++count;
       }
+      EXPECT_EQ(lost, 0) << s.name << " " << sigma;
       EXPECT_LE(excluded, 1) << s.name << " " << sigma;
       if (count < 100) continue;
       EXPECT_NEAR(sum / (7 * count), 1, 5 * std::sqrt(2.0 / (7 * count))) << s.name << " " << sigma;

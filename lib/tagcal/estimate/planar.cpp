@@ -47,9 +47,12 @@ std::optional<Matrix3d> homography_of_four(std::span<const Vector2d> points,
                          determinant(rays[2], rays[0], rays[3]),
                          determinant(rays[0], rays[1], rays[3]));
   // Twice the areas of three triangles of points, against that of the whole; of those on a line
-  // rounding is left.
+  // rounding is left, and of four on a line nothing else.
   const double whole = p12.dot(p[2]);
   const double size = of_points.cwiseAbs().maxCoeff();
+  double largest = 0;
+  for (const Vector2d& point : points) largest = std::max(largest, point.squaredNorm());
+  if (!(size > 1e-12 * largest)) return std::nullopt;
   if (!(of_points.cwiseAbs().minCoeff() > 1e-9 * size) || !(std::abs(whole) > 1e-9 * size))
     return std::nullopt;
   // With P = [p1 p2 p3] and Q = [r1 r2 r3]: p4 = P lambda / whole, r4 = Q mu / |Q|. The weights
@@ -198,7 +201,11 @@ std::optional<PlaneTilts> ippe_tilts(const Matrix3d& camera_from_plane) {
   // depth.
   const Eigen::Matrix2d a = sight_from_camera.topRows<2>() * camera_from_plane.leftCols<2>() / size;
   const double half_trace = a.squaredNorm() / 2, det = a.determinant();
-  const double gap = std::sqrt(std::max(0.0, (half_trace - det) * (half_trace + det)));
+  // (half_trace^2 - det^2 is the same, but keeps half of the digits where the plane faces the
+  // camera, and the tilt half of those.)
+  const double stretch = (a.col(0).squaredNorm() - a.col(1).squaredNorm()) / 2;
+  const double shear = a.col(0).dot(a.col(1));
+  const double gap = std::sqrt(stretch * stretch + shear * shear);
   const double inverse_depth = std::sqrt(half_trace + gap);  // the larger singular value
   if (!(std::abs(det) > 0) || !std::isfinite(1 / inverse_depth) || !std::isfinite(size))
     return std::nullopt;
