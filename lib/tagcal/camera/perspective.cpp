@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tagcal/camera/lens.hpp"
 #include "tagcal/camera/lens_parameters.hpp"
@@ -17,11 +18,16 @@ using Eigen::Vector3d;
 // A fold further out than this is closer than 1e-6 rad to a right angle: none is looked for.
 constexpr double kLargestRadius = 1e6;
 
+bool is_distorted(const Perspective::Parameters& p) {
+  return std::any_of(p.begin() + kK1, p.end(), [](double k) { return k != 0; });
+}
+
 // See Perspective in the header. The Jacobian of the distortion is L I + 2 L' x x^T + T(x), all
 // symmetric: radially d(rL)/dr, across L, and the tangential terms T, whose radial diagonal and row
 // sum are at most sqrt(40) |p| r. So it is positive definite at least as long as
 // d(rL)/dr > sqrt(40) |p| r holds from the axis on (L itself is then large enough), before a pole.
 double perspective_max_radius(const Perspective::Parameters& p) {
+  if (!is_distorted(p)) return std::numeric_limits<double>::infinity();
   const Polynomial numerator = {1, 0, p[kK1], 0, p[kK2], 0, p[kK3]};
   const Polynomial denominator = {1, 0, p[kK4], 0, p[kK5], 0, p[kK6]};
   // d(r N / D) / dr = (N D + r (N' D - N D')) / D^2
@@ -95,7 +101,7 @@ double undistorted_radius(const Perspective::Parameters& p, double max_radius,
 // function there, so damped Newton steps end at the one solution if there is any.
 std::optional<Vector2d> undistort(const Perspective::Parameters& p, double max_radius,
                                   const Vector2d& target) {
-  if (std::all_of(p.begin() + kK1, p.end(), [](double k) { return k == 0; })) return target;
+  if (!is_distorted(p)) return target;
   const double target_radius = target.norm();
   if (target_radius == 0 && p[kP1] == 0 && p[kP2] == 0) return Vector2d::Zero();
   const double start = undistorted_radius(p, max_radius, target_radius);

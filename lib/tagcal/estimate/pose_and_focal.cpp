@@ -16,6 +16,9 @@ constexpr double kMaxRelativeSigma = 0.1;
 // ... and where infinity (weak perspective) explains the view about as well: chi-square with one
 // degree of freedom, p = 0.001.
 constexpr double kMinLikelihoodRatio = 10.8;
+// Below this one the other need not be asked (of 13,000 such views at tilts of 0 to 25 degrees none
+// was as well explained; of 4,500 up to 5 % two were).
+constexpr double kSmallRelativeSigma = 0.03;
 
 Lens plain_pinhole(double focal_px, const ImageSize& size) {
   const Eigen::Vector2d centre = image_centre(size);
@@ -73,7 +76,35 @@ void add_poses_of_prior(std::span<const Correspondence> correspondences, const I
   estimate.sigma_px = prior.sigma_px;
 }
 
-bool valid(const ImageSize& size) { return size.width > 0 && size.height > 0; }
+// What the options or the image cannot be; empty: they can.
+std::string defect(const ImageSize& size, const PoseAndFocalOptions& options) {
+  if (size.width <= 0 || size.height <= 0) return "the image has no size";
+  if (!(options.prior_focal_px >= 0) || std::isinf(options.prior_focal_px))
+    return "the prior focal length must be 0 (none) or more, and finite";
+  return {};
+}
+
+// Why the focal length is refused.
+std::string refusal(double relative_sigma, bool model_error) {
+  if (relative_sigma > kMaxRelativeSigma && std::isfinite(relative_sigma))
+    return fmt::format(
+        "the focal length cannot be told from the distance: its standard deviation would be {:.0f} "
+        "%",
+        100 * relative_sigma);
+  return model_error ? "the focal length is not that of a pinhole: calibrate the lens"
+                     : "the focal length cannot be told from the distance: weak perspective "
+                       "explains the view";
+}
+
+// Whether the view shows the focal length; the poses under weak perspective where that was asked.
+bool shows_focal_length(const AgreeingFit<7>& agreeing, double relative_sigma,
+                        const Eigen::Vector2d& centre, Solutions<WeakPerspectivePose, 2>& weak) {
+  const bool by_sigma = relative_sigma <= kMaxRelativeSigma && !agreeing.model_error;
+  if (by_sigma && relative_sigma <= kSmallRelativeSigma) return true;
+  weak = weak_poses(*agreeing.problem, centre);
+  return by_sigma && weak_perspective_excess(*agreeing.problem, *agreeing.fit, weak, centre) >=
+                         kMinLikelihoodRatio;
+}
 
 }  // namespace
 
@@ -81,12 +112,8 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options) {
   PoseAndFocalEstimate estimate;
-  if (!valid(image_size)) {
-    estimate.warnings.push_back("the image has no size");
-    return estimate;
-  }
-  if (!(options.prior_focal_px >= 0) || std::isinf(options.prior_focal_px)) {
-    estimate.warnings.push_back("the prior focal length must be 0 (none) or more, and finite");
+  if (const std::string reason = defect(image_size, options); !reason.empty()) {
+    estimate.warnings.push_back(reason);
     return estimate;
   }
   const double guess = options.prior_focal_px > 0 ? options.prior_focal_px
@@ -97,36 +124,24 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   estimate.status = agreeing.status;
   if (!agreeing.fit) return estimate;
   estimate.outliers = std::move(agreeing.outliers);
-  const PoseProblem& problem = *agreeing.problem;
-  const ViewFit<7>& fit = *agreeing.fit;
-  estimate.sigma_px = fit.noise.sigma_px;
-  estimate.hypotheses = hypotheses_of<7>(problem, lens, fit, &estimate.covariance);
+  estimate.sigma_px = agreeing.fit->noise.sigma_px;
+  estimate.hypotheses =
+      hypotheses_of<7>(*agreeing.problem, lens, *agreeing.fit, &estimate.covariance);
   const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
                                                       : std::sqrt(estimate.covariance(6, 6));
-  const Eigen::Vector2d centre = image_centre(image_size);
-  const auto weak = weak_poses(problem, centre);
-  if (relative <= kMaxRelativeSigma && !agreeing.model_error &&
-      weak_perspective_excess(problem, fit, weak, centre) >= kMinLikelihoodRatio) {
+  Solutions<WeakPerspectivePose, 2> weak;
+  if (shows_focal_length(agreeing, relative, image_centre(image_size), weak)) {
     estimate.focal_px = estimate.hypotheses.front().focal_px;
     estimate.sigma_focal_px = relative * estimate.focal_px;
     if (estimate.hypotheses.size() > 1) estimate.status = Status::ambiguous;
-    if (!fit.best().converged) estimate.status = Status::not_converged;
+    if (!agreeing.fit->best().converged) estimate.status = Status::not_converged;
     return estimate;
   }
   estimate.status = Status::focal_not_observable;
   estimate.hypotheses.clear();
   estimate.covariance.setZero();
-  if (!agreeing.model_error) estimate.weak_perspective = in_target_frame(problem, weak);
-  if (relative > kMaxRelativeSigma && std::isfinite(relative))
-    estimate.warnings.push_back(
-        fmt::format("the focal length cannot be told from the distance: its standard deviation "
-                    "would be {:.0f} %",
-                    100 * relative));
-  else if (!agreeing.model_error)
-    estimate.warnings.push_back(
-        "the focal length cannot be told from the distance: weak perspective explains the view");
-  else
-    estimate.warnings.push_back("the focal length is not that of a pinhole: calibrate the lens");
+  if (!agreeing.model_error) estimate.weak_perspective = in_target_frame(*agreeing.problem, weak);
+  estimate.warnings.push_back(refusal(relative, agreeing.model_error));
   if (options.prior_focal_px > 0)
     add_poses_of_prior(correspondences, image_size, options, estimate);
   return estimate;
