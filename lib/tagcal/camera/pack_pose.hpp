@@ -33,7 +33,8 @@ struct PackPose {
 // The step is that of `retract`: x_in_camera = exp(omega) R x + t + tau, so a row j of the Jacobian
 // by the point becomes (R x) x j by omega, and j by tau.
 template <typename Pack>
-void set_by_pose(const PackPoint<Pack>& turned, const Pack* j, Pack* columns) {
+[[gnu::always_inline]] inline void set_by_pose(const PackPoint<Pack>& turned, const Pack* j,
+                                               Pack* columns) {
   columns[0] = fma(turned.y, j[2], -(turned.z * j[1]));
   columns[1] = fma(turned.z, j[0], -(turned.x * j[2]));
   columns[2] = fma(turned.x, j[1], -(turned.y * j[0]));

@@ -25,7 +25,7 @@ constexpr double kLastDecrease = 1e-14;
 constexpr int kMaxGaussNewton = 12;
 
 // The rotation of the quaternion (1, omega / 2): equal to the exponential to second order.
-Matrix3d small_rotation(const Vector3d& omega) {
+[[gnu::always_inline]] inline Matrix3d small_rotation(const Vector3d& omega) {
   const double x = omega.x() / 2, y = omega.y() / 2, z = omega.z() / 2;
   const double s = 2 / (1 + x * x + y * y + z * z);
   Matrix3d r;
@@ -98,7 +98,8 @@ bool search(ViewSums& sums, const Step<N>& step, ViewSolution<N>& best, double& 
   return false;
 }
 
-// Steps while they lower the cost. With `failed`, the solution is the best point so far.
+// Steps while they lower the cost. With `failed`, the solution is the best point so far, without
+// its information.
 template <int N>
 Outcome gauss_newton(ViewSums& sums, const ViewSolverOptions& options,
                      NormalEquations<N>& equations, ViewSolution<N>& best) {
@@ -108,7 +109,6 @@ Outcome gauss_newton(ViewSums& sums, const ViewSolverOptions& options,
   const int count = std::min(options.max_iterations, kMaxGaussNewton);
   const double last_share = kLastShare / static_cast<double>(sums.num_points());
   for (int i = 0; i < count; ++i) {
-    best.information = equations.information;
     best.cost = equations.cost;
     if (!cholesky.compute(equations.information)) return Outcome::failed;
     const Step<N> forward = cholesky.forward(equations.gradient);
@@ -121,12 +121,12 @@ Outcome gauss_newton(ViewSums& sums, const ViewSolverOptions& options,
     if (decrease < std::max(kLastDecrease, last_share * equations.cost)) {
       best.state = moved<N>(best.state, length * step);
       best.cost = std::max(0.0, equations.cost - decrease);
+      best.information = equations.information;
       return Outcome::converged;
     }
     if (!search(sums, step, best, length, equations)) return Outcome::failed;
     step_length.set_last(step, decrease, length);
   }
-  best.information = equations.information;
   best.cost = equations.cost;
   return Outcome::failed;
 }
@@ -208,6 +208,7 @@ bool levenberg_marquardt(ViewSums& sums, int max_iterations, ViewSolution<N>& be
     best = {state, equations.cost, equations.information, false};
   else if (!sums.at(best.state, equations))
     return false;
+  best.information = equations.information;
   // Where a valley is so flat that steps do not end, what they can still gain decides.
   SmallCholesky<N> cholesky;
   if (!cholesky.compute(equations.information)) return false;
