@@ -55,41 +55,50 @@ double success(const std::vector<PreparedPose>& prepared, const std::vector<Pose
   return 100.0 * right / static_cast<double>(tasks.size());
 }
 
-void race(const Contest& contest, int rounds) {
+// Of one method, round by round.
+struct Times {
+  PoseMethod method;
+  std::vector<PreparedPose> prepared;
+  int repeats = 1;
+  std::vector<double> us;
+};
+
+std::vector<Times> timed(const Contest& contest, int rounds) {
   std::vector<PoseMethod> methods = pose_methods(contest.job);
   if (contest.extra) methods.push_back(*contest.extra);
-  std::vector<std::vector<PreparedPose>> prepared(methods.size());
-  std::vector<int> repeats;
-  for (std::size_t m = 0; m < methods.size(); ++m) {
-    for (const PoseTask& task : contest.tasks) prepared[m].push_back(methods[m].prepare(task));
-    const double once = microseconds(prepared[m], 1) * static_cast<double>(contest.tasks.size());
-    repeats.push_back(1 + static_cast<int>(2000 / std::max(once, 1.0)));
+  std::vector<Times> all;
+  for (const PoseMethod& method : methods) {
+    Times times{method, {}, 1, {}};
+    for (const PoseTask& task : contest.tasks) times.prepared.push_back(method.prepare(task));
+    const double once = microseconds(times.prepared, 1) * static_cast<double>(contest.tasks.size());
+    times.repeats = 1 + static_cast<int>(2000 / std::max(once, 1.0));
+    all.push_back(std::move(times));
   }
-  std::vector<std::vector<double>> times(methods.size());
   for (int i = 0; i < rounds; ++i)
-    for (std::size_t m = 0; m < methods.size(); ++m)
-      times[m].push_back(microseconds(prepared[m], repeats[m]));
+    for (Times& times : all) times.us.push_back(microseconds(times.prepared, times.repeats));
+  return all;
+}
 
-  std::size_t reference = 0;
-  for (std::size_t m = 0; m < methods.size(); ++m)
-    if (methods[m].name == contest.reference) reference = m;
+void race(const Contest& contest, int rounds) {
+  const std::vector<Times> all = timed(contest, rounds);
+  const auto reference = std::find_if(all.begin(), all.end(), [&](const Times& times) {
+    return times.method.name == contest.reference;
+  });
   const bool with_focal =
       contest.job == PoseJob::plane_focal || contest.job == PoseJob::space_focal;
   std::printf("\n%s (ratios to %s", contest.title.c_str(), contest.reference.c_str());
   if (contest.mark > 0) std::printf("; mark %.3g", contest.mark);
   std::printf(")\n");
-  for (std::size_t m = 0; m < methods.size(); ++m) {
+  for (const Times& times : all) {
     std::vector<double> ratios;
-    for (int i = 0; i < rounds; ++i)
-      ratios.push_back(times[reference][static_cast<std::size_t>(i)] /
-                       times[m][static_cast<std::size_t>(i)]);
-    const bool judged = with_focal == (methods[m].name.find("focal") != std::string::npos ||
-                                       methods[m].name.find("p4pf") != std::string::npos ||
-                                       methods[m].name.find("calibrate") != std::string::npos);
-    std::printf("  %-32s %9.2f us  ratio %7.2f (%.2f to %.2f)", methods[m].name.c_str(),
-                quantile(times[m], 0.5), quantile(ratios, 0.5), quantile(ratios, 0.1),
+    for (std::size_t i = 0; i < times.us.size(); ++i)
+      ratios.push_back(reference->us[i] / times.us[i]);
+    std::printf("  %-32s %9.2f us  ratio %7.2f (%.2f to %.2f)", times.method.name.c_str(),
+                quantile(times.us, 0.5), quantile(ratios, 0.5), quantile(ratios, 0.1),
                 quantile(ratios, 0.9));
-    if (judged) std::printf("  right %5.1f %%", success(prepared[m], contest.tasks, with_focal));
+    // The reference of another job solves something else.
+    if (!contest.extra || times.method.name != contest.extra->name)
+      std::printf("  right %5.1f %%", success(times.prepared, contest.tasks, with_focal));
     std::printf("\n");
   }
   std::fflush(stdout);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "tagcal/estimate/n_point.hpp"
 #include "tagcal/estimate/planar.hpp"
 #include "tagcal/estimate/point_spread.hpp"
 
@@ -19,11 +20,6 @@ namespace tagcal {
 // fix M.
 std::optional<Eigen::MatrixXd> projective_map(const Eigen::MatrixXd& x,
                                               std::span<const Eigen::Vector3d> rays);
-
-// The pose of six points or more in space, not in a plane, by the normalised direct linear
-// transformation (Hartley & Zisserman 2004, algorithm 7.1) and the nearest rotation.
-std::optional<Pose> pose_from_points_dlt(std::span<const Eigen::Vector3d> points,
-                                         std::span<const Eigen::Vector3d> rays);
 
 // The pose of any set of points by the solver that fits its shape; no value for a line, or where
 // there are too few points (four in a plane, six in space).

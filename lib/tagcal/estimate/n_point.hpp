@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 
 #include "tagcal/estimate/solutions.hpp"
@@ -31,5 +32,10 @@ namespace tagcal {
 // for the maximum of likelihood, not that itself: the error is weighted by distance.
 Solutions<Pose, 4> pnp(std::span<const Eigen::Vector3d> points,
                        std::span<const Eigen::Vector3d> rays);
+
+// The pose of six points or more in space, not in a plane, by the normalised direct linear
+// transformation (Hartley & Zisserman 2004, algorithm 7.1) and the nearest rotation.
+std::optional<Pose> pose_from_points_dlt(std::span<const Eigen::Vector3d> points,
+                                         std::span<const Eigen::Vector3d> rays);
 
 }  // namespace tagcal

@@ -1,20 +1,17 @@
 #include "tagcal/study/pose_methods.hpp"
 
-#include <array>
 #include <memory>
-#include <opencv2/calib3d.hpp>
 
 #include "tagcal/estimate/minimal.hpp"
 #include "tagcal/estimate/n_point.hpp"
 #include "tagcal/estimate/planar.hpp"
+#include "tagcal/study/opencv_pose.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-// --- ours ---
 
 PreparedPose prepare_estimate_pose(const PoseTask& task) {
   struct State {
@@ -159,144 +156,6 @@ PreparedPose prepare_p4pf(const PoseTask& task) {
           }};
 }
 
-// --- OpenCV ---
-
-struct OpenCvInput {
-  explicit OpenCvInput(const PoseTask& task) {
-    const auto p = parameters(task.camera.lens);
-    k = cv::Matx33d(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
-    for (const Correspondence& c : task.correspondences) {
-      points.emplace_back(c.point.x(), c.point.y(), c.point.z());
-      pixels.emplace_back(c.pixel.x(), c.pixel.y());
-    }
-  }
-
-  cv::Matx33d k;
-  std::vector<cv::Point3d> points;
-  std::vector<cv::Point2d> pixels;
-  cv::Mat rotation, translation, inliers;
-  std::vector<cv::Mat> rotations, translations;
-  bool success = false;
-
-  PoseAnswer answer() const {
-    if (!success || !cv::checkRange(rotation) || !cv::checkRange(translation)) return {};
-    const auto vector = [](const cv::Mat& m) {
-      return Vector3d(m.at<double>(0), m.at<double>(1), m.at<double>(2));
-    };
-    return answer_of(Pose(exp_rotation(vector(rotation)), vector(translation)));
-  }
-};
-
-// A method that throws has no answer.
-template <typename Solve>
-PreparedPose prepared(const PoseTask& task, Solve solve) {
-  auto input = std::make_shared<OpenCvInput>(task);
-  return {[input, solve] {
-            try {
-              input->success = solve(*input);
-            } catch (const cv::Exception&) {
-              input->success = false;
-            }
-          },
-          [input] { return input->answer(); }};
-}
-
-PoseMethod solve_pnp(const std::string& name, cv::SolvePnPMethod flag) {
-  return {"OpenCV " + name, [flag](const PoseTask& task) {
-            return prepared(task, [flag](OpenCvInput& in) {
-              return cv::solvePnP(in.points, in.pixels, in.k, cv::noArray(), in.rotation,
-                                  in.translation, false, flag);
-            });
-          }};
-}
-
-// Both solutions of a plane, as ours returns them; the better one is the first.
-PoseMethod solve_pnp_both(const std::string& name, cv::SolvePnPMethod flag) {
-  return {"OpenCV " + name, [flag](const PoseTask& task) {
-            return prepared(task, [flag](OpenCvInput& in) {
-              if (cv::solvePnPGeneric(in.points, in.pixels, in.k, cv::noArray(), in.rotations,
-                                      in.translations, false, flag) < 1)
-                return false;
-              in.rotation = in.rotations.front();
-              in.translation = in.translations.front();
-              return true;
-            });
-          }};
-}
-
-// The tolerance that suits the noise, enough iterations for half of the points being wrong several
-// times over.
-PoseMethod solve_pnp_ransac(const std::string& name, cv::SolvePnPMethod flag) {
-  return {"OpenCV " + name, [flag](const PoseTask& task) {
-            const float tolerance = static_cast<float>(4 * task.sigma_px);
-            return prepared(task, [flag, tolerance](OpenCvInput& in) {
-              return cv::solvePnPRansac(in.points, in.pixels, in.k, cv::noArray(), in.rotation,
-                                        in.translation, false, 1000, tolerance, 0.9999, in.inliers,
-                                        flag);
-            });
-          }};
-}
-
-PoseMethod solve_pnp_usac(const std::string& name, int method) {
-  return {"OpenCV " + name, [method](const PoseTask& task) {
-            cv::UsacParams params;
-            params.threshold = 4 * task.sigma_px;
-            params.maxIterations = 1000;
-            params.confidence = 0.9999;
-            params.sampler = cv::SAMPLING_UNIFORM;
-            params.score =
-                method == cv::USAC_MAGSAC ? cv::SCORE_METHOD_MAGSAC : cv::SCORE_METHOD_MSAC;
-            params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
-            return prepared(task, [params](OpenCvInput& in) {
-              cv::Mat k(in.k);
-              return cv::solvePnPRansac(in.points, in.pixels, k, cv::noArray(), in.rotation,
-                                        in.translation, in.inliers, params);
-            });
-          }};
-}
-
-// The only way of OpenCV to a focal length from one view; a plane only.
-PreparedPose prepare_calibrate_camera(const PoseTask& task) {
-  struct State {
-    explicit State(const PoseTask& task)
-        : input(task), size(task.camera.image_size.width, task.camera.image_size.height) {
-      for (const Correspondence& c : task.correspondences) {
-        points.emplace_back(static_cast<float>(c.point.x()), static_cast<float>(c.point.y()),
-                            static_cast<float>(c.point.z()));
-        pixels.emplace_back(static_cast<float>(c.pixel.x()), static_cast<float>(c.pixel.y()));
-      }
-    }
-    OpenCvInput input;
-    cv::Size size;
-    std::vector<cv::Point3f> points;
-    std::vector<cv::Point2f> pixels;
-    cv::Mat k, distortion;
-  };
-  auto state = std::make_shared<State>(task);
-  return {[state] {
-            const int flags = cv::CALIB_FIX_PRINCIPAL_POINT | cv::CALIB_FIX_ASPECT_RATIO |
-                              cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K1 | cv::CALIB_FIX_K2 |
-                              cv::CALIB_FIX_K3;
-            state->k = cv::Mat::eye(3, 3, CV_64F);  // the aspect ratio is 1
-            state->distortion = cv::Mat();
-            try {
-              cv::calibrateCamera(std::vector{state->points}, std::vector{state->pixels},
-                                  state->size, state->k, state->distortion, state->input.rotations,
-                                  state->input.translations, flags);
-              state->input.rotation = state->input.rotations.front();
-              state->input.translation = state->input.translations.front();
-              state->input.success = true;
-            } catch (const cv::Exception&) {
-              state->input.success = false;
-            }
-          },
-          [state] {
-            PoseAnswer answer = state->input.answer();
-            if (answer.success) answer.focal_px = state->k.at<double>(0, 0);
-            return answer;
-          }};
-}
-
 }  // namespace
 
 std::vector<PoseMethod> pose_methods(PoseJob job) {
@@ -304,30 +163,27 @@ std::vector<PoseMethod> pose_methods(PoseJob job) {
   const PoseMethod ours_focal = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal};
   const PoseMethod our_pnp = {"tagcal pnp", prepare_pnp};
   const PoseMethod our_ippe = {"tagcal homography + ippe", prepare_ippe};
-  const PoseMethod iterative = solve_pnp("ITERATIVE", cv::SOLVEPNP_ITERATIVE);
-  const PoseMethod sqpnp = solve_pnp("SQPNP", cv::SOLVEPNP_SQPNP);
-  const PoseMethod epnp = solve_pnp("EPNP", cv::SOLVEPNP_EPNP);
-  const PoseMethod ippe = solve_pnp_both("IPPE", cv::SOLVEPNP_IPPE);
-  const PoseMethod ippe_square = solve_pnp_both("IPPE_SQUARE", cv::SOLVEPNP_IPPE_SQUARE);
+  const PoseMethod iterative = opencv_pose("ITERATIVE"), sqpnp = opencv_pose("SQPNP");
+  const PoseMethod epnp = opencv_pose("EPNP");
   switch (job) {
     case PoseJob::tag:
-      return {ours,      our_ippe, our_pnp, ippe_square,
-              iterative, sqpnp,    epnp,    solve_pnp("AP3P", cv::SOLVEPNP_AP3P)};
+      return {ours,      our_ippe, our_pnp, opencv_pose("IPPE_SQUARE"),
+              iterative, sqpnp,    epnp,    opencv_pose("AP3P")};
     case PoseJob::plane:
-      return {ours, our_ippe, our_pnp, ippe, iterative, sqpnp, epnp};
+      return {ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp};
     case PoseJob::space:
       return {ours, our_pnp, iterative, sqpnp, epnp};
     case PoseJob::outliers:
       return {ours,
-              solve_pnp_ransac("solvePnPRansac", cv::SOLVEPNP_ITERATIVE),
-              solve_pnp_ransac("solvePnPRansac AP3P", cv::SOLVEPNP_AP3P),
-              solve_pnp_ransac("solvePnPRansac SQPNP", cv::SOLVEPNP_SQPNP),
-              solve_pnp_usac("USAC (MSAC, inner LO)", cv::USAC_DEFAULT),
-              solve_pnp_usac("USAC MAGSAC", cv::USAC_MAGSAC)};
+              opencv_ransac("solvePnPRansac"),
+              opencv_ransac("solvePnPRansac AP3P"),
+              opencv_ransac("solvePnPRansac SQPNP"),
+              opencv_ransac("USAC (MSAC, inner LO)"),
+              opencv_ransac("USAC MAGSAC")};
     case PoseJob::plane_focal:
       return {ours_focal,
               {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal},
-              {"OpenCV calibrateCamera", prepare_calibrate_camera}};
+              opencv_calibrate_camera()};
     case PoseJob::space_focal:
       return {ours_focal, {"tagcal p4pf", prepare_p4pf}};
   }
