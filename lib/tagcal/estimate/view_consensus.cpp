@@ -276,6 +276,7 @@ class Search {
 
 template <int N>
 std::optional<ViewConsensus> find_view_consensus(const RobustView& view) {
+  if (view.view.points.empty()) return std::nullopt;
   return Search<N>(view).run();
 }
 
