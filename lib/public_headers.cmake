@@ -3,11 +3,16 @@
 set(TAGCAL_PUBLIC_HEADERS
     tagcal/error.hpp
     tagcal/random.hpp
+    tagcal/geometry/frames.hpp
     tagcal/geometry/pose.hpp
+    tagcal/geometry/transform.hpp
     tagcal/geometry/viewpoint.hpp
+    tagcal/camera/batch.hpp
     tagcal/camera/lens.hpp
     tagcal/camera/camera.hpp
     tagcal/camera/canonical.hpp
+    tagcal/camera/clip.hpp
+    tagcal/camera/line_clip.hpp
     tagcal/camera/model.hpp
     tagcal/camera/projection.hpp
     tagcal/camera/viewport.hpp
@@ -23,10 +28,15 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/estimate/calibrate.hpp
     tagcal/estimate/advice.hpp
     tagcal/estimate/calibration_diff.hpp
+    tagcal/estimate/minimal.hpp
+    tagcal/estimate/n_point.hpp
+    tagcal/estimate/planar.hpp
     tagcal/estimate/pose.hpp
     tagcal/estimate/projection_uncertainty.hpp
     tagcal/estimate/seen_region.hpp
+    tagcal/estimate/solutions.hpp
     tagcal/estimate/status.hpp
+    tagcal/estimate/weak_perspective.hpp
     tagcal/detect/detector.hpp
     tagcal/detect/families.hpp
     tagcal/io/calibration_file.hpp
@@ -35,4 +45,5 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/io/scene_file.hpp
     tagcal/io/target_file.hpp
     tagcal/io/text_file.hpp
+    tagcal/study/pose_methods.hpp
     tagcal/study/validate.hpp)

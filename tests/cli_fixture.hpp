@@ -5,11 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,23 @@ inline std::string replaced(std::string text, const std::string& from, const std
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// Words that are numbers are compared as numbers.
+inline void expect_same_text(const std::string& expected, const std::string& actual,
+                             double tolerance, double relative_tolerance) {
+  std::istringstream expected_words(expected), actual_words(actual);
+  std::string e, a;
+  while (expected_words >> e) {
+    ASSERT_TRUE(actual_words >> a) << "missing: " << e;
+    char* end = nullptr;
+    const double number = std::strtod(e.c_str(), &end);
+    if (*end == '\0')
+      EXPECT_NEAR(std::stod(a), number, tolerance + relative_tolerance * std::abs(number));
+    else
+      EXPECT_EQ(e, a);
+  }
+  EXPECT_FALSE(actual_words >> a) << "too much: " << a;
 }
 
 inline constexpr const char* kScene = R"(

@@ -9,7 +9,8 @@ namespace {
 using Json = nlohmann::json;
 
 TEST_F(Cli, HelpOfEachCommandHasAnExample) {
-  for (const std::string command : {"", "render", "detect", "calibrate", "validate", "board"}) {
+  for (const std::string command :
+       {"", "render", "detect", "calibrate", "validate", "pose", "board"}) {
     const Outcome help = run(command + " --help");
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_NE(help.out.find("Example: tagcal"), std::string::npos) << help.out;

@@ -1,8 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <opencv2/calib3d.hpp>
+#include <algorithm>
+#include <string>
+#include <vector>
 
-#include "tagcal/estimate/closed_form.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "worlds.hpp"
 
@@ -16,23 +17,14 @@ const Camera kCamera{opencv5_lens(), {1280, 800}};
 
 std::vector<Correspondence> seen(const std::vector<Vector3d>& points, const Pose& pose,
                                  double sigma_px, Random& random) {
-  std::vector<Correspondence> result;
-  for (const Vector3d& p : points)
-    result.push_back({p, *project(kCamera.lens, pose * p) +
-                             sigma_px * Vector2d(random.normal(), random.normal())});
-  return result;
-}
-
-std::vector<Vector3d> tag(double size) {
-  const auto corners = tag_corners({0, size, Pose()});
-  return {corners.begin(), corners.end()};
+  return seen_by(kCamera.lens, points, pose, sigma_px, random);
 }
 
 TEST(EstimatePose, IsExactWithoutNoise) {
   Random random(1);
   for (int i = 0; i < 300; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0.2, 1.0), 0.6, random);
-    const PoseEstimate e = estimate_pose(seen(tag(0.1), pose, 0, random), kCamera);
+    const PoseEstimate e = estimate_pose(seen(tag_points(0.1), pose, 0, random), kCamera);
     ASSERT_TRUE(is_answer(e.status)) << i;
     EXPECT_LT(angle_between_rad(e.camera_from_target(), pose), 1e-7) << i;
     EXPECT_LT(distance_between_m(e.camera_from_target(), pose), 1e-7) << i;
@@ -45,7 +37,7 @@ TEST(EstimatePose, IsExactWhereOthersFail) {
   for (const double unit : {1e-6, 1.0, 1e6}) {
     for (const double tilt : {0.0, 1e-9, 0.5}) {
       const Pose pose = looking_at_board(Vector3d::Zero(), tilt, 0.6 * unit, random);
-      const PoseEstimate e = estimate_pose(seen(tag(0.1 * unit), pose, 0, random), kCamera);
+      const PoseEstimate e = estimate_pose(seen(tag_points(0.1 * unit), pose, 0, random), kCamera);
       ASSERT_TRUE(is_answer(e.status)) << unit << " " << tilt;
       EXPECT_LT(angle_between_rad(e.camera_from_target(), pose), 1e-4) << unit << " " << tilt;
       EXPECT_LT(distance_between_m(e.camera_from_target(), pose), 1e-6 * unit);
@@ -53,23 +45,105 @@ TEST(EstimatePose, IsExactWhereOthersFail) {
   }
 }
 
+double mean_normalised_square(const std::vector<Vector3d>& points, double sigma_px,
+                              const PoseOptions& options, Random& random) {
+  double sum = 0;
+  constexpr int kTrials = 400;
+  for (int i = 0; i < kTrials; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0.5, 0.8), 1.0, random);
+    const PoseEstimate e = estimate_pose(seen(points, pose, sigma_px, random), kCamera, options);
+    EXPECT_TRUE(is_answer(e.status)) << status_name(e.status);
+    if (is_answer(e.status)) sum += normalised_squared_error(e.hypotheses.front(), pose);
+  }
+  return sum / (6 * kTrials);  // 1, with a standard deviation of 0.029
+}
+
 TEST(EstimatePose, CovarianceIsThatOfTheErrors) {
   Random random(3);
-  std::vector<Vector3d> board;
-  for (const TargetPoint& p : target_points(usual_board())) board.push_back(p.position);
-  for (const auto& points : {tag(0.2), board}) {
-    double sum = 0;
-    constexpr int kTrials = 400;
-    for (int i = 0; i < kTrials; ++i) {
-      const Pose pose =
-          looking_at_board(points.size() > 4 ? Vector3d(0.33, 0.33, 0) : Vector3d::Zero(),
-                           random.uniform(0.5, 0.8), 1.0, random);
-      const PoseEstimate e = estimate_pose(seen(points, pose, 0.2, random), kCamera, {0.2, 50});
-      ASSERT_TRUE(is_answer(e.status));
-      const Vector6d error = minus(e.camera_from_target(), pose);
-      sum += error.dot(Eigen::MatrixXd(e.hypotheses.front().covariance).ldlt().solve(error));
+  const std::vector<Vector3d> space = points_in_box(12, 0.2, 1, random);
+  for (const auto& points : {tag_points(0.2), board_points(), space})
+    for (const double sigma : {0.1, 0.5})
+      EXPECT_NEAR(mean_normalised_square(points, sigma, {.sigma_px = sigma}, random), 1, 0.12);
+}
+
+TEST(EstimatePose, ManyResidualsShowTheNoise) {
+  Random random(31);
+  EXPECT_NEAR(mean_normalised_square(board_points(), 0.7, {}, random), 1, 0.12);
+  const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1, random);
+  const PoseEstimate e = estimate_pose(seen(board_points(), pose, 0.7, random), kCamera);
+  EXPECT_NEAR(e.sigma_px, 0.7, 0.12);  // 4 standard deviations
+  EXPECT_TRUE(e.warnings.empty());
+}
+
+TEST(EstimatePose, FewResidualsDoNot) {
+  Random random(32);
+  const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1, random);
+  const PoseEstimate e = estimate_pose(seen(tag_points(0.2), pose, 0.1, random), kCamera);
+  ASSERT_TRUE(is_answer(e.status));
+  EXPECT_EQ(e.sigma_px, 0.5);
+  ASSERT_EQ(e.warnings.size(), 1u);
+  EXPECT_NE(e.warnings[0].find("0.5 px is assumed"), std::string::npos);
+}
+
+// Two thirds of the noise are not told: the residuals say so.
+TEST(EstimatePose, LargerResidualsRaiseTheNoiseThatIsStated) {
+  Random random(33);
+  const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1, random);
+  const PoseEstimate e =
+      estimate_pose(seen(board_points(), pose, 0.9, random), kCamera, {.sigma_px = 0.3});
+  ASSERT_EQ(e.status, Status::ok);
+  EXPECT_NEAR(e.sigma_px, 0.9, 0.15);
+  EXPECT_TRUE(e.outliers.empty());
+  ASSERT_EQ(e.warnings.size(), 1u);
+  EXPECT_NE(e.warnings[0].find("times as large as the noise that is stated"), std::string::npos);
+  EXPECT_NEAR(mean_normalised_square(board_points(), 0.9, {.sigma_px = 0.3}, random), 1, 0.12);
+}
+
+TEST(EstimatePose, EachCornerCountsByItsCovariance) {
+  Random random(34);
+  double sum = 0, rms = 0;
+  constexpr int kTrials = 400;
+  for (int i = 0; i < kTrials; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0.5, 0.8), 1.0, random);
+    const auto points = i % 2 == 0 ? tag_points(0.3) : board_points();
+    auto corners = seen(points, pose, 0, random);
+    std::vector<Matrix2> covariances;
+    double noise = 0;
+    for (Correspondence& c : corners) {
+      Eigen::Matrix2d root;
+      root << random.uniform(0.05, 1), random.uniform(-0.5, 0.5), 0, random.uniform(0.05, 1);
+      covariances.push_back(root * root.transpose());
+      const Vector2d error = root * Vector2d(random.normal(), random.normal());
+      noise += error.squaredNorm() / static_cast<double>(corners.size());
+      c.pixel += error;
     }
-    EXPECT_NEAR(sum / (6 * kTrials), 1, 0.12);  // sd 0.029
+    const PoseEstimate e = estimate_pose(corners, kCamera, {.covariance_px2 = covariances});
+    ASSERT_TRUE(is_answer(e.status));
+    EXPECT_EQ(e.sigma_px, 1);  // of what covariances whiten
+    sum += normalised_squared_error(e.hypotheses.front(), pose);
+    if (i % 2 == 1) rms += e.hypotheses.front().rms_px / std::sqrt(noise) / (kTrials / 2);
+  }
+  EXPECT_NEAR(sum / (6 * kTrials), 1, 0.12);
+  EXPECT_NEAR(rms, 1, 0.05);  // in pixels, whatever the covariances
+}
+
+TEST(EstimatePose, CovariancesThatAreAllOneAreSigma) {
+  Random random(35);
+  for (int i = 0; i < 50; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, random.uniform(0.5, 3), random);
+    const auto corners = seen(tag_points(0.1), pose, 0.2, random);
+    const std::vector<Matrix2> covariances(4, 0.04 * Matrix2::Identity());
+    const PoseEstimate a = estimate_pose(corners, kCamera, {.sigma_px = 0.2});
+    const PoseEstimate b = estimate_pose(corners, kCamera, {.covariance_px2 = covariances});
+    ASSERT_EQ(a.status, b.status);
+    ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+    for (std::size_t h = 0; h < a.hypotheses.size(); ++h) {
+      const PoseHypothesis &x = a.hypotheses[h], &y = b.hypotheses[h];
+      EXPECT_LT(angle_between_rad(x.camera_from_target, y.camera_from_target), 1e-5);
+      EXPECT_NEAR(x.rms_px, y.rms_px, 1e-5);
+      EXPECT_NEAR(x.probability, y.probability, 1e-3);
+      EXPECT_LT((x.covariance - y.covariance).norm(), 1e-3 * x.covariance.norm());
+    }
   }
 }
 
@@ -78,7 +152,8 @@ TEST(EstimatePose, AFarTagIsAmbiguousAndTheTruthIsAmongTheTwo) {
   int ambiguous = 0, missed = 0;
   for (int i = 0; i < 200; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 2.5, random);
-    const PoseEstimate e = estimate_pose(seen(tag(0.088), pose, 0.5, random), kCamera, {0.5, 50});
+    const PoseEstimate e =
+        estimate_pose(seen(tag_points(0.088), pose, 0.5, random), kCamera, {0.5, 50});
     ASSERT_TRUE(is_answer(e.status));
     ambiguous += e.status == Status::ambiguous;
     double nearest = 10, sum = 0;
@@ -113,38 +188,176 @@ TEST(EstimatePose, NamesWhatCannotBeSolved) {
   const std::vector<Vector3d> line = {
       {0, 0, 0}, {0.1, 0, 0}, {0.2, 0, 0}, {0.05, 0, 0}, {0.15, 0, 0}};
   EXPECT_EQ(estimate_pose(seen(line, pose, 0.1, random), kCamera).status, Status::degenerate);
-  auto three = seen(tag(0.1), pose, 0, random);
+  auto three = seen(tag_points(0.1), pose, 0, random);
   three.pop_back();
   EXPECT_EQ(estimate_pose(three, kCamera).status, Status::degenerate);
   EXPECT_EQ(estimate_pose({}, kCamera).status, Status::degenerate);
-  auto nan = seen(tag(0.1), pose, 0, random);
+  auto nan = seen(tag_points(0.1), pose, 0, random);
   nan[2].pixel.x() = std::nan("");
   EXPECT_EQ(estimate_pose(nan, kCamera).status, Status::degenerate);
   const std::vector<Vector3d> same(5, Vector3d(0.1, 0.2, 0));
   EXPECT_EQ(estimate_pose(seen(same, pose, 0.1, random), kCamera).status, Status::degenerate);
 }
 
-TEST(ClosedForm, HomographyIsExactForFourPoints) {
-  Eigen::Matrix3d h;
-  h << 1, 0.2, 0.1, -0.1, 0.9, 0.3, 0.05, -0.1, 1;
-  const std::vector<Vector2d> points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  std::vector<Vector3d> rays;
-  for (const Vector2d& p : points) rays.push_back(h * p.homogeneous());
-  EXPECT_LT((*homography(points, rays) - h / h.norm()).norm(), 1e-13);
-  const std::vector<Vector2d> line = {{0, 0}, {1, 0}, {2, 0}, {3, 0}};
-  EXPECT_FALSE(homography(line, rays).has_value());
+// Moves a share of the corners to anywhere in the image, single ones or whole tags; which.
+std::vector<std::size_t> spoil(std::vector<Correspondence>& corners, double share, bool whole_tags,
+                               Random& random) {
+  std::vector<std::size_t> spoilt;
+  for (std::size_t k = 0; k < corners.size(); k += whole_tags ? 4 : 1) {
+    if (random.uniform() >= share) continue;
+    const Vector2d offset(random.uniform(40, 300), random.uniform(-300, 300));
+    for (std::size_t j = k; j < k + (whole_tags ? 4 : 1); ++j) {
+      corners[j].pixel += offset;
+      spoilt.push_back(j);
+    }
+  }
+  return spoilt;
 }
 
-TEST(ClosedForm, FocalLengthFromPlanes) {
-  Random random(7);
-  std::vector<Eigen::Matrix3d> homographies;
-  for (int i = 0; i < 5; ++i) {
-    const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1, random);
-    Eigen::Matrix3d h;
-    h << pose.rotation_matrix().leftCols<2>(), pose.translation();
-    homographies.emplace_back(Vector3d(1.7, 1.7, 1).asDiagonal() * h);
+TEST(EstimatePose, OutliersAreListedWhateverIsKnownOfTheNoise) {
+  Random random(36);
+  std::vector<int> ids;
+  for (int k = 0; k < 144; ++k) ids.push_back(k / 4);
+  const std::vector<Matrix2> covariances(144, 0.09 * Matrix2::Identity());
+  for (const double share : {0.01, 0.05, 0.2, 0.5, 0.7})
+    for (const bool whole_tags : {false, true})
+      for (const PoseOptions& options : {PoseOptions{.sigma_px = 0.3}, PoseOptions{},
+                                         PoseOptions{.sigma_px = 0.3, .groups = ids},
+                                         PoseOptions{.covariance_px2 = covariances}}) {
+        const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
+        auto corners = seen(board_points(), pose, 0.3, random);
+        const auto spoilt = spoil(corners, share, whole_tags, random);
+        const PoseEstimate e = estimate_pose(corners, kCamera, options);
+        ASSERT_EQ(e.status, Status::ok) << share << whole_tags;
+        EXPECT_EQ(e.outliers, spoilt) << share << whole_tags;
+        EXPECT_LT(normalised_squared_error(e.hypotheses.front(), pose), 40);
+        EXPECT_LT(e.hypotheses.front().rms_px, 0.6);
+      }
+}
+
+TEST(EstimatePose, AnOutlierOfTenSigmaIsOne) {
+  Random random(43);
+  for (int i = 0; i < 50; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
+    auto corners = seen(board_points(), pose, 0.3, random);
+    const std::size_t k = random.index(corners.size());
+    corners[k].pixel += Vector2d(3, 3);
+    for (const double sigma : {0.3, 0.0}) {
+      const PoseEstimate e = estimate_pose(corners, kCamera, {.sigma_px = sigma});
+      ASSERT_EQ(e.status, Status::ok);
+      EXPECT_EQ(e.outliers, std::vector<std::size_t>{k}) << sigma;
+    }
   }
-  EXPECT_NEAR(*focal_ratio_from_homographies(homographies), 1.7, 1e-12);
+}
+
+TEST(EstimatePose, OutliersMayStay) {
+  Random random(37);
+  const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
+  auto corners = seen(board_points(), pose, 0.3, random);
+  corners[17].pixel.x() += 60;
+  const PoseEstimate e =
+      estimate_pose(corners, kCamera, {.sigma_px = 0.3, .reject_outliers = false});
+  EXPECT_EQ(e.status, Status::no_consensus);
+  EXPECT_TRUE(e.hypotheses.empty());
+  corners[17].pixel.x() += 1e9;
+  EXPECT_EQ(estimate_pose(corners, kCamera).outliers, std::vector<std::size_t>{17});
+}
+
+TEST(EstimatePose, PixelsWithoutNoiseAreNoOutliers) {
+  Random random(38);
+  for (int i = 0; i < 200; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), i % 2 == 0 ? 0 : 0.5, 1.2, random);
+    const Camera camera{i % 4 < 2 ? centred_pinhole(900) : kCamera.lens, {1280, 800}};
+    const PoseEstimate e =
+        estimate_pose(seen_by(camera.lens, board_points(), pose, 0, random), camera);
+    ASSERT_EQ(e.status, Status::ok) << i;
+    EXPECT_TRUE(e.outliers.empty()) << i;
+    EXPECT_LT(angle_between_rad(e.camera_from_target(), pose), 1e-7) << i;
+  }
+}
+
+// Corners anywhere in the image, and with them some at the end of the world.
+TEST(EstimatePose, DataWithoutAnyHaveNoConsensus) {
+  Random random(39);
+  for (const std::size_t n : {8u, 40u})
+    for (const double far : {0.0, 1e9, 1e300})
+      for (const double sigma : {0.0, 0.5}) {
+        std::vector<Correspondence> noise;
+        for (const Vector3d& p : board_points())
+          if (noise.size() < n)
+            noise.push_back({p, {random.uniform(0, 1280), random.uniform(0, 800)}});
+        if (far > 0) noise[3].pixel.setConstant(far);
+        const PoseEstimate e = estimate_pose(noise, kCamera, {.sigma_px = sigma});
+        EXPECT_FALSE(is_answer(e.status)) << n << " " << far << " " << sigma;
+        EXPECT_EQ(e.status, Status::no_consensus) << n << " " << far << " " << sigma;
+      }
+}
+
+TEST(EstimatePose, ALoneTagIsBelievedOrNot) {
+  Random random(40);
+  int believed = 0, wrong = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0, 0.9), 1, random);
+    const auto corners = seen(tag_points(0.2), pose, 0.3, random);
+    auto swapped = corners;
+    std::swap(swapped[0].pixel, swapped[1].pixel);
+    for (const double sigma : {0.0, 0.3})
+      EXPECT_FALSE(is_answer(estimate_pose(swapped, kCamera, {.sigma_px = sigma}).status));
+    auto noise = corners;
+    for (Correspondence& c : noise) c.pixel = {random.uniform(0, 1280), random.uniform(0, 800)};
+    EXPECT_FALSE(is_answer(estimate_pose(noise, kCamera, {.sigma_px = 0.3}).status));
+    auto moved = corners;
+    moved[2].pixel += Vector2d(10, 10);
+    const PoseEstimate e = estimate_pose(moved, kCamera, {.sigma_px = 0.3});
+    if (is_answer(e.status)) {  // where four corners can hide it
+      ++believed;
+      wrong += normalised_squared_error(e.hypotheses.front(), pose) > 40;
+    }
+  }
+  EXPECT_LT(believed, 50);
+  EXPECT_LE(wrong, 25);
+}
+
+TEST(EstimatePose, AFisheyeSeesBesideAndBehindItself) {
+  Random random(41);
+  const Camera camera{Fisheye({300, 300, 640, 480, 0.01, 0, 0, 0}), {1280, 960}};
+  for (int i = 0; i < 200; ++i) {
+    // Its centre between 60 and 130 degrees from the axis.
+    const double angle = random.uniform(1.05, 2.27), turn = random.uniform(0, 6.28);
+    const Vector3d centre = 0.5 * Vector3d(std::sin(angle) * std::cos(turn),
+                                           std::sin(angle) * std::sin(turn), std::cos(angle));
+    const Pose facing(Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), -centre), centre);
+    const Pose pose = facing * Pose(exp_rotation({random.uniform(0.4, 0.8), 0, 0}), {0, 0, 0}) *
+                      Pose(exp_rotation({0, 0, random.uniform(-3, 3)}), {0, 0, 0});
+    for (const auto& points :
+         {tag_points(0.2), points_in_box(30, 0.3, 0, random), points_in_box(8, 0.2, 1, random)}) {
+      const PoseEstimate exact =
+          estimate_pose(seen_by(camera.lens, points, pose, 0, random), camera);
+      ASSERT_TRUE(is_answer(exact.status)) << i << " " << points.size();
+      EXPECT_LT(angle_between_rad(exact.camera_from_target(), pose), 1e-6) << i;
+      const PoseEstimate e =
+          estimate_pose(seen_by(camera.lens, points, pose, 0.2, random), camera, {.sigma_px = 0.2});
+      ASSERT_TRUE(is_answer(e.status)) << i << " " << points.size();
+      if (e.status == Status::ok) {
+        EXPECT_LT(normalised_squared_error(e.hypotheses.front(), pose), 60) << i;
+      }
+    }
+  }
+}
+
+TEST(EstimatePose, EqualSeedsGiveEqualAnswers) {
+  Random random(42);
+  const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 1.2, random);
+  auto corners = seen(board_points(), pose, 0.3, random);
+  spoil(corners, 0.6, false, random);
+  const PoseEstimate a = estimate_pose(corners, kCamera, {.seed = 7});
+  const PoseEstimate b = estimate_pose(corners, kCamera, {.seed = 7});
+  const PoseEstimate c = estimate_pose(corners, kCamera, {.seed = 8});
+  ASSERT_EQ(a.status, Status::ok);
+  EXPECT_EQ(a.camera_from_target().matrix(), b.camera_from_target().matrix());
+  EXPECT_EQ(a.outliers, b.outliers);
+  EXPECT_EQ(a.outliers, c.outliers);
+  EXPECT_LT(angle_between_rad(a.camera_from_target(), c.camera_from_target()), 1e-6);
 }
 
 }  // namespace

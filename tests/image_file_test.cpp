@@ -12,6 +12,7 @@
 // jpeglib.h needs FILE declared before it.
 #include <jpeglib.h>
 
+#include "png_colours.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
 
@@ -167,6 +168,19 @@ TEST_F(ImageFile, WhatIsWrittenIsRead) {
   EXPECT_EQ(read_image_size(folder_ / "a.png"), image.size());
   write_png(folder_ / "b.png", image);
   EXPECT_EQ(get(folder_ / "a.png"), get(folder_ / "b.png"));
+}
+
+TEST_F(ImageFile, ColourIsWritten) {
+  Random random(4);
+  ImageRgb image({37, 23});
+  for (int y = 0; y < 23; ++y)
+    for (int x = 0; x < 37; ++x)
+      for (std::uint8_t& value : image(x, y)) value = static_cast<std::uint8_t>(random.index(256));
+  write_png(folder_ / "colour.png", image);
+  EXPECT_EQ(read_image_size(folder_ / "colour.png"), image.size());
+  EXPECT_EQ(png_colours(folder_ / "colour.png"), image.pixels());
+  EXPECT_THROW(write_png(folder_ / "none.png", ImageRgb()), Error);
+  EXPECT_FALSE(fs::exists(folder_ / "none.png"));
 }
 
 TEST_F(ImageFile, EveryKindOfPngGivesTheSameGrey) {

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
+#include "lenses.hpp"
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/camera/polynomial.hpp"
 #include "tagcal/error.hpp"
@@ -13,54 +14,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-// Lenses as people meet them, mild and strong, drawn at random.
-template <typename L>
-L random_lens(Random& random);
-
-template <>
-Perspective random_lens(Random& random) {
-  const double f = random.uniform(300, 3000);
-  const double k = random.uniform(0, 1) < 0.5 ? 0 : 1;  // half of them rational
-  return Perspective(
-      {f, f * random.uniform(0.9, 1.1), random.uniform(200, 800), random.uniform(200, 800),
-       random.uniform(-0.4, 0.3), random.uniform(-0.1, 0.2), random.uniform(-2e-3, 2e-3),
-       random.uniform(-2e-3, 2e-3), random.uniform(-0.05, 0.05), k * random.uniform(-0.3, 0.3),
-       k * random.uniform(-0.1, 0.1), k * random.uniform(-0.05, 0.05)});
-}
-
-template <>
-Fisheye random_lens(Random& random) {
-  const double f = random.uniform(200, 1000);
-  return Fisheye({f, f * random.uniform(0.9, 1.1), random.uniform(200, 800),
-                  random.uniform(200, 800), random.uniform(-0.05, 0.05),
-                  random.uniform(-0.02, 0.02), random.uniform(-0.01, 0.01),
-                  random.uniform(-0.002, 0.002)});
-}
-
-template <>
-Parallel random_lens(Random& random) {
-  return Parallel({random.uniform(10, 5000), random.uniform(10, 5000), random.uniform(200, 800),
-                   random.uniform(200, 800)});
-}
-
-// A point at an angle from the axis that is inside the domain of the lens, the border included.
-Vector3d point_inside(const Perspective& lens, Random& random) {
-  const double radius = std::min(lens.max_radius() * (1 - 1e-6), 2.5) * random.uniform();
-  const double turn = random.uniform(0, 2 * std::numbers::pi);
-  return random.uniform(0.1, 20) * Vector3d(radius * std::cos(turn), radius * std::sin(turn), 1);
-}
-
-Vector3d point_inside(const Fisheye& lens, Random& random) {
-  const double theta = lens.max_angle() * (1 - 1e-6) * random.uniform();
-  const double turn = random.uniform(0, 2 * std::numbers::pi);
-  return random.uniform(0.1, 20) * Vector3d(std::sin(theta) * std::cos(turn),
-                                            std::sin(theta) * std::sin(turn), std::cos(theta));
-}
-
-Vector3d point_inside(const Parallel&, Random& random) {
-  return {random.normal(), random.normal(), random.normal()};
-}
 
 template <typename L>
 class LensContract : public testing::Test {};

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
@@ -38,13 +40,12 @@ inline Lens fisheye_lens() { return Fisheye({420, 419, 633, 405, 0.02, -0.01, 0.
 inline Pose looking_at_board(const Eigen::Vector3d& centre, double tilt_rad, double distance_m,
                              Random& random) {
   const double azimuth = random.uniform(0, 2 * std::numbers::pi);
-  const Eigen::Vector3d direction(std::sin(tilt_rad) * std::cos(azimuth),
-                                  std::sin(tilt_rad) * std::sin(azimuth), std::cos(tilt_rad));
+  const Eigen::Vector3d direction = cartesian_from_spherical({1, tilt_rad, azimuth});
   const double roll = random.uniform(0, 2 * std::numbers::pi);
   const Pose camera =
       camera_from_world_looking_at(centre + distance_m * direction, centre,
                                    Eigen::Vector3d(std::cos(roll), std::sin(roll), 0.1));
-  return Pose(exp_rotation({0, 0, random.uniform(-0.5, 0.5)}), Eigen::Vector3d::Zero()) * camera;
+  return rotation_about_z(random.uniform(-0.5, 0.5)) * camera;
 }
 
 inline View observe(const Camera& camera, const Pose& camera_from_world,
@@ -84,6 +85,61 @@ inline Dataset make_world(const Lens& lens, std::uint64_t seed, const WorldOptio
     dataset.views.push_back(view);
   }
   return dataset;
+}
+
+// Points about the origin: the corners of a tag, and of the usual board.
+inline std::vector<Eigen::Vector3d> tag_points(double side_m) {
+  const auto corners = tag_corners({0, side_m, Pose()});
+  return {corners.begin(), corners.end()};
+}
+inline std::vector<Eigen::Vector3d> board_points() {
+  std::vector<Eigen::Vector3d> points;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const TargetPoint& p : target_points(usual_board())) {
+    points.push_back(p.position);
+    sum += p.position;
+  }
+  for (Eigen::Vector3d& p : points) p -= sum / static_cast<double>(points.size());
+  return points;
+}
+
+// In a box about the origin; a thickness of 0 is a plane.
+inline std::vector<Eigen::Vector3d> points_in_box(int count, double half_width_m, double thickness,
+                                                  Random& random) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < count; ++i)
+    points.push_back(half_width_m * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1),
+                                                    thickness * random.uniform(-1, 1)));
+  return points;
+}
+
+inline Eigen::Quaterniond random_rotation(Random& random) {
+  return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
+      .normalized();
+}
+
+// A pinhole with square pixels and its principal point in the centre of the image.
+inline Lens centred_pinhole(double focal_px, const ImageSize& size = {1280, 800}) {
+  const Eigen::Vector2d centre = image_centre(size);
+  return pinhole(focal_px, focal_px, centre.x(), centre.y());
+}
+
+// What a lens sees of the points. All must be in its domain (std::bad_optional_access).
+inline std::vector<Correspondence> seen_by(const Lens& lens,
+                                           const std::vector<Eigen::Vector3d>& points,
+                                           const Pose& camera_from_target, double sigma_px,
+                                           Random& random) {
+  std::vector<Correspondence> result;
+  for (const Eigen::Vector3d& p : points)
+    result.push_back({p, project(lens, camera_from_target * p).value() +
+                             sigma_px * Eigen::Vector2d(random.normal(), random.normal())});
+  return result;
+}
+
+// Squared errors of a pose, normalised by the covariance that was claimed.
+inline double normalised_squared_error(const PoseHypothesis& estimate, const Pose& truth) {
+  const Vector6d error = minus(estimate.camera_from_target, truth);
+  return error.dot(Eigen::MatrixXd(estimate.covariance).ldlt().solve(error));
 }
 
 // Squared errors of the free parameters, normalised by the covariance that was claimed.

@@ -19,6 +19,7 @@ Command add_render(CLI::App& app);
 Command add_detect(CLI::App& app);
 Command add_calibrate(CLI::App& app);
 Command add_validate(CLI::App& app);
+Command add_pose(CLI::App& app);
 Command add_board(CLI::App& app);
 Command add_view(CLI::App& app);
 Command add_diff(CLI::App& app);

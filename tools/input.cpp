@@ -78,12 +78,11 @@ Input read_folder(const InputArguments& arguments) {
   input.name = folder;
   input.dataset = std::move(read.dataset);
   input.warnings = std::move(read.warnings);
-  input.has_observations = read.has_observations;
+  input.observations = read.observations.string();
   input.images = image_sources(read.images);
   if (!arguments.observations.empty()) {
-    input.name = arguments.observations;
+    input.observations = arguments.observations;
     input.dataset.views = read_observations(arguments.observations, input.dataset.boards);
-    input.has_observations = true;
   }
   return input;
 }
@@ -111,6 +110,13 @@ Input read_input(const InputArguments& arguments) {
   return arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
 }
 
+void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
+  const ImageSize& expected = input.dataset.image_size;
+  if (size == expected) return;
+  throw Error(fmt::format("{}: image size must be {}x{} as of {}, got {}x{}", file, expected.width,
+                          expected.height, input.name, size.width, size.height));
+}
+
 void detect_views(Input& input, int threads) {
   if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
   const auto& boards = input.dataset.boards;
@@ -127,11 +133,16 @@ void detect_views(Input& input, int threads) {
   input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
 }
 
+void find_views(Input& input, int threads) {
+  if (input.observations.empty()) detect_views(input, threads);
+}
+
 void need_views(Input& input, int threads) {
-  if (!input.has_observations) detect_views(input, threads);
+  find_views(input, threads);
   const int corners = num_corners(input.dataset.views);
   if (corners < kMinCorners) {
-    throw Error(fmt::format("{}: must have {} corners or more in all, got {}", input.name,
+    throw Error(fmt::format("{}: must have {} corners or more in all, got {}",
+                            input.observations.empty() ? input.name : input.observations,
                             kMinCorners, corners));
   }
 }

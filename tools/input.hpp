@@ -23,9 +23,9 @@ void add_input(CLI::App& command, InputArguments& arguments);
 void add_observations(CLI::App& command, InputArguments& arguments);
 
 struct Input {
-  std::string name;  // what messages call it
-  Dataset dataset;   // with views where there are observations
-  bool has_observations = false;
+  std::string name;          // what messages call it
+  Dataset dataset;           // with views where there are observations
+  std::string observations;  // the file that the views were read from; "" where there is none
   std::vector<ImageSource> images;
   std::vector<std::string> warnings;
 };
@@ -34,11 +34,17 @@ struct Input {
 // Error for pictures that do not have the one size of the camera.
 Input read_input(const InputArguments& arguments);
 
+// Throws Error where a camera, read from `file`, is one for other pictures.
+void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
+
 // Fills in the views by detection, with progress on stderr; the detector's warnings come along.
 // Throws Error without pictures, and without tags that could stand in them.
 void detect_views(Input& input, int threads);
 
-// Views by detection where no observations were read. Throws Error for fewer than 12 corners.
+// Views by detection where no observations were read.
+void find_views(Input& input, int threads);
+
+// The same for a calibration: throws Error for fewer than 12 corners in all.
 void need_views(Input& input, int threads);
 
 // Throws Error where a file could not be written for a plain reason (a folder of that name, no

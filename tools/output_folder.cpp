@@ -54,11 +54,12 @@ std::set<fs::path> files_of_render(const fs::path& folder) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(const fs::path& place) : place_(plain_path(place)) {
+OutputFolder::OutputFolder(const fs::path& place, Taken taken)
+    : place_(plain_path(place)), joins_(taken == Taken::by_any_folder) {
   if (fs::exists(place_) && !fs::is_directory(place_)) {
     throw Error(fmt::format("{}: must be a folder, got a file", place.string()));
   }
-  if (fs::is_directory(place_) && !fs::is_empty(place_)) {
+  if (!joins_ && fs::is_directory(place_) && !fs::is_empty(place_)) {
     if (!fs::exists(place_ / "dataset.yaml") || !fs::exists(place_ / "truth.yaml")) {
       throw Error(
           fmt::format("{}: must be empty or an earlier render, has other files", place.string()));
@@ -82,6 +83,7 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::publish() {
+  if (joins_ && fs::is_directory(place_)) return move_files();
   fs::path old = place_;
   old += fmt::format(".replaced-{}", getpid());
   std::error_code why;
@@ -90,6 +92,14 @@ void OutputFolder::publish() {
   if (why) throw cannot_write(place_, why);
   partial_.clear();
   if (!replaced_.empty()) keep_users_files(old);
+}
+
+void OutputFolder::move_files() {
+  for (const auto& entry : fs::directory_iterator(partial_)) {
+    std::error_code why;
+    fs::rename(entry.path(), place_ / entry.path().filename(), why);
+    if (why) throw cannot_write(place_ / entry.path().filename(), why);
+  }
 }
 
 // File by file, and folders only when they are empty, so that nothing unknown is ever removed.

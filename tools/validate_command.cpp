@@ -82,13 +82,7 @@ std::string summary(const Validation& validation, const std::string& model) {
 int run(const Arguments& arguments) {
   const CalibrationFile file = read_calibration(arguments.calibration);
   Input input = read_input({"", {arguments.dataset}, arguments.observations});
-  const ImageSize& expected = input.dataset.image_size;
-  const ImageSize& size = file.camera.image_size;
-  if (size != expected) {
-    throw Error(fmt::format("{}: image size must be {}x{} as of {}, got {}x{}",
-                            arguments.calibration, expected.width, expected.height,
-                            arguments.dataset, size.width, size.height));
-  }
+  check_image_size(file.camera.image_size, arguments.calibration, input);
   need_views(input, 0);
   Validation validation;
   {

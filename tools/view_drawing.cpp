@@ -38,15 +38,15 @@ class Panel {
   std::string polygon(const std::vector<Vector3d>& corners_in_world, std::string_view style) const {
     std::vector<Vector3d> corners;
     for (const Vector3d& x : corners_in_world) corners.push_back(camera_from_world_ * x);
-    std::string points;
-    const auto clipped = clip_to_domain(corners, camera_.lens, 1e-6);
-    for (std::size_t i = 0; i < clipped.size(); ++i) {
-      const Vector3d& a = clipped[i];
-      const Vector3d& b = clipped[(i + 1) % clipped.size()];
-      for (int piece = 0; piece < kEdgePieces; ++piece) points += at(a, b, piece);
+    std::string svg;
+    for (const auto& part : clip_to_domain(corners, camera_.lens, 1e-6)) {
+      std::string points;
+      for (std::size_t i = 0; i < part.size(); ++i)
+        for (int piece = 0; piece < kEdgePieces; ++piece)
+          points += at(part[i], part[(i + 1) % part.size()], piece);
+      svg += fmt::format("<polygon points=\"{}\" {}/>\n", points, style);
     }
-    if (points.empty()) return "";
-    return fmt::format("<polygon points=\"{}\" {}/>\n", points, style);
+    return svg;
   }
 
   std::string line(const Vector3d& from, const Vector3d& to, std::string_view style) const {

@@ -6,13 +6,13 @@
 #include <string>
 
 #include "tagcal/error.hpp"
+#include "tagcal/geometry/transform.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::Matrix4d;
 using Eigen::Vector3d;
-using Eigen::Vector4d;
 
 void check(const ViewVolume& volume) {
   const Window& w = volume.window;
@@ -27,29 +27,27 @@ void check(const ViewVolume& volume) {
     throw Error("view volume: far must be finite for a parallel projection");
 }
 
-Matrix4d scaling(double x, double y, double z) { return Vector4d(x, y, z, 1).asDiagonal(); }
-
 std::vector<NormalisingStep> perspective_steps(const ViewVolume& v) {
   const Window& w = v.window;
   const double k = v.near_m / v.far_m;
-  Matrix4d shear = Matrix4d::Identity();
-  shear(0, 2) = (w.left + w.right) / (2 * v.near_m);
-  shear(1, 2) = (w.bottom + w.top) / (2 * v.near_m);
+  const Affine shear = shearing(Axis::x, Axis::z, (w.left + w.right) / (2 * v.near_m)) *
+                       shearing(Axis::y, Axis::z, (w.bottom + w.top) / (2 * v.near_m));
+  const Affine scale =
+      scaling({2 * k / (w.right - w.left), 2 * k / (w.top - w.bottom), 1 / v.far_m});
   Matrix4d box_from_pyramid = Matrix4d::Identity();
   box_from_pyramid.bottomRows<2>() << 0, 0, 1 / (1 - k), k / (1 - k), 0, 0, -1, 0;
-  return {{"shear the centre of the window onto the axis", shear},
-          {"scale the sides to 45 degrees and far to z = -1",
-           scaling(2 * k / (w.right - w.left), 2 * k / (w.top - w.bottom), 1 / v.far_m)},
+  return {{"shear the centre of the window onto the axis", shear.matrix()},
+          {"scale the sides to 45 degrees and far to z = -1", scale.matrix()},
           {"make the pyramid a box", box_from_pyramid}};
 }
 
 std::vector<NormalisingStep> parallel_steps(const ViewVolume& v) {
   const Window& w = v.window;
-  Matrix4d move = Matrix4d::Identity();
-  move.topRightCorner<3, 1>() << -(w.left + w.right) / 2, -(w.bottom + w.top) / 2, v.near_m;
-  return {{"move the centre of the window to the origin", move},
-          {"scale the box to 2 x 2 x 1",
-           scaling(2 / (w.right - w.left), 2 / (w.top - w.bottom), 1 / (v.far_m - v.near_m))}};
+  const Pose move = translation({-(w.left + w.right) / 2, -(w.bottom + w.top) / 2, v.near_m});
+  const Affine scale =
+      scaling({2 / (w.right - w.left), 2 / (w.top - w.bottom), 1 / (v.far_m - v.near_m)});
+  return {{"move the centre of the window to the origin", move.matrix()},
+          {"scale the box to 2 x 2 x 1", scale.matrix()}};
 }
 
 // Throws Error unless an entry is what it must be, relative to the largest of the matrix.

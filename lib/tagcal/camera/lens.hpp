@@ -135,8 +135,9 @@ bool in_domain(const Lens& lens, const Eigen::Vector3d& x_in_camera);
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& x_in_camera);
 std::optional<Ray> ray_in_camera(const Lens& lens, const Eigen::Vector2d& pixel);
 
-// Many points at once: the chain source -> camera -> image. Sizes must be equal. valid[i] says
-// whether point i is in the domain; pixels[i] of one that is not is NaN. Returns how many are.
+// Many points at once: the chain source -> camera -> image. valid[i] says whether point i is in the
+// domain; pixels[i] of one that is not is NaN. Returns how many are. Throws Error unless the sizes
+// are equal. Agrees with the functions above to rounding; batch.hpp has the same with Jacobians.
 std::size_t project(const Lens& lens, const Pose& camera_from_source,
                     std::span<const Eigen::Vector3d> x_in_source, std::span<Eigen::Vector2d> pixels,
                     std::span<std::uint8_t> valid);

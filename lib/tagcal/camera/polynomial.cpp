@@ -16,6 +16,7 @@ double bisect(std::span<const double> c, double low, double high) {
 }
 
 std::vector<double> sign_changes(std::span<const double> c, double limit) {
+  while (!c.empty() && c.front() == 0) c = c.subspan(1);  // powers of x have no sign to change
   if (c.size() < 2) return {};
   std::vector<double> knots = sign_changes(derivative(c), limit);
   knots.push_back(limit);

@@ -1,6 +1,5 @@
 #include "tagcal/estimate/closed_form.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
@@ -70,33 +69,6 @@ std::vector<Vector3d> mapped(const Matrix3d& map, std::span<const Vector3d> rays
 
 }  // namespace
 
-PointSpread spread_of(std::span<const Vector3d> points) {
-  PointSpread spread;
-  if (points.empty()) return spread;
-  const auto n = static_cast<double>(points.size());
-  Vector3d centre = Vector3d::Zero();
-  for (const Vector3d& p : points) centre += p / n;
-  MatrixXd offsets(3, points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    offsets.col(static_cast<Eigen::Index>(i)) = points[i] - centre;
-  const Eigen::JacobiSVD<MatrixXd> svd(offsets, Eigen::ComputeFullU);
-  Vector3d extent = Vector3d::Zero();
-  extent.head(svd.singularValues().size()) = svd.singularValues() / std::sqrt(n);
-  spread.size = extent(0);
-  // The size against the magnitude of the coordinates: what rounding leaves of equal points.
-  if (!(extent(0) > 1e-12 * centre.norm()) || extent(0) == 0) return spread;
-  Matrix3d axes = svd.matrixU();
-  if (axes.determinant() < 0) axes.col(2) *= -1;
-  const Eigen::Quaterniond plane_from_target(Matrix3d(axes.transpose()));
-  spread.plane_from_target = Pose(plane_from_target, -(plane_from_target * centre));
-  spread.thickness = extent(2) / extent(0);
-  if (extent(1) < 1e-3 * extent(0))
-    spread.shape = PointShape::line;
-  else
-    spread.shape = spread.thickness < 0.05 ? PointShape::plane : PointShape::space;
-  return spread;
-}
-
 std::optional<MatrixXd> projective_map(const MatrixXd& x, std::span<const Vector3d> rays) {
   const Eigen::Index d = x.rows(), n = x.cols();
   assert(n == static_cast<Eigen::Index>(rays.size()));
@@ -118,48 +90,13 @@ std::optional<MatrixXd> projective_map(const MatrixXd& x, std::span<const Vector
   return MatrixXd(result / (front < 0 ? -result.norm() : result.norm()));
 }
 
-std::optional<Matrix3d> homography(std::span<const Vector2d> points,
-                                   std::span<const Vector3d> rays) {
-  MatrixXd x(3, points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    x.col(static_cast<Eigen::Index>(i)) = points[i].homogeneous();
-  const std::optional<MatrixXd> m = projective_map(x, rays);
-  if (!m) return std::nullopt;
-  return Matrix3d(*m);
-}
-
-Pose pose_from_homography(const Matrix3d& camera_from_plane) {
-  const Vector3d h1 = camera_from_plane.col(0), h2 = camera_from_plane.col(1);
-  const double scale = 2 / (h1.norm() + h2.norm());
-  Matrix3d m;
-  m << h1 * scale, h2 * scale, h1.cross(h2) * (scale * scale);
-  return {nearest_rotation(m), scale * camera_from_plane.col(2)};
-}
-
-std::optional<double> focal_ratio_from_homographies(std::span<const Matrix3d> homographies) {
-  // With w = 1 / ratio^2: w a + b = 0 for each of the two constraints of each view.
-  double aa = 0, ab = 0;
-  for (const Matrix3d& h : homographies) {
-    const Matrix3d g = h / std::sqrt(h.col(0).norm() * h.col(1).norm());
-    const double a1 = g(0, 0) * g(0, 1) + g(1, 0) * g(1, 1), b1 = g(2, 0) * g(2, 1);
-    const double a2 = g.col(0).head<2>().squaredNorm() - g.col(1).head<2>().squaredNorm();
-    const double b2 = g(2, 0) * g(2, 0) - g(2, 1) * g(2, 1);
-    aa += a1 * a1 + a2 * a2;
-    ab += a1 * b1 + a2 * b2;
-  }
-  const double w = -ab / aa;
-  if (!(w > 1e-8 && w < 1e8)) return std::nullopt;
-  return 1 / std::sqrt(w);
-}
-
 std::optional<Pose> pose_from_points_dlt(std::span<const Vector3d> points,
                                          std::span<const Vector3d> rays) {
   const PointSpread spread = spread_of(points);
   if (spread.shape == PointShape::point) return std::nullopt;
   MatrixXd x(4, points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    x.col(static_cast<Eigen::Index>(i)) =
-        (spread.plane_from_target * points[i] / spread.size).homogeneous();
+    x.col(static_cast<Eigen::Index>(i)) = (spread.in_plane(points[i]) / spread.size).homogeneous();
   const std::optional<MatrixXd> m = projective_map(x, rays);
   if (!m) return std::nullopt;
   Eigen::Matrix<double, 3, 4> p = *m;
@@ -167,7 +104,7 @@ std::optional<Pose> pose_from_points_dlt(std::span<const Vector3d> points,
   if (determinant == 0) return std::nullopt;
   p /= std::cbrt(determinant);  // makes the left part a rotation, its sign included
   const Pose camera_from_plane(nearest_rotation(p.leftCols<3>()), spread.size * p.col(3));
-  return camera_from_plane * spread.plane_from_target;
+  return camera_from_plane * spread.plane_from_target_pose();
 }
 
 std::optional<Pose> pose_closed_form(std::span<const Vector3d> points,
@@ -176,10 +113,10 @@ std::optional<Pose> pose_closed_form(std::span<const Vector3d> points,
   if (spread.shape == PointShape::space) return pose_from_points_dlt(points, rays);
   if (spread.shape != PointShape::plane) return std::nullopt;
   std::vector<Vector2d> plane;
-  for (const Vector3d& p : points) plane.push_back((spread.plane_from_target * p).head<2>());
+  for (const Vector3d& p : points) plane.push_back(spread.in_plane(p).head<2>());
   const std::optional<Matrix3d> h = homography(plane, rays);
   if (!h) return std::nullopt;
-  return pose_from_homography(*h) * spread.plane_from_target;
+  return pose_from_homography(*h) * spread.plane_from_target_pose();
 }
 
 }  // namespace tagcal

@@ -1,12 +1,13 @@
 #include "tagcal/estimate/refine.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/tiny_solver.h>
 #include <glog/logging.h>
 
 #include <array>
 #include <memory>
 #include <mutex>
+
+#include "tagcal/estimate/view_solver.hpp"
 
 namespace tagcal {
 namespace {
@@ -17,37 +18,6 @@ PoseStep step_about(const Pose& pose) {
   const double distance = pose.translation().norm();
   return {pose, distance > 0 ? distance : 1.0};
 }
-
-// What ceres::TinySolver minimises. It ignores failures, so a step out of the domain gets a cost
-// that no step is accepted at.
-class TinyPoseProblem {
- public:
-  using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
-
-  TinyPoseProblem(const ViewProblem& view, const Lens& lens, const PoseStep& pose)
-      : view_(view), lens_(lens), pose_(pose), row_major_(NumResiduals(), 6) {}
-
-  int NumResiduals() const { return 2 * static_cast<int>(view_.correspondences.size()); }
-
-  bool operator()(const double* step, double* residuals, double* jacobian) const {
-    Eigen::Map<RowMajor6> by_step(row_major_.data(), NumResiduals(), 6);
-    ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals, NumResiduals()),
-                              jacobian ? &by_step : nullptr, nullptr};
-    const Vector6d at = Eigen::Map<const Vector6d>(step);
-    const bool valid = reprojection(view_, lens_, {}, pose_, at, output);
-    if (!valid) output.residuals.setConstant(1e100);
-    if (jacobian)
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>>(jacobian, NumResiduals(), 6) = by_step;
-    return valid;
-  }
-
- private:
-  const ViewProblem& view_;
-  const Lens& lens_;
-  const PoseStep& pose_;
-  mutable RowMajor6 row_major_;
-};
 
 // The lens of the parameters that Ceres tries, made once per trial and not once per view.
 class SharedLens {
@@ -130,22 +100,16 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 std::optional<RefinedPose> refine_pose(const ViewProblem& view, const Lens& lens, const Pose& start,
                                        int max_iterations) {
-  const PoseStep pose = step_about(start);
-  const TinyPoseProblem problem(view, lens, pose);
-  Vector6d step = Vector6d::Zero();
-  Eigen::VectorXd residuals(problem.NumResiduals());
-  if (!problem(step.data(), residuals.data(), nullptr)) return std::nullopt;
-  using Solver = ceres::TinySolver<TinyPoseProblem>;
-  Solver solver;
-  solver.options.max_num_iterations = max_iterations;
-  solver.options.gradient_tolerance = 1e-12;
-  solver.options.function_tolerance = 1e-16;  // absolute, in squared whitened pixels
-  solver.options.cost_threshold = 1e-24;
-  const auto& summary = solver.Solve(problem, &step);
-  const Pose solution = pose.at(step);
-  if (!solution.translation().allFinite()) return std::nullopt;
-  return RefinedPose{solution, 2 * summary.final_cost,
-                     summary.status != Solver::HIT_MAX_ITERATIONS};
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector2d> pixels;
+  for (const Correspondence& c : view.correspondences) {
+    points.push_back(c.point);
+    pixels.push_back(c.pixel);
+  }
+  ViewSums sums(lens, {points, pixels, view.whitening});
+  const auto solution = solve_view<6>(sums, {state_of(start)}, {max_iterations});
+  if (!solution) return std::nullopt;
+  return RefinedPose{pose_of(solution->state), solution->cost, solution->converged};
 }
 
 BundleSummary solve(Bundle& bundle, int max_iterations) {

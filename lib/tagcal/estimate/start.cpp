@@ -47,7 +47,7 @@ MatrixXd homogeneous_points(const std::vector<Vector3d>& points) {
   const Eigen::Index d = spread.shape == PointShape::space ? 4 : 3;
   MatrixXd x(d, static_cast<Eigen::Index>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vector3d p = spread.plane_from_target * points[i];
+    const Vector3d p = spread.in_plane(points[i]);
     x.col(static_cast<Eigen::Index>(i)).head(d - 1) = p.head(d - 1);
   }
   x.row(d - 1).setOnes();

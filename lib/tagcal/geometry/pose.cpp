@@ -1,7 +1,12 @@
 #include "tagcal/geometry/pose.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
+
+#include "tagcal/error.hpp"
 
 namespace tagcal {
 namespace {
@@ -118,6 +123,17 @@ Eigen::Quaterniond nearest_rotation(const Eigen::Matrix3d& matrix) {
   signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   return Eigen::Quaterniond(rotation).normalized();
+}
+
+Eigen::Quaterniond rotation_from_matrix(const Eigen::Matrix3d& matrix, std::string_view what,
+                                        double tolerance) {
+  const double error = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).norm();
+  const double determinant = matrix.determinant();
+  if (!(error < tolerance) || determinant < 0) {
+    throw Error(fmt::format("{} must be a rotation, but |R'R - 1| is {:.3g}, det R is {:.3g}", what,
+                            error, determinant));
+  }
+  return nearest_rotation(matrix);
 }
 
 }  // namespace tagcal

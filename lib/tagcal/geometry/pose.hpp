@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 namespace tagcal {
 
@@ -89,5 +90,12 @@ double distance_between_m(const Pose& a, const Pose& b);
 // The rotation nearest to a matrix (Frobenius norm; Schonemann 1966, with det = +1). The matrix
 // must have rank 2 at least.
 Eigen::Quaterniond nearest_rotation(const Eigen::Matrix3d& matrix);
+
+// The rotation that a matrix R is meant to be: the nearest, if |R'R - 1| (Frobenius norm) is below
+// the tolerance and R does not mirror. The default takes what was rounded to three digits. Throws
+// Error else, "`what` must be a rotation, but ...".
+constexpr double kRotationTolerance = 1e-3;
+Eigen::Quaterniond rotation_from_matrix(const Eigen::Matrix3d& matrix, std::string_view what,
+                                        double tolerance = kRotationTolerance);
 
 }  // namespace tagcal

@@ -18,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxBoards = 10'000;
-constexpr std::size_t kMinCorners = 12;
 
 std::vector<PlacedBoard> read_boards(const YamlValue& target, std::vector<std::string>* warnings) {
   std::vector<PlacedBoard> boards;
@@ -63,17 +62,6 @@ void check_sizes(const std::vector<fs::path>& images, const ImageSize& size) {
     throw Error(fmt::format("{}: is {}x{} pixels, but image_size in dataset.yaml is [{}, {}]",
                             image.string(), found.width, found.height, size.width, size.height));
   }
-}
-
-std::vector<View> read_views(const fs::path& file, const std::vector<PlacedBoard>& boards) {
-  std::vector<View> views = read_observations(file, boards);
-  std::size_t num_corners = 0;
-  for (const View& view : views) num_corners += view.observations.size();
-  if (num_corners < kMinCorners) {
-    throw Error(fmt::format("{}: must have at least {} corners in all, got {}", file.string(),
-                            kMinCorners, num_corners));
-  }
-  return views;
 }
 
 Truth read_truth_of(const fs::path& file, const ImageSize& size) {
@@ -126,8 +114,8 @@ DatasetFolder read_dataset(const fs::path& folder) {
   const auto images = top.find("images");
   if (!observations && !images) top.fail_plainly("needs observations: FILE or images: FOLDER");
   if (observations) {
-    dataset.views = read_views(folder / observations->text(), dataset.boards);
-    read.has_observations = true;
+    read.observations = folder / observations->text();
+    dataset.views = read_observations(read.observations, dataset.boards);
   }
   if (images) {
     read.images = list_images(folder / images->text(), *images);

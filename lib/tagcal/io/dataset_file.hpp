@@ -11,14 +11,13 @@ namespace tagcal {
 // A data set as it lies on disk (DATASET is a folder with dataset.yaml; docs/formats.md).
 struct DatasetFolder {
   Dataset dataset;                            // views are empty where there are only images
-  bool has_observations = false;              // whether views were read
+  std::filesystem::path observations;         // the file with the views; empty where there is none
   std::vector<std::filesystem::path> images;  // of `images: FOLDER`, sorted by name
   std::vector<std::string> warnings;
 };
 
 // Reads and checks dataset.yaml, its targets, observations and truth. Throws Error: see the
-// functions below, and image_size that is not positive, ids that two boards share, and (where
-// observations were read) fewer than 12 corners in all.
+// functions below, and image_size that is not positive, ids that two boards share.
 DatasetFolder read_dataset(const std::filesystem::path& folder);
 
 // Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views in the

@@ -37,5 +37,6 @@ std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
 
 std::string encode_png(const Image8& image, double pixels_per_inch);
+std::string encode_png(const ImageRgb& image);
 
 }  // namespace tagcal

@@ -209,4 +209,12 @@ void write_png(const std::filesystem::path& file, const Image8& image, double pi
   write_whole(file, bytes);
 }
 
+void write_png(const std::filesystem::path& file, const ImageRgb& image) {
+  const std::string bytes = naming(file, [&] {
+    check_size(image.width(), image.height());
+    return encode_png(image);
+  });
+  write_whole(file, bytes);
+}
+
 }  // namespace tagcal

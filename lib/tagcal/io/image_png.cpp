@@ -144,10 +144,26 @@ class PngDecoder : public ImageDecoder {
   std::vector<std::uint16_t> grey_;
 };
 
+// A picture of 8-bit values, grey or colour, as libpng takes it.
+struct Rows {
+  template <typename T>
+  Rows(const Image<T>& image, int png_colour)
+      : size(image.size()),
+        colour(png_colour),
+        first(reinterpret_cast<png_const_bytep>(image.pixels().data())),
+        row_bytes(static_cast<std::size_t>(image.width()) * sizeof(T)) {}
+
+  ImageSize size;
+  int colour;
+  png_const_bytep first;
+  std::size_t row_bytes;
+};
+static_assert(sizeof(Rgb) == 3);
+
 class PngEncoder {
  public:
-  PngEncoder(const Image8& image, double pixels_per_inch)
-      : image_(image),
+  explicit PngEncoder(const Rows& rows, double pixels_per_inch = 0)
+      : rows_(rows),
         pixels_per_m_(static_cast<png_uint_32>(std::lround(pixels_per_inch / 0.0254))) {
     png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
     info_ = png_ ? png_create_info_struct(png_) : nullptr;
@@ -172,19 +188,20 @@ class PngEncoder {
     png_set_write_fn(png_, this, append, nullptr);
     png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);
     png_set_compression_level(png_, 3);
-    png_set_IHDR(png_, info_, static_cast<png_uint_32>(image_.width()),
-                 static_cast<png_uint_32>(image_.height()), 8, PNG_COLOR_TYPE_GRAY,
-                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(png_, info_, static_cast<png_uint_32>(rows_.size.width),
+                 static_cast<png_uint_32>(rows_.size.height), 8, rows_.colour, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     if (pixels_per_m_ > 0) {
       png_set_pHYs(png_, info_, pixels_per_m_, pixels_per_m_, PNG_RESOLUTION_METER);
     }
     png_write_info(png_, info_);
-    for (int y = 0; y < image_.height(); ++y) png_write_row(png_, image_.row(y));
+    for (int y = 0; y < rows_.size.height; ++y)
+      png_write_row(png_, rows_.first + static_cast<std::size_t>(y) * rows_.row_bytes);
     png_write_end(png_, info_);
     return true;
   }
 
-  const Image8& image_;
+  Rows rows_;
   png_uint_32 pixels_per_m_;
   PngMessage message_;
   png_structp png_ = nullptr;
@@ -199,7 +216,11 @@ std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes) {
 }
 
 std::string encode_png(const Image8& image, double pixels_per_inch) {
-  return PngEncoder(image, pixels_per_inch).encode();
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
+}
+
+std::string encode_png(const ImageRgb& image) {
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_RGB)).encode();
 }
 
 }  // namespace tagcal

@@ -13,8 +13,6 @@
 namespace tagcal {
 namespace {
 
-constexpr double kRotationTolerance = 1e-3;  // files round their numbers
-
 Pose read_matrix(const YamlValue& value) {
   Eigen::Matrix4d matrix;
   int row = 0;
@@ -22,17 +20,15 @@ Pose read_matrix(const YamlValue& value) {
     const std::vector<double> numbers = item.numbers(4);
     matrix.row(row++) = Eigen::RowVector4d::Map(numbers.data());
   }
-  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
-  const double error = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm();
-  if (!(error < kRotationTolerance) || rotation.determinant() < 0) {
-    value.fail_plainly(fmt::format(
-        "the upper left 3x3 must be a rotation, but |R'R - 1| is {:.3g}, det R is {:.3g}", error,
-        rotation.determinant()));
-  }
   if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
     value.fail_plainly("the last row must be [0, 0, 0, 1]");
   }
-  return {nearest_rotation(rotation), matrix.topRightCorner<3, 1>()};
+  try {
+    return {rotation_from_matrix(matrix.topLeftCorner<3, 3>(), "the upper left 3x3"),
+            matrix.topRightCorner<3, 1>()};
+  } catch (const Error& error) {
+    value.fail_plainly(error.what());
+  }
 }
 
 std::vector<int> held_parameters(const Model& model, int num_parameters) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace tagcal {
 
-// A grey picture, row by row from the top.
+// A picture, row by row from the top.
 template <typename T>
 class Image {
  public:
@@ -39,5 +40,8 @@ class Image {
 using Image8 = Image<std::uint8_t>;
 using Image16 = Image<std::uint16_t>;
 using ImageF = Image<float>;
+
+using Rgb = std::array<std::uint8_t, 3>;
+using ImageRgb = Image<Rgb>;
 
 }  // namespace tagcal

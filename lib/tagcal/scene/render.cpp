@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tagcal/camera/clip.hpp"
 #include "tagcal/error.hpp"
@@ -19,7 +18,6 @@ using Eigen::Vector3d;
 constexpr double kChordErrorPx = 1e-4;
 constexpr int kDeepestCut = 12;  // an edge is cut into at most 2^12 pieces
 constexpr int kBandRows = 16;    // of the output, worked on at once
-constexpr int kPaperPatches = 16;
 
 // Something painted over what is behind it: `fill` where `over` covers, then `ink` on it.
 struct Layer {
@@ -39,16 +37,13 @@ class Tracer {
     std::vector<Vector3d> polygon;
     for (const Vector3d& corner : polygon_in_world) polygon.push_back(camera_from_world_ * corner);
     const double size = (polygon[0] - polygon[polygon.size() / 2]).norm();
-    polygon = clip_to_domain(polygon, lens_, 1e-6 * size);
-    std::vector<Vector2d> traced;
-    for (std::size_t i = 0; i < polygon.size(); ++i)
-      if (!follow(polygon[i], polygon[(i + 1) % polygon.size()], kDeepestCut, traced)) return;
-    if (traced.size() >= 3) outlines.add(traced);
-  }
-
-  bool domain_is_convex() const {
-    const auto* fisheye = std::get_if<Fisheye>(&lens_);
-    return !fisheye || fisheye->max_angle() < std::numbers::pi / 2;
+    for (const auto& part : clip_to_domain(polygon, lens_, 1e-6 * size)) {
+      std::vector<Vector2d> traced;
+      bool whole = true;
+      for (std::size_t i = 0; i < part.size() && whole; ++i)
+        whole = follow(part[i], part[(i + 1) % part.size()], kDeepestCut, traced);
+      if (whole && traced.size() >= 3) outlines.add(traced);
+    }
   }
 
  private:
@@ -82,19 +77,6 @@ class Tracer {
   double scale_;
 };
 
-// The parts of a rectangle on a grid, so that a lens that cannot show all of it shows most.
-std::vector<std::vector<Vector3d>> patches(const std::vector<Vector3d>& r, int n) {
-  const auto at = [&](int i, int j) -> Vector3d {
-    const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
-    return (1 - u) * (1 - v) * r[0] + u * (1 - v) * r[1] + u * v * r[2] + (1 - u) * v * r[3];
-  };
-  std::vector<std::vector<Vector3d>> result;
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i)
-      result.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
-  return result;
-}
-
 const TagFamily& family_of(const Board& board, const TagFamilies& families) {
   const auto family = families.find(board.family);
   if (family == families.end()) throw Error("render: family " + board.family + " is not known");
@@ -109,8 +91,7 @@ Layer layer_of(const Sheet& sheet, const Scene& scene, const TagFamilies& famili
     layer.paper_level = static_cast<float>(scene.occluders[sheet.occluder].level);
     return layer;
   }
-  const int n = tracer.domain_is_convex() ? 1 : kPaperPatches;
-  for (const auto& patch : patches(sheet.corners, n)) tracer.trace(patch, layer.paper);
+  tracer.trace(sheet.corners, layer.paper);
   layer.paper_level = static_cast<float>(scene.paper_level);
   layer.ink_level = static_cast<float>(scene.ink_level);
   if (!front) return layer;

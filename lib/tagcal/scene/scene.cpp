@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "tagcal/error.hpp"
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 
@@ -76,10 +77,6 @@ Shift random_shift(const PathJitter& jitter, std::uint64_t seed, int view) {
   return {eye, target, random.uniform(-jitter.roll_rad, jitter.roll_rad)};
 }
 
-Pose rolled(const Pose& camera_from_world, double roll_rad) {
-  return Pose(exp_rotation({0, 0, roll_rad}), Vector3d::Zero()) * camera_from_world;
-}
-
 Pose looking_at(const Sight& sight) {
   const Vector3d view = (sight.target - sight.eye).normalized();
   const bool along_z = view.cross(Vector3d::UnitZ()).norm() < 1e-9;
@@ -90,8 +87,8 @@ Pose looking_at(const Sight& sight) {
 template <typename Path>
 Pose pose_on(const Path& path, int view, int num_views, const Shift& shift) {
   const Sight on_path = sight(path, view, num_views);
-  return rolled(looking_at({on_path.eye + shift.eye, on_path.target + shift.target}),
-                shift.roll_rad);
+  return rotation_about_z(shift.roll_rad) *
+         looking_at({on_path.eye + shift.eye, on_path.target + shift.target});
 }
 
 Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift& shift) {
@@ -101,7 +98,7 @@ Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift&
   const auto turn = Eigen::Quaterniond::FromTwoVectors(axis, aim);
   const Pose moved(turn * world_from_camera.rotation(),
                    world_from_camera.translation() + shift.eye);
-  return rolled(moved.inverse(), shift.roll_rad);
+  return rotation_about_z(shift.roll_rad) * moved.inverse();
 }
 
 }  // namespace

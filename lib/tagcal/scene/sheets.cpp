@@ -74,6 +74,22 @@ bool goes_before(const Sheet& behind, const Sheet& front, const Eye& eye) {
   return distance(behind, eye) > distance(front, eye);
 }
 
+// Where a ray meets a sheet, in lengths of its direction.
+std::optional<double> crossing(const Sheet& sheet, const Ray& ray) {
+  const double climb = sheet.normal.dot(ray.direction);
+  const double height = sheet.normal.dot(sheet.corners.front() - ray.origin);
+  if (std::abs(height) <= kFlat * extent(sheet) || climb == 0) return std::nullopt;
+  const double at = height / climb;
+  if (!(at > 0)) return std::nullopt;
+  const Vector3d hit = ray.origin + at * ray.direction;
+  for (std::size_t i = 0; i < sheet.corners.size(); ++i) {
+    const Vector3d& a = sheet.corners[i];
+    const Vector3d& b = sheet.corners[(i + 1) % sheet.corners.size()];
+    if (sheet.normal.dot((b - a).cross(hit - a)) < 0) return std::nullopt;
+  }
+  return at;
+}
+
 Sheet paper_sheet(const PlacedBoard& placed, std::size_t board, const BoardPanel& panel) {
   Sheet sheet;
   for (const Vector3d& corner : panel.paper)
@@ -118,20 +134,19 @@ bool faces(const Sheet& sheet, const Eye& eye) {
   return sheet.normal.dot(eye.towards_from(sheet.corners.front())) > 0;
 }
 
-bool hides(const Sheet& sheet, const Eye& eye, const Vector3d& x) {
-  const Vector3d towards = eye.towards_from(x);
-  const double climb = sheet.normal.dot(towards);
-  const double height = sheet.normal.dot(sheet.corners.front() - x);
-  if (std::abs(height) <= kFlat * extent(sheet) || climb == 0) return false;
-  const double share = height / climb;  // of the way from x to the eye
-  if (!(share > 0) || (eye.w != 0 && !(share < 1))) return false;
-  const Vector3d hit = x + share * towards;
-  for (std::size_t i = 0; i < sheet.corners.size(); ++i) {
-    const Vector3d& a = sheet.corners[i];
-    const Vector3d& b = sheet.corners[(i + 1) % sheet.corners.size()];
-    if (sheet.normal.dot((b - a).cross(hit - a)) < 0) return false;
+std::optional<Hit> nearest_hit(const std::vector<Sheet>& sheets, const Ray& ray) {
+  std::optional<Hit> nearest;
+  for (std::size_t i = 0; i < sheets.size(); ++i) {
+    const std::optional<double> at = crossing(sheets[i], ray);
+    if (at && (!nearest || *at < nearest->distance))
+      nearest = Hit{i, *at, ray.origin + *at * ray.direction};
   }
-  return true;
+  return nearest;
+}
+
+bool hides(const Sheet& sheet, const Eye& eye, const Vector3d& x) {
+  const std::optional<double> at = crossing(sheet, {x, eye.towards_from(x)});
+  return at && (eye.w == 0 || *at < 1);
 }
 
 std::vector<std::size_t> painting_order(const std::vector<Sheet>& sheets, const Eye& eye) {

@@ -38,6 +38,15 @@ std::vector<Sheet> sheets(const Scene& scene);
 // Whether the front of the sheet is turned to the eye.
 bool faces(const Sheet& sheet, const Eye& eye);
 
+// What a ray (world coordinates) meets first, of several surfaces; through openings between them
+// too. No value where it meets none. Surfaces that the ray begins on, or runs along, do not count.
+struct Hit {
+  std::size_t sheet = 0;  // index
+  double distance = 0;    // along the ray, in lengths of its direction
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+};
+std::optional<Hit> nearest_hit(const std::vector<Sheet>& sheets, const Ray& ray);
+
 // Whether the sheet lies between the eye and a point x off the sheet, in world coordinates.
 bool hides(const Sheet& sheet, const Eye& eye, const Eigen::Vector3d& x);
 

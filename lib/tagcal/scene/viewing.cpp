@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "tagcal/camera/clip.hpp"
 #include "tagcal/camera/projection.hpp"
 #include "tagcal/camera/viewport.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
@@ -49,7 +50,7 @@ ViewingPipeline viewing_pipeline(const Camera& camera, const Pose& camera_from_w
   ViewingPipeline pipeline;
   pipeline.camera = camera;
   pipeline.camera_from_world = camera_from_world;
-  pipeline.eye_from_camera = Vector4d(1, -1, -1, 1).asDiagonal();
+  pipeline.eye_from_camera = opengl_from_opencv().matrix();
   pipeline.volume = view_volume(undistorted(camera), near_m, far_m);
   pipeline.clip_from_eye = clip_from_eye(pipeline.volume);
   pipeline.raster_from_ndc = raster_from_ndc({camera.image_size});
@@ -96,8 +97,7 @@ FollowedPoint followed(const NamedPoint& point, const Scene& scene,
   f.in_camera = pipeline.camera_from_world * f.in_world;
   f.in_eye = (pipeline.eye_from_camera * f.in_camera.homogeneous()).head<3>();
   f.in_clip = pipeline.clip_from_eye * f.in_eye.homogeneous();
-  const double w = f.in_clip.w();
-  f.in_volume = (f.in_clip.head<3>().array().abs() <= w).all();
+  f.in_volume = in_clip_volume(f.in_clip);
   f.in_ndc = divided(f.in_clip);
   if (f.in_ndc) {
     const Vector4d raster = pipeline.raster_from_ndc * f.in_ndc->homogeneous();

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "tagcal/camera/lens_kernels.hpp"
+
+// The rigid part of the chain for a pack of points, and the Jacobian by it. Included by the files
+// of kernels only, each of which has its own copy (see lens_kernels.hpp).
+
+namespace tagcal {
+namespace {
+
+template <typename Pack>
+struct PackPose {
+  explicit PackPose(const ViewJob& job) {
+    for (int i = 0; i < 9; ++i) rotation[i] = Pack(job.rotation[i]);
+    for (int i = 0; i < 3; ++i) translation[i] = Pack(job.translation[i]);
+  }
+
+  PackPoint<Pack> turned(const PackPoint<Pack>& x) const {
+    const auto row = [&](int i) {
+      return fma(rotation[i + 2], x.z, fma(rotation[i + 1], x.y, rotation[i] * x.x));
+    };
+    return {row(0), row(3), row(6)};
+  }
+
+  PackPoint<Pack> moved(const PackPoint<Pack>& x) const {
+    return {x.x + translation[0], x.y + translation[1], x.z + translation[2]};
+  }
+
+  Pack rotation[9];
+  Pack translation[3];
+};
+
+// The step is that of `retract`: x_in_camera = exp(omega) R x + t + tau, so a row j of the Jacobian
+// by the point becomes (R x) x j by omega, and j by tau.
+template <typename Pack>
+[[gnu::always_inline]] inline void set_by_pose(const PackPoint<Pack>& turned, const Pack* j,
+                                               Pack* columns) {
+  columns[0] = fma(turned.y, j[2], -(turned.z * j[1]));
+  columns[1] = fma(turned.z, j[0], -(turned.x * j[2]));
+  columns[2] = fma(turned.x, j[1], -(turned.y * j[0]));
+  for (int i = 0; i < 3; ++i) columns[3 + i] = j[i];
+}
+
+}  // namespace
+}  // namespace tagcal

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "tagcal/camera/batch.hpp"
+#include "tagcal/camera/project_kernels.hpp"
+
+namespace tagcal {
+
+// The kernels for the processor that this runs on.
+const ProjectKernels& fastest_kernels();
+
+// Sets the lens of a job; returns which of the kernels is its. Columns are wanted of the lens
+// parameters whose bit is set in `wanted`.
+ProjectKernelKind set_lens(const Lens& lens, unsigned wanted, ViewJob& job);
+
+// project_with_jacobians by kernels of choice; without by_pose and by_parameters, project.
+std::size_t project_by(const ProjectKernels& kernels, const Lens& lens,
+                       const Pose& camera_from_source, std::span<const Eigen::Vector3d> x_in_source,
+                       std::span<const FreeParameter> free, const ProjectionOutput& output);
+
+}  // namespace tagcal

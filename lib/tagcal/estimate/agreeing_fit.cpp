@@ -1,0 +1,192 @@
+#include "tagcal/estimate/agreeing_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/view_consensus.hpp"
+
+namespace tagcal {
+namespace {
+
+template <int N>
+AgreeingFit<N> no_fit(Status status, const std::string& reason) {
+  AgreeingFit<N> result;
+  result.status = status;
+  result.warnings.push_back(reason);
+  return result;
+}
+
+bool is_covariance(const Matrix2& c) {
+  const double product = c(0, 0) * c(1, 1);
+  return c.allFinite() && c(0, 0) > 0 && c(1, 1) > 0 && std::isfinite(product) &&
+         c(0, 1) == c(1, 0) && product - c(0, 1) * c(1, 0) > 1e-12 * product;
+}
+
+// What options cannot be meant; empty: they can.
+std::string defect(const PoseOptions& options, std::size_t num_points) {
+  const double variance = options.sigma_px * options.sigma_px;
+  const bool in_range = variance >= std::numeric_limits<double>::min() && std::isfinite(variance);
+  if (options.sigma_px != 0 && !(options.sigma_px > 0 && in_range))
+    return fmt::format("the noise must be 0 (not known) or more, got {} px", options.sigma_px);
+  const std::span<const Matrix2> covariances = options.covariance_px2;
+  if (!covariances.empty() && covariances.size() != num_points)
+    return fmt::format("{} covariances for {} points", covariances.size(), num_points);
+  if (!options.groups.empty() && options.groups.size() != num_points)
+    return fmt::format("{} groups for {} points", options.groups.size(), num_points);
+  const auto bad = std::find_if_not(covariances.begin(), covariances.end(), is_covariance);
+  if (bad != covariances.end())
+    return fmt::format("covariance {} is not positive definite", bad - covariances.begin());
+  return {};
+}
+
+// Whether four of the points are apart.
+bool four_places(const PoseProblem& problem) {
+  const std::span<const Eigen::Vector3d> points = problem.view().points;
+  const double apart = 1e-9 * problem.spread().size;
+  Solutions<Eigen::Vector3d, 4> places;
+  for (std::size_t i = 0; i < points.size() && !places.full(); ++i)
+    if (std::none_of(places.begin(), places.end(), [&](const Eigen::Vector3d& p) {
+          return (points[i] - p).squaredNorm() <= apart * apart;
+        }))
+      places.push_back(points[i]);
+  return places.full();
+}
+
+// Why a problem has no answer; empty: it may have one.
+std::string defect(const PoseProblem& problem) {
+  if (!problem.finite()) return "a point or a pixel is not finite";
+  if (problem.size() < 4)
+    return fmt::format("too few points: 4 are needed, got {}", problem.size());
+  const PointShape shape = problem.spread().shape;
+  if (shape == PointShape::point) return "the points are all at one place";
+  if (shape == PointShape::line) return "the points lie on a line";
+  if (!four_places(problem)) return "too few points: 4 are needed, the others are duplicates";
+  return {};
+}
+
+template <int N>
+Agreement agreement_of(const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit) {
+  // What the sum of all squares allows, no single one can exceed.
+  const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
+  if (fit.best().cost <= kOutlierSigmas * kOutlierSigmas * variance) return Agreement::full;
+  ViewResiduals residuals(lens, problem.view());
+  return agreement(problem, fit.noise, residuals.at(fit.best().state), N);
+}
+
+template <int N>
+void raise_noise(AgreeingFit<N>& result) {
+  NoiseLevel& noise = result.fit->noise;
+  const double freedom = 2 * static_cast<double>(result.problem->size()) - N;
+  const double sigma = std::sqrt(result.fit->best().cost / freedom);
+  if (!(sigma > noise.sigma_px)) return;
+  result.warnings.push_back(
+      fmt::format("the residuals are {:.1f} times as large as the noise that is {}: the covariance "
+                  "counts with {:.2g} px",
+                  sigma / noise.sigma_px, noise.assumed ? "assumed" : "stated", sigma));
+  noise.sigma_px = sigma;
+  noise.assumed = false;
+}
+
+// Residuals that are larger than noise that is known, or noise that only they show, may be the
+// model's error.
+template <int N>
+void look_for_model_error(const Lens& lens, AgreeingFit<N>& result) {
+  const ViewPoints view = result.problem->view();
+  ViewResiduals residuals(lens, view);
+  residuals.at(result.fit->best().state);
+  std::vector<Eigen::Vector2d> differences;
+  for (std::size_t i = 0; i < view.size(); ++i)
+    differences.push_back(residuals.projected()[i] - view.pixels[i]);
+  result.model_error = go_together(view.pixels, differences);
+  if (result.model_error)
+    result.warnings.push_back(
+        "the residuals go together from corner to corner, as noise does not: the lens bends lines, "
+        "or the target is not as stated, and the standard deviations do not count with that");
+}
+
+// From the inliers of a consensus to the least-squares fit of all that agree with it.
+template <int N>
+AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Lens& lens,
+                      const PoseOptions& options, std::vector<std::size_t> chosen) {
+  constexpr int kMaxRounds = 10;
+  const PoseProblem all(correspondences, options);
+  const Pose all_from_target = all.spread().plane_from_target_pose();
+  ViewResiduals residuals(lens, all.view());
+  AgreeingFit<N> result;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    result.problem.emplace(correspondences, options, chosen);
+    if (const std::string reason = defect(*result.problem); !reason.empty())
+      return no_fit<N>(Status::no_consensus, "of the points that agree: " + reason);
+    result.fit = fit_view<N>(*result.problem, lens, options);
+    if (!result.fit) break;
+    result.outliers = others(chosen, correspondences.size());
+    const ViewState& best = result.fit->best().state;
+    const Pose camera_from_all = pose_of(best) * result.problem->spread().plane_from_target_pose() *
+                                 all_from_target.inverse();
+    const std::vector<std::size_t> next =
+        within(residuals.at(state_of(camera_from_all, best.focal_px)), result.fit->noise.sigma_px);
+    if (next == chosen) break;
+    chosen = next;
+  }
+  return result;
+}
+
+template <int N>
+AgreeingFit<N> search(std::span<const Correspondence> correspondences, const Lens& lens,
+                      const PoseOptions& options) {
+  const PoseProblem all(correspondences, options);
+  constexpr double kUsualSigmaPx = 1;  // where none is stated; what is found then shows its own
+  double sigma = options.sigma_px > 0 ? options.sigma_px : kUsualSigmaPx;
+  if (all.whitened()) sigma = 1;
+  const auto consensus =
+      find_view_consensus<N>({lens, all.view(), options.groups, sigma, options.seed});
+  const std::string reason = "the points do not agree on one pose";
+  if (!consensus) return no_fit<N>(Status::no_consensus, reason);
+  AgreeingFit<N> result = settle<N>(correspondences, lens, options, consensus->inliers);
+  if (!result.fit || agreement_of(*result.problem, lens, *result.fit) == Agreement::partly)
+    return no_fit<N>(Status::no_consensus, reason);
+  return result;
+}
+
+}  // namespace
+
+template <int N>
+AgreeingFit<N> fit_agreeing(std::span<const Correspondence> correspondences, const Lens& lens,
+                            const PoseOptions& options) {
+  AgreeingFit<N> result;
+  if (const std::string reason = defect(options, correspondences.size()); !reason.empty())
+    return no_fit<N>(Status::degenerate, reason);
+  result.problem.emplace(correspondences, options);
+  if (const std::string reason = defect(*result.problem); !reason.empty())
+    return no_fit<N>(Status::degenerate, reason);
+  result.fit = fit_view<N>(*result.problem, lens, options);
+  Agreement agreement =
+      result.fit ? agreement_of(*result.problem, lens, *result.fit) : Agreement::partly;
+  if (agreement == Agreement::partly) {
+    const bool may_search = options.reject_outliers && correspondences.size() > 4;
+    if (!may_search && !result.fit)
+      return no_fit<N>(Status::degenerate, "no pose puts the points in front of the camera");
+    if (!may_search)
+      return no_fit<N>(Status::no_consensus, "the residuals of the best pose are not noise");
+    result = search<N>(correspondences, lens, options);
+    if (!result.fit) return result;
+    agreement = agreement_of(*result.problem, lens, *result.fit);
+  }
+  if (agreement == Agreement::noisy) raise_noise(result);
+  if (agreement == Agreement::noisy || !result.fit->noise.known) look_for_model_error(lens, result);
+  if (result.fit->noise.assumed)
+    result.warnings.push_back(
+        "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
+  return result;
+}
+
+template AgreeingFit<6> fit_agreeing<6>(std::span<const Correspondence>, const Lens&,
+                                        const PoseOptions&);
+template AgreeingFit<7> fit_agreeing<7>(std::span<const Correspondence>, const Lens&,
+                                        const PoseOptions&);
+
+}  // namespace tagcal

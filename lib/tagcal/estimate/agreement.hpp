@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "tagcal/estimate/pose_problem.hpp"
+
+namespace tagcal {
+
+// Further than this many standard deviations from the answer, a correspondence is wrong.
+inline constexpr double kOutlierSigmas = 5;
+
+// How the residuals of a least-squares fit go with the noise.
+enum class Agreement {
+  full,    // as they should
+  noisy,   // larger than the noise that is stated or assumed, up to five times, but like noise
+  partly,  // some are unlike the others, or all are too large for any noise
+};
+
+// `squares` are the squared whitened residuals, `num_parameters` what was fitted. Noise that the
+// residuals show themselves is held against their median, and against the size of the target.
+Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
+                    std::span<const double> squares, int num_parameters);
+
+// Whether residuals go together from a point to its neighbour in the image, as noise does not: what
+// a lens that bends or a target that is not flat leaves of a model without. `residuals` are not
+// whitened; of fewer than 12 points nothing is said.
+bool go_together(std::span<const Eigen::Vector2d> pixels,
+                 std::span<const Eigen::Vector2d> residuals);
+
+// Those within kOutlierSigmas, ascending.
+std::vector<std::size_t> within(std::span<const double> squares, double sigma);
+
+// All that are not in an ascending list of indices below n.
+std::vector<std::size_t> others(std::span<const std::size_t> chosen, std::size_t n);
+
+}  // namespace tagcal

@@ -1,0 +1,86 @@
+#include "tagcal/estimate/view_equations.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "tagcal/camera/parameter_index.hpp"
+
+namespace tagcal {
+namespace {
+
+// From the upper triangle of [J | r]'[J | r], row by row.
+template <int N>
+void unpack(const double* sums, NormalEquations<N>& equations) {
+  for (int i = 0; i < N; ++i) {
+    for (int j = i; j < N; ++j) equations.information(i, j) = *sums++;
+    equations.gradient[i] = *sums++;
+  }
+  equations.cost = *sums;
+}
+
+void set_state(const ViewState& state, ViewJob& job) {
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(job.rotation) = state.rotation;
+  Eigen::Map<Eigen::Vector3d>(job.translation) = state.translation;
+}
+
+}  // namespace
+
+ViewState state_of(const Pose& camera_from_target, double focal_px) {
+  return {camera_from_target.rotation_matrix(), camera_from_target.translation(), focal_px};
+}
+
+Pose pose_of(const ViewState& state) {
+  return {Eigen::Quaterniond(state.rotation).normalized(), state.translation};
+}
+
+ViewResiduals::ViewResiduals(const Lens& lens, const ViewPoints& view)
+    : view_(view),
+      kind_(set_lens(lens, 0, job_)),
+      projected_(view.size()),
+      valid_(view.size()),
+      squares_(view.size()) {
+  job_.num_points = view.size();
+  job_.points = view.points.data()->data();
+  job_.pixels = projected_.data()->data();
+  job_.valid = valid_.data();
+}
+
+std::span<const double> ViewResiduals::at(const ViewState& state) {
+  set_state(state, job_);
+  if (state.focal_px > 0) job_.parameters[kFx] = job_.parameters[kFy] = state.focal_px;
+  fastest_kernels().pixels[kind_](job_);
+  for (std::size_t i = 0; i < view_.size(); ++i) {
+    Eigen::Vector2d residual = projected_[i] - view_.pixels[i];
+    if (!view_.whitening.empty()) residual = view_.whitening[i] * residual;
+    squares_[i] = valid_[i] ? residual.squaredNorm() : std::numeric_limits<double>::infinity();
+  }
+  return squares_;
+}
+
+ViewSums::ViewSums(const Lens& lens, const ViewPoints& view) : kind_(set_lens(lens, 0, job_)) {
+  job_.num_points = view.size();
+  job_.points = view.points.data()->data();
+  job_.pixels = view.pixels.data()->data();
+  job_.whitening = view.whitening.empty() ? nullptr : view.whitening.data()->data();
+}
+
+bool ViewSums::at(const ViewState& state, NormalEquations<6>& equations) {
+  double sums[28];
+  set_state(state, job_);
+  job_.sums = sums;
+  if (!fastest_kernels().sums_pose[kind_](job_)) return false;
+  unpack(sums, equations);
+  return std::isfinite(equations.cost);
+}
+
+bool ViewSums::at(const ViewState& state, NormalEquations<7>& equations) {
+  double sums[36];
+  set_state(state, job_);
+  job_.parameters[kFx] = job_.parameters[kFy] = state.focal_px;
+  job_.sums = sums;
+  if (!fastest_kernels().sums_pose_and_focal[kind_](job_)) return false;
+  unpack(sums, equations);
+  return std::isfinite(equations.cost);
+}
+
+}  // namespace tagcal

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tagcal/camera/lens.hpp"
+#include "tagcal/camera/project_dispatch.hpp"
+#include "tagcal/estimate/solutions.hpp"
+
+namespace tagcal {
+
+// One view as the fast solvers see it; arrays of the caller's. Whitening matrices W have
+// W'W = C^-1 for the covariance C of a pixel: one for each, or none.
+struct ViewPoints {
+  std::span<const Eigen::Vector3d> points;  // target frame
+  std::span<const Eigen::Vector2d> pixels;
+  std::span<const Matrix2> whitening = {};
+
+  std::size_t size() const { return points.size(); }
+};
+
+// What a fast solver varies: rotation and translation as numbers, and the focal length.
+struct ViewState {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  double focal_px = 0;  // of pose with focal length only
+};
+ViewState state_of(const Pose& camera_from_target, double focal_px = 0);
+Pose pose_of(const ViewState& state);
+
+// J'J (its upper triangle), J'r and r'r of the whitened residuals r = projected - observed, with J
+// by (omega, tau) of `retract` and, for N = 7, by log f.
+template <int N>
+struct NormalEquations {
+  Eigen::Matrix<double, N, N> information = Eigen::Matrix<double, N, N>::Zero();
+  Eigen::Matrix<double, N, 1> gradient = Eigen::Matrix<double, N, 1>::Zero();
+  double cost = 0;
+};
+
+// The squared whitened residuals of a view, by the kernels for this processor.
+class ViewResiduals {
+ public:
+  // Both must outlive it.
+  ViewResiduals(const Lens& lens, const ViewPoints& view);
+
+  // One for each point, infinite outside the lens' domain. With a focal length in the state, the
+  // lens must be a pinhole: its focal length is the state's.
+  std::span<const double> at(const ViewState& state);
+
+  // What the last call projected.
+  std::span<const Eigen::Vector2d> projected() const { return projected_; }
+
+ private:
+  ViewPoints view_;
+  ProjectJob job_;
+  ProjectKernelKind kind_;
+  std::vector<Eigen::Vector2d> projected_;
+  std::vector<std::uint8_t> valid_;
+  std::vector<double> squares_;
+};
+
+// Sums the normal equations of a view, by the kernels for this processor.
+class ViewSums {
+ public:
+  ViewSums(const Lens& lens, const ViewPoints& view);
+
+  // False where a point is outside the lens' domain. Of pose with focal length, the lens must be a
+  // pinhole: its focal length is the state's.
+  bool at(const ViewState& state, NormalEquations<6>& equations);
+  bool at(const ViewState& state, NormalEquations<7>& equations);
+
+  std::size_t num_points() const { return job_.num_points; }
+
+ private:
+  SumJob job_;
+  ProjectKernelKind kind_;
+};
+
+}  // namespace tagcal

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "tagcal/estimate/pose_problem.hpp"
+#include "tagcal/estimate/view_solver.hpp"
+
+namespace tagcal {
+
+// Two poses are told apart where their costs differ by more than this many sigma^2: that catches
+// 548 of 549 planar flips.
+inline constexpr double kAmbiguousCost = 9;
+
+// The least-squares poses of one view, in the plane's frame: the best first, then those within
+// kAmbiguousCost of it. N = 6: pose, 7: pose and focal length.
+template <int N>
+struct ViewFit {
+  Solutions<ViewSolution<N>, 4> poses;
+  NoiseLevel noise;
+
+  const ViewSolution<N>& best() const { return poses.front(); }
+};
+
+// Closed form by the shape of the points, then solve_view. No value where no start lies in the
+// lens' domain. Of pose with focal length, the lens is a pinhole whose focal length is a guess.
+// Precondition: points in a plane or in space, four or more, finite.
+template <int N>
+std::optional<ViewFit<N>> fit_view(const PoseProblem& problem, const Lens& lens,
+                                   const PoseOptions& options);
+
+extern template std::optional<ViewFit<6>> fit_view<6>(const PoseProblem&, const Lens&,
+                                                      const PoseOptions&);
+extern template std::optional<ViewFit<7>> fit_view<7>(const PoseProblem&, const Lens&,
+                                                      const PoseOptions&);
+
+// The rays of pixels; false where one has none.
+bool find_rays(const Lens& lens, std::span<const Eigen::Vector2d> pixels,
+               std::span<Eigen::Vector3d> rays);
+
+// The principal point of a pinhole.
+Eigen::Vector2d principal_point(const Lens& pinhole);
+
+}  // namespace tagcal

@@ -1,0 +1,193 @@
+#include "tagcal/study/pose_methods.hpp"
+
+#include <memory>
+
+#include "tagcal/estimate/minimal.hpp"
+#include "tagcal/estimate/n_point.hpp"
+#include "tagcal/estimate/planar.hpp"
+#include "tagcal/study/opencv_pose.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+PreparedPose prepare_estimate_pose(const PoseTask& task) {
+  struct State {
+    PoseTask task;
+    PoseEstimate estimate;
+  };
+  auto state = std::make_shared<State>(State{task, {}});
+  return {[state] {
+            PoseOptions options;
+            options.sigma_px = state->task.sigma_px;
+            options.groups = state->task.groups;
+            state->estimate =
+                estimate_pose(state->task.correspondences, state->task.camera, options);
+          },
+          [state] {
+            const PoseEstimate& e = state->estimate;
+            PoseAnswer answer;
+            answer.status = e.status;
+            answer.success = is_answer(e.status);
+            if (!answer.success) return answer;
+            answer.camera_from_target = e.camera_from_target();
+            answer.covariance = e.hypotheses.front().covariance;
+            if (e.hypotheses.size() > 1) answer.alternative = e.hypotheses[1].camera_from_target;
+            return answer;
+          }};
+}
+
+PreparedPose prepare_estimate_pose_and_focal(const PoseTask& task) {
+  struct State {
+    PoseTask task;
+    PoseAndFocalEstimate estimate;
+  };
+  auto state = std::make_shared<State>(State{task, {}});
+  return {[state] {
+            PoseAndFocalOptions options;
+            options.sigma_px = state->task.sigma_px;
+            options.groups = state->task.groups;
+            state->estimate = estimate_pose_and_focal(state->task.correspondences,
+                                                      state->task.camera.image_size, options);
+          },
+          [state] {
+            const PoseAndFocalEstimate& e = state->estimate;
+            PoseAnswer answer;
+            answer.status = e.status;
+            answer.success = is_answer(e.status);
+            if (!answer.success) return answer;
+            answer.camera_from_target = e.camera_from_target();
+            answer.focal_px = e.focal_px;
+            answer.covariance_with_focal = e.covariance;
+            if (e.hypotheses.size() > 1) answer.alternative = e.hypotheses[1].camera_from_target;
+            return answer;
+          }};
+}
+
+// The arrays that the solvers take.
+struct SolverInput {
+  explicit SolverInput(const PoseTask& task) {
+    const auto p = parameters(task.camera.lens);
+    for (const Correspondence& c : task.correspondences) {
+      points.push_back(c.point);
+      plane.push_back(c.point.head<2>());
+      from_centre.emplace_back(c.pixel.x() - p[2], c.pixel.y() - p[3]);
+      rays.emplace_back(from_centre.back().x() / p[0], from_centre.back().y() / p[1], 1);
+    }
+  }
+
+  std::vector<Vector3d> points, rays;
+  std::vector<Vector2d> plane, from_centre;
+};
+
+PoseAnswer answer_of(const std::optional<Pose>& pose, double focal_px = 0) {
+  PoseAnswer answer;
+  answer.success = pose.has_value();
+  if (pose) answer.camera_from_target = *pose;
+  answer.focal_px = focal_px;
+  return answer;
+}
+
+PreparedPose prepare_ippe(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    Solutions<Pose, 2> poses;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}});
+  return {[state] {
+            state->poses.clear();
+            if (const auto h = homography(state->input.plane, state->input.rays))
+              state->poses = ippe(*h);
+          },
+          [state] {
+            return answer_of(state->poses.empty() ? std::nullopt
+                                                  : std::optional<Pose>(state->poses.front()));
+          }};
+}
+
+PreparedPose prepare_pnp(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    Solutions<Pose, 4> poses;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}});
+  return {[state] { state->poses = pnp(state->input.points, state->input.rays); },
+          [state] {
+            return answer_of(state->poses.empty() ? std::nullopt
+                                                  : std::optional<Pose>(state->poses.front()));
+          }};
+}
+
+PreparedPose prepare_plane_pose_and_focal(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    std::optional<PoseAndFocal> found;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}});
+  return {[state] {
+            state->found = plane_pose_and_focal(state->input.plane, state->input.from_centre);
+          },
+          [state] {
+            if (!state->found) return PoseAnswer{};
+            return answer_of(state->found->camera_from_target, state->found->focal_px);
+          }};
+}
+
+PreparedPose prepare_p4pf(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    Solutions<PoseAndFocal, 6> found;
+    Pose truth;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}, task.camera_from_target});
+  return {[state] {
+            state->found = p4pf(std::span<const Vector3d, 4>(state->input.points.data(), 4),
+                                std::span<const Vector2d, 4>(state->input.from_centre.data(), 4));
+          },
+          [state] {
+            PoseAnswer best;  // of a minimal solver, the solution nearest to the truth counts
+            for (const PoseAndFocal& s : state->found)
+              if (!best.success || angle_between_rad(s.camera_from_target, state->truth) <
+                                       angle_between_rad(best.camera_from_target, state->truth))
+                best = answer_of(s.camera_from_target, s.focal_px);
+            return best;
+          }};
+}
+
+}  // namespace
+
+std::vector<PoseMethod> pose_methods(PoseJob job) {
+  const PoseMethod ours = {"tagcal estimate_pose", prepare_estimate_pose};
+  const PoseMethod ours_focal = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal};
+  const PoseMethod our_pnp = {"tagcal pnp", prepare_pnp};
+  const PoseMethod our_ippe = {"tagcal homography + ippe", prepare_ippe};
+  const PoseMethod iterative = opencv_pose("ITERATIVE"), sqpnp = opencv_pose("SQPNP");
+  const PoseMethod epnp = opencv_pose("EPNP");
+  switch (job) {
+    case PoseJob::tag:
+      return {ours,      our_ippe, our_pnp, opencv_pose("IPPE_SQUARE"),
+              iterative, sqpnp,    epnp,    opencv_pose("AP3P")};
+    case PoseJob::plane:
+      return {ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp};
+    case PoseJob::space:
+      return {ours, our_pnp, iterative, sqpnp, epnp};
+    case PoseJob::outliers:
+      return {ours,
+              opencv_ransac("solvePnPRansac"),
+              opencv_ransac("solvePnPRansac AP3P"),
+              opencv_ransac("solvePnPRansac SQPNP"),
+              opencv_ransac("USAC (MSAC, inner LO)"),
+              opencv_ransac("USAC MAGSAC")};
+    case PoseJob::plane_focal:
+      return {ours_focal,
+              {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal},
+              opencv_calibrate_camera()};
+    case PoseJob::space_focal:
+      return {ours_focal, {"tagcal p4pf", prepare_p4pf}};
+  }
+  return {};
+}
+
+}  // namespace tagcal

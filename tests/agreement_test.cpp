@@ -1,0 +1,71 @@
+#include "tagcal/estimate/agreement.hpp"
+
+#include <gtest/gtest.h>
+
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+std::vector<Vector2d> grid_pixels() {
+  std::vector<Vector2d> pixels;
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 12; ++x) pixels.emplace_back(300 + 50 * x, 100 + 50 * y);
+  return pixels;
+}
+
+TEST(Agreement, NoiseDoesNotGoTogether) {
+  Random random(1);
+  const auto pixels = grid_pixels();
+  for (int i = 0; i < 2000; ++i) {
+    const std::size_t n = 12 + random.index(pixels.size() - 11);
+    std::vector<Vector2d> residuals;
+    for (std::size_t k = 0; k < n; ++k) residuals.emplace_back(random.normal(), random.normal());
+    EXPECT_FALSE(go_together({pixels.data(), n}, residuals)) << n;
+  }
+}
+
+TEST(Agreement, WhatALensLeavesGoesTogether) {
+  Random random(2);
+  const auto pixels = grid_pixels();
+  std::vector<Vector2d> residuals;
+  for (const Vector2d& p : pixels) {
+    const Vector2d q = (p - Vector2d(575, 375)) / 300;
+    residuals.push_back((q.squaredNorm() - 0.7) * q +
+                        0.2 * Vector2d(random.normal(), random.normal()));
+  }
+  EXPECT_TRUE(go_together(pixels, residuals));
+  EXPECT_FALSE(go_together({pixels.data(), 11}, {residuals.data(), 11}));
+}
+
+TEST(Agreement, OthersAndWithin) {
+  const std::vector<double> squares = {0, 24.9, 25.1, 1e9, 3};
+  const std::vector<std::size_t> near = within(squares, 1);
+  EXPECT_EQ(near, (std::vector<std::size_t>{0, 1, 4}));
+  EXPECT_EQ(others(near, 5), (std::vector<std::size_t>{2, 3}));
+  EXPECT_EQ(others({}, 2), (std::vector<std::size_t>{0, 1}));
+}
+
+// A lens that bends lines would give a focal length that is wrong by many of its standard
+// deviations.
+TEST(Agreement, NoFocalLengthOfALensThatIsNoPinhole) {
+  Random random(3);
+  for (int i = 0; i < 50; ++i) {
+    const Pose pose =
+        looking_at_board({0, 0, 0}, random.uniform(0.5, 0.9), random.uniform(0.8, 1.2), random);
+    const Camera bent{Perspective({900, 900, 639.5, 399.5, -0.2, 0.06, 0, 0, 0}), {1280, 800}};
+    const Camera straight{pinhole(900, 900, 639.5, 399.5), {1280, 800}};
+    const auto of_bent = estimate_pose_and_focal(
+        seen_by(bent.lens, board_points(), pose, 0.2, random), bent.image_size);
+    EXPECT_FALSE(is_answer(of_bent.status)) << i;
+    const auto of_straight = estimate_pose_and_focal(
+        seen_by(straight.lens, board_points(), pose, 0.2, random), straight.image_size);
+    EXPECT_EQ(of_straight.status, Status::ok) << i;
+    EXPECT_NEAR(of_straight.focal_px, 900, 6 * of_straight.sigma_focal_px);
+  }
+}
+
+}  // namespace
+}  // namespace tagcal

@@ -1,0 +1,277 @@
+// tagcal pose, from outside: numbers against the truth, JSON, exit codes.
+#include "cli_pose_fixture.hpp"
+#include "png_colours.hpp"
+#include "tagcal/io/target_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+TEST_F(PoseCli, OfRenderedPicturesIsTheTruthWithinItsSigmas) {
+  const Json views = views_of(set() + known());
+  const Truth t = truth();
+  ASSERT_EQ(views.size(), t.camera_from_world.size());
+  double sum = 0;
+  for (const Json& view : views) {
+    EXPECT_EQ(view["status"], "ok");
+    EXPECT_GE(view["num_inliers"], 12);
+    const Pose& expected = t.camera_from_world.at(view["image"]);
+    sum += normalised_error(view, expected);
+    EXPECT_LT(angle_between_rad(pose_of(view["camera_from_board"]), expected), 1e-3);
+    EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]), expected), 5e-4);
+  }
+  EXPECT_LT(sum / (6 * static_cast<double>(views.size())), 2);
+}
+
+TEST_F(PoseCli, PicturesWithATargetGiveWhatTheDataSetGives) {
+  const std::string target = " --target " + path("set/target.yaml") + " ";
+  const Outcome folder = run("pose " + set() + known() + " --json");
+  const Outcome pictures =
+      run("pose" + target + path("set/images") + "/*.png" + known() + " --json");
+  EXPECT_EQ(pictures.exit_code, 0);
+  EXPECT_EQ(folder.out, pictures.out);
+  const Outcome one = run("pose" + target + path("set/images/002.png") + known() + " --json");
+  const Outcome chosen = run("pose " + set() + known() + " --json --view 002.png --threads 1");
+  EXPECT_EQ(one.out, chosen.out);
+  EXPECT_EQ(Json::parse(one.out)["views"][0], Json::parse(folder.out)["views"][2]);
+}
+
+TEST_F(PoseCli, ExactCornersGiveTheTruth) {
+  const Truth t = truth();
+  for (const Json& view : views_of(set() + exact() + known() + " --sigma-px 0.3")) {
+    const Pose& expected = t.camera_from_world.at(view["image"]);
+    EXPECT_LT(angle_between_rad(pose_of(view["camera_from_board"]), expected), 1e-7);
+    EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]), expected), 1e-7);
+    EXPECT_EQ(view["sigma_px"], 0.3);
+    EXPECT_LT(view["rms_px"], 1e-6);
+    EXPECT_TRUE(view["outliers"].empty());
+    EXPECT_EQ(view["num_inliers"], view["num_corners"]);
+    EXPECT_EQ(view["alternative"], nullptr);
+    EXPECT_EQ(view["focal_px"], nullptr);
+    EXPECT_EQ(view["probability"], 1);
+  }
+}
+
+TEST_F(PoseCli, TheJsonHasItsKeysInTheirOrder) {
+  const Outcome outcome = run("pose " + set() + exact() + known() + " --view 001.png --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::ordered_json::parse(outcome.out);
+  ASSERT_EQ(json.size(), 1u);
+  ASSERT_EQ(json["views"].size(), 1u);
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : json["views"][0].items()) keys.push_back(key);
+  EXPECT_EQ(keys,
+            (std::vector<std::string>{"image", "status", "camera_from_board", "covariance",
+                                      "focal_px", "sigma_focal_px", "prior_focal_px", "rms_px",
+                                      "num_inliers", "num_corners", "outliers", "probability",
+                                      "alternative", "weak_perspective", "sigma_px", "warnings"}));
+  const Eigen::MatrixXd covariance = matrix_of(json["views"][0]["covariance"]);
+  EXPECT_EQ(covariance.rows(), 6);
+  EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(covariance).info(), Eigen::Success);
+}
+
+// Boards have frames of their own; this one does not hang at the world's origin.
+TEST_F(PoseCli, OneBoardIsItsOwnFrame) {
+  const std::string folder = tag_set(false);
+  const Truth t = read_truth(folder + "/truth.yaml");
+  const Json views =
+      views_of(folder + " --observations " + folder +
+               "/observations_exact.csv --sigma-px 0.1 --camera " + path("near-tag-camera.yaml"));
+  ASSERT_EQ(views.size(), 2u);
+  for (const Json& view : views) {
+    const Pose expected =
+        t.camera_from_world.at(view["image"]) * Pose(Eigen::Quaterniond::Identity(), {1, 2, 0});
+    EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]), expected), 1e-7);
+    EXPECT_EQ(view["num_corners"], 4);
+  }
+}
+
+TEST_F(PoseCli, SeveralBoardsHaveTheWorldsFrame) {
+  const fs::path folder = exact_set("two-boards");
+  spill(folder / "wall.yaml", "target_type: tags\ntags: [{id: 90, size: 0.1}]\n");
+  spill(folder / "dataset.yaml",
+        "image_size: [640, 400]\nobservations: observations_exact.csv\ntarget:\n"
+        "  - {file: target.yaml, world_from_board: {translation_m: [0.5, 0, 2]}}\n"
+        "  - {file: wall.yaml, world_from_board: {translation_m: [0, 1, 1]}}\n");
+  const Pose board_from_world(Eigen::Quaterniond::Identity(), {-0.5, 0, -2});
+  const Truth t = truth();
+  for (const Json& view : views_of(folder.string() + known() + " --sigma-px 0.1")) {
+    const Pose expected = t.camera_from_world.at(view["image"]) * board_from_world;
+    EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]), expected), 1e-7);
+  }
+}
+
+TEST_F(PoseCli, AFarTagHasTwoPosesWithOdds) {
+  const std::string folder = tag_set(true);
+  const std::string arguments = folder + " --observations " + folder +
+                                "/observations_exact.csv --sigma-px 0.8 --camera " +
+                                path("far-tag-camera.yaml");
+  const Truth t = read_truth(folder + "/truth.yaml");
+  for (const Json& view : views_of(arguments)) {
+    EXPECT_EQ(view["status"], "ambiguous");
+    const Json& other = view["alternative"];
+    ASSERT_TRUE(other.is_object());
+    EXPECT_NEAR(view["probability"].get<double>() + other["probability"].get<double>(), 1, 1e-12);
+    EXPECT_GE(view["probability"], other["probability"]);
+    EXPECT_GT(other["rms_px"], view["rms_px"]);
+    EXPECT_EQ(matrix_of(other["covariance"]).rows(), 6);
+    const Pose a = pose_of(view["camera_from_board"]), b = pose_of(other["camera_from_board"]);
+    EXPECT_GT(angle_between_rad(a, b), 0.2);
+    const Pose expected =
+        t.camera_from_world.at(view["image"]) * Pose(Eigen::Quaterniond::Identity(), {1, 2, 0});
+    EXPECT_LT(angle_between_rad(a, expected), 1e-6);
+  }
+  const std::string text = run("pose " + arguments).out;
+  EXPECT_NE(text.find("000.png: ambiguous\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("likelier pose with probability 0."), std::string::npos) << text;
+  EXPECT_NE(text.find("other pose with probability 0."), std::string::npos) << text;
+}
+
+TEST_F(PoseCli, TheFocalLengthIsFoundWhereTheViewShowsIt) {
+  const std::string folder = tag_set(false);
+  const Truth t = read_truth(folder + "/truth.yaml");
+  for (const Json& view : views_of(folder + " --unknown-focal --sigma-px 0.05")) {
+    EXPECT_EQ(view["status"], "ok");
+    const double sigma = view["sigma_focal_px"];
+    EXPECT_GT(sigma, 0);
+    EXPECT_LT(sigma, 60);
+    EXPECT_NEAR(view["focal_px"].get<double>(), 600, 4 * sigma);
+    EXPECT_EQ(view["prior_focal_px"], nullptr);
+    EXPECT_EQ(view["weak_perspective"], nullptr);
+    const Pose expected =
+        t.camera_from_world.at(view["image"]) * Pose(Eigen::Quaterniond::Identity(), {1, 2, 0});
+    EXPECT_LT(normalised_error(view, expected), 40);
+  }
+}
+
+TEST_F(PoseCli, WhereItDoesNotTheFocalLengthIsRefused) {
+  const std::string folder = tag_set(true);
+  const std::string arguments = folder + " --unknown-focal --sigma-px 0.5";
+  for (const Json& view : views_of(arguments, 3)) {
+    EXPECT_EQ(view["status"], "focal_not_observable");
+    for (const char* key : {"camera_from_board", "covariance", "focal_px", "sigma_focal_px",
+                            "prior_focal_px", "rms_px", "num_inliers", "probability"})
+      EXPECT_TRUE(view[key].is_null()) << key;
+    ASSERT_GE(view["weak_perspective"].size(), 1u);
+    const Json& weak = view["weak_perspective"][0];
+    EXPECT_EQ(weak["rotation"].size(), 4u);
+    EXPECT_EQ(weak["translation_m"].size(), 2u);
+    EXPECT_NEAR(weak["scale_px_per_m"], 600 / 1.8, 30);
+    EXPECT_LT(weak["rms_px"], 1);
+  }
+  const Truth t = read_truth(folder + "/truth.yaml");
+  for (const Json& view : views_of(arguments + " --prior-focal 600", 3)) {
+    EXPECT_EQ(view["status"], "focal_not_observable");
+    EXPECT_EQ(view["prior_focal_px"], 600);
+    EXPECT_TRUE(view["focal_px"].is_null());
+    const Pose expected =
+        t.camera_from_world.at(view["image"]) * Pose(Eigen::Quaterniond::Identity(), {1, 2, 0});
+    EXPECT_LT(normalised_error(view, expected), 40);
+  }
+  const std::string text = run("pose " + arguments + " --prior-focal 600").out;
+  EXPECT_NE(text.find("not observable; the pose is for 600 px"), std::string::npos) << text;
+}
+
+TEST_F(PoseCli, CornersInWrongPlacesAreNamed) {
+  const std::vector<View> views = read_observations(
+      root() / "set/observations_exact.csv", {{read_target(root() / "set/target.yaml"), Pose()}});
+  std::vector<View> one = {views[1]};
+  const int tag = one[0].observations[4].id.tag_id;
+  for (Observation& seen : one[0].observations)
+    if (seen.id.tag_id == tag) seen.pixel += Eigen::Vector2d(40, -25);
+  spill(root() / "wrong.csv", observations_csv(one));
+  const std::string arguments =
+      set() + known() + " --sigma-px 0.2 --observations " + path("wrong.csv");
+  const Json view = views_of(arguments).at(0);
+  EXPECT_EQ(view["status"], "ok");
+  EXPECT_EQ(view["num_inliers"].get<int>() + 4, view["num_corners"].get<int>());
+  ASSERT_EQ(view["outliers"].size(), 4u);
+  for (int corner = 0; corner < 4; ++corner)
+    EXPECT_EQ(view["outliers"][corner], Json({{"tag_id", tag}, {"corner", corner}}));
+  EXPECT_LT(distance_between_m(pose_of(view["camera_from_board"]),
+                               truth().camera_from_world.at(view["image"])),
+            1e-6);
+  const std::string text = run("pose " + arguments + " --draw " + path("wrong")).out;
+  const std::string last = " " + std::to_string(tag) + ":3  tag:corner\n";
+  EXPECT_NE(text.find(last), std::string::npos) << text;
+  const auto colours = png_colours(root() / "wrong" / "001-pose.png");
+  EXPECT_GT(std::count(colours.begin(), colours.end(), Rgb{255, 32, 32}), 20);  // crossed out
+}
+
+TEST_F(PoseCli, AViewWithoutTheTargetIsNoReasonToStop) {
+  spill(root() / "black.pgm", "P5 640 400 255\n" + std::string(640 * 400, '\0'));
+  const std::string target = "--target " + path("set/target.yaml") + " " + path("black.pgm");
+  const Json views = views_of(target + " " + path("set/images/000.png") + known());
+  ASSERT_EQ(views.size(), 2u);
+  EXPECT_EQ(views[0]["status"], "degenerate");
+  EXPECT_EQ(views[0]["num_corners"], 0);
+  EXPECT_TRUE(views[0]["camera_from_board"].is_null());
+  EXPECT_EQ(views[0]["warnings"][0], "nothing of the target is seen");
+  EXPECT_EQ(views[1]["status"], "ok");
+  const Outcome none = run("pose " + target + known() + " --draw " + path("no-drawings"));
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_NE(none.out.find("warning: nothing of the target is seen"), std::string::npos) << none.out;
+  EXPECT_FALSE(fs::exists(path("no-drawings")));
+}
+
+TEST_F(PoseCli, NoiseComesFromTheCornersUnlessItIsStated) {
+  std::string csv = slurp(root() / "set/observations_exact.csv");
+  csv = replaced(csv, "y_px\n", "y_px,sxx_px2,sxy_px2,syy_px2\n");
+  for (std::size_t at = csv.find('\n') + 1; (at = csv.find('\n', at)) != std::string::npos;) {
+    csv.insert(at, ",0.04,0.01,0.09");
+    at += 16;
+  }
+  spill(root() / "noisy.csv", csv);
+  const std::string arguments = set() + known() + " --observations " + path("noisy.csv");
+  for (const Json& view : views_of(arguments)) EXPECT_TRUE(view["sigma_px"].is_null());
+  EXPECT_NE(run("pose " + arguments).out.find("each corner's own covariance"), std::string::npos);
+  for (const Json& view : views_of(arguments + " --sigma-px 0.7")) EXPECT_EQ(view["sigma_px"], 0.7);
+}
+
+TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {
+  const std::string camera = known();
+  const std::string wide = camera_file(800);
+  spill(root() / "a-file", "");
+  spill(root() / "cut.png", slurp(root() / "set/images/000.png").substr(0, 3000));
+  tag_set(false);
+  const auto before = names();
+  const std::string draw = " --draw " + path("never");
+  expect_bad_input("pose " + set() + draw, {"--camera", "--unknown-focal", "one of the two"});
+  expect_bad_input("pose " + set() + camera + " --unknown-focal" + draw,
+                   {"--camera", "--unknown-focal", "only one"});
+  expect_bad_input("pose " + set() + camera + " --prior-focal 500",
+                   {"--prior-focal", "--unknown-focal"});
+  expect_bad_input("pose " + set() + " --unknown-focal --prior-focal -1",
+                   {"--prior-focal", "> 0", "-1"});
+  expect_bad_input("pose " + set() + camera + " --sigma-px 0", {"--sigma-px", "> 0", "0"});
+  expect_bad_input("pose " + set() + camera + " --sigma 1", {"--sigma", "unknown option"});
+  expect_bad_input("pose " + set() + " --camera " + path("none.yaml") + draw, {"none.yaml"});
+  expect_bad_input("pose " + set() + " --camera " + wide + draw,
+                   {"camera-800.yaml", "640x400", "800x400"});
+  expect_bad_input("pose " + path("nowhere") + camera + draw, {"nowhere"});
+  expect_bad_input("pose" + camera, {"required"});
+  expect_bad_input("pose " + set() + camera + draw + " --view 999.png", {"--view", "999.png"});
+  expect_bad_input("pose " + set() + camera + " --draw " + path("a-file"), {"a-file", "folder"});
+  expect_bad_input("pose " + set() + camera + " --draw " + path("a-file/below"), {"a-file/below"});
+  expect_bad_input("pose --target " + path("set/target.yaml") + " " + path("set/images/000.png") +
+                       " " + path("cut.png") + camera + draw,
+                   {"cut.png"});
+  EXPECT_EQ(names(), before);
+}
+
+TEST_F(PoseCli, ThePageShowsWhatTheCommandPrints) {
+  const OnThePage page = on_the_page(path("page-drawings"));
+  const Outcome outcome = run(page.arguments);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  expect_same_text(page.text, outcome.out, 2e-4, 1e-3);
+}
+
+TEST_F(PoseCli, HelpHasAnExample) {
+  const Outcome help = run("pose --help");
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* part : {"Example: tagcal pose", "--camera", "--unknown-focal", "--prior-focal",
+                           "--sigma-px", "--view", "--draw", "--json", "--target"})
+    EXPECT_NE(help.out.find(part), std::string::npos) << part;
+}
+
+}  // namespace
+}  // namespace tagcal::tools

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "tagcal/scene/image.hpp"
+
+namespace tagcal::tools {
+
+using Polyline = std::vector<Eigen::Vector2d>;  // pixels, open; one point is a dot
+
+struct Pen {
+  Rgb colour = {0, 0, 0};
+  double width_px = 1;
+  double opacity = 1;
+  double dash_px = 0;  // length of a dash and of the gap after it; 0: solid
+};
+
+// A picture in colour to draw on, with antialiased lines that have round ends.
+class Canvas {
+ public:
+  explicit Canvas(const Image8& picture);
+  Canvas(const ImageSize& size, const Rgb& colour);
+
+  // The lines together, as one shape: where they cross, they cover what is below only once. Parts
+  // outside of the picture are left out.
+  void draw(const std::vector<Polyline>& lines, const Pen& pen);
+
+  const ImageRgb& image() const { return image_; }
+
+ private:
+  ImageRgb image_;
+};
+
+// A full circle.
+Polyline circle(const Eigen::Vector2d& centre, double radius_px);
+
+}  // namespace tagcal::tools

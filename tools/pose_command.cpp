@@ -1,0 +1,264 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "arguments.hpp"
+#include "commands.hpp"
+#include "input.hpp"
+#include "output_folder.hpp"
+#include "parallel.hpp"
+#include "pose_drawing.hpp"
+#include "pose_report.hpp"
+#include "progress.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/image_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+
+struct Arguments {
+  InputArguments input;
+  std::string camera;
+  bool unknown_focal = false;
+  double prior_focal_px = 0;
+  double sigma_px = 0;
+  std::vector<std::string> views;
+  std::string draw;
+  int threads = 0;
+  bool json = false;
+};
+
+void check_usage(const Arguments& arguments) {
+  if (arguments.camera.empty() != arguments.unknown_focal)
+    throw Error("--camera, --unknown-focal: one of the two is needed, and only one");
+  if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
+    throw Error("--prior-focal: goes with --unknown-focal");
+}
+
+// The camera of the file, where one is given.
+std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
+  if (arguments.camera.empty()) return std::nullopt;
+  const Camera camera = read_calibration(arguments.camera).camera;
+  check_image_size(camera.image_size, arguments.camera, input);
+  return camera;
+}
+
+bool is_chosen(const Arguments& arguments, const std::string& name) {
+  return arguments.views.empty() || std::ranges::count(arguments.views, name) > 0;
+}
+
+// Leaves the views of --view, before pictures are looked at.
+void choose_views(Input& input, const Arguments& arguments) {
+  std::set<std::string> names;
+  for (const ImageSource& source : input.images) names.insert(source.name);
+  for (const View& view : input.dataset.views) names.insert(view.image);
+  for (const std::string& name : arguments.views)
+    if (!names.contains(name)) throw Error(fmt::format("--view: {} has no {}", input.name, name));
+  std::erase_if(input.images, [&](const auto& s) { return !is_chosen(arguments, s.name); });
+  std::erase_if(input.dataset.views, [&](const auto& v) { return !is_chosen(arguments, v.image); });
+}
+
+// A view as the estimators take it.
+struct PoseProblem {
+  std::vector<CornerId> ids;
+  std::vector<Correspondence> correspondences;
+  std::vector<int> groups;
+  std::vector<Matrix2> covariance_px2;  // empty unless every corner has one
+};
+
+using TargetPoints = std::map<CornerId, Vector3d>;
+
+// One board is its own frame; several have the data set's world.
+TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
+  return boards.size() == 1 ? points_in_world({{boards[0].board, Pose()}})
+                            : points_in_world(boards);
+}
+
+PoseProblem problem_of(const View& view, const TargetPoints& points) {
+  PoseProblem problem;
+  for (const Observation& seen : view.observations) {
+    problem.ids.push_back(seen.id);
+    problem.correspondences.push_back({points.at(seen.id), seen.pixel});
+    problem.groups.push_back(seen.id.tag_id);
+    if (seen.covariance_px2) problem.covariance_px2.push_back(*seen.covariance_px2);
+  }
+  if (problem.covariance_px2.size() < problem.ids.size()) problem.covariance_px2.clear();
+  return problem;
+}
+
+// Noise that is stated counts for more than what the corners bring along.
+PoseAndFocalOptions options_for(const PoseProblem& problem, const Arguments& arguments) {
+  PoseAndFocalOptions options;
+  options.sigma_px = arguments.sigma_px;
+  options.groups = problem.groups;
+  if (arguments.sigma_px == 0) options.covariance_px2 = problem.covariance_px2;
+  options.prior_focal_px = arguments.prior_focal_px;
+  return options;
+}
+
+PoseReport estimate(const PoseProblem& problem, const PoseAndFocalOptions& options,
+                    const std::optional<Camera>& camera, const ImageSize& image_size) {
+  PoseReport report;
+  if (problem.ids.empty())
+    report.warnings.push_back("nothing of the target is seen");
+  else if (camera)
+    report = reported(estimate_pose(problem.correspondences, *camera, options));
+  else
+    report =
+        reported(estimate_pose_and_focal(problem.correspondences, image_size, options), options);
+  if (!options.covariance_px2.empty()) report.sigma_px.reset();
+  report.corners = problem.ids;
+  return report;
+}
+
+Camera camera_of(const PoseReport& report, const std::optional<Camera>& camera,
+                 const ImageSize& image_size) {
+  if (camera) return *camera;
+  const Eigen::Vector2d centre = image_centre(image_size);
+  return {pinhole(*report.focal_px, *report.focal_px, centre.x(), centre.y()), image_size};
+}
+
+// Names for the drawings: those of the pictures, as plain file names, and never the same twice.
+// They end so that no picture is overwritten by its drawing.
+std::vector<std::string> drawing_names(const std::vector<View>& views) {
+  std::vector<std::string> names;
+  std::set<std::string> used;
+  for (const View& view : views) {
+    std::string stem = view.image;
+    for (const char* kind : {".png", ".jpg", ".jpeg", ".pgm"})
+      if (stem.ends_with(kind)) stem.resize(stem.size() - std::string_view(kind).size());
+    std::ranges::replace_if(
+        stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
+    std::string name = stem + "-pose.png";
+    for (int i = 2; !used.insert(name).second; ++i) name = fmt::format("{}-{}-pose.png", stem, i);
+    names.push_back(name);
+  }
+  return names;
+}
+
+Image8 picture_of(const View& view, const Input& input) {
+  const auto source = std::ranges::find(input.images, view.image, &ImageSource::name);
+  return source == input.images.end() ? Image8() : source->load();
+}
+
+std::vector<std::vector<Vector3d>> tag_outlines(const TargetPoints& points) {
+  std::map<int, std::vector<Vector3d>> outlines;
+  for (const auto& [id, x] : points) outlines[id.tag_id].push_back(x);
+  std::erase_if(outlines, [](const auto& tag) { return tag.second.size() < 4; });  // points
+  std::vector<std::vector<Vector3d>> list;
+  for (const auto& [id, outline] : outlines) list.push_back(outline);
+  return list;
+}
+
+// Everything for all views: the estimates, and the drawings where they are asked for.
+class Poses {
+ public:
+  Poses(const Arguments& arguments, const Input& input, std::optional<Camera> camera)
+      : arguments_(arguments),
+        input_(input),
+        camera_(std::move(camera)),
+        points_(points_in_target(input.dataset.boards)) {}
+
+  std::vector<PoseReport> run(const OutputFolder* folder) const {
+    const std::vector<View>& views = input_.dataset.views;
+    const std::vector<std::string> names = drawing_names(views);
+    std::vector<PoseReport> reports(views.size());
+    Progress progress("poses", static_cast<int>(views.size()));
+    const auto work = [&](int index) {
+      const auto i = static_cast<std::size_t>(index);
+      const PoseProblem problem = problem_of(views[i], points_);
+      reports[i] =
+          estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
+      reports[i].image = views[i].image;
+      if (folder && is_answer(reports[i].status))
+        write_png(folder->path() / names[i], drawn(views[i], problem, reports[i]));
+    };
+    for_each_parallel(static_cast<int>(views.size()), arguments_.threads, work,
+                      [&](int done) { progress.update(done); });
+    return reports;
+  }
+
+ private:
+  ImageRgb drawn(const View& view, const PoseProblem& problem, const PoseReport& report) const {
+    PoseDrawing drawing;
+    drawing.camera = camera_of(report, camera_, input_.dataset.image_size);
+    for (const auto& [id, x] : points_) drawing.target.extend(x);
+    drawing.corners = problem.correspondences;
+    drawing.outliers = report.outliers;
+    for (const PoseHypothesis& h : report.hypotheses)
+      drawing.camera_from_target.push_back(h.camera_from_target);
+    drawing.outlines = tag_outlines(points_);
+    return draw_pose(drawing, picture_of(view, input_));
+  }
+
+  const Arguments& arguments_;
+  const Input& input_;
+  std::optional<Camera> camera_;
+  TargetPoints points_;
+};
+
+int run(const Arguments& arguments) {
+  check_usage(arguments);
+  Input input = read_input(arguments.input);
+  choose_views(input, arguments);
+  const std::optional<Camera> camera = known_camera(arguments, input);
+  std::optional<OutputFolder> folder;
+  if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
+  find_views(input, arguments.threads);
+  if (input.dataset.views.empty())
+    throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
+  const std::vector<PoseReport> reports =
+      Poses(arguments, input, camera).run(folder ? &*folder : nullptr);
+  const auto answers =
+      std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
+  if (folder && answers > 0) folder->publish();
+  print_warnings(input.warnings);
+  print_result(arguments.json ? pose_json(reports) : pose_text(reports));
+  fmt::print(stderr, "{} of {} views with an answer\n", answers, reports.size());
+  return answers > 0 ? kAnswer : kNoAnswer;
+}
+
+}  // namespace
+
+Command add_pose(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "pose", "where the camera of each view is, with a known or an unknown focal length");
+  const auto arguments = std::make_shared<Arguments>();
+  add_input(*command, arguments->input);
+  add_observations(*command, arguments->input);
+  command->add_option("--camera", arguments->camera, "the camera's calibration")
+      ->option_text("C.yaml");
+  command->add_flag("--unknown-focal", arguments->unknown_focal,
+                    "find the focal length too, of a pinhole with its centre in the image's; "
+                    "instead of --camera");
+  add_positive(*command, "--prior-focal", arguments->prior_focal_px,
+               "focal length to take, px, where a view does not show it");
+  add_positive(*command, "--sigma-px", arguments->sigma_px,
+               "noise of the corners per coordinate; without it, their covariances, else from the "
+               "residuals");
+  command->add_option("--view", arguments->views, "only this picture, by its name; may be repeated")
+      ->option_text("NAME")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option("--draw", arguments->draw,
+                   "folder for pictures with the target's axes and a box, where there is an answer")
+      ->option_text("DIR");
+  command->add_flag("--json", arguments->json, "one JSON object on stdout");
+  add_threads(*command, arguments->threads);
+  command->footer(
+      "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
+      "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools
