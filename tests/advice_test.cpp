@@ -84,6 +84,20 @@ TEST(Advice, WithoutAFocalLengthANominalOneStandsIn) {
   EXPECT_FALSE(advise(world, Calibration()).has_value());
 }
 
+TEST(Advice, CornersWithTheirOwnNoisePromiseTheSame) {
+  Dataset world = make_world(kLens, 3, flat_views(15));
+  CalibrateOptions unstated;
+  unstated.model = "f";
+  const auto stated = advise(world, calibrate(world, with_model("f")));
+  for (View& view : world.views)
+    for (Observation& o : view.observations) o.covariance_px2 = Matrix2(0.04 * Matrix2::Identity());
+  const Calibration c = calibrate(world, unstated);
+  EXPECT_TRUE(c.sigma_of_corners);
+  const auto own = advise(world, c);
+  ASSERT_TRUE(stated && own);
+  EXPECT_NEAR(own->focal_sigma_px / stated->focal_sigma_px, 1, 0.1);
+}
+
 TEST(WeakDirections, FocalLengthAndDistance) {
   // Few and nearly frontal views.
   const Calibration c = calibrate(make_world(kLens, 3, flat_views(5)), with_model("f"));

@@ -64,6 +64,22 @@ TEST(BoardWarp, IsFoundWithItsDeviation) {
   EXPECT_LT(sum, 26);  // chi-square of 8: p = 0.001
 }
 
+TEST(BoardWarp, LeavesMoreOpenThanAFlatBoard) {
+  WorldOptions options;
+  options.num_views = 6;
+  const Dataset world = bent_world(kLens, 2, {0, 0}, options);
+  CalibrateOptions flat;
+  flat.model = "radial1";
+  flat.sigma_px = 0.2;
+  CalibrateOptions bent = flat;
+  bent.board_warp = true;
+  const Calibration without = calibrate(world, flat), with = calibrate(world, bent);
+  ASSERT_EQ(with.status, Status::ok);
+  EXPECT_GT(with.sigmas[0], 1.001 * without.sigmas[0]);
+  for (std::size_t v = 0; v < with.views.size(); ++v)
+    EXPECT_GT(with.views[v].covariance(5, 5), 1.001 * without.views[v].covariance(5, 5)) << v;
+}
+
 TEST(BoardWarp, IsToldOfWhereItWasNotAskedFor) {
   WorldOptions options;
   options.num_views = 10;

@@ -123,6 +123,26 @@ TEST(Calibrate, CornersCovariancesAreUsed) {
   EXPECT_LT(1.1 * c.sigmas[0], calibrate(world, with_model("opencv5")).sigmas[0]);
 }
 
+TEST(Calibrate, AStatedNoiseStandsForTheCornersOwn) {
+  Dataset world = make_world(pinhole(900, 900, 639.5, 399.5), 4);
+  const Calibration plain = calibrate(world, with_model("f", 0.2));
+  for (View& view : world.views)
+    for (std::size_t i = 0; i < view.observations.size(); ++i)
+      view.observations[i].covariance_px2 =
+          Matrix2((i % 2 == 0 ? 9.0 : 0.01) * Matrix2::Identity());
+  const Calibration stated = calibrate(world, with_model("f", 0.2));
+  EXPECT_EQ(stated.sigmas, plain.sigmas);
+  EXPECT_TRUE(calibrate(world, with_model("f")).sigma_of_corners);
+}
+
+TEST(Calibrate, AnUncertaintyNeedsADistance) {
+  CalibrateOptions options;
+  for (const double distance : {0.0, -1.0, std::nan("")}) {
+    options.distances_m = {distance};
+    EXPECT_THROW(calibrate(make_world(pinhole(900, 900, 639.5, 399.5), 1), options), Error);
+  }
+}
+
 TEST(Calibrate, FrontalBoardsHoldNoFocalLength) {
   WorldOptions options;
   options.max_tilt_deg = 0;

@@ -71,6 +71,10 @@ TEST_F(Cli, DrawsTheUncertainty) {
   EXPECT_NE(svg.find("stroke-dasharray"), std::string::npos);
   ASSERT_EQ(run(set + path("u.png")).exit_code, 0);
   EXPECT_EQ(slurp(path("u.png")).substr(1, 3), "PNG");
+  const Json json = Json::parse(run(set + path("u.svg") + " --distance 3 --json").out);
+  EXPECT_EQ(json["projection"][1]["distance_m"], 3);
+  EXPECT_NE(slurp(path("u.svg")).find("at 3 m"), std::string::npos);
+  expect_bad_input("calibrate " + path("set") + " --model weak", {"weak", "cannot be asked for"});
   expect_bad_input(set + path("u.jpg"), {"u.jpg", ".svg or .png"});
   EXPECT_FALSE(fs::exists(path("u.jpg")));
 }

@@ -127,6 +127,23 @@ TEST(Selection, WhatIsNeededAndNotHeldIsSaid) {
   }
 }
 
+// Corners so exact that rejection stops at its floor, with a tail: what one lens rejects and the
+// other keeps must not decide between them.
+TEST(Selection, ExactCornersWithATailArePinholes) {
+  WorldOptions options = few_views(8);
+  options.sigma_px = 0.004;
+  for (int seed = 1; seed <= 6; ++seed) {
+    Dataset world = make_world(pinhole(900, 900, 639.5, 399.5), seed, options);
+    Random random(11, static_cast<std::uint64_t>(seed));
+    for (View& view : world.views)
+      for (Observation& o : view.observations)
+        if (random.uniform() < 0.02)
+          o.pixel += 0.03 * Eigen::Vector2d(random.normal(), random.normal());
+    const Calibration c = calibrate(world);
+    EXPECT_EQ(c.model, "f") << seed << ladder_of(c);
+  }
+}
+
 TEST(Selection, AnAskedModelHasNoSteps) {
   CalibrateOptions options;
   options.model = "f";

@@ -25,6 +25,7 @@ struct Arguments {
   CalibrateOptions options;
   std::string out;
   std::string uncertainty;  // a picture
+  double near_m = 0;        // 0: the corners' median
   int threads = 0;
   bool advise = false;
   bool json = false;
@@ -46,7 +47,7 @@ bool is_auto(const std::string& model) { return model.empty() || model == "auto"
 
 int run(const Arguments& arguments) {
   const Stopwatch watch;
-  if (!is_auto(arguments.options.model)) Model::named(arguments.options.model);  // throws early
+  check_options(arguments.options);  // before any work
   check_writable(arguments.out);
   check_writable(arguments.uncertainty);
   check_picture(arguments.uncertainty);
@@ -57,7 +58,9 @@ int run(const Arguments& arguments) {
   Calibration calibration;
   {
     const Progress progress("calibrating");
-    calibration = calibrate(input.dataset, arguments.options);
+    CalibrateOptions options = arguments.options;
+    if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
+    calibration = calibrate(input.dataset, options);
   }
   calibration.warnings.insert(calibration.warnings.begin(), input.warnings.begin(),
                               input.warnings.end());
@@ -75,6 +78,9 @@ int run(const Arguments& arguments) {
                          advice_text(advice, arguments.advise));
   if (!answered && !arguments.out.empty()) {
     fmt::print(stderr, "tagcal: {}: not written, there is no answer\n", arguments.out);
+  }
+  if (!answered && !arguments.uncertainty.empty()) {
+    fmt::print(stderr, "tagcal: {}: not drawn, there is no answer\n", arguments.uncertainty);
   }
   return answered ? kAnswer : kNoAnswer;
 }
@@ -96,13 +102,17 @@ Command add_calibrate(CLI::App& app) {
   command->add_option("--model", arguments->options.model, "auto, " + model_names())
       ->option_text("M");
   add_positive(*command, "--sigma-px", arguments->options.sigma_px,
-               "noise of the corners per coordinate; without it, from the residuals");
+               "noise of the corners per coordinate; without it, each corner's own where the file "
+               "says it, else from the residuals");
   command->add_option("--out", arguments->out, "file for the camera, where there is an answer")
       ->option_text("FILE");
   command
       ->add_option("--uncertainty", arguments->uncertainty,
                    "picture of the projection's uncertainty over the image, .svg or .png")
       ->option_text("FILE");
+  add_positive(*command, "--distance", arguments->near_m,
+               "in metres, at which the uncertainty is given beside infinity; without it, the "
+               "corners' median");
   command->add_flag("--board-warp", arguments->options.board_warp,
                     "let the board be bent, by two parameters; needs one flat board");
   command->add_flag("--advise", arguments->advise,

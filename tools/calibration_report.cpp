@@ -113,16 +113,6 @@ std::string outlier_lines(std::vector<Outlier> outliers) {
   return text;
 }
 
-// The largest over the samples of the seen region is not kept: the nodes in the hull stand for it.
-double largest_where_seen(const Calibration& calibration, const ProjectionUncertainty& p) {
-  double largest = 0;
-  for (int row = 0; row < p.grid.rows; ++row)
-    for (int column = 0; column < p.grid.columns; ++column)
-      if (calibration.seen.contains(p.grid.pixel(column, row)))
-        largest = std::max(largest, p.sigma_px(row, column));
-  return largest;
-}
-
 double largest(const ProjectionUncertainty& p) {
   double value = 0;
   for (const double sigma : p.sigma_px.reshaped()) value = sigma > value ? sigma : value;
@@ -135,7 +125,7 @@ Json projection_json(const Calibration& calibration) {
     const bool far = !std::isfinite(p.distance_m);
     list.push_back({{"distance_m", far ? Json("infinity") : Json(p.distance_m)},
                     {"rms_px", p.region_px},
-                    {"max_px", largest_where_seen(calibration, p)},
+                    {"max_px", p.region_max_px},
                     {"centre_px", p.sigma_px(p.grid.rows / 2, p.grid.columns / 2)},
                     {"whole_image_max_px", largest(p)}});
   }
@@ -147,8 +137,7 @@ std::string projection_text(const Calibration& calibration) {
   for (const ProjectionUncertainty& p : calibration.projection)
     text += fmt::format(
         "projection {:.3f} px at {} where corners were, {:.3f} px in the centre, {:.3f} px at "
-        "worst "
-        "over the image\n",
+        "worst over the image\n",
         p.region_px, distance_text(p.distance_m), p.sigma_px(p.grid.rows / 2, p.grid.columns / 2),
         largest(p));
   if (!calibration.projection.empty())
@@ -198,6 +187,16 @@ Json advice_json(const std::optional<AdvisedView>& advice) {
           {"sentence", advice->sentence}};
 }
 
+Json outliers_json(const std::vector<Outlier>& outliers) {
+  Json list = Json::array();
+  for (const Outlier& o : outliers)
+    list.push_back({{"image", o.image},
+                    {"tag_id", o.id.tag_id},
+                    {"corner", o.id.corner},
+                    {"residual_px", o.residual_px}});
+  return list;
+}
+
 Json steps_json(const std::vector<ModelStep>& steps) {
   Json list = Json::array();
   for (const ModelStep& step : steps) {
@@ -235,6 +234,7 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                        {"num_views", calibration.views.size()},
                        {"num_corners", calibration.num_corners},
                        {"num_outliers", calibration.outliers.size()},
+                       {"outliers", outliers_json(calibration.outliers)},
                        {"projection", projection_json(calibration)},
                        {"seen_share", known ? Json(calibration.seen.share()) : Json()},
                        {"halves", halves_json(calibration.halves)},
@@ -250,6 +250,11 @@ std::string calibration_json(const Calibration& calibration, const CommandSecond
                          {"covariance", spent.covariance},
                          {"total", seconds.total}}}};
   return answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string_view noise_source(const Calibration& calibration) {
+  if (calibration.sigma_of_corners) return "in units of each corner's own";
+  return calibration.sigma_from_residuals ? "from the residuals" : "as stated";
 }
 
 std::string advice_text(const std::optional<AdvisedView>& advice, bool asked) {
@@ -268,7 +273,7 @@ std::string calibration_summary(const Calibration& calibration, const CommandSec
     text += fmt::format("rms        {:.4f} px over {} corners in {} views\n", calibration.rms_px,
                         calibration.num_corners, calibration.views.size());
     text += fmt::format("noise      {:.4f} px per coordinate ({})\n", calibration.sigma_px,
-                        calibration.sigma_from_residuals ? "from the residuals" : "as stated");
+                        noise_source(calibration));
   }
   text += projection_text(calibration);
   text += steps_text(calibration.steps) + outlier_lines(calibration.outliers);

@@ -37,9 +37,10 @@ std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationF
   const auto seen = [](const CalibrationFile& file, const Vector2d& pixel) {
     return file.seen.hull().empty() || file.seen.contains(pixel);
   };
-  std::vector<Vector2d> samples;
-  for (const Vector2d& pixel : ImageGrid{a.camera.image_size, 33, 21}.pixels())
-    if (seen(a, pixel) && seen(b, pixel)) samples.push_back(pixel);
+  std::vector<Vector2d> samples = ImageGrid{a.camera.image_size, 33, 21}.pixels();
+  for (const CalibrationFile* file : {&b, &a})
+    if (!file->seen.hull().empty()) samples = file->seen.samples();
+  std::erase_if(samples, [&](const Vector2d& p) { return !seen(a, p) || !seen(b, p); });
   return samples;
 }
 

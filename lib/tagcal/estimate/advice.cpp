@@ -124,11 +124,17 @@ struct Known {
   double distance_m = 1;
 };
 
+// Of one coordinate of a view to come: as the residuals of the others show it. (Where every
+// corner has its own noise, sigma is a factor of it.)
+double noise_to_expect(const Calibration& c) {
+  return c.sigma_of_corners ? c.rms_px / std::numbers::sqrt2 : c.sigma_px;
+}
+
 std::optional<Known> known_of(const Calibration& c, const BoardPoints& board) {
   if (!c.camera) return std::nullopt;
   Known known;
   known.camera = *c.camera;
-  known.sigma_px = c.sigma_px;
+  known.sigma_px = noise_to_expect(c);
   if (is_answer(c.status) && c.covariance.size() > 0) {
     known.model = &Model::named(c.model);
     const auto information = exact_inverse(c.covariance);
@@ -176,7 +182,8 @@ std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_
     text += "facing the camera";
   text += ": sd of the focal length ";
   if (known_before) text += number(view.focal_sigma_now_px) + " -> ";
-  return text + number(view.focal_sigma_px) + " px";
+  text += number(view.focal_sigma_px) + " px";
+  return known_before ? text : text + ", if it is about as long as the image is wide";
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 namespace tagcal {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -40,7 +39,6 @@ std::optional<CalibrationFit> largest_fit(const CalibrationInput& input,
 }  // namespace
 
 std::optional<BoardWarp> estimate_warp(const BundleInformation& information, double sigma) {
-  const Index n = information.halves[0].rows();
   const auto inverse = exact_inverse(information.halves[0] + information.halves[1]);
   if (!inverse) return std::nullopt;
   const VectorXd gradient = information.gradients[0] + information.gradients[1];
@@ -52,7 +50,6 @@ std::optional<BoardWarp> estimate_warp(const BundleInformation& information, dou
   const auto weight = exact_inverse(covariance);
   if (!weight) return std::nullopt;
   warp.chi_square = step.dot(*weight * step);
-  warp.parameter_covariance = sigma * sigma * inverse->topLeftCorner(n - 2, n - 2);
   return warp;
 }
 

@@ -82,21 +82,31 @@ Calibration calibrate_model(const Model& model, const CalibrationInput& input,
   return c;
 }
 
+bool is_auto(const CalibrateOptions& options) {
+  return options.model.empty() || options.model == "auto";
+}
+
 }  // namespace
+
+void check_options(const CalibrateOptions& options) {
+  if (!is_auto(options) && Model::named(options.model).lens_type() == LensType::parallel)
+    throw Error("model: weak is an answer for what holds no focal length; it cannot be asked for");
+  for (const double distance : options.distances_m)
+    if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + std::to_string(distance));
+}
 
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   const auto begin = Clock::now();
-  const bool choose = options.model.empty() || options.model == "auto";
-  if (!choose && Model::named(options.model).lens_type() == LensType::parallel)
-    throw Error("model: weak is an answer for what holds no focal length; it cannot be asked for");
+  check_options(options);
   const std::optional<FlatBoard> board = flat_board(dataset);
   if (options.board_warp && !board) throw Error("board_warp: needs one board, and a flat one");
-  CalibrationInput input = calibration_input(dataset);
+  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
   const FlatBoard* flat = board ? &*board : nullptr;
   const Eigen::Vector2d bent_m =
       options.board_warp ? unbend(input, *board, options) : Eigen::Vector2d(0, 0);
-  Calibration result = choose ? calibrate_auto(input, options, flat)
-                              : calibrate_model(Model::named(options.model), input, options, flat);
+  Calibration result = is_auto(options)
+                           ? calibrate_auto(input, options, flat)
+                           : calibrate_model(Model::named(options.model), input, options, flat);
   if (result.board_warp) result.board_warp->bend_mm += 1e3 * bent_m;
   result.seconds.total = seconds_since(begin);
   return result;

@@ -15,12 +15,14 @@
 namespace tagcal {
 
 struct CalibrateOptions {
-  std::string model;    // a name of the ladder; "" or "auto": the smallest that explains the data
-  double sigma_px = 0;  // noise per coordinate; 0: estimated from the residuals
+  std::string model;  // a name of the ladder; "" or "auto": the smallest that explains the data
+  // Noise per coordinate; 0: each corner's own covariance where all of them have one, else
+  // estimated from the residuals.
+  double sigma_px = 0;
   bool reject_outliers = true;
   bool board_warp = false;   // let the board be bent; needs one flat board
   int max_iterations = 100;  // of each solve
-  // At which the projection's uncertainty is given; empty: infinity and the corners' median.
+  // At which the projection's uncertainty is given, > 0; empty: infinity and the corners' median.
   std::vector<double> distances_m;
 };
 
@@ -71,8 +73,7 @@ struct HalvesCheck {
 struct BoardWarp {
   Eigen::Vector2d bend_mm = Eigen::Vector2d::Zero();
   Eigen::Vector2d sigma_mm = Eigen::Vector2d::Zero();
-  double chi_square = 0;                 // of a flat board, two degrees of freedom
-  Eigen::MatrixXd parameter_covariance;  // of the free parameters, the bend left open
+  double chi_square = 0;  // of a flat board, two degrees of freedom
 };
 
 // A combination of parameters that the data leave open.
@@ -106,6 +107,7 @@ struct Calibration {
   double rms_px = 0;                              // sqrt(sum |r|^2 / corners), inliers
   double sigma_px = 0;  // noise per coordinate that the covariance was computed with
   bool sigma_from_residuals = false;
+  bool sigma_of_corners = false;  // sigma_px is 1, in units of each corner's own
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;
@@ -116,10 +118,14 @@ struct Calibration {
   CalibrateSeconds seconds;
 };
 
+// Throws Error for what `calibrate` refuses whatever the data set: a model that is not known,
+// `weak`, or a distance that is not positive.
+void check_options(const CalibrateOptions& options);
+
 // Camera and all poses from the observations of one data set: closed-form start on consensus,
 // maximum likelihood by Ceres, corners beyond 5 sigma rejected and the rest solved again,
-// covariance from the exact inverse of the information. Throws Error for a model that is not known,
-// and for a board_warp of anything but one flat board.
+// covariance from the exact inverse of the information. Throws Error as `check_options` does, and
+// for a board_warp of anything but one flat board.
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options = {});
 
 }  // namespace tagcal

@@ -17,7 +17,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSmallestSigmaPx = 0.01;  // below it, digits in a file decide, not noise
 constexpr int kMaxRounds = 15;
 
 double seconds_since(Clock::time_point start) {
@@ -210,8 +209,8 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
       selection.pose[used[i]] = fit.bundle.camera_from_target[i];
     squares = all_squares(fit.bundle.lens(), input, selection);
     if (!options.reject_outliers) break;
-    const double floor = input.whitened ? 1 : std::max(kSmallestSigmaPx, options.sigma_px);
-    const double sigma = std::max(floor, robust_sigma(squares, selection));
+    const double sigma =
+        std::max(least_sigma(input.whitened, options), robust_sigma(squares, selection));
     if (reselect(squares, kRejectSigmas * sigma, selection)) continue;
     const Lens lens = fit.bundle.lens();
     if (rescued || !rescue_views(input, lens, 2 * kRejectSigmas * sigma, selection)) break;
@@ -225,11 +224,11 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
 
 }  // namespace
 
-CalibrationInput calibration_input(const Dataset& dataset) {
+CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
   CalibrationInput input;
   input.image_size = dataset.image_size;
   const auto points = world_points(dataset.boards);
-  input.whitened = all_have_covariances(dataset.views);
+  input.whitened = !sigma_stated && all_have_covariances(dataset.views);
   for (const View& view : dataset.views) {
     CalibrationView prepared = calibration_view(view, points, input.whitened);
     if (!fixes_a_pose(prepared)) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,10 +18,16 @@ struct CalibrationInput {
   bool whitened = false;  // every corner has its covariance, and residuals are whitened by it
   std::vector<std::string> warnings;
 };
-CalibrationInput calibration_input(const Dataset& dataset);
+// `sigma_stated`: one noise for all corners; their own covariances do not count.
+CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated);
 
 // Corners further than this many standard deviations from the answer are rejected.
 inline constexpr double kRejectSigmas = 5;
+
+// The least standard deviation that this may be: below 0.01 px digits in a file decide, not noise.
+inline double least_sigma(bool whitened, const CalibrateOptions& options) {
+  return whitened ? 1 : std::max(0.01, options.sigma_px);
+}
 
 // One model, solved on the corners that agree with it.
 struct CalibrationFit {

@@ -11,27 +11,32 @@ constexpr double kSmallestNoisePx = 1e-6;
 constexpr double kAssumedSigmaPx = 0.5;
 constexpr int kEnoughDegreesOfFreedom = 50;
 
-double counted(double square, double noise_square) {
-  return std::min(square / noise_square, kRejectSigmas * kRejectSigmas);
-}
+// Squares in units of the noise, up to the bound beyond which corners are rejected: two fits that
+// reject different ones are compared fairly only where no corner costs more than a rejected one.
+struct Count {
+  double noise_square = 1;
+  double bound = 1;
+
+  double operator()(double square) const { return std::min(square / noise_square, bound); }
+};
 
 // The squared residuals of a bundle's corners, each counted up to the rejection bound.
-double counted_misfit(const Bundle& bundle, double noise_square) {
+double counted_misfit(const Bundle& bundle, const Count& count) {
   double sum = 0;
   const Lens lens = bundle.lens();
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     const ViewProblem& view = bundle.views[v];
     const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
     for (std::size_t i = 0; i < residuals.size(); ++i)
-      sum += counted(whitened_square(view, i, residuals[i]), noise_square);
+      sum += count(whitened_square(view, i, residuals[i]));
   }
   return sum;
 }
 
 // The same of all corners of a fit, the rejected ones included.
-double counted_misfit(const CalibrationFit& fit, double noise_square) {
+double counted_misfit(const CalibrationFit& fit, const Count& count) {
   double sum = 0;
-  for (const double square : fit.squares) sum += counted(square, noise_square);
+  for (const double square : fit.squares) sum += count(square);
   return sum;
 }
 
@@ -93,15 +98,16 @@ Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fis
   ladder.whitened = any.whitened;
   ladder.noise_square = noise_square(ladder.rungs, options);
   const double noise = ladder.noise_square;
-  const double rejected =
-      perspective ? counted_misfit(*perspective, noise) - counted_misfit(perspective->bundle, noise)
-                  : 0;
+  const double least = least_sigma(ladder.whitened, options);
+  const Count count{noise, kRejectSigmas * kRejectSigmas * std::max(1.0, least * least / noise)};
   const double sigma = options.sigma_px > 0 ? options.sigma_px : std::sqrt(noise);
   for (Rung& rung : ladder.rungs) {
     const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
-    rung.misfit =
-        is_fisheye ? counted_misfit(*fisheye, noise) : rejected + rung.summary.cost / noise;
-    rung.bic = rung.misfit + rung.model().num_free() * std::log(ladder.num_residuals);
+    const CalibrationFit& fit = is_fisheye ? *fisheye : *perspective;
+    const double rejected = counted_misfit(fit, count) - counted_misfit(fit.bundle, count);
+    rung.misfit = rejected + rung.summary.cost / noise;
+    rung.bic = rejected + counted_misfit(rung.bundle, count) +
+               rung.model().num_free() * std::log(ladder.num_residuals);
     rung.seen = observability(rung.bundle, ladder.whitened ? 1.0 : sigma);
   }
   pass_up_refusals(ladder.rungs);

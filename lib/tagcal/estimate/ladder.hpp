@@ -15,7 +15,7 @@ struct Rung {
   BundleSummary summary;
   Observability seen;
   double misfit = 0;  // squared residuals / noise^2; rejected corners count up to the bound
-  double bic = std::numeric_limits<double>::infinity();
+  double bic = std::numeric_limits<double>::infinity();  // all corners count up to it
 
   const Model& model() const { return *bundle.model; }
   bool holds() const { return seen.status == Status::ok && summary.converged; }

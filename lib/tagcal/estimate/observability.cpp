@@ -81,9 +81,13 @@ Observability observability(const Bundle& bundle, double sigma) {
 }
 
 Observability observability(const Bundle& bundle,
-                            const std::optional<BundleInformation>& information, double sigma) {
+                            const std::optional<BundleInformation>& information, double sigma,
+                            bool bend_open) {
   Observability result;
-  if (information) result.covariance = covariance_of(*information, bundle.model->num_free(), sigma);
+  const Eigen::Index k = bundle.model->num_free();
+  if (information) result.covariance = covariance_of(*information, k + (bend_open ? 2 : 0), sigma);
+  if (result.covariance)
+    result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
   if (degrees_of_freedom(bundle) < kFewestDegreesOfFreedom) {
     result.status = Status::degenerate;
     result.reason = "too few corners for the parameters: " + std::to_string(num_corners(bundle)) +

@@ -24,10 +24,12 @@ struct Observability {
 inline constexpr double kFocalWeak = 0.05;  // sd(f) / f
 inline constexpr double kProjectionWeakPx = 2.0;
 
-// `sigma`: noise per (whitened) coordinate.
+// `sigma`: noise per (whitened) coordinate. With `bend_open` the information's two bends are
+// estimated, too, and what they leave open counts.
 Observability observability(const Bundle& bundle, double sigma);
 Observability observability(const Bundle& bundle,
-                            const std::optional<BundleInformation>& information, double sigma);
+                            const std::optional<BundleInformation>& information, double sigma,
+                            bool bend_open = false);
 
 std::string percent(double share);  // "12 %"
 

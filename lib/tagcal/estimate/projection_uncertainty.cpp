@@ -1,6 +1,7 @@
 #include "tagcal/estimate/projection_uncertainty.hpp"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 #include "tagcal/estimate/reprojection.hpp"
@@ -50,7 +51,8 @@ MatrixXd pose_by_parameters(const Jacobians& j) {
 }
 
 double mean_variance(const MatrixXd& rows, const MatrixXd& covariance) {
-  return (rows * covariance).cwiseProduct(rows).sum() / static_cast<double>(rows.rows());
+  const double sum = (rows * covariance).cwiseProduct(rows).sum();
+  return std::max(0.0, sum) / static_cast<double>(rows.rows());
 }
 
 }  // namespace
@@ -65,15 +67,20 @@ MatrixXd aligned_jacobian(const UncertainLens& lens, std::span<const Vector2d> s
 
 ProjectionUncertainty projection_uncertainty(const UncertainLens& lens, const ImageGrid& grid,
                                              std::span<const Vector2d> samples, double distance_m) {
-  ProjectionUncertainty result{distance_m, grid, {}, kInfinitelyFar};
+  ProjectionUncertainty result{distance_m, grid, {}, kInfinitelyFar, kInfinitelyFar};
   result.sigma_px =
       MatrixXd::Constant(grid.rows, grid.columns, std::numeric_limits<double>::quiet_NaN());
   std::vector<std::size_t> index;
   const Jacobians of_samples = jacobians(lens, samples, distance_m, index);
   if (index.size() < 3) return result;
   const MatrixXd answer = pose_by_parameters(of_samples);
-  result.region_px = std::sqrt(
-      mean_variance(of_samples.by_parameters - of_samples.by_pose * answer, lens.covariance));
+  const MatrixXd aligned = of_samples.by_parameters - of_samples.by_pose * answer;
+  result.region_px = std::sqrt(mean_variance(aligned, lens.covariance));
+  result.region_max_px = 0;
+  for (Eigen::Index row = 0; row < aligned.rows(); row += 2)
+    result.region_max_px =
+        std::max(result.region_max_px,
+                 std::sqrt(mean_variance(aligned.middleRows<2>(row), lens.covariance)));
   const std::vector<Vector2d> nodes = grid.pixels();
   const Jacobians of_nodes = jacobians(lens, nodes, distance_m, index);
   const MatrixXd rows = of_nodes.by_parameters - of_nodes.by_pose * answer;

@@ -26,7 +26,8 @@ struct ProjectionUncertainty {
   double distance_m = kInfinitelyFar;
   ImageGrid grid;
   Eigen::MatrixXd sigma_px;  // rows x columns; NaN where no ray meets the pixel
-  double region_px = 0;      // RMS over the samples of the region
+  double region_px = 0;      // RMS over the samples of the region; infinite where it has none
+  double region_max_px = 0;  // the largest over them
 };
 
 // Var(q) = A C A^T, A = J - J_pose (J_pose^T J_pose)^-1 J_pose^T J with the products over the

@@ -26,7 +26,8 @@ void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOpti
   if (options.sigma_px > 0) {
     c.sigma_px = options.sigma_px;
   } else if (fit.whitened) {
-    c.sigma_px = 1;  // in units of the corners' own covariances
+    c.sigma_px = 1;
+    c.sigma_of_corners = true;
   } else if (freedom >= kEnoughDegreesOfFreedom) {
     c.sigma_px = std::sqrt(fit.summary.cost / freedom);
     c.sigma_from_residuals = true;
@@ -58,7 +59,10 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
     c.warnings.push_back(seen.reason);
     return seen.status;
   }
-  if (!fit.summary.converged) return Status::not_converged;
+  if (!fit.summary.converged) {
+    c.warnings.emplace_back("the solution did not converge");
+    return Status::not_converged;
+  }
   if (10 * fit.num_inliers() < 9 * fit.num_corners)
     c.warnings.push_back(percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
                          " of the corners agree with no answer of this model and were left out");
@@ -127,14 +131,12 @@ void fill_projection(Calibration& c, const Bundle& bundle, const BundleInformati
 
 // The bend of the board: part of the answer where it was asked for, else a warning where the
 // corners show it.
-void fill_warp(Calibration& c, const Bundle& bundle, const BundleInformation& information,
+void fill_warp(Calibration& c, const BundleInformation& information,
                const CalibrateOptions& options) {
   const std::optional<BoardWarp> warp = estimate_warp(information, c.sigma_px);
   if (!warp) return;
   if (options.board_warp) {
     c.board_warp = warp;
-    c.covariance = warp->parameter_covariance;
-    fill_sigmas(c, *bundle.model);
   } else if (warp->chi_square > kBentChiSquare) {
     char text[96];
     std::snprintf(text, sizeof text, "%.2g mm along x and %.2g mm along y", warp->bend_mm.x(),
@@ -176,12 +178,13 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
   const auto information = bundle_information(fit.bundle, board);
-  const Observability seen = observability(fit.bundle, information, c.sigma_px);
+  const Observability seen =
+      observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
   if (seen.covariance) {
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }
-  if (board && seen.covariance) fill_warp(c, fit.bundle, *information, options);
+  if (board && seen.covariance) fill_warp(c, *information, options);
   fill_views(c, fit, seen.covariance);
   c.status = judge(c, fit, seen);
   fill_projection(c, fit.bundle, information ? &*information : nullptr, options);

@@ -144,12 +144,13 @@ ModelStep weak_step(const Ladder& ladder, bool taken) {
   return step;
 }
 
-// The sentence of a model beside the last one that was taken (none: the first).
+// The sentence of a model beside the last one that was taken, or what was chosen instead (none:
+// the first).
 std::string why(const Rung& rung, const Rung* last, const Ladder& ladder, bool taken) {
   if (rung.seen.status != Status::ok)
     return "not taken, the data cannot hold it: " + rung.seen.reason;
   if (!rung.summary.converged) return "not taken: the solution did not converge";
-  if (!last) return taken ? "taken: the data hold its parameters" : "not taken";
+  if (!last || last == &rung) return taken ? "taken: the data hold its parameters" : "not taken";
   const double gain = (last->misfit - rung.misfit) * ladder.noise_square;
   const int more = rung.model().num_free() - last->model().num_free();
   std::string text = number(std::abs(gain)) + (ladder.whitened ? "" : " px^2") +
@@ -180,7 +181,7 @@ std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const R
     const bool on_the_way = chosen && !done && rung.holds() && !is_fisheye(rung) &&
                             !is_fisheye(*chosen) && (!last || rung.bic < last->bic);
     step.taken = &rung == chosen || on_the_way;
-    step.sentence = why(rung, last, ladder, step.taken);
+    step.sentence = why(rung, last || step.taken ? last : chosen, ladder, step.taken);
     if (&rung == winner && winner != chosen)
       step.sentence += ", the projections differ by " + number(chosen_difference) + " px";
     if (step.taken) last = &rung;
@@ -249,8 +250,9 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
   if (!chosen) {
-    choice.status = basis.seen.status == Status::ok ? Status::not_converged : basis.seen.status;
-    choice.reason = basis.seen.reason;
+    const bool held = basis.seen.status == Status::ok;
+    choice.status = held ? Status::not_converged : basis.seen.status;
+    choice.reason = held ? "no model's solution converged" : basis.seen.reason;
   } else if (const Rung* more = wanted(ladder, *chosen)) {
     choice.status = Status::not_observable;
     choice.reason = "the corners show more than model " + std::string(chosen->model().name()) +

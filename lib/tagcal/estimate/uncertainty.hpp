@@ -34,7 +34,7 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle,
 // (Triggs et al. 2000, section 6.1). No value where S, scaled to a unit diagonal, has no inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
 
-// The same of k free parameters, a bend held.
+// The same of the first k parameters of an information: a bend is held, or the last two of them.
 std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
                                               double sigma);
 
