@@ -124,6 +124,8 @@ TEST(Selection, WhatIsNeededAndNotHeldIsSaid) {
         calibrate(make_world(Perspective({900, 900, 700, 340, -0.2}), seed, options));
     EXPECT_EQ(c.status, Status::not_observable) << seed << " " << c.model;
     EXPECT_FALSE(c.warnings.empty());
+    EXPECT_TRUE(c.projection.empty());
+    EXPECT_FALSE(c.halves.has_value());
   }
 }
 

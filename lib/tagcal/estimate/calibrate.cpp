@@ -28,6 +28,15 @@ Calibration without_answer(const CalibrationInput& input, const std::string& mod
   return c;
 }
 
+// What looked like an answer is none; nor is what it says of itself.
+void withdraw(Calibration& c, Status status, const std::string& reason) {
+  c.status = status;
+  c.warnings.push_back(reason);
+  c.projection.clear();
+  c.halves.reset();
+  c.board_warp.reset();
+}
+
 Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions& options,
                            const FlatBoard* board) {
   const std::optional<ModelChoice> choice = choose_model(input, options);
@@ -35,8 +44,7 @@ Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions
   Calibration c =
       choice->weak ? report_weak(*choice, options) : report(choice->fit, options, board);
   if (is_answer(c.status) && choice->status != Status::ok) {
-    c.status = choice->status;
-    c.warnings.push_back(choice->reason);
+    withdraw(c, choice->status, choice->reason);
   }
   c.steps = choice->steps;
   c.bic = choice->fit.bic;
@@ -69,8 +77,7 @@ void doubt_focal_length(Calibration& c, const CalibrationFit& fit) {
   solve(plain, 100);
   const Observability seen = observability(plain, c.sigma_px);
   if (seen.status != Status::focal_not_observable) return;
-  c.status = seen.status;
-  c.warnings.push_back(seen.reason);
+  withdraw(c, seen.status, seen.reason);
 }
 
 Calibration calibrate_model(const Model& model, const CalibrationInput& input,

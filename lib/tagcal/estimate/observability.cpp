@@ -1,5 +1,6 @@
 #include "tagcal/estimate/observability.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -38,6 +39,48 @@ std::string weakest_parameters(const Bundle& bundle, const Eigen::MatrixXd& cova
     largest = std::max(largest, in_px);
   }
   return names;
+}
+
+// A parameter of what the information leaves wholly open: a focal length where that takes part.
+std::string open_parameter(const Bundle& bundle, const Eigen::MatrixXd& information) {
+  constexpr double kOpen = 1e-12;     // of an eigenvalue, where the diagonal is 1
+  constexpr double kTakesPart = 0.1;  // of a unit eigenvector
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scale.asDiagonal() * information *
+                                                                scale.asDiagonal());
+  const auto& free = bundle.model->free();
+  std::string name;
+  for (Eigen::Index i = 0; i < information.rows(); ++i) {
+    if (i > 0 && spectrum.eigenvalues()[i] > kOpen) break;
+    const Eigen::VectorXd direction = spectrum.eigenvectors().col(i).cwiseAbs();
+    for (std::size_t k = 0; k < free.size(); ++k)
+      if (free[k].name[0] == 'f' && direction[static_cast<Eigen::Index>(k)] > kTakesPart)
+        return std::string(free[k].name);
+    Eigen::Index strongest = 0;
+    direction.maxCoeff(&strongest);
+    if (i == 0) name = free[static_cast<std::size_t>(strongest)].name;
+  }
+  return name;
+}
+
+// Where the information has no inverse.
+void refuse(Observability& result, const Bundle& bundle,
+            const std::optional<BundleInformation>& information) {
+  const Eigen::Index k = bundle.model->num_free();
+  const bool known =
+      information && information->halves[0].allFinite() && information->halves[1].allFinite();
+  const std::string open =
+      known ? open_parameter(bundle,
+                             (information->halves[0] + information->halves[1]).topLeftCorner(k, k))
+            : "f";
+  if (open[0] == 'f') {
+    result.status = Status::focal_not_observable;
+    result.reason =
+        "the focal length cannot be known from these views: tilt the board by 20 degrees or more";
+  } else {
+    result.status = Status::not_observable;
+    result.reason = "not observable from these views: " + open + " trades with other parameters";
+  }
 }
 
 }  // namespace
@@ -95,9 +138,7 @@ Observability observability(const Bundle& bundle,
     return result;
   }
   if (!result.covariance) {
-    result.status = Status::focal_not_observable;
-    result.reason =
-        "the focal length cannot be known from these views: tilt the board by 20 degrees or more";
+    refuse(result, bundle, information);
     return result;
   }
   const Eigen::MatrixXd& covariance = result.covariance->parameters;

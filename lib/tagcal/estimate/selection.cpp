@@ -22,10 +22,9 @@ constexpr double kGrosslyWrongSigmas = 100;
 constexpr int kFisheyeHandicap = 3;     // parameters
 constexpr double kStrongEvidence = 10;  // of BIC (Kass & Raftery 1995: very strong)
 
-// One decimal where it matters, none where it does not.
 std::string number(double value) {
   char text[64];
-  std::snprintf(text, sizeof text, std::abs(value) < 100 ? "%.2f" : "%.0f", value);
+  std::snprintf(text, sizeof text, std::abs(value) < 1000 ? "%.3g" : "%.0f", value);
   return text;
 }
 
