@@ -113,18 +113,9 @@ class SumLoop {
   // The last points, fewer than a pack: the pack is filled with copies of the last one, whitened to
   // nothing.
   bool rest(const SumJob& job, unsigned long begin) {
-    constexpr int kSize = Pack::kSize;
+    constexpr unsigned long kSize = Pack::kSize;
     double points[3 * kSize], pixels[2 * kSize], weights[4 * kSize];
-    const unsigned long last = job.num_points - 1;
-    for (unsigned long lane = 0; lane < kSize; ++lane) {
-      const unsigned long from = begin + lane < last ? begin + lane : last;
-      const double one = begin + lane <= last ? 1 : 0;
-      for (unsigned long k = 0; k < 3; ++k) points[3 * lane + k] = job.points[3 * from + k];
-      for (unsigned long k = 0; k < 2; ++k) pixels[2 * lane + k] = job.pixels[2 * from + k];
-      for (unsigned long k = 0; k < 4; ++k)
-        weights[4 * lane + k] =
-            job.whitening ? one * job.whitening[4 * from + k] : (k == 0 || k == 3 ? one : 0);
-    }
+    copy_rest<kSize>(job, begin, points, pixels, weights);
     return step(points, pixels, weights);
   }
 
