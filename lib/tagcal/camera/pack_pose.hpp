@@ -41,6 +41,24 @@ template <typename Pack>
   for (int i = 0; i < 3; ++i) columns[3 + i] = j[i];
 }
 
+// Where the whitening of point i begins; null: none.
+inline const double* whitening_at(const SumJob& job, unsigned long i) {
+  return job.whitening ? job.whitening + 4 * i : nullptr;
+}
+
+// Both rows of a pack by its whitening W: W [u; v].
+template <typename Pack>
+[[gnu::always_inline]] inline void whiten(const double* whitening, int num_columns, Pack* u,
+                                          Pack* v) {
+  Pack w[4];
+  load_fours(whitening, w);
+  for (int i = 0; i < num_columns; ++i) {
+    const Pack first = u[i], second = v[i];
+    u[i] = fma(w[0], first, w[2] * second);
+    v[i] = fma(w[1], first, w[3] * second);
+  }
+}
+
 // A whole pack of the last points of a job, from `begin` on: filled with copies of the last one,
 // whose weights are zero.
 template <unsigned long kSize>

@@ -17,7 +17,7 @@ class ParameterSumLoop {
     unsigned long i = 0;
     bool valid = true;
     for (; i + Pack::kSize <= job.num_points; i += Pack::kSize)
-      valid &= loop.step(job.points + 3 * i, job.pixels + 2 * i, whitening(job, i));
+      valid &= loop.step(job.points + 3 * i, job.pixels + 2 * i, whitening_at(job, i));
     if constexpr (Pack::kSize > 1)
       if (i < job.num_points) valid &= loop.rest(job, i);
     loop.store(job.sums);
@@ -31,10 +31,6 @@ class ParameterSumLoop {
   explicit ParameterSumLoop(const ParameterSumJob& job)
       : pose_(job), lens_(job), job_(job), num_columns_(6 + job.num_columns + 1) {
     for (int k = 0; k < kMaxSums; ++k) sums_[k] = Pack(0);
-  }
-
-  static const double* whitening(const ParameterSumJob& job, unsigned long i) {
-    return job.whitening ? job.whitening + 4 * i : nullptr;
   }
 
   // Whether all points are in the domain.
@@ -51,7 +47,7 @@ class ParameterSumLoop {
     }
     rows_[0][num_columns_ - 1] = image.u - u;
     rows_[1][num_columns_ - 1] = image.v - v;
-    if (whitening) whiten(whitening);
+    if (whitening) whiten(whitening, num_columns_, rows_[0], rows_[1]);
     add();
     return all(image.valid);
   }
@@ -62,16 +58,6 @@ class ParameterSumLoop {
     for (unsigned left = parameters & (parameters - 1); left != 0; left &= left - 1)
       sum = sum + jacobian_.by_parameters[row][__builtin_ctz(left)];
     return sum;
-  }
-
-  void whiten(const double* whitening) {
-    Pack w[4];
-    load_fours(whitening, w);
-    for (int i = 0; i < num_columns_; ++i) {
-      const Pack first = rows_[0][i], second = rows_[1][i];
-      rows_[0][i] = fma(w[0], first, w[2] * second);
-      rows_[1][i] = fma(w[1], first, w[3] * second);
-    }
   }
 
   void add() {

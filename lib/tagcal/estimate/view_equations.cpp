@@ -24,6 +24,13 @@ void set_state(const ViewState& state, ViewJob& job) {
   Eigen::Map<Eigen::Vector3d>(job.translation) = state.translation;
 }
 
+void set_view(const ViewPoints& view, SumJob& job) {
+  job.num_points = view.size();
+  job.points = view.points.data()->data();
+  job.pixels = view.pixels.data()->data();
+  job.whitening = view.whitening.empty() ? nullptr : view.whitening.data()->data();
+}
+
 }  // namespace
 
 ViewState state_of(const Pose& camera_from_target, double focal_px) {
@@ -59,10 +66,7 @@ std::span<const double> ViewResiduals::at(const ViewState& state) {
 }
 
 ViewSums::ViewSums(const Lens& lens, const ViewPoints& view) : kind_(set_lens(lens, 0, job_)) {
-  job_.num_points = view.size();
-  job_.points = view.points.data()->data();
-  job_.pixels = view.pixels.data()->data();
-  job_.whitening = view.whitening.empty() ? nullptr : view.whitening.data()->data();
+  set_view(view, job_);
 }
 
 bool ViewSums::at(const ViewState& state, NormalEquations<6>& equations) {
@@ -86,10 +90,7 @@ bool ViewSums::at(const ViewState& state, NormalEquations<7>& equations) {
 
 ParameterSums::ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free)
     : free_(free) {
-  job_.num_points = view.size();
-  job_.points = view.points.data()->data();
-  job_.pixels = view.pixels.data()->data();
-  job_.whitening = view.whitening.empty() ? nullptr : view.whitening.data()->data();
+  set_view(view, job_);
   job_.num_columns = static_cast<int>(free.size());
 }
 
