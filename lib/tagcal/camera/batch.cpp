@@ -38,27 +38,6 @@ void check_size(const char* name, std::size_t size, std::size_t expected) {
                 ", got " + std::to_string(size));
 }
 
-// The columns of by_parameters as sets of lens parameters; returns their union.
-unsigned set_columns(std::span<const FreeParameter> free, std::size_t num_parameters,
-                     ProjectJob& job) {
-  if (free.size() > num_parameters)
-    throw Error("project: " + std::to_string(free.size()) + " free parameters of a lens that has " +
-                std::to_string(num_parameters));
-  unsigned wanted = 0;
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    for (const int k : free[i].lens_parameters) {
-      if (k < 0 || static_cast<std::size_t>(k) >= num_parameters)
-        throw Error("project: " + std::string(free[i].name) + " is no parameter of the lens");
-      job.columns[i] |= 1u << k;
-    }
-    if (job.columns[i] == 0)
-      throw Error("project: " + std::string(free[i].name) + " sets no parameter of the lens");
-    wanted |= job.columns[i];
-  }
-  job.num_columns = static_cast<int>(free.size());
-  return wanted;
-}
-
 void set_pose(const Pose& camera_from_source, ViewJob& job) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(job.rotation) =
       camera_from_source.rotation_matrix();
@@ -73,6 +52,25 @@ const ProjectKernels& fastest_kernels() {
   if (has_avx2 && kAvx2Kernels.pixels[kPinhole]) return kAvx2Kernels;
 #endif
   return kPortableKernels;
+}
+
+unsigned set_columns(std::span<const FreeParameter> free, std::size_t num_parameters,
+                     unsigned* columns) {
+  if (free.size() > num_parameters)
+    throw Error("project: " + std::to_string(free.size()) + " free parameters of a lens that has " +
+                std::to_string(num_parameters));
+  unsigned wanted = 0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    for (const int k : free[i].lens_parameters) {
+      if (k < 0 || static_cast<std::size_t>(k) >= num_parameters)
+        throw Error("project: " + std::string(free[i].name) + " is no parameter of the lens");
+      columns[i] |= 1u << k;
+    }
+    if (columns[i] == 0)
+      throw Error("project: " + std::string(free[i].name) + " sets no parameter of the lens");
+    wanted |= columns[i];
+  }
+  return wanted;
 }
 
 ProjectKernelKind set_lens(const Lens& lens, unsigned wanted, ViewJob& job) {
@@ -101,7 +99,9 @@ std::size_t project_by(const ProjectKernels& kernels, const Lens& lens,
   if (by_pose) job.by_pose = output.by_pose.data();
   if (by_parameters) job.by_parameters = output.by_parameters.data();
   set_pose(camera_from_source, job);
-  const unsigned wanted = by_parameters ? set_columns(free, parameters(lens).size(), job) : 0;
+  const unsigned wanted =
+      by_parameters ? set_columns(free, parameters(lens).size(), job.columns) : 0;
+  if (by_parameters) job.num_columns = static_cast<int>(free.size());
   const ProjectKernelKind kind = set_lens(lens, wanted, job);
   (by_pose || by_parameters ? kernels.with_jacobians : kernels.pixels)[kind](job);
   return std::accumulate(output.valid.begin(), output.valid.end(), std::size_t{0});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tagcal/camera/parameter_sum_loop.hpp"
 #include "tagcal/camera/project_loop.hpp"
 #include "tagcal/camera/sum_loop.hpp"
 
@@ -14,6 +15,7 @@ constexpr void fill(ProjectKernelKind kind, ProjectKernels& kernels) {
   kernels.with_jacobians[kind] = ProjectLoop<LensKernel, Pack, true>::run;
   kernels.sums_pose[kind] = SumLoop<LensKernel, Pack, false>::run;
   kernels.sums_pose_and_focal[kind] = SumLoop<LensKernel, Pack, true>::run;
+  kernels.sums_with_parameters[kind] = ParameterSumLoop<LensKernel, Pack>::run;
 }
 
 template <typename Pack>

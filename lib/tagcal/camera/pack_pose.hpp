@@ -41,5 +41,40 @@ template <typename Pack>
   for (int i = 0; i < 3; ++i) columns[3 + i] = j[i];
 }
 
+// Where the whitening of point i begins; null: none.
+inline const double* whitening_at(const SumJob& job, unsigned long i) {
+  return job.whitening ? job.whitening + 4 * i : nullptr;
+}
+
+// Both rows of a pack by its whitening W: W [u; v].
+template <typename Pack>
+[[gnu::always_inline]] inline void whiten(const double* whitening, int num_columns, Pack* u,
+                                          Pack* v) {
+  Pack w[4];
+  load_fours(whitening, w);
+  for (int i = 0; i < num_columns; ++i) {
+    const Pack first = u[i], second = v[i];
+    u[i] = fma(w[0], first, w[2] * second);
+    v[i] = fma(w[1], first, w[3] * second);
+  }
+}
+
+// A whole pack of the last points of a job, from `begin` on: filled with copies of the last one,
+// whose weights are zero.
+template <unsigned long kSize>
+void copy_rest(const SumJob& job, unsigned long begin, double* points, double* pixels,
+               double* weights) {
+  const unsigned long last = job.num_points - 1;
+  for (unsigned long lane = 0; lane < kSize; ++lane) {
+    const unsigned long from = begin + lane < last ? begin + lane : last;
+    const double one = begin + lane <= last ? 1 : 0;
+    for (unsigned long k = 0; k < 3; ++k) points[3 * lane + k] = job.points[3 * from + k];
+    for (unsigned long k = 0; k < 2; ++k) pixels[2 * lane + k] = job.pixels[2 * from + k];
+    for (unsigned long k = 0; k < 4; ++k)
+      weights[4 * lane + k] =
+          job.whitening ? one * job.whitening[4 * from + k] : (k == 0 || k == 3 ? one : 0);
+  }
+}
+
 }  // namespace
 }  // namespace tagcal

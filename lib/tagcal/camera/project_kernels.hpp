@@ -38,6 +38,13 @@ struct SumJob : ViewJob {
   double* sums = nullptr;
 };
 
+// The same with the columns of free parameters between the pose step and the residual: N = 6 +
+// num_columns + 1, N (N + 1) / 2 sums.
+struct ParameterSumJob : SumJob {
+  int num_columns = 0;
+  unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
+};
+
 // What there is to compute. A pinhole leaves out the terms of distortion, Brown-Conrady those of
 // the denominator (k4 k5 k6): both values and columns.
 enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
@@ -49,6 +56,7 @@ struct ProjectKernels {
   Kernel with_jacobians[kNumKernelKinds] = {};  // those that are wanted
   SumKernel sums_pose[kNumKernelKinds] = {};
   SumKernel sums_pose_and_focal[kNumKernelKinds] = {};
+  bool (*sums_with_parameters[kNumKernelKinds])(const ParameterSumJob&) = {};
 };
 
 extern const ProjectKernels kPortableKernels;

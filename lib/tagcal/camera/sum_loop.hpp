@@ -21,12 +21,13 @@ class SumLoop {
       Rows rows[2];
       for (unsigned long k = 0; k < 2; ++k) {
         const unsigned long j = i + k * kSize;
-        valid &= loop.find_rows(job.points + 3 * j, job.pixels + 2 * j, whitening(job, j), rows[k]);
+        valid &=
+            loop.find_rows(job.points + 3 * j, job.pixels + 2 * j, whitening_at(job, j), rows[k]);
       }
       loop.add(rows[0], rows[1]);
     }
     for (; i + kSize <= job.num_points; i += kSize)
-      valid &= loop.step(job.points + 3 * i, job.pixels + 2 * i, whitening(job, i));
+      valid &= loop.step(job.points + 3 * i, job.pixels + 2 * i, whitening_at(job, i));
     if constexpr (Pack::kSize > 1)
       if (i < job.num_points) valid &= loop.rest(job, i);
     for (int k = 0; k < kNumSums; k += 4) store_lane_sums(loop.sums_ + k, job.sums + k);
@@ -40,10 +41,6 @@ class SumLoop {
 
   explicit SumLoop(const SumJob& job) : pose_(job), lens_(job) {
     for (Pack& sum : sums_) sum = Pack(0);
-  }
-
-  static const double* whitening(const SumJob& job, unsigned long i) {
-    return job.whitening ? job.whitening + 4 * i : nullptr;
   }
 
   // [J | r] of a pack; row 0 of u, 1 of v.
@@ -75,18 +72,8 @@ class SumLoop {
     }
     rows[0][kNumColumns - 1] = image.u - u;
     rows[1][kNumColumns - 1] = image.v - v;
-    if (whitening) whiten(whitening, rows);
+    if (whitening) whiten(whitening, kNumColumns, rows[0], rows[1]);
     return all(image.valid);
-  }
-
-  static void whiten(const double* whitening, Pack (&rows)[2][kNumColumns]) {
-    Pack w[4];
-    load_fours(whitening, w);
-    for (int i = 0; i < kNumColumns; ++i) {
-      const Pack first = rows[0][i], second = rows[1][i];
-      rows[0][i] = fma(w[0], first, w[2] * second);
-      rows[1][i] = fma(w[1], first, w[3] * second);
-    }
   }
 
   void add(const Rows& a) {
@@ -113,18 +100,9 @@ class SumLoop {
   // The last points, fewer than a pack: the pack is filled with copies of the last one, whitened to
   // nothing.
   bool rest(const SumJob& job, unsigned long begin) {
-    constexpr int kSize = Pack::kSize;
+    constexpr unsigned long kSize = Pack::kSize;
     double points[3 * kSize], pixels[2 * kSize], weights[4 * kSize];
-    const unsigned long last = job.num_points - 1;
-    for (unsigned long lane = 0; lane < kSize; ++lane) {
-      const unsigned long from = begin + lane < last ? begin + lane : last;
-      const double one = begin + lane <= last ? 1 : 0;
-      for (unsigned long k = 0; k < 3; ++k) points[3 * lane + k] = job.points[3 * from + k];
-      for (unsigned long k = 0; k < 2; ++k) pixels[2 * lane + k] = job.pixels[2 * from + k];
-      for (unsigned long k = 0; k < 4; ++k)
-        weights[4 * lane + k] =
-            job.whitening ? one * job.whitening[4 * from + k] : (k == 0 || k == 3 ? one : 0);
-    }
+    copy_rest<kSize>(job, begin, points, pixels, weights);
     return step(points, pixels, weights);
   }
 

@@ -19,6 +19,23 @@ PoseStep step_about(const Pose& pose) {
   return {pose, distance > 0 ? distance : 1.0};
 }
 
+// A view's correspondences as the kernels take them.
+class ViewArrays {
+ public:
+  explicit ViewArrays(const ViewProblem& view) : whitening_(view.whitening) {
+    for (const Correspondence& c : view.correspondences) {
+      points_.push_back(c.point);
+      pixels_.push_back(c.pixel);
+    }
+  }
+  ViewPoints view() const { return {points_, pixels_, whitening_}; }
+
+ private:
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<Eigen::Vector2d> pixels_;
+  std::span<const Matrix2> whitening_;
+};
+
 // The lens of the parameters that Ceres tries, made once per trial and not once per view.
 class SharedLens {
  public:
@@ -30,25 +47,46 @@ class SharedLens {
       values_ = wanted;
       lens_ = model_.lens(values_, size_);
       tried_ = true;
+      ++generation_;
     }
     return lens_ ? &*lens_ : nullptr;
   }
   const Model& model() const { return model_; }
+  long generation() const { return generation_; }  // of the lens: another one has another number
 
  private:
   const Model& model_;
   ImageSize size_;
+  long generation_ = 0;
   std::vector<double> values_;
   std::optional<Lens> lens_;
   bool tried_ = false;
 };
 
+// R with R'R = the gram matrix of rows [J | r], upper triangular: the same cost, gradient and J'J
+// in as many rows as there are columns. A column that depends on those before it leaves a row of
+// zeros.
+Eigen::MatrixXd compressed_rows(const Eigen::MatrixXd& gram) {
+  constexpr double kRounding = 1e-14;
+  const Eigen::Index n = gram.cols();
+  Eigen::MatrixXd r = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double pivot = gram(i, i) - r.col(i).head(i).squaredNorm();
+    if (!(pivot > kRounding * gram(i, i))) continue;
+    r(i, i) = std::sqrt(pivot);
+    for (Eigen::Index j = i + 1; j < n; ++j)
+      r(i, j) = (gram(i, j) - r.col(i).head(i).dot(r.col(j).head(i))) / r(i, i);
+  }
+  return r;
+}
+
 // All corners of one view: parameter blocks are the pose step (6) and the free parameters (k).
+// Ceres gets 6 + k + 1 rows instead of two a corner: moving those about took it most of its time.
 class ViewCost : public ceres::CostFunction {
  public:
   ViewCost(const ViewProblem& view, const PoseStep& pose, SharedLens& lens)
-      : view_(view), pose_(pose), lens_(lens) {
-    set_num_residuals(2 * static_cast<int>(view.correspondences.size()));
+      : arrays_(view), pose_(pose), lens_(lens), sums_(arrays_.view(), lens.model().free()) {
+    set_num_residuals(static_cast<int>(sums_.num_columns()));
     mutable_parameter_block_sizes()->push_back(6);
     if (lens.model().num_free() > 0)
       mutable_parameter_block_sizes()->push_back(lens.model().num_free());
@@ -57,22 +95,42 @@ class ViewCost : public ceres::CostFunction {
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override {
     const int k = lens_.model().num_free();
-    const Lens* lens = lens_.at(k > 0 ? parameters[1] : nullptr);
-    if (!lens) return false;
-    Eigen::Map<RowMajor6> by_step(jacobians ? jacobians[0] : nullptr, num_residuals(), 6);
-    Eigen::Map<RowMajorX> by_parameters(jacobians && k > 0 ? jacobians[1] : nullptr,
-                                        num_residuals(), k);
-    ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()),
-                              by_step.data() ? &by_step : nullptr,
-                              by_parameters.data() ? &by_parameters : nullptr};
-    return reprojection(view_, *lens, lens_.model().free(), pose_,
-                        Eigen::Map<const Vector6d>(parameters[0]), output);
+    if (!find_rows(Eigen::Map<const Vector6d>(parameters[0]), k > 0 ? parameters[1] : nullptr))
+      return false;
+    const Eigen::Index n = sums_.num_columns();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) = rows_.col(n - 1);
+    if (jacobians && jacobians[0]) {
+      Eigen::Map<RowMajor6> by_step(jacobians[0], n, 6);
+      by_step.leftCols<3>() = rows_.leftCols<3>() * left_jacobian(step_.head<3>());
+      by_step.rightCols<3>() = pose_.length * rows_.middleCols<3>(3);
+    }
+    if (jacobians && k > 0 && jacobians[1])
+      Eigen::Map<RowMajorX>(jacobians[1], n, k) = rows_.middleCols(6, k);
+    return true;
   }
 
  private:
-  const ViewProblem& view_;
+  // Ceres asks for the cost first, and for the Jacobian of the same point if it takes the step.
+  bool find_rows(const Vector6d& step, const double* free_values) const {
+    const Lens* lens = lens_.at(free_values);
+    if (!lens) return false;
+    if (has_rows_ && step == step_ && lens_.generation() == generation_) return true;
+    has_rows_ = sums_.at(*lens, pose_.at(step), gram_);
+    if (!has_rows_) return false;
+    rows_ = compressed_rows(gram_);
+    step_ = step;
+    generation_ = lens_.generation();
+    return true;
+  }
+
+  const ViewArrays arrays_;
   const PoseStep& pose_;
   SharedLens& lens_;
+  mutable ParameterSums sums_;
+  mutable Eigen::MatrixXd gram_, rows_;
+  mutable Vector6d step_ = Vector6d::Zero();
+  mutable long generation_ = -1;
+  mutable bool has_rows_ = false;
 };
 
 // Ceres prints through glog when an evaluation fails, whatever its own options say.
@@ -100,13 +158,8 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 std::optional<RefinedPose> refine_pose(const ViewProblem& view, const Lens& lens, const Pose& start,
                                        int max_iterations) {
-  std::vector<Eigen::Vector3d> points;
-  std::vector<Eigen::Vector2d> pixels;
-  for (const Correspondence& c : view.correspondences) {
-    points.push_back(c.point);
-    pixels.push_back(c.pixel);
-  }
-  ViewSums sums(lens, {points, pixels, view.whitening});
+  const ViewArrays arrays(view);
+  ViewSums sums(lens, arrays.view());
   const auto solution = solve_view<6>(sums, {state_of(start)}, {max_iterations});
   if (!solution) return std::nullopt;
   return RefinedPose{pose_of(solution->state), solution->cost, solution->converged};

@@ -3,19 +3,32 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "tagcal/estimate/closed_form.hpp"
+#include "tagcal/estimate/planar.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::MatrixXd;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // 150 samples of four hold one without a wrong corner with p > 0.9999 at 50 % wrong corners.
 constexpr int kNumSamples = 150;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Squared tangents stand for angles, whose order they keep: infinite from a right angle on.
+double square_of_tangent(const Vector3d& ray, const Vector3d& mapped) {
+  const double along = ray.dot(mapped);
+  return along > 0 ? ray.cross(mapped).squaredNorm() / (along * along) : kInfinity;
+}
+
+double angle_of(double square_of_tangent) { return std::atan(std::sqrt(square_of_tangent)); }
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -23,78 +36,133 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// The angle between each ray and where the map puts its point.
-std::vector<double> angles(const MatrixXd& map, const MatrixXd& points,
-                           std::span<const Vector3d> rays) {
-  std::vector<double> result(rays.size());
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Vector3d mapped = map * points.col(static_cast<Eigen::Index>(i));
-    result[i] = std::atan2(rays[i].cross(mapped).norm(), rays[i].dot(mapped));
-  }
-  return result;
-}
-
-std::optional<MatrixXd> map_of(const std::vector<std::size_t>& chosen, const MatrixXd& points,
-                               std::span<const Vector3d> rays) {
-  MatrixXd some_points(points.rows(), static_cast<Eigen::Index>(chosen.size()));
-  std::vector<Vector3d> some_rays;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    some_points.col(static_cast<Eigen::Index>(i)) =
-        points.col(static_cast<Eigen::Index>(chosen[i]));
-    some_rays.push_back(rays[chosen[i]]);
-  }
-  return projective_map(some_points, some_rays);
-}
-
 // Within 6 robust standard deviations, and what a lens may bend beside it.
-std::vector<std::size_t> agreeing(const std::vector<double>& angle, double median_angle) {
+double tolerance_of(double median_square) {
   constexpr double kMedianOverSigma = 1.1774;  // of a Rayleigh distribution
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < angle.size(); ++i)
-    if (angle[i] <= 6 / kMedianOverSigma * median_angle + 1e-3) chosen.push_back(i);
-  return chosen;
+  const double angle = 6 / kMedianOverSigma * angle_of(median_square) + 1e-3;
+  return angle < std::numbers::pi / 2 ? std::tan(angle) * std::tan(angle) : kInfinity;
 }
 
-std::vector<std::size_t> random_sample(Random& random, std::size_t count, std::size_t n) {
-  std::vector<std::size_t> chosen;
-  while (chosen.size() < count) {
-    const std::size_t i = random.index(n);
-    if (std::find(chosen.begin(), chosen.end(), i) == chosen.end()) chosen.push_back(i);
+// A plane to rays; what the search needs to know of it.
+class PlaneMap {
+ public:
+  static constexpr std::size_t kSampleSize = 4;
+
+  PlaneMap(std::span<const Vector3d> points, std::span<const Vector3d> rays) : rays_(rays) {
+    for (const Vector3d& p : points) points_.push_back(p.head<2>());
   }
-  return chosen;
-}
+
+  // Squared tangents of the angles between each ray and where the map of the chosen puts its point.
+  bool find(std::span<const std::size_t> chosen, std::vector<double>& squares) const {
+    std::vector<Vector2d> points;
+    std::vector<Vector3d> rays;
+    for (const std::size_t i : chosen) {
+      points.push_back(points_[i]);
+      rays.push_back(rays_[i]);
+    }
+    const auto h = homography(points, rays);
+    if (!h) return false;
+    for (std::size_t i = 0; i < rays_.size(); ++i)
+      squares[i] = square_of_tangent(rays_[i], *h * points_[i].homogeneous());
+    return true;
+  }
+
+ private:
+  std::vector<Vector2d> points_;
+  std::span<const Vector3d> rays_;
+};
+
+// Space to rays.
+class SpaceMap {
+ public:
+  static constexpr std::size_t kSampleSize = 6;
+
+  SpaceMap(std::span<const Vector3d> points, std::span<const Vector3d> rays)
+      : points_(points), rays_(rays) {}
+
+  bool find(std::span<const std::size_t> chosen, std::vector<double>& squares) const {
+    MatrixXd points(4, static_cast<Eigen::Index>(chosen.size()));
+    std::vector<Vector3d> rays;
+    for (const std::size_t i : chosen) {
+      points.col(static_cast<Eigen::Index>(rays.size())) = points_[i].homogeneous();
+      rays.push_back(rays_[i]);
+    }
+    const auto map = projective_map(points, rays);
+    if (!map) return false;
+    for (std::size_t i = 0; i < rays_.size(); ++i)
+      squares[i] = square_of_tangent(rays_[i], *map * points_[i].homogeneous());
+    return true;
+  }
+
+ private:
+  std::span<const Vector3d> points_;
+  std::span<const Vector3d> rays_;
+};
+
+template <typename Map>
+class Search {
+ public:
+  Search(const Map& map, std::size_t n) : map_(map), squares_(n) {}
+
+  std::optional<Consensus> run() {
+    const std::size_t n = squares_.size();
+    if (n < Map::kSampleSize) return std::nullopt;
+    std::vector<std::size_t> all(n);
+    std::iota(all.begin(), all.end(), 0);
+    consider(all);
+    // Good data end here: one map fits them all.
+    const bool all_agree =
+        !best_.empty() && angle_of(best_median_) < 0.01 && agreeing().size() == n;
+    Random random(n);
+    std::vector<std::size_t> sample;
+    for (int i = 0; i < (all_agree ? 0 : kNumSamples); ++i) {
+      draw(random, sample);
+      consider(sample);
+    }
+    if (best_.empty()) return std::nullopt;
+    for (int i = 0; i < 3 && !all_agree; ++i) consider(agreeing());
+    Consensus consensus{std::vector<std::uint8_t>(n, 0), angle_of(best_median_)};
+    for (const std::size_t i : agreeing()) consensus.inlier[i] = 1;
+    return consensus;
+  }
+
+ private:
+  void consider(const std::vector<std::size_t>& chosen) {
+    if (!map_.find(chosen, squares_)) return;
+    const double m = median(squares_);
+    if (!(m < best_median_)) return;
+    best_median_ = m;
+    best_ = squares_;
+  }
+
+  std::vector<std::size_t> agreeing() const {
+    const double tolerance = tolerance_of(best_median_);
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < best_.size(); ++i)
+      if (best_[i] <= tolerance) chosen.push_back(i);
+    return chosen;
+  }
+
+  void draw(Random& random, std::vector<std::size_t>& sample) const {
+    sample.clear();
+    while (sample.size() < Map::kSampleSize) {
+      const std::size_t i = random.index(squares_.size());
+      if (std::find(sample.begin(), sample.end(), i) == sample.end()) sample.push_back(i);
+    }
+  }
+
+  const Map& map_;
+  std::vector<double> squares_;  // of the map at hand
+  std::vector<double> best_;
+  double best_median_ = kInfinity;
+};
 
 }  // namespace
 
-std::optional<Consensus> find_consensus(const MatrixXd& points, std::span<const Vector3d> rays) {
-  const std::size_t n = rays.size();
-  const std::size_t sample_size = points.rows() == 3 ? 4 : 6;
-  if (n < sample_size) return std::nullopt;
-  std::vector<double> best;
-  double best_median = std::numeric_limits<double>::infinity();
-  const auto consider = [&](const std::vector<std::size_t>& chosen) {
-    const std::optional<MatrixXd> map = map_of(chosen, points, rays);
-    if (!map) return;
-    std::vector<double> angle = angles(*map, points, rays);
-    const double m = median(angle);
-    if (!(m < best_median)) return;
-    best_median = m;
-    best = std::move(angle);
-  };
-  std::vector<std::size_t> all(n);
-  std::iota(all.begin(), all.end(), 0);
-  consider(all);
-  // Good data end here: one map fits them all.
-  const bool all_agree =
-      !best.empty() && best_median < 0.01 && agreeing(best, best_median).size() == n;
-  Random random(n);
-  for (int i = 0; i < (all_agree ? 0 : kNumSamples); ++i)
-    consider(random_sample(random, sample_size, n));
-  if (best.empty()) return std::nullopt;
-  for (int i = 0; i < 3 && !all_agree; ++i) consider(agreeing(best, best_median));
-  Consensus consensus{std::vector<std::uint8_t>(n, 0), best_median};
-  for (const std::size_t i : agreeing(best, best_median)) consensus.inlier[i] = 1;
-  return consensus;
+std::optional<Consensus> find_consensus(std::span<const Vector3d> points, PointShape shape,
+                                        std::span<const Vector3d> rays) {
+  if (shape == PointShape::plane) return Search(PlaneMap(points, rays), rays.size()).run();
+  return Search(SpaceMap(points, rays), rays.size()).run();
 }
 
 }  // namespace tagcal

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "tagcal/estimate/point_spread.hpp"
+
 namespace tagcal {
 
 // Which correspondences a projective map (plane or space to rays) agrees on.
@@ -16,10 +18,10 @@ struct Consensus {
 
 // Least median of squares (Rousseeuw 1984) over minimal samples of the direct linear
 // transformation: it needs no noise level, so what a lens bends is not taken for outliers, and
-// stands up to just under half of the correspondences being wrong. Points are homogeneous columns
-// (3 x n in a plane, 4 x n in space), rays are directions. Deterministic. No value where no sample
-// fixes a map.
-std::optional<Consensus> find_consensus(const Eigen::MatrixXd& points,
+// stands up to just under half of the correspondences being wrong. Points are about their centre
+// and, of a plane, at z = 0 or nearly so; rays are directions. Deterministic. No value where no
+// sample fixes a map.
+std::optional<Consensus> find_consensus(std::span<const Eigen::Vector3d> points, PointShape shape,
                                         std::span<const Eigen::Vector3d> rays);
 
 }  // namespace tagcal

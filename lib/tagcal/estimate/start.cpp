@@ -11,7 +11,6 @@ namespace tagcal {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -42,18 +41,6 @@ std::vector<Vector3d> rays_of(const std::vector<Correspondence>& correspondences
   return rays;
 }
 
-MatrixXd homogeneous_points(const std::vector<Vector3d>& points) {
-  const PointSpread spread = spread_of(points);
-  const Eigen::Index d = spread.shape == PointShape::space ? 4 : 3;
-  MatrixXd x(d, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vector3d p = spread.in_plane(points[i]);
-    x.col(static_cast<Eigen::Index>(i)).head(d - 1) = p.head(d - 1);
-  }
-  x.row(d - 1).setOnes();
-  return x;
-}
-
 std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index, const Lens& lens,
                                   std::vector<std::uint8_t>& inlier) {
   std::vector<Correspondence> all;
@@ -63,9 +50,10 @@ std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index
     points.push_back(all.back().point);
   }
   inlier.assign(view.problem.correspondences.size(), 0);
-  const auto shape = spread_of(points).shape;
-  if (shape == PointShape::point || shape == PointShape::line) return std::nullopt;
-  const auto consensus = find_consensus(homogeneous_points(points), rays_of(all, lens));
+  const PointSpread spread = spread_of(points);
+  if (spread.shape == PointShape::point || spread.shape == PointShape::line) return std::nullopt;
+  for (Vector3d& p : points) p = spread.in_plane(p);
+  const auto consensus = find_consensus(points, spread.shape, rays_of(all, lens));
   if (!consensus) return std::nullopt;
   SeedView seed;
   seed.index = index;
@@ -102,10 +90,12 @@ std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, cons
                                         double focal) {
   std::vector<Matrix3d> homographies;
   for (const SeedView& seed : seeds) {
-    const MatrixXd x = homogeneous_points(seed.points);
-    if (x.rows() != 3) continue;
-    const auto h = projective_map(x, rays_of(seed.problem.correspondences, lens));
-    if (h) homographies.emplace_back(*h);
+    const PointSpread spread = spread_of(seed.points);
+    if (spread.shape != PointShape::plane) continue;
+    std::vector<Vector2d> points;
+    for (const Vector3d& p : seed.points) points.push_back(spread.in_plane(p).head<2>());
+    const auto h = homography(points, rays_of(seed.problem.correspondences, lens));
+    if (h) homographies.push_back(*h);
   }
   const std::optional<double> ratio = focal_ratio_from_homographies(homographies);
   if (!ratio) return std::nullopt;

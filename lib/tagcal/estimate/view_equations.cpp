@@ -1,5 +1,6 @@
 #include "tagcal/estimate/view_equations.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -21,6 +22,13 @@ void unpack(const double* sums, NormalEquations<N>& equations) {
 void set_state(const ViewState& state, ViewJob& job) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(job.rotation) = state.rotation;
   Eigen::Map<Eigen::Vector3d>(job.translation) = state.translation;
+}
+
+void set_view(const ViewPoints& view, SumJob& job) {
+  job.num_points = view.size();
+  job.points = view.points.data()->data();
+  job.pixels = view.pixels.data()->data();
+  job.whitening = view.whitening.empty() ? nullptr : view.whitening.data()->data();
 }
 
 }  // namespace
@@ -58,10 +66,7 @@ std::span<const double> ViewResiduals::at(const ViewState& state) {
 }
 
 ViewSums::ViewSums(const Lens& lens, const ViewPoints& view) : kind_(set_lens(lens, 0, job_)) {
-  job_.num_points = view.size();
-  job_.points = view.points.data()->data();
-  job_.pixels = view.pixels.data()->data();
-  job_.whitening = view.whitening.empty() ? nullptr : view.whitening.data()->data();
+  set_view(view, job_);
 }
 
 bool ViewSums::at(const ViewState& state, NormalEquations<6>& equations) {
@@ -81,6 +86,29 @@ bool ViewSums::at(const ViewState& state, NormalEquations<7>& equations) {
   if (!fastest_kernels().sums_pose_and_focal[kind_](job_)) return false;
   unpack(sums, equations);
   return std::isfinite(equations.cost);
+}
+
+ParameterSums::ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free)
+    : free_(free) {
+  set_view(view, job_);
+  job_.num_columns = static_cast<int>(free.size());
+}
+
+bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram) {
+  constexpr int kMaxColumns = 6 + kMaxLensParameters + 1;
+  double sums[kMaxColumns * (kMaxColumns + 1) / 2];
+  std::fill_n(job_.columns, kMaxLensParameters, 0u);
+  const unsigned wanted = set_columns(free_, parameters(lens).size(), job_.columns);
+  const ProjectKernelKind kind = set_lens(lens, wanted, job_);
+  set_state(state_of(camera_from_target), job_);
+  job_.sums = sums;
+  if (!fastest_kernels().sums_with_parameters[kind](job_)) return false;
+  const Eigen::Index n = num_columns();
+  gram.resize(n, n);
+  const double* sum = sums;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i; j < n; ++j) gram(i, j) = *sum++;
+  return std::isfinite(gram(n - 1, n - 1));
 }
 
 }  // namespace tagcal

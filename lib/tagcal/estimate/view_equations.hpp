@@ -78,4 +78,21 @@ class ViewSums {
   ProjectKernelKind kind_;
 };
 
+// Sums the normal equations of a view by its pose and the free parameters of a model.
+class ParameterSums {
+ public:
+  // Both must outlive it.
+  ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free);
+
+  // [J | r]'[J | r] (its upper triangle) of the whitened residuals r, with J by (omega, tau) of
+  // `retract` and by the free parameters. False where a point is outside the lens' domain.
+  bool at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram);
+
+  Eigen::Index num_columns() const { return 6 + static_cast<Eigen::Index>(free_.size()) + 1; }
+
+ private:
+  std::span<const FreeParameter> free_;
+  ParameterSumJob job_;
+};
+
 }  // namespace tagcal

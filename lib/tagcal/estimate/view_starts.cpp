@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tagcal/camera/parameter_index.hpp"
-#include "tagcal/estimate/closed_form.hpp"
 #include "tagcal/estimate/minimal.hpp"
 #include "tagcal/estimate/n_point.hpp"
 #include "tagcal/estimate/planar.hpp"

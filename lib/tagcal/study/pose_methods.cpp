@@ -13,6 +13,19 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// What both kinds of estimates say alike.
+template <typename Estimate>
+PoseAnswer answer_of(const Estimate& estimate) {
+  PoseAnswer answer;
+  answer.status = estimate.status;
+  answer.success = is_answer(estimate.status);
+  if (!answer.success) return answer;
+  answer.camera_from_target = estimate.camera_from_target();
+  if (estimate.hypotheses.size() > 1)
+    answer.alternative = estimate.hypotheses[1].camera_from_target;
+  return answer;
+}
+
 PreparedPose prepare_estimate_pose(const PoseTask& task) {
   struct State {
     PoseTask task;
@@ -27,14 +40,8 @@ PreparedPose prepare_estimate_pose(const PoseTask& task) {
                 estimate_pose(state->task.correspondences, state->task.camera, options);
           },
           [state] {
-            const PoseEstimate& e = state->estimate;
-            PoseAnswer answer;
-            answer.status = e.status;
-            answer.success = is_answer(e.status);
-            if (!answer.success) return answer;
-            answer.camera_from_target = e.camera_from_target();
-            answer.covariance = e.hypotheses.front().covariance;
-            if (e.hypotheses.size() > 1) answer.alternative = e.hypotheses[1].camera_from_target;
+            PoseAnswer answer = answer_of(state->estimate);
+            if (answer.success) answer.covariance = state->estimate.hypotheses.front().covariance;
             return answer;
           }};
 }
@@ -53,15 +60,10 @@ PreparedPose prepare_estimate_pose_and_focal(const PoseTask& task) {
                                                       state->task.camera.image_size, options);
           },
           [state] {
-            const PoseAndFocalEstimate& e = state->estimate;
-            PoseAnswer answer;
-            answer.status = e.status;
-            answer.success = is_answer(e.status);
+            PoseAnswer answer = answer_of(state->estimate);
             if (!answer.success) return answer;
-            answer.camera_from_target = e.camera_from_target();
-            answer.focal_px = e.focal_px;
-            answer.covariance_with_focal = e.covariance;
-            if (e.hypotheses.size() > 1) answer.alternative = e.hypotheses[1].camera_from_target;
+            answer.focal_px = state->estimate.focal_px;
+            answer.covariance_with_focal = state->estimate.covariance;
             return answer;
           }};
 }
@@ -82,12 +84,17 @@ struct SolverInput {
   std::vector<Vector2d> plane, from_centre;
 };
 
-PoseAnswer answer_of(const std::optional<Pose>& pose, double focal_px = 0) {
+PoseAnswer found_pose(const Pose& pose, double focal_px = 0) {
   PoseAnswer answer;
-  answer.success = pose.has_value();
-  if (pose) answer.camera_from_target = *pose;
+  answer.success = true;
+  answer.camera_from_target = pose;
   answer.focal_px = focal_px;
   return answer;
+}
+
+template <std::size_t N>
+PoseAnswer first_of(const Solutions<Pose, N>& poses) {
+  return poses.empty() ? PoseAnswer{} : found_pose(poses.front());
 }
 
 PreparedPose prepare_ippe(const PoseTask& task) {
@@ -101,10 +108,7 @@ PreparedPose prepare_ippe(const PoseTask& task) {
             if (const auto h = homography(state->input.plane, state->input.rays))
               state->poses = ippe(*h);
           },
-          [state] {
-            return answer_of(state->poses.empty() ? std::nullopt
-                                                  : std::optional<Pose>(state->poses.front()));
-          }};
+          [state] { return first_of(state->poses); }};
 }
 
 PreparedPose prepare_pnp(const PoseTask& task) {
@@ -114,10 +118,7 @@ PreparedPose prepare_pnp(const PoseTask& task) {
   };
   auto state = std::make_shared<State>(State{SolverInput(task), {}});
   return {[state] { state->poses = pnp(state->input.points, state->input.rays); },
-          [state] {
-            return answer_of(state->poses.empty() ? std::nullopt
-                                                  : std::optional<Pose>(state->poses.front()));
-          }};
+          [state] { return first_of(state->poses); }};
 }
 
 PreparedPose prepare_plane_pose_and_focal(const PoseTask& task) {
@@ -131,7 +132,7 @@ PreparedPose prepare_plane_pose_and_focal(const PoseTask& task) {
           },
           [state] {
             if (!state->found) return PoseAnswer{};
-            return answer_of(state->found->camera_from_target, state->found->focal_px);
+            return found_pose(state->found->camera_from_target, state->found->focal_px);
           }};
 }
 
@@ -151,7 +152,7 @@ PreparedPose prepare_p4pf(const PoseTask& task) {
             for (const PoseAndFocal& s : state->found)
               if (!best.success || angle_between_rad(s.camera_from_target, state->truth) <
                                        angle_between_rad(best.camera_from_target, state->truth))
-                best = answer_of(s.camera_from_target, s.focal_px);
+                best = found_pose(s.camera_from_target, s.focal_px);
             return best;
           }};
 }

@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include "batch_fixture.hpp"
+#include "tagcal/estimate/view_equations.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A view of n points that every lens sees, with noise and, if wanted, whitening.
+struct SeenView {
+  SeenView(const Lens& lens, std::size_t n, bool whitened, Random& random)
+      : pose(exp_rotation({0.1, -0.2, 0.3}), {0.02, -0.05, 0.3}) {
+    while (points.size() < n) {
+      const Vector3d x(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3),
+                       random.uniform(0.9, 1.2));
+      const auto pixel = project(lens, pose * x);
+      if (!pixel) continue;
+      points.push_back(x);
+      pixels.push_back(*pixel + Vector2d(random.normal(), random.normal()));
+      Matrix2 w;
+      w << random.uniform(0.5, 2), 0, random.uniform(-1, 1), random.uniform(0.5, 2);
+      if (whitened) whitening.push_back(w);
+    }
+  }
+  ViewPoints view() const { return {points, pixels, whitening}; }
+
+  Pose pose;
+  std::vector<Vector3d> points;
+  std::vector<Vector2d> pixels;
+  std::vector<Matrix2> whitening;
+};
+
+// [J | r]'[J | r] of the rows that the batch gives.
+MatrixXd gram_of_rows(const Lens& lens, const SeenView& seen, std::span<const FreeParameter> free) {
+  const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
+  const auto k = static_cast<Eigen::Index>(free.size());
+  MatrixXd gram = MatrixXd::Zero(7 + k, 7 + k);
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    MatrixXd rows(2, 7 + k);
+    rows << batch.pose_rows(i), batch.parameter_rows(i), batch.pixels[i] - seen.pixels[i];
+    if (!seen.whitening.empty()) rows = (seen.whitening[i] * rows).eval();
+    gram += rows.transpose() * rows;
+  }
+  return gram;
+}
+
+MatrixXd gram_by(const ProjectKernels& kernels, const Lens& lens, const SeenView& seen,
+                 std::span<const FreeParameter> free) {
+  ParameterSumJob job;
+  job.num_points = seen.points.size();
+  job.points = seen.points.data()->data();
+  job.pixels = seen.pixels.data()->data();
+  job.whitening = seen.whitening.empty() ? nullptr : seen.whitening.data()->data();
+  job.num_columns = static_cast<int>(free.size());
+  const auto kind = set_lens(lens, set_columns(free, parameters(lens).size(), job.columns), job);
+  Eigen::Map<RowMajor>(job.rotation, 3, 3) = seen.pose.rotation_matrix();
+  Eigen::Map<Vector3d>(job.translation) = seen.pose.translation();
+  std::vector<double> sums(19 * 20 / 2);
+  job.sums = sums.data();
+  EXPECT_TRUE(kernels.sums_with_parameters[kind](job));
+  const Eigen::Index n = 7 + job.num_columns;
+  MatrixXd gram(n, n);
+  const double* sum = sums.data();
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = i; j < n; ++j) gram(i, j) = gram(j, i) = *sum++;
+  return gram;
+}
+
+// Relative to the columns' lengths.
+double difference(const MatrixXd& a, const MatrixXd& b) {
+  const Eigen::VectorXd scale = b.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  return (scale.asDiagonal() * (a - b) * scale.asDiagonal()).cwiseAbs().maxCoeff();
+}
+
+TEST(ParameterSums, AreThoseOfTheRowsForEveryLensAndKernel) {
+  Random random(1);
+  const std::vector<Lens> lenses = {
+      pinhole(800, 810, 640, 400),      random_lens<Perspective>(random),
+      random_lens<Perspective>(random), random_lens<Perspective>(random),
+      random_lens<Fisheye>(random),     random_lens<Parallel>(random)};
+  for (const Lens& lens : lenses)
+    for (const std::size_t n : {1, 2, 3, 4, 5, 7, 8, 9, 144})
+      for (const bool whitened : {false, true}) {
+        const SeenView seen(lens, n, whitened, random);
+        const auto free = every_parameter(lens);
+        const MatrixXd expected = gram_of_rows(lens, seen, free);
+        for (const ProjectKernels* kernels : all_kernels())
+          EXPECT_LT(difference(gram_by(*kernels, lens, seen, free), expected), 1e-11)
+              << lens.index() << " " << n << " " << whitened;
+        MatrixXd gram;
+        ASSERT_TRUE(ParameterSums(seen.view(), free).at(lens, seen.pose, gram));
+        EXPECT_LT(difference(gram.selfadjointView<Eigen::Upper>(), expected), 1e-11);
+      }
+}
+
+TEST(ParameterSums, TiedParametersAreSummed) {
+  Random random(2);
+  const Lens lens = random_lens<Perspective>(random);
+  const SeenView seen(lens, 30, false, random);
+  for (const char* model : {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5", "opencv8"}) {
+    const Model m = Model::named(model);
+    EXPECT_LT(difference(gram_by(kPortableKernels, lens, seen, m.free()),
+                         gram_of_rows(lens, seen, m.free())),
+              1e-11)
+        << model;
+  }
+}
+
+TEST(ParameterSums, NoneOutsideOfTheDomain) {
+  Random random(3);
+  const Lens lens = pinhole(800, 810, 640, 400);
+  SeenView seen(lens, 9, false, random);
+  seen.points[8].z() = -2;
+  MatrixXd gram;
+  EXPECT_FALSE(ParameterSums(seen.view(), Model::named("f").free()).at(lens, seen.pose, gram));
+}
+
+}  // namespace
+}  // namespace tagcal
