@@ -243,12 +243,29 @@ TEST(Calibrate, UnknownModelIsAnError) {
   EXPECT_THROW(calibrate(make_world(opencv5_lens(), 1), with_model("opencv55")), Error);
 }
 
+void expect_equal(const Calibration& a, const Calibration& b) {
+  EXPECT_EQ(a.covariance, b.covariance);
+  for (std::size_t i = 0; i < a.sigmas.size(); ++i)
+    EXPECT_EQ(parameters(a.camera->lens)[i], parameters(b.camera->lens)[i]);
+  ASSERT_EQ(a.views.size(), b.views.size());
+  for (std::size_t i = 0; i < a.views.size(); ++i)
+    EXPECT_EQ(minus(a.views[i].camera_from_world, b.views[i].camera_from_world), Vector6d::Zero());
+}
+
 TEST(Calibrate, EqualInputGivesEqualOutput) {
   const Dataset world = make_world(opencv5_lens(), 9);
-  const Calibration a = calibrate(world), b = calibrate(world);
-  for (std::size_t i = 0; i < a.sigmas.size(); ++i) {
-    EXPECT_EQ(parameters(a.camera->lens)[i], parameters(b.camera->lens)[i]);
-    EXPECT_EQ(a.sigmas[i], b.sigmas[i]);
+  expect_equal(calibrate(world), calibrate(world));
+}
+
+TEST(Calibrate, TheNumberOfThreadsDoesNotMatter) {
+  WorldOptions many;
+  many.num_views = 160;
+  const Dataset world = make_world(opencv5_lens(), 10, many);
+  CalibrateOptions options = with_model("opencv5");
+  const Calibration one = calibrate(world, options);
+  for (const std::size_t threads : {0, 2, 3}) {
+    options.num_threads = threads;
+    expect_equal(one, calibrate(world, options));
   }
 }
 

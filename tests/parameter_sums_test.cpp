@@ -110,6 +110,57 @@ TEST(ParameterSums, TiedParametersAreSummed) {
   }
 }
 
+// A target bent by b is one whose points stand out by shape . b along its normal.
+TEST(ParameterSums, BendsMovePointsAlongTheNormal) {
+  Random random(4);
+  for (const std::size_t n : {1, 4, 6, 11}) {
+    for (const bool whitened : {false, true}) {
+      const Lens lens = random_lens<Perspective>(random);
+      SeenView seen(lens, n, whitened, random);
+      const auto free = Model::named("radial1").free();
+      std::vector<Vector2d> shapes;
+      for (std::size_t i = 0; i < n; ++i)
+        shapes.emplace_back(random.uniform(-1, 1), random.uniform(-1, 1));
+      const Vector3d normal = Vector3d(0.3, -0.5, 0.7).normalized();
+      MatrixXd gram, expected;
+      ASSERT_TRUE(ParameterSums(seen.view(), free, {shapes, normal}).at(lens, seen.pose, gram));
+      const SeenView flat = seen;
+      const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
+      ASSERT_EQ(gram.cols(), k + 3);
+      // The gradient of half the cost, by differences: what the last column holds.
+      for (int bend = 0; bend < 2; ++bend) {
+        constexpr double kStep = 1e-6;
+        double cost[2];
+        for (const int side : {0, 1}) {
+          for (std::size_t i = 0; i < n; ++i)
+            seen.points[i] = flat.points[i] + (2 * side - 1) * kStep * shapes[i][bend] * normal;
+          ASSERT_TRUE(ParameterSums(seen.view(), free).at(lens, seen.pose, expected));
+          cost[side] = expected(k, k);
+        }
+        EXPECT_NEAR(gram(k + bend, k + 2), (cost[1] - cost[0]) / (4 * kStep),
+                    1e-6 * std::sqrt(gram(k + bend, k + bend) * gram(k + 2, k + 2)));
+      }
+      ASSERT_TRUE(ParameterSums(flat.view(), free).at(lens, seen.pose, expected));
+      EXPECT_LT(difference(MatrixXd(gram.topLeftCorner(k, k).selfadjointView<Eigen::Upper>()),
+                           MatrixXd(expected.topLeftCorner(k, k).selfadjointView<Eigen::Upper>())),
+                1e-11);
+    }
+  }
+}
+
+// Fewer rows, the same products; none of a column that depends on others.
+TEST(CompressedRows, HaveTheProductsOfTheRows) {
+  Random random(5);
+  MatrixXd rows(40, 5), r;
+  for (Eigen::Index i = 0; i < rows.size(); ++i) rows(i) = random.normal();
+  rows.col(3) = 2 * rows.col(0) - rows.col(1);
+  const MatrixXd gram = rows.transpose() * rows;
+  compressed_rows(gram.triangularView<Eigen::Upper>(), r);
+  EXPECT_TRUE(r.isUpperTriangular(0));
+  EXPECT_EQ(r.row(3), Eigen::RowVectorXd::Zero(5));
+  EXPECT_LT((r.transpose() * r - gram).norm(), 1e-12 * gram.norm());
+}
+
 TEST(ParameterSums, NoneOutsideOfTheDomain) {
   Random random(3);
   const Lens lens = pinhole(800, 810, 640, 400);

@@ -80,21 +80,23 @@ Matrix2d distortion_jacobian(const Perspective::Parameters& p, const Distorted& 
   return j;
 }
 
-// The radius r < max_radius with r L(r) = distorted_radius, for a lens without tangential terms;
-// else a start for Newton's method.
+// The radius r < max_radius with r L(r) = distorted_radius to a thousandth, for a lens without
+// tangential terms: a start for Newton's method.
 double undistorted_radius(const Perspective::Parameters& p, double max_radius,
                           double distorted_radius) {
   const auto f = [&p](double r) -> std::pair<double, double> {
-    const Distorted d =
-        distort({1, 1, 0, 0, p[kK1], p[kK2], 0, 0, p[kK3], p[kK4], p[kK5], p[kK6]}, r, 0);
-    const double n1 = p[kK1] + d.s * (2 * p[kK2] + d.s * 3 * p[kK3]);
-    const double d1 = p[kK4] + d.s * (2 * p[kK5] + d.s * 3 * p[kK6]);
-    return {r * d.radial, d.radial + 2 * d.s * (n1 - d.radial * d1) / d.denominator};
+    const double s = r * r;
+    const double n = 1 + s * (p[kK1] + s * (p[kK2] + s * p[kK3]));
+    const double d = 1 + s * (p[kK4] + s * (p[kK5] + s * p[kK6]));
+    const double n1 = p[kK1] + s * (2 * p[kK2] + s * 3 * p[kK3]);
+    const double d1 = p[kK4] + s * (2 * p[kK5] + s * 3 * p[kK6]);
+    return {r * n / d, (n + 2 * s * (n1 - n / d * d1)) / d};
   };
   double high = std::min(2 * distorted_radius + 1, 0.999999 * max_radius);
   while (f(high).first < distorted_radius && high < 0.9 * max_radius && high < kLargestRadius)
     high = std::min(2 * high, 0.999999 * max_radius);
-  return f(high).first <= distorted_radius ? high : solve_increasing(f, distorted_radius, 0, high);
+  if (f(high).first <= distorted_radius) return high;
+  return solve_increasing(f, distorted_radius, 0, high, 1e-3);
 }
 
 // (x, y) inside max_radius whose distortion is `target`. The distortion is the gradient of a convex

@@ -57,14 +57,14 @@ double smallest_positive_root(std::span<const double> coefficients, double limit
 }
 
 double solve_increasing(const std::function<std::pair<double, double>(double)>& f, double value,
-                        double low, double high) {
+                        double low, double high, double tolerance) {
   double x = low + (high - low) / 2;
   for (int i = 0; i < 200; ++i) {
     const auto [fx, slope] = f(x);
     (fx < value ? low : high) = x;
     double next = x - (fx - value) / slope;
     if (!(next > low && next < high)) next = low + (high - low) / 2;
-    if (std::abs(next - x) <= 1e-16 * std::abs(x)) return next;
+    if (std::abs(next - x) <= tolerance * std::abs(x)) return next;
     x = next;
   }
   return x;

@@ -20,8 +20,9 @@ Polynomial multiply(std::span<const double> a, std::span<const double> b);
 double smallest_positive_root(std::span<const double> coefficients, double limit);
 
 // x in [low, high] with f(x) = value, for an f that increases there, by Newton's method kept inside
-// the bracket. f(low) <= value <= f(high) must hold. `f` returns {f(x), f'(x)}.
+// the bracket until a step is no longer than the tolerance, relative to x. f(low) <= value <=
+// f(high) must hold. `f` returns {f(x), f'(x)}.
 double solve_increasing(const std::function<std::pair<double, double>(double)>& f, double value,
-                        double low, double high);
+                        double low, double high, double tolerance = 1e-16);
 
 }  // namespace tagcal

@@ -38,11 +38,14 @@ struct SumJob : ViewJob {
   double* sums = nullptr;
 };
 
-// The same with the columns of free parameters between the pose step and the residual: N = 6 +
-// num_columns + 1, N (N + 1) / 2 sums.
+// The same with the columns of free parameters between the pose step and the residual and, where
+// the target can be bent, two more after them: N = 6 + num_columns + (bend ? 2 : 0) + 1,
+// N (N + 1) / 2 sums.
 struct ParameterSumJob : SumJob {
   int num_columns = 0;
   unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
+  const double* bend = nullptr;   // n x 2: how far a point moves by a unit of each bend, or null
+  double bend_direction[3] = {};  // in which it moves; camera frame
 };
 
 // What there is to compute. A pinhole leaves out the terms of distortion, Brown-Conrady those of

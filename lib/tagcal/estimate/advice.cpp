@@ -229,7 +229,7 @@ std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& cal
     const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
     if (!added) continue;
     const auto covariance =
-        exact_inverse(known->information + *added / (known->sigma_px * known->sigma_px));
+        exact_inverse(known->information + added->schur / (known->sigma_px * known->sigma_px));
     if (!covariance) continue;
     const double variance = (effect * *covariance).trace();
     if (!(variance < lowest)) continue;

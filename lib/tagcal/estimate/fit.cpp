@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <unordered_map>
 
 #include "tagcal/estimate/closed_form.hpp"
 
@@ -76,6 +77,15 @@ bool same_corners(const CalibrationView& a, const CalibrationView& b) {
              a.problem.correspondences.begin(), a.problem.correspondences.end(),
              b.problem.correspondences.begin(),
              [](const Correspondence& x, const Correspondence& y) { return x.pixel == y.pixel; });
+}
+
+// Views by what their corners' pixels add up to, which equal corners have in common.
+using Twins = std::unordered_multimap<double, std::size_t>;
+
+double sum_of_pixels(const CalibrationView& view) {
+  double sum = 0;
+  for (const Correspondence& c : view.problem.correspondences) sum += c.pixel.x() + c.pixel.y();
+  return sum;
 }
 
 // Which corners take part, and the pose of each view (none: the view takes no part).
@@ -203,7 +213,7 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
     drop_outside_domain(fit.bundle, input, selection);
     fit.bundle = select(fit.bundle, input, selection, used);
     if (fit.bundle.views.empty()) break;
-    fit.summary = solve(fit.bundle, options.max_iterations);
+    fit.summary = solve(fit.bundle, options.max_iterations, options.num_threads);
     fit.num_iterations += fit.summary.num_iterations;
     for (std::size_t i = 0; i < used.size(); ++i)
       selection.pose[used[i]] = fit.bundle.camera_from_target[i];
@@ -229,19 +239,24 @@ CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
   input.image_size = dataset.image_size;
   const auto points = world_points(dataset.boards);
   input.whitened = !sigma_stated && all_have_covariances(dataset.views);
+  Twins twins;
   for (const View& view : dataset.views) {
     CalibrationView prepared = calibration_view(view, points, input.whitened);
     if (!fixes_a_pose(prepared)) {
       input.warnings.push_back(view.image + ": left out, it has no four corners that fix a pose");
       continue;
     }
-    const auto twin = std::find_if(input.views.begin(), input.views.end(), [&](const auto& other) {
-      return same_corners(other, prepared);
+    const double sum = sum_of_pixels(prepared);
+    const auto [first, last] = twins.equal_range(sum);
+    const auto twin = std::find_if(first, last, [&](const auto& other) {
+      return same_corners(input.views[other.second], prepared);
     });
-    if (twin != input.views.end()) {
-      input.warnings.push_back(view.image + ": left out, it repeats " + twin->image);
+    if (twin != last) {
+      input.warnings.push_back(view.image + ": left out, it repeats " +
+                               input.views[twin->second].image);
       continue;
     }
+    twins.emplace(sum, input.views.size());
     input.views.push_back(std::move(prepared));
   }
   return input;
@@ -257,7 +272,7 @@ int CalibrationFit::num_inliers() const {
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options) {
   const auto begin = Clock::now();
-  const auto start = find_start(model, input.image_size, input.views);
+  const auto start = find_start(model, input.image_size, input.views, options.num_threads);
   if (!start) return std::nullopt;
   CalibrationFit fit;
   fit.bundle = Bundle{&model, input.image_size, start->free_values, {}, {}};

@@ -10,6 +10,14 @@ Vector2d FlatBoard::shape(const Vector3d& x_in_board) const {
   return Vector2d::Ones() - unit.cwiseAbs2();
 }
 
+std::vector<Vector2d> FlatBoard::shapes(std::span<const Vector3d> x_in_world) const {
+  const Pose board_from_world = world_from_board.inverse();
+  std::vector<Vector2d> result;
+  result.reserve(x_in_world.size());
+  for (const Vector3d& x : x_in_world) result.push_back(shape(board_from_world * x));
+  return result;
+}
+
 Vector3d FlatBoard::normal_in_world() const {
   return world_from_board.rotation() * Vector3d::UnitZ();
 }

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "tagcal/scene/dataset.hpp"
 
@@ -16,7 +18,8 @@ struct FlatBoard {
   Eigen::Vector2d half_size = Eigen::Vector2d::Ones();
 
   Eigen::Vector2d shape(const Eigen::Vector3d& x_in_board) const;  // (1 - x'^2, 1 - y'^2)
-  Eigen::Vector3d normal_in_world() const;                         // towards the viewer
+  std::vector<Eigen::Vector2d> shapes(std::span<const Eigen::Vector3d> x_in_world) const;
+  Eigen::Vector3d normal_in_world() const;  // towards the viewer
 };
 
 // No value for several boards, or one with thickness or without extent.

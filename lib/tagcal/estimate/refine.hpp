@@ -38,9 +38,9 @@ struct BundleSummary {
 };
 
 // Maximum likelihood over all poses and free parameters: Ceres, one residual block a view, poses
-// eliminated by the Schur complement; one thread, so that equal input gives equal bytes. The state
-// moves to the solution, unless a point is outside the domain at the start: then it stays and
-// `converged` is false.
-BundleSummary solve(Bundle& bundle, int max_iterations);
+// eliminated by the Schur complement. Equal input gives equal bytes whatever the number of threads
+// (0: one a core): they evaluate views, and Ceres sums on one. The state moves to the solution,
+// unless a point is outside the domain at the start: then it stays and `converged` is false.
+BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads = 1);
 
 }  // namespace tagcal

@@ -56,6 +56,15 @@ Matrix2 whitening_of(const Matrix2& covariance_px2) {
   return inverse;
 }
 
+ViewArrays::ViewArrays(const ViewProblem& view) : whitening_(view.whitening) {
+  points_.reserve(view.correspondences.size());
+  pixels_.reserve(view.correspondences.size());
+  for (const Correspondence& c : view.correspondences) {
+    points_.push_back(c.point);
+    pixels_.push_back(c.pixel);
+  }
+}
+
 Pose PoseStep::at(const Vector6d& step) const {
   Vector6d scaled = step;
   scaled.tail<3>() *= length;
@@ -77,13 +86,13 @@ double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& r
 
 std::vector<Vector2d> residuals_px(std::span<const Correspondence> correspondences,
                                    const Lens& lens, const Pose& camera_from_target) {
-  std::vector<Vector2d> residuals;
-  residuals.reserve(correspondences.size());
-  for (const Correspondence& c : correspondences) {
-    const std::optional<Vector2d> pixel = project(lens, camera_from_target * c.point);
-    residuals.push_back(pixel ? Vector2d(*pixel - c.pixel)
-                              : Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
-  }
+  std::vector<Vector3d> points;
+  points.reserve(correspondences.size());
+  for (const Correspondence& c : correspondences) points.push_back(c.point);
+  std::vector<Vector2d> residuals(points.size());
+  std::vector<std::uint8_t> valid(points.size());
+  project(lens, camera_from_target, points, residuals, valid);
+  for (std::size_t i = 0; i < residuals.size(); ++i) residuals[i] -= correspondences[i].pixel;
   return residuals;
 }
 

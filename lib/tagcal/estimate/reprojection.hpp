@@ -6,6 +6,7 @@
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/view_equations.hpp"
 
 namespace tagcal {
 
@@ -14,6 +15,18 @@ namespace tagcal {
 struct ViewProblem {
   std::vector<Correspondence> correspondences;
   std::vector<Matrix2> whitening;  // empty, or one per correspondence
+};
+
+// A view's correspondences as the kernels take them. The view must outlive it.
+class ViewArrays {
+ public:
+  explicit ViewArrays(const ViewProblem& view);
+  ViewPoints view() const { return {points_, pixels_, whitening_}; }
+
+ private:
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<Eigen::Vector2d> pixels_;
+  std::span<const Matrix2> whitening_;
 };
 
 // W with W^T W = covariance^-1. The covariance must be positive definite.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace tagcal {
 namespace {
@@ -30,16 +29,24 @@ std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
   return hull;
 }
 
-// What can be on the hull, to within a pixel: the highest and lowest of every column of pixels.
+// What can be on the hull: all but those inside the octagon of the outermost in eight directions
+// (Akl & Toussaint, Information Processing Letters 7, 1978).
 std::vector<Vector2d> outer(std::span<const Vector2d> pixels) {
-  std::map<long, std::pair<Vector2d, Vector2d>> columns;
+  if (pixels.empty()) return {};
+  const Vector2d directions[] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
+                                 {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+  std::vector<Vector2d> octagon(8, pixels[0]);
+  for (const Vector2d& p : pixels)
+    for (std::size_t i = 0; i < 8; ++i)
+      if (directions[i].dot(p - octagon[i]) > 0) octagon[i] = p;
+  std::vector<Vector2d> result = octagon;
   for (const Vector2d& p : pixels) {
-    const auto [column, is_new] = columns.try_emplace(std::lround(p.x()), p, p);
-    if (p.y() < column->second.first.y()) column->second.first = p;
-    if (p.y() > column->second.second.y()) column->second.second = p;
+    bool inside = true;
+    for (std::size_t i = 0; i < 8 && inside; ++i)
+      inside = cross(octagon[(i + 1) % 8] - octagon[i], p - octagon[i]) > 0 ||
+               octagon[i] == octagon[(i + 1) % 8];
+    if (!inside) result.push_back(p);
   }
-  std::vector<Vector2d> result;
-  for (const auto& [x, ends] : columns) result.insert(result.end(), {ends.first, ends.second});
   return result;
 }
 

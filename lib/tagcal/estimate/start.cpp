@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "tagcal/estimate/closed_form.hpp"
 #include "tagcal/estimate/robust.hpp"
+#include "tagcal/parallel.hpp"
 
 namespace tagcal {
 namespace {
@@ -121,39 +123,45 @@ double search_focal(const Model& model, const ImageSize& size, const std::vector
   return best;
 }
 
-std::vector<SeedView> largest(std::vector<SeedView> seeds) {
-  std::stable_sort(seeds.begin(), seeds.end(), [](const SeedView& a, const SeedView& b) {
-    return a.points.size() > b.points.size();
+std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
+  std::vector<std::size_t> order(seeds.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return seeds[a].points.size() > seeds[b].points.size();
   });
-  if (seeds.size() > kMaxSearchViews) seeds.resize(kMaxSearchViews);
-  return seeds;
+  if (order.size() > kMaxSearchViews) order.resize(kMaxSearchViews);
+  std::vector<SeedView> result;
+  for (const std::size_t i : order) result.push_back(seeds[i]);
+  return result;
 }
 
 }  // namespace
 
 std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
-                                           const std::vector<CalibrationView>& views) {
+                                           const std::vector<CalibrationView>& views,
+                                           std::size_t num_threads) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const double nominal = std::max(size.width, size.height) * (fisheye ? 0.4 : 1.0);
   const Lens nominal_lens = plain_lens(model, size, nominal);
   CalibrationStart start;
   start.camera_from_world.resize(views.size());
   start.inlier.resize(views.size());
+  std::vector<std::optional<SeedView>> found(views.size());
+  parallel_for(views.size(), num_threads, [&](std::size_t i) {
+    found[i] = find_seed(views[i], i, nominal_lens, start.inlier[i]);
+  });
   std::vector<SeedView> seeds;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    auto seed = find_seed(views[i], i, nominal_lens, start.inlier[i]);
+  for (std::optional<SeedView>& seed : found)
     if (seed) seeds.push_back(std::move(*seed));
-  }
   if (seeds.empty()) return std::nullopt;
   const double focal = search_focal(model, size, largest(seeds), nominal);
   const Lens lens = plain_lens(model, size, focal);
-  bool any = false;
-  for (const SeedView& seed : seeds) {
-    const std::optional<RefinedPose> pose = seed_pose(seed, lens, 20);
-    if (!pose) continue;
-    start.camera_from_world[seed.index] = pose->camera_from_target;
-    any = true;
-  }
+  parallel_for(seeds.size(), num_threads, [&](std::size_t i) {
+    const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 20);
+    if (pose) start.camera_from_world[seeds[i].index] = pose->camera_from_target;
+  });
+  const bool any = std::any_of(start.camera_from_world.begin(), start.camera_from_world.end(),
+                               [](const std::optional<Pose>& pose) { return pose.has_value(); });
   if (!any) return std::nullopt;
   start.free_values = model.free_values(lens);
   return start;

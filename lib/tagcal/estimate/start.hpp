@@ -30,7 +30,8 @@ struct CalibrationStart {
 // length, of Zhang's closed form and a ladder of others, whose closed-form poses fit best. No value
 // where no view has a consensus.
 std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
-                                           const std::vector<CalibrationView>& views);
+                                           const std::vector<CalibrationView>& views,
+                                           std::size_t num_threads = 1);
 
 // The pose of one view for a known lens, from the corners that agree on one; no value where none
 // do.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,39 +13,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostDirections = 1000;
-
-std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens& lens,
-                                            std::span<const FreeParameter> free, const Pose& pose) {
-  const Eigen::Index rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
-  ViewJacobians j{RowMajor6(rows, 6), RowMajorX(rows, static_cast<Eigen::Index>(free.size())),
-                  VectorXd(rows)};
-  Eigen::Map<RowMajor6> by_step(j.by_pose.data(), rows, 6);
-  Eigen::Map<RowMajorX> by_parameters(j.by_parameters.data(), rows, j.by_parameters.cols());
-  ReprojectionOutput output{Eigen::Map<VectorXd>(j.residuals.data(), rows), &by_step,
-                            free.empty() ? nullptr : &by_parameters};
-  if (!reprojection(view, lens, free, PoseStep{pose, 1.0}, Vector6d::Zero(), output))
-    return std::nullopt;
-  return j;
-}
-
-namespace {
-
-// Two columns more: by the bends of the board, along its normal.
-void append_bend(ViewJacobians& j, const ViewProblem& view, const Pose& pose,
-                 const FlatBoard& board) {
-  const Eigen::Index k = j.by_parameters.cols();
-  j.by_parameters.conservativeResize(Eigen::NoChange, k + 2);
-  const Vector3d normal = pose.rotation() * board.normal_in_world();
-  const Pose board_from_world = board.world_from_board.inverse();
-  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(2 * i);
-    j.by_parameters.block<2, 2>(row, k) =
-        j.by_pose.block<2, 3>(row, 3) * normal *
-        board.shape(board_from_world * view.correspondences[i].point).transpose();
-  }
-}
-
-}  // namespace
 
 std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   const VectorXd diagonal = information.diagonal();
@@ -57,38 +25,47 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
-std::optional<MatrixXd> information_of(const ViewProblem& view, const Lens& lens,
-                                       std::span<const FreeParameter> free,
-                                       const Pose& camera_from_target) {
-  const auto j = view_jacobians(view, lens, free, camera_from_target);
-  if (!j) return std::nullopt;
-  const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
+std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
+                                              std::span<const FreeParameter> free,
+                                              const Pose& camera_from_target,
+                                              const FlatBoard* board) {
+  const ViewArrays arrays(view);
+  std::vector<Eigen::Vector2d> shapes;
+  if (board) shapes = board->shapes(arrays.view().points);
+  ParameterSums sums(arrays.view(), free,
+                     {shapes, board ? board->normal_in_world() : Vector3d::Zero()});
+  MatrixXd gram, rows;
+  if (!sums.at(lens, camera_from_target, gram)) return std::nullopt;
+  const Eigen::Index n = gram.cols() - 7;
+  const Matrix6 by_pose = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+  const std::optional<MatrixXd> inverse = exact_inverse(by_pose);
   if (!inverse) return std::nullopt;
-  const MatrixXd rest =
-      j->by_parameters - j->by_pose * (*inverse * (j->by_pose.transpose() * j->by_parameters));
-  return MatrixXd(rest.transpose() * rest);
+  // Triangular rows [J | r] with the same products: those below the pose are what it leaves open,
+  // and S as their square stays positive where a difference would not.
+  compressed_rows(gram, rows);
+  const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
+  ViewInformation result;
+  result.pose_inverse = *inverse;
+  result.pose_by_parameters = *inverse * gram.block(0, 6, 6, n);
+  result.schur = rest.leftCols(n).transpose() * rest.leftCols(n);
+  result.gradient = rest.leftCols(n).transpose() * rest.col(n);
+  return result;
 }
 
 std::optional<BundleInformation> bundle_information(const Bundle& bundle, const FlatBoard* board) {
   const Lens lens = bundle.lens();
-  const Eigen::Index k = bundle.model->num_free(), n = k + (board ? 2 : 0);
+  const Eigen::Index n = bundle.model->num_free() + (board ? 2 : 0);
   BundleInformation result;
   result.halves.fill(MatrixXd::Zero(n, n));
   result.gradients.fill(VectorXd::Zero(n));
   for (std::size_t i = 0; i < bundle.views.size(); ++i) {
-    const ViewProblem& view = bundle.views[i];
-    const Pose& pose = bundle.camera_from_target[i];
-    auto j = view_jacobians(view, lens, bundle.model->free(), pose);
-    if (!j) return std::nullopt;
-    if (board) append_bend(*j, view, pose, *board);
-    const std::optional<MatrixXd> inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
-    if (!inverse) return std::nullopt;
-    result.pose_inverse.push_back(*inverse);
-    result.pose_by_parameters.emplace_back(*inverse * (j->by_pose.transpose() * j->by_parameters));
-    // B'B - B'A (A'A)^-1 A'B as a square, which stays positive where the difference would not.
-    j->by_parameters.noalias() -= j->by_pose * result.pose_by_parameters.back();
-    result.halves[i % 2].noalias() += j->by_parameters.transpose() * j->by_parameters;
-    result.gradients[i % 2].noalias() += j->by_parameters.transpose() * j->residuals;
+    auto view = information_of(bundle.views[i], lens, bundle.model->free(),
+                               bundle.camera_from_target[i], board);
+    if (!view) return std::nullopt;
+    result.halves[i % 2] += view->schur;
+    result.gradients[i % 2] += view->gradient;
+    result.pose_inverse.push_back(view->pose_inverse);
+    result.pose_by_parameters.push_back(std::move(view->pose_by_parameters));
   }
   return result;
 }
@@ -118,35 +95,30 @@ std::optional<BundleCovariance> covariance_of(const BundleInformation& informati
   return covariance;
 }
 
-std::optional<Matrix6> pose_covariance(const ViewProblem& view, const Lens& lens,
-                                       const Pose& camera_from_target, double sigma) {
-  const auto j = view_jacobians(view, lens, {}, camera_from_target);
-  if (!j) return std::nullopt;
-  const auto inverse = exact_inverse(j->by_pose.transpose() * j->by_pose);
-  if (!inverse) return std::nullopt;
-  return Matrix6(sigma * sigma * *inverse);
-}
-
 double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& covariance) {
   // One "view" of directions: those in which corners were seen, their distance without meaning.
   const Lens lens = bundle.lens();
-  ViewProblem directions;
+  std::vector<Vector3d> directions;
   std::size_t count = 0, all = 0;
   for (const ViewProblem& view : bundle.views) all += view.correspondences.size();
   const std::size_t stride = 1 + all / kMostDirections;
   for (std::size_t i = 0; i < bundle.views.size(); ++i)
     for (const Correspondence& c : bundle.views[i].correspondences)
       if (count++ % stride == 0)
-        directions.correspondences.push_back(
-            {(bundle.camera_from_target[i] * c.point).normalized(), c.pixel});
-  const auto j = view_jacobians(directions, lens, bundle.model->free(), Pose());
-  if (!j) return std::numeric_limits<double>::infinity();
-  const MatrixXd by_turn = j->by_pose.leftCols<3>();
-  const MatrixXd turn =
-      (by_turn.transpose() * by_turn).ldlt().solve(by_turn.transpose() * j->by_parameters);
-  const MatrixXd rest = j->by_parameters - by_turn * turn;
+        directions.push_back((bundle.camera_from_target[i] * c.point).normalized());
+  // No pixels are observed there: of the sums, those without the residual count.
+  const std::vector<Eigen::Vector2d> pixels(directions.size(), Eigen::Vector2d::Zero());
+  ParameterSums sums({directions, pixels}, bundle.model->free());
+  MatrixXd gram;
+  if (!sums.at(lens, Pose(), gram)) return std::numeric_limits<double>::infinity();
+  const Eigen::Index k = covariance.cols();
+  MatrixXd by_turn_and_parameters(3 + k, 3 + k), rows;
+  by_turn_and_parameters << gram.topLeftCorner(3, 3), gram.block(0, 6, 3, k), MatrixXd::Zero(k, 3),
+      gram.block(6, 6, k, k);
+  compressed_rows(by_turn_and_parameters, rows);
+  const MatrixXd rest = rows.bottomRightCorner(k, k);
   const double trace = (rest * covariance).cwiseProduct(rest).sum();
-  return std::sqrt(trace / static_cast<double>(rest.rows()));
+  return std::sqrt(std::max(0.0, trace) / static_cast<double>(2 * directions.size()));
 }
 
 }  // namespace tagcal

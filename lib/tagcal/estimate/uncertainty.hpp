@@ -23,7 +23,7 @@ struct BundleCovariance {
 struct BundleInformation {
   std::array<Eigen::MatrixXd, 2> halves;            // S of each half
   std::array<Eigen::VectorXd, 2> gradients;         // of half the cost
-  std::vector<Eigen::MatrixXd> pose_inverse;        // (A'A)^-1 per view
+  std::vector<Matrix6> pose_inverse;                // (A'A)^-1 per view
   std::vector<Eigen::MatrixXd> pose_by_parameters;  // (A'A)^-1 A'B per view
 };
 std::optional<BundleInformation> bundle_information(const Bundle& bundle,
@@ -38,29 +38,23 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma
 std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
                                               double sigma);
 
-// Of a view at its pose, by (omega, tau) and by the free parameters, whitened. No value where a
-// point is outside the lens' domain.
-struct ViewJacobians {
-  RowMajor6 by_pose;
-  RowMajorX by_parameters;
-  Eigen::VectorXd residuals;
+// What one view says of the free parameters (and of two bends, with a board) for whitened residuals
+// of standard deviation 1, its own pose left open: its parts of the above. No value where a point
+// is outside the lens' domain or the view does not determine its pose.
+struct ViewInformation {
+  Eigen::MatrixXd schur;               // its part of S
+  Eigen::VectorXd gradient;            // of half its cost
+  Matrix6 pose_inverse;                // (A'A)^-1
+  Eigen::MatrixXd pose_by_parameters;  // (A'A)^-1 A'B
 };
-std::optional<ViewJacobians> view_jacobians(const ViewProblem& view, const Lens& lens,
-                                            std::span<const FreeParameter> free, const Pose& pose);
-
-// What one view says of the free parameters, its own pose left open: its part of S, for whitened
-// residuals of standard deviation 1. No value where the view does not determine its pose.
-std::optional<Eigen::MatrixXd> information_of(const ViewProblem& view, const Lens& lens,
+std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
                                               std::span<const FreeParameter> free,
-                                              const Pose& camera_from_target);
+                                              const Pose& camera_from_target,
+                                              const FlatBoard* board = nullptr);
 
 // The inverse of a symmetric positive definite matrix of any scale; no value where rounding could
 // have made it up.
 std::optional<Eigen::MatrixXd> exact_inverse(const Eigen::MatrixXd& information);
-
-// The covariance of one pose for a known lens; no value where it is not determined.
-std::optional<Matrix6> pose_covariance(const ViewProblem& view, const Lens& lens,
-                                       const Pose& camera_from_target, double sigma);
 
 // How far the projection of infinitely far points is uncertain, in pixels, with the part that a
 // turned camera explains taken out: RMS over the pixels at which corners were seen, 1,000 of them

@@ -88,19 +88,22 @@ bool ViewSums::at(const ViewState& state, NormalEquations<7>& equations) {
   return std::isfinite(equations.cost);
 }
 
-ParameterSums::ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free)
-    : free_(free) {
+ParameterSums::ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free,
+                             const ViewBend& bend)
+    : free_(free), normal_(bend.normal) {
   set_view(view, job_);
   job_.num_columns = static_cast<int>(free.size());
+  job_.bend = bend.shapes.empty() ? nullptr : bend.shapes.data()->data();
 }
 
 bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram) {
-  constexpr int kMaxColumns = 6 + kMaxLensParameters + 1;
+  constexpr int kMaxColumns = 6 + kMaxLensParameters + 2 + 1;
   double sums[kMaxColumns * (kMaxColumns + 1) / 2];
   std::fill_n(job_.columns, kMaxLensParameters, 0u);
   const unsigned wanted = set_columns(free_, parameters(lens).size(), job_.columns);
   const ProjectKernelKind kind = set_lens(lens, wanted, job_);
   set_state(state_of(camera_from_target), job_);
+  Eigen::Map<Eigen::Vector3d>(job_.bend_direction) = camera_from_target.rotation() * normal_;
   job_.sums = sums;
   if (!fastest_kernels().sums_with_parameters[kind](job_)) return false;
   const Eigen::Index n = num_columns();
@@ -109,6 +112,19 @@ bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, Eigen::
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = i; j < n; ++j) gram(i, j) = *sum++;
   return std::isfinite(gram(n - 1, n - 1));
+}
+
+void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r) {
+  constexpr double kRounding = 1e-14;
+  const Eigen::Index n = gram.cols();
+  r.setZero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double pivot = gram(i, i) - r.col(i).head(i).squaredNorm();
+    if (!(pivot > kRounding * gram(i, i))) continue;
+    r(i, i) = std::sqrt(pivot);
+    for (Eigen::Index j = i + 1; j < n; ++j)
+      r(i, j) = (gram(i, j) - r.col(i).head(i).dot(r.col(j).head(i))) / r(i, i);
+  }
 }
 
 }  // namespace tagcal

@@ -78,21 +78,38 @@ class ViewSums {
   ProjectKernelKind kind_;
 };
 
-// Sums the normal equations of a view by its pose and the free parameters of a model.
+// A target that can be bent: how far each point moves by a unit of each of two bends (2 x n), and
+// in which direction (target frame). None where there are no points.
+struct ViewBend {
+  std::span<const Eigen::Vector2d> shapes;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+};
+
+// Sums the normal equations of a view by its pose, the free parameters of a model and the bends.
 class ParameterSums {
  public:
-  // Both must outlive it.
-  ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free);
+  // All must outlive it.
+  ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free,
+                const ViewBend& bend = {});
 
   // [J | r]'[J | r] (its upper triangle) of the whitened residuals r, with J by (omega, tau) of
-  // `retract` and by the free parameters. False where a point is outside the lens' domain.
+  // `retract`, by the free parameters and by the bends. False where a point is outside the lens'
+  // domain.
   bool at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram);
 
-  Eigen::Index num_columns() const { return 6 + static_cast<Eigen::Index>(free_.size()) + 1; }
+  Eigen::Index num_columns() const {
+    return 6 + static_cast<Eigen::Index>(free_.size()) + (job_.bend ? 2 : 0) + 1;
+  }
 
  private:
   std::span<const FreeParameter> free_;
+  Eigen::Vector3d normal_;
   ParameterSumJob job_;
 };
+
+// R with R'R = the gram matrix of rows [J | r] (its upper triangle), upper triangular: the same
+// cost, gradient and J'J in as many rows as there are columns. A column that depends on those
+// before it leaves a row of zeros.
+void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r);
 
 }  // namespace tagcal
