@@ -65,11 +65,12 @@ inline View observe(const Camera& camera, const Pose& camera_from_world,
   return view;
 }
 
-inline Dataset make_world(const Lens& lens, std::uint64_t seed, const WorldOptions& options = {}) {
+inline Dataset make_world(const Lens& lens, std::uint64_t seed, const WorldOptions& options = {},
+                          const Board& board = usual_board()) {
   Random random(seed);
   Dataset dataset;
   dataset.image_size = {1280, 800};
-  dataset.boards = {{usual_board(), Pose()}};
+  dataset.boards = {{board, Pose()}};
   dataset.truth = Truth{{lens, dataset.image_size}, "", {}};
   const auto points = target_points(dataset.boards[0].board);
   constexpr double kDegree = std::numbers::pi / 180;
