@@ -50,8 +50,13 @@ CalibrationView calibration_view(const View& view, const std::map<CornerId, Worl
   CalibrationView result;
   result.image = view.image;
   std::map<std::size_t, std::vector<std::size_t>> by_board;
+  result.ids.reserve(view.observations.size());
+  result.problem.correspondences.reserve(view.observations.size());
+  auto point = points.begin();
   for (const Observation& o : view.observations) {
-    const auto point = points.find(o.id);
+    // Most often corners come in the order of the board: the next is not looked for.
+    if (point != points.end()) ++point;
+    if (point == points.end() || point->first != o.id) point = points.find(o.id);
     if (point == points.end()) continue;
     by_board[point->second.board].push_back(result.ids.size());
     result.ids.push_back(o.id);

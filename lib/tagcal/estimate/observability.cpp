@@ -97,21 +97,25 @@ SeenRegion seen_region(const Bundle& bundle) {
   return {bundle.image_size, pixels};
 }
 
-double median_distance_m(const Bundle& bundle) {
-  std::vector<double> distances;
-  for (std::size_t v = 0; v < bundle.views.size(); ++v)
-    for (const Correspondence& c : bundle.views[v].correspondences)
-      distances.push_back((bundle.camera_from_target[v] * c.point).norm());
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
-}
-
 int num_corners(const Bundle& bundle) {
   int count = 0;
   for (const ViewProblem& view : bundle.views)
     count += static_cast<int>(view.correspondences.size());
   return count;
+}
+
+double median_distance_m(const Bundle& bundle) {
+  constexpr std::size_t kEnoughCorners = 5000;
+  const std::size_t stride = 1 + static_cast<std::size_t>(num_corners(bundle)) / kEnoughCorners;
+  std::vector<double> distances;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const Correspondence& c : bundle.views[v].correspondences)
+      if (count++ % stride == 0)
+        distances.push_back((bundle.camera_from_target[v] * c.point).norm());
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
 }
 
 int degrees_of_freedom(const Bundle& bundle) {

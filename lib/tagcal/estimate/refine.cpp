@@ -101,6 +101,9 @@ ceres::Solver::Options solver_options(int max_iterations) {
   options.max_num_iterations = max_iterations;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.num_threads = 1;
+  // Starts are near: first steps are Gauss-Newton ones. The default damps what is weakly known, and
+  // then takes twice the steps.
+  options.initial_trust_region_radius = 1e8;
   options.function_tolerance = 1e-12;
   options.gradient_tolerance = 1e-12;
   options.parameter_tolerance = 1e-12;

@@ -30,7 +30,10 @@ double square_of_tangent(const Vector3d& ray, const Vector3d& mapped) {
 
 double angle_of(double square_of_tangent) { return std::atan(std::sqrt(square_of_tangent)); }
 
-double median(std::vector<double> values) {
+// Of every so many-th value.
+double median(std::span<const double> all, std::size_t stride, std::vector<double>& values) {
+  values.clear();
+  for (std::size_t i = 0; i < all.size(); i += stride) values.push_back(all[i]);
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -107,12 +110,17 @@ class Search {
   std::optional<Consensus> run() {
     const std::size_t n = squares_.size();
     if (n < Map::kSampleSize) return std::nullopt;
+    // Good data end here: one map fits them all, as the median of some shows.
+    constexpr std::size_t kEnough = 36;
     std::vector<std::size_t> all(n);
     std::iota(all.begin(), all.end(), 0);
-    consider(all);
-    // Good data end here: one map fits them all.
+    consider(all, (n + kEnough - 1) / kEnough);
     const bool all_agree =
         !best_.empty() && angle_of(best_median_) < 0.01 && agreeing().size() == n;
+    if (!all_agree) {
+      best_median_ = kInfinity;
+      consider(all);
+    }
     Random random(n);
     std::vector<std::size_t> sample;
     for (int i = 0; i < (all_agree ? 0 : kNumSamples); ++i) {
@@ -127,9 +135,10 @@ class Search {
   }
 
  private:
-  void consider(const std::vector<std::size_t>& chosen) {
+  // The map of the chosen, by the median of every so many-th square.
+  void consider(const std::vector<std::size_t>& chosen, std::size_t stride = 1) {
     if (!map_.find(chosen, squares_)) return;
-    const double m = median(squares_);
+    const double m = median(squares_, stride, median_buffer_);
     if (!(m < best_median_)) return;
     best_median_ = m;
     best_ = squares_;
@@ -153,6 +162,7 @@ class Search {
 
   const Map& map_;
   std::vector<double> squares_;  // of the map at hand
+  std::vector<double> median_buffer_;
   std::vector<double> best_;
   double best_median_ = kInfinity;
 };

@@ -16,7 +16,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMaxSearchViews = 8;  // that the focal length is searched on
+constexpr std::size_t kMaxSearchViews = 8;  // that the focal length is searched on,
+constexpr std::size_t kEnoughPoints = 36;   // of each; a closed form needs no more
 
 // The model's lens without distortion, the principal point at the image centre.
 Lens plain_lens(const Model& model, const ImageSize& size, double focal) {
@@ -68,9 +69,25 @@ std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index
   return seed;
 }
 
+// The same view by some of its points, spread over all.
+SeedView thinned(const SeedView& seed) {
+  const std::size_t stride = (seed.points.size() + kEnoughPoints - 1) / kEnoughPoints;
+  SeedView thin;
+  thin.index = seed.index;
+  for (std::size_t i = 0; i < seed.points.size(); i += stride) {
+    thin.problem.correspondences.push_back(seed.problem.correspondences[i]);
+    thin.points.push_back(seed.points[i]);
+  }
+  return thin;
+}
+
+std::optional<Pose> closed_form_pose(const SeedView& seed, const Lens& lens) {
+  const SeedView thin = thinned(seed);
+  return pose_closed_form(thin.points, rays_of(thin.problem.correspondences, lens));
+}
+
 std::optional<RefinedPose> seed_pose(const SeedView& seed, const Lens& lens, int iterations) {
-  const auto rays = rays_of(seed.problem.correspondences, lens);
-  const std::optional<Pose> pose = pose_closed_form(seed.points, rays);
+  const std::optional<Pose> pose = closed_form_pose(seed, lens);
   if (!pose) return std::nullopt;
   return refine_pose(seed.problem, lens, *pose, iterations);
 }
@@ -131,7 +148,7 @@ std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
   });
   if (order.size() > kMaxSearchViews) order.resize(kMaxSearchViews);
   std::vector<SeedView> result;
-  for (const std::size_t i : order) result.push_back(seeds[i]);
+  for (const std::size_t i : order) result.push_back(thinned(seeds[i]));
   return result;
 }
 
@@ -157,7 +174,7 @@ std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& 
   const double focal = search_focal(model, size, largest(seeds), nominal);
   const Lens lens = plain_lens(model, size, focal);
   parallel_for(seeds.size(), num_threads, [&](std::size_t i) {
-    const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 20);
+    const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 4);
     if (pose) start.camera_from_world[seeds[i].index] = pose->camera_from_target;
   });
   const bool any = std::any_of(start.camera_from_world.begin(), start.camera_from_world.end(),
