@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/settle.hpp"
+
 namespace tagcal {
 namespace {
 
@@ -49,9 +51,8 @@ std::vector<Rung> climb(const CalibrationFit& from, int max_iterations) {
     rung.bundle = below;
     rung.bundle.model = &model;
     rung.bundle.free_values = model.free_values(below.lens());
-    // The rational lens' coefficients trade in a long flat valley.
-    const bool rational = model.num_free() > 9;
-    rung.summary = solve(rung.bundle, (rational ? 10 : 1) * max_iterations);
+    rung.summary = solve(rung.bundle, max_iterations);
+    settle(rung.bundle, rung.summary, max_iterations);
     if (rung.summary.converged) below = rung.bundle;
     rungs.push_back(std::move(rung));
   }

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tagcal/estimate/refine.hpp"
 #include "tagcal/estimate/seen_region.hpp"
@@ -12,12 +13,16 @@ namespace tagcal {
 
 // Whether the data hold the parameters of a model at its estimate, from the exact inverse of the
 // information. Condition numbers alone never tell, pseudo-inverses lie: what decides is the
-// standard deviation of the focal length and of the projection at infinity.
+// standard deviation of the focal length and of the projection at infinity. Coefficients are never
+// judged: where some trade with one another and the projection knows nothing of it (the rational
+// lens of a camera without distortion: k1 with k4), they are `open`, the status is ok, and their
+// variances are a million times those that they had alone, of which projections see nothing.
 struct Observability {
-  Status status = Status::ok;  // or degenerate, focal_not_observable, not_observable
-  std::string reason;          // a sentence where it is not ok
-  double focal_share = 0;      // sd(f) / f
-  double projection_px = 0;    // sd of the projection at infinity, RMS over the corners
+  Status status = Status::ok;     // or degenerate, focal_not_observable, not_observable
+  std::string reason;             // a sentence where it is not ok
+  double focal_share = 0;         // sd(f) / f
+  double projection_px = 0;       // sd of the projection at infinity, RMS over the corners
+  std::vector<std::string> open;  // coefficients that have no value of their own
   std::optional<BundleCovariance> covariance;  // none where the information has no inverse
 };
 

@@ -9,6 +9,7 @@
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/halves.hpp"
 #include "tagcal/estimate/observability.hpp"
+#include "tagcal/estimate/residual_field.hpp"
 #include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
@@ -49,6 +50,14 @@ void fill_sigmas(Calibration& c, const Model& model) {
       c.sigmas[static_cast<std::size_t>(k)] = std::sqrt(c.covariance(i, i));
 }
 
+std::string trade(const std::vector<std::string>& names) {
+  std::string text = names[0];
+  for (std::size_t i = 1; i < names.size(); ++i)
+    text += (i + 1 < names.size() ? ", " : " and ") + names[i];
+  return text +
+         " trade with one another: the projection is known, they are not; a smaller model would do";
+}
+
 // What the data can hold, by the rules of the design; the first reason not to answer wins.
 Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen) {
   if (fit.num_inliers() < fit.num_corners / 2) {
@@ -66,6 +75,7 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
   if (10 * fit.num_inliers() < 9 * fit.num_corners)
     c.warnings.push_back(percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
                          " of the corners agree with no answer of this model and were left out");
+  if (!seen.open.empty()) c.warnings.push_back(trade(seen.open));
   if (seen.focal_share > kFocalWeak)
     c.warnings.push_back("the focal length is weakly known: sd " + percent(seen.focal_share));
   return Status::ok;
@@ -103,13 +113,31 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
                            " px at infinity)");
 }
 
+// For what warns of the model: digits in a file, below the least noise that there is, are no error
+// of it.
+double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
+  return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
+}
+
 void warn_of_halves(Calibration& c, const Bundle& bundle, const BundleInformation& information,
-                    double distance_m) {
-  c.halves = compare_halves(bundle, information, c.sigma_px, c.seen.samples(), distance_m);
+                    const CalibrateOptions& options, double distance_m) {
+  c.halves = compare_halves(bundle, information, sigma_that_counts(c, options), c.seen.samples(),
+                            distance_m);
   if (c.halves && c.halves->disagree)
     c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
                          " of what their noise explains: the model is too small, or the board is "
                          "bent or moved, and the standard deviations are too small");
+}
+
+void warn_of_field(Calibration& c, const Bundle& bundle, const CalibrateOptions& options) {
+  const ResidualField field = residual_field(bundle, least_sigma(c.sigma_of_corners, options));
+  if (!field.disagree) return;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g px", field.rms_px);
+  c.warnings.push_back("the residuals differ from place to place in the image, by " +
+                       std::string(text) +
+                       " RMS: the model is too small, or the board is bent, and the standard "
+                       "deviations are too small");
 }
 
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
@@ -126,7 +154,8 @@ void fill_projection(Calibration& c, const Bundle& bundle, const BundleInformati
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
   for (const double distance : distances)
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
-  if (information) warn_of_halves(c, bundle, *information, near_m);
+  warn_of_field(c, bundle, options);
+  if (information) warn_of_halves(c, bundle, *information, options, near_m);
 }
 
 // The bend of the board: part of the answer where it was asked for, else a warning where the
@@ -137,7 +166,10 @@ void fill_warp(Calibration& c, const BundleInformation& information,
   if (!warp) return;
   if (options.board_warp) {
     c.board_warp = warp;
-  } else if (warp->chi_square > kBentChiSquare) {
+    return;
+  }
+  const double share = c.sigma_px / sigma_that_counts(c, options);
+  if (share * share * warp->chi_square > kBentChiSquare) {
     char text[96];
     std::snprintf(text, sizeof text, "%.2g mm along x and %.2g mm along y", warp->bend_mm.x(),
                   warp->bend_mm.y());
