@@ -1,7 +1,7 @@
 // How often a focal length that cannot be known is refused, and one that can be is answered.
-// Usage: focal_refusal [SEEDS [FIRST_SEED]]
-// Each set with several models. `beyond 5 sd`: an answer whose focal length is further off than
-// that.
+// Usage: focal_refusal [SEEDS [FIRST_SEED]]; a fifth of the seeds for the sets that may be
+// answered. Each set with several models. `beyond 5 sd`: an answer whose focal length is further
+// off than that.
 
 #include <cstdio>
 #include <cstdlib>
@@ -58,26 +58,27 @@ Dataset alike(const Lens& lens, std::uint64_t seed, int num_views, double shift_
 
 struct Set {
   const char* name;
+  bool never_known;
   std::function<Dataset(std::uint64_t)> make;
 };
 
 const std::vector<Set>& sets() {
   static const Lens centred = pinhole(900, 900, 639.5, 399.5), beside = pinhole(900, 900, 659, 415);
   static const std::vector<Set> all = {
-      {"10 frontal", [](auto seed) { return of_pinhole(tilted(10, 0, 0), seed); }},
-      {"10 frontal, distorted",
+      {"10 frontal", true, [](auto seed) { return of_pinhole(tilted(10, 0, 0), seed); }},
+      {"10 frontal, distorted", true,
        [](auto seed) { return make_world(opencv5_lens(), seed, tilted(10, 0, 0)); }},
-      {"1 frontal", [](auto seed) { return of_pinhole(tilted(1, 0, 0), seed); }},
-      {"300,000 px at 400 m", [](auto seed) { return long_lens(seed); }},
-      {"3 at 2 degrees", [](auto seed) { return of_pinhole(tilted(3, 2, 2), seed); }},
-      {"1 at 30-50", [](auto seed) { return of_pinhole(tilted(1, 30, 50), seed); }},
-      {"10 of one pose at 30", [](auto seed) { return alike(centred, seed, 10, 0); }},
-      {"10 parallel at 30", [](auto seed) { return alike(centred, seed, 10, 0.2); }},
-      {"10 parallel, centre off", [](auto seed) { return alike(beside, seed, 10, 0.2); }},
-      {"2 parallel at 30", [](auto seed) { return alike(centred, seed, 2, 0.2); }},
-      {"2 at 20-50", [](auto seed) { return of_pinhole(tilted(2, 20, 50), seed); }},
-      {"5 at 0-50", [](auto seed) { return of_pinhole(tilted(5, 0, 50), seed); }},
-      {"5 at 0-50, opencv5",
+      {"1 frontal", true, [](auto seed) { return of_pinhole(tilted(1, 0, 0), seed); }},
+      {"300,000 px at 400 m", true, [](auto seed) { return long_lens(seed); }},
+      {"3 at 2 degrees", false, [](auto seed) { return of_pinhole(tilted(3, 2, 2), seed); }},
+      {"1 at 30-50", false, [](auto seed) { return of_pinhole(tilted(1, 30, 50), seed); }},
+      {"10 of one pose at 30", false, [](auto seed) { return alike(centred, seed, 10, 0); }},
+      {"10 parallel at 30", false, [](auto seed) { return alike(centred, seed, 10, 0.2); }},
+      {"10 parallel, centre off", false, [](auto seed) { return alike(beside, seed, 10, 0.2); }},
+      {"2 parallel at 30", false, [](auto seed) { return alike(centred, seed, 2, 0.2); }},
+      {"2 at 20-50", false, [](auto seed) { return of_pinhole(tilted(2, 20, 50), seed); }},
+      {"5 at 0-50", false, [](auto seed) { return of_pinhole(tilted(5, 0, 50), seed); }},
+      {"5 at 0-50, opencv5", false,
        [](auto seed) { return make_world(opencv5_lens(), seed, tilted(5, 0, 50)); }}};
   return all;
 }
@@ -90,7 +91,12 @@ std::string answer(const Dataset& set, const std::string& model) {
   if (!is_answer(c.status)) return what;
   const double truth = parameters(set.truth->camera.lens)[0];
   const double error = std::abs(parameters(c.camera->lens)[0] - truth) / c.sigmas[0];
-  return what + (error > 5 ? " beyond 5 sd" : "");
+  if (error <= 5) return what;
+  for (const std::string& warning : c.warnings)
+    if (warning.find("taken to be the centre") != std::string::npos ||
+        warning.find("the model is too small") != std::string::npos)
+      return what + " beyond 5 sd, warned of";
+  return what + " beyond 5 sd";
 }
 
 }  // namespace
@@ -103,7 +109,7 @@ int main(int argc, char** argv) {
   for (const Set& set : sets()) {
     for (const char* model : {"auto", "f", "f+c", "opencv5", "opencv8", "fisheye4"}) {
       std::map<std::string, int> count;
-      for (int seed = first; seed < first + seeds; ++seed)
+      for (int seed = first; seed < first + (set.never_known ? seeds : seeds / 5); ++seed)
         ++count[answer(set.make(static_cast<std::uint64_t>(seed)), model)];
       std::printf("%-24s %-9s", set.name, model);
       for (const auto& [what, n] : count) std::printf(" %s: %d;", what.c_str(), n);

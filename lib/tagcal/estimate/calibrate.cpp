@@ -4,6 +4,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/result.hpp"
 #include "tagcal/estimate/settle.hpp"
 
@@ -62,6 +63,13 @@ Calibration calibrate_model(const Model& model, const CalibrationInput& input,
   if (!fit) return without_answer(input, std::string(model.name()));
   settle(fit->bundle, fit->summary, options.max_iterations);
   Calibration c = report(*fit, options, board);
+  if (c.status == Status::not_converged && model.lens_type() == LensType::perspective) {
+    const std::vector<Rung> rungs = climb(fit->bundle, model, options.max_iterations);
+    fit = refit(rungs.back().bundle, *fit, input, options);
+    if (!fit) return c;
+    settle(fit->bundle, fit->summary, options.max_iterations);
+    c = report(*fit, options, board);
+  }
   const std::optional<Observability> doubt =
       is_answer(c.status) ? doubt_of_plain_lens(fit->bundle, c.covariance, c.sigma_px)
                           : std::nullopt;

@@ -1,6 +1,7 @@
 #include "tagcal/estimate/doubt.hpp"
 
 #include <cmath>
+#include <cstdio>
 
 #include "tagcal/estimate/start.hpp"
 
@@ -48,13 +49,18 @@ double cost_of(const Bundle& bundle) {
   return sum;
 }
 
+Bundle with_model(const Bundle& bundle, const Model& model) {
+  Bundle result = bundle;
+  result.model = &model;
+  result.free_values = model.free_values(bundle.lens());
+  return result;
+}
+
 // The same views with one focal length: from their poses, or from none where a fisheye has these
 // beyond what a plain lens sees. No value where such a lens has no poses for them.
 std::optional<Bundle> with_focal_length(const Bundle& bundle) {
   const Model& model = Model::named("f");
-  Bundle plain = bundle;
-  plain.model = &model;
-  plain.free_values = {parameters(bundle.lens())[0]};
+  Bundle plain = with_model(bundle, model);
   if (well_in_front(bundle)) return plain;
   std::vector<CalibrationView> views;
   for (const ViewProblem& problem : bundle.views) {
@@ -99,9 +105,7 @@ Asked ask(const Bundle& solved, double sigma, double most) {
   }
   const Model& plain = Model::named(solved.model->num_free() > 5 ? "pinhole" : "f+c");
   if (solved.model->num_free() <= plain.num_free()) return asked;
-  const Lens lens = state->lens();
-  state->model = &plain;
-  state->free_values = plain.free_values(lens);
+  state = with_model(*state, plain);
   asked.excess = solve(*state, kIterations).cost - cost;
   if (asked.excess > most) return asked;
   seen = observability(*state, sigma);
@@ -143,6 +147,23 @@ std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
                          " describes the noise, and its standard deviations say nothing; model " +
                          std::string(asked.plain->model->name()) + " explains the corners as well";
   return asked.refused;
+}
+
+std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
+  if (solved.model->name() != "f") return std::nullopt;
+  const Bundle with_centre = with_model(solved, Model::named("f+c"));
+  const auto information = bundle_information(with_centre);
+  if (!information || observability(with_centre, information, sigma).status == Status::ok)
+    return std::nullopt;
+  constexpr double kBesidePx = 10;
+  const Eigen::MatrixXd s = information->halves[0] + information->halves[1];
+  const double change = kBesidePx * s.row(0).tail<2>().norm() / s(0, 0);
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "the principal point is taken to be the centre of the image, the views do not hold "
+                "it: %g px beside it change the focal length by up to %.2g px",
+                kBesidePx, change);
+  return text;
 }
 
 }  // namespace tagcal

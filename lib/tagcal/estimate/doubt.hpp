@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "tagcal/estimate/observability.hpp"
 
@@ -18,5 +19,10 @@ namespace tagcal {
 // free parameters of the solved bundle.
 std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
                                                  const Eigen::MatrixXd& covariance, double sigma);
+
+// For a solved bundle of one focal length, whose principal point is taken to be the centre of the
+// image: where the views could not tell it, a sentence that says so and what the focal length would
+// be for another. No value where they could (f+c is held), or for another model.
+std::optional<std::string> assumed_centre(const Bundle& solved, double sigma);
 
 }  // namespace tagcal

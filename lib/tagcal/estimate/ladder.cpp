@@ -42,23 +42,6 @@ double counted_misfit(const CalibrationFit& fit, const Count& count) {
   return sum;
 }
 
-std::vector<Rung> climb(const CalibrationFit& from, int max_iterations) {
-  std::vector<Rung> rungs;
-  Bundle below = from.bundle;
-  for (const Model& model : Model::all()) {
-    if (model.lens_type() != LensType::perspective) continue;
-    Rung rung;
-    rung.bundle = below;
-    rung.bundle.model = &model;
-    rung.bundle.free_values = model.free_values(below.lens());
-    rung.summary = solve(rung.bundle, max_iterations);
-    settle(rung.bundle, rung.summary, max_iterations);
-    if (rung.summary.converged) below = rung.bundle;
-    rungs.push_back(std::move(rung));
-  }
-  return rungs;
-}
-
 // The noise of the best fit among those that explain nearly as many corners as any.
 double noise_square(const std::vector<Rung>& rungs, const CalibrateOptions& options) {
   int most = 0;
@@ -89,10 +72,32 @@ void pass_up_refusals(std::vector<Rung>& rungs) {
 
 }  // namespace
 
+std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations) {
+  std::vector<Rung> rungs;
+  Bundle below = from;
+  double lowest = kInfinity;
+  for (const Model& model : Model::all()) {
+    if (model.lens_type() != LensType::perspective || model.num_free() > top.num_free()) continue;
+    Rung rung;
+    rung.bundle = below;
+    rung.bundle.model = &model;
+    rung.bundle.free_values = model.free_values(below.lens());
+    rung.summary = solve(rung.bundle, max_iterations);
+    settle(rung.bundle, rung.summary, max_iterations);
+    if (rung.summary.converged && rung.summary.cost < lowest) {
+      lowest = rung.summary.cost;
+      below = rung.bundle;
+    }
+    rungs.push_back(std::move(rung));
+  }
+  return rungs;
+}
+
 Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
                     const CalibrateOptions& options) {
   Ladder ladder;
-  if (perspective) ladder.rungs = climb(*perspective, options.max_iterations);
+  if (perspective)
+    ladder.rungs = climb(perspective->bundle, Model::named("opencv8"), options.max_iterations);
   if (fisheye) ladder.rungs.push_back({fisheye->bundle, fisheye->summary, {}, 0, kInfinity});
   const CalibrationFit& any = perspective ? *perspective : *fisheye;
   ladder.num_residuals = 2 * any.num_corners;

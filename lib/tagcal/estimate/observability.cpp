@@ -133,8 +133,13 @@ void find_covariance(Observability& result, const Bundle& bundle,
   }
   result.covariance = result.open.empty() ? covariance_of(*information, all, sigma)
                                           : covariance_with_open(*information, all, sigma);
-  if (result.covariance)
-    result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
+  if (!result.covariance) return;
+  result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
+  // Along what is open the inverse of rounding is not a step.
+  if (!result.open.empty()) return;
+  const Eigen::VectorXd gradient =
+      (information->gradients[0] + information->gradients[1]).head(k) / (sigma * sigma);
+  result.decrement = gradient.dot(result.covariance->parameters * gradient);
 }
 
 }  // namespace

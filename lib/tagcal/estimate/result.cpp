@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tagcal/estimate/advice.hpp"
+#include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/halves.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/residual_field.hpp"
@@ -58,8 +59,14 @@ std::string trade(const std::vector<std::string>& names) {
          " trade with one another: the projection is known, they are not; a smaller model would do";
 }
 
+// For what doubts the answer: digits in a file, below the least noise that there is, are no error.
+double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
+  return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
+}
+
 // What the data can hold, by the rules of the design; the first reason not to answer wins.
-Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen) {
+Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen,
+             const CalibrateOptions& options) {
   if (fit.num_inliers() < fit.num_corners / 2) {
     c.warnings.push_back("more than half of the corners agree with no common answer");
     return Status::no_consensus;
@@ -70,6 +77,12 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
   }
   if (!fit.summary.converged) {
     c.warnings.emplace_back("the solution did not converge");
+    return Status::not_converged;
+  }
+  const double share = c.sigma_px / sigma_that_counts(c, options);
+  if (share * share * seen.decrement > kLargestDecrement) {
+    c.warnings.emplace_back(
+        "the solution did not converge: it stands where the lens folds, and not at a minimum");
     return Status::not_converged;
   }
   if (10 * fit.num_inliers() < 9 * fit.num_corners)
@@ -113,12 +126,6 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
                            " px at infinity)");
 }
 
-// For what warns of the model: digits in a file, below the least noise that there is, are no error
-// of it.
-double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
-  return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
-}
-
 void warn_of_halves(Calibration& c, const Bundle& bundle, const BundleInformation& information,
                     const CalibrateOptions& options, double distance_m) {
   c.halves = compare_halves(bundle, information, sigma_that_counts(c, options), c.seen.samples(),
@@ -148,6 +155,7 @@ void fill_projection(Calibration& c, const Bundle& bundle, const BundleInformati
   const UncertainLens lens{bundle.model, c.camera->lens, c.covariance};
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
+  if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
   for (std::string& gap : c.seen.gaps()) c.warnings.push_back(std::move(gap));
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
@@ -218,7 +226,7 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   }
   if (board && seen.covariance) fill_warp(c, *information, options);
   fill_views(c, fit, seen.covariance);
-  c.status = judge(c, fit, seen);
+  c.status = judge(c, fit, seen, options);
   fill_projection(c, fit.bundle, information ? &*information : nullptr, options);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
