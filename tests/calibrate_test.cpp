@@ -135,60 +135,6 @@ TEST(Calibrate, AStatedNoiseStandsForTheCornersOwn) {
   EXPECT_TRUE(calibrate(world, with_model("f")).sigma_of_corners);
 }
 
-// Without distortion the rational lens' coefficients stand for each other, and no projection knows.
-TEST(Calibrate, CoefficientsThatTradeAreNoReasonToRefuse) {
-  WorldOptions options;
-  options.num_views = 5;
-  const Lens lens = pinhole(900, 900, 639.5, 399.5);
-  for (const double sigma : {0.0, 0.2}) {
-    options.sigma_px = sigma;
-    for (int seed = 1; seed <= 3; ++seed) {
-      const Calibration c = calibrate(make_world(lens, seed, options), with_model("opencv8", 0.2));
-      ASSERT_EQ(c.status, Status::ok) << sigma << " " << seed;
-      EXPECT_NEAR(parameters(c.camera->lens)[0], 900, 4 * c.sigmas[0] + 1e-6);
-      EXPECT_LT(c.projection.at(0).region_px, 1);
-      EXPECT_NE(c.warnings.at(0).find("trade with one another"), std::string::npos);
-    }
-  }
-}
-
-// Noise looks like curvature, and curvature would tell of the centre and the focal length.
-TEST(Calibrate, NoiseDoesNotTellOfALens) {
-  WorldOptions one, frontal;
-  one.num_views = 1;
-  one.min_tilt_deg = 30;
-  frontal.num_views = 3;
-  frontal.max_tilt_deg = 0;
-  const Lens lens = pinhole(900, 900, 639.5, 399.5);
-  for (int seed = 1; seed <= 4; ++seed) {
-    for (const char* model : {"f+c", "opencv5", "opencv8", "fisheye4"}) {
-      EXPECT_FALSE(is_answer(calibrate(make_world(lens, seed, one), with_model(model)).status))
-          << model << " " << seed;
-      EXPECT_FALSE(is_answer(calibrate(make_world(lens, seed, frontal), with_model(model)).status))
-          << model << " " << seed;
-    }
-    EXPECT_EQ(calibrate(make_world(lens, seed, one), with_model("f")).status, Status::ok);
-  }
-}
-
-// What is left of exact corners are digits.
-TEST(Calibrate, ExactCornersAreNotWarnedOf) {
-  WorldOptions options;
-  options.num_views = 12;
-  options.sigma_px = 0;
-  Dataset world = make_world(opencv5_lens(), 2, options);
-  for (View& view : world.views)  // an error of the corners that is no noise
-    for (Observation& o : view.observations)
-      o.pixel +=
-          0.002 * Eigen::Vector2d(std::sin(0.01 * o.pixel.y()), std::cos(0.013 * o.pixel.x()));
-  const Calibration c = calibrate(world);
-  EXPECT_EQ(c.status, Status::ok);
-  for (const std::string& warning : c.warnings) {
-    EXPECT_EQ(warning.find("halves"), std::string::npos) << warning;
-    EXPECT_EQ(warning.find("bent"), std::string::npos) << warning;
-  }
-}
-
 TEST(Calibrate, AnUncertaintyNeedsADistance) {
   CalibrateOptions options;
   for (const double distance : {0.0, -1.0, std::nan("")}) {
