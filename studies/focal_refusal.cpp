@@ -58,7 +58,7 @@ Dataset alike(const Lens& lens, std::uint64_t seed, int num_views, double shift_
 
 struct Set {
   const char* name;
-  bool never_known;
+  bool all_seeds;
   std::function<Dataset(std::uint64_t)> make;
 };
 
@@ -66,10 +66,10 @@ const std::vector<Set>& sets() {
   static const Lens centred = pinhole(900, 900, 639.5, 399.5), beside = pinhole(900, 900, 659, 415);
   static const std::vector<Set> all = {
       {"10 frontal", true, [](auto seed) { return of_pinhole(tilted(10, 0, 0), seed); }},
-      {"10 frontal, distorted", true,
-       [](auto seed) { return make_world(opencv5_lens(), seed, tilted(10, 0, 0)); }},
       {"1 frontal", true, [](auto seed) { return of_pinhole(tilted(1, 0, 0), seed); }},
       {"300,000 px at 400 m", true, [](auto seed) { return long_lens(seed); }},
+      {"10 frontal, distorted", false,
+       [](auto seed) { return make_world(opencv5_lens(), seed, tilted(10, 0, 0)); }},
       {"3 at 2 degrees", false, [](auto seed) { return of_pinhole(tilted(3, 2, 2), seed); }},
       {"1 at 30-50", false, [](auto seed) { return of_pinhole(tilted(1, 30, 50), seed); }},
       {"10 of one pose at 30", false, [](auto seed) { return alike(centred, seed, 10, 0); }},
@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
   for (const Set& set : sets()) {
     for (const char* model : {"auto", "f", "f+c", "opencv5", "opencv8", "fisheye4"}) {
       std::map<std::string, int> count;
-      for (int seed = first; seed < first + (set.never_known ? seeds : seeds / 5); ++seed)
+      for (int seed = first; seed < first + (set.all_seeds ? seeds : seeds / 5); ++seed)
         ++count[answer(set.make(static_cast<std::uint64_t>(seed)), model)];
       std::printf("%-24s %-9s", set.name, model);
       for (const auto& [what, n] : count) std::printf(" %s: %d;", what.c_str(), n);

@@ -24,6 +24,11 @@ double corner_sigma_px(const Bundle& bundle) {
   return std::sqrt(sum / std::max(1, degrees_of_freedom(bundle)) * bundle.model->num_free() / n);
 }
 
+double sigma_of(const Bundle& bundle, const BundleSummary& summary) {
+  constexpr double kLeastSigma = 0.01;  // below it digits decide, not the noise
+  return std::max(kLeastSigma, std::sqrt(summary.cost / std::max(1, degrees_of_freedom(bundle))));
+}
+
 }  // namespace
 
 Moved moved(const Bundle& a, const Bundle& b) {
@@ -46,6 +51,7 @@ Moved moved(const Bundle& a, const Bundle& b) {
 
 void settle(Bundle& bundle, BundleSummary& summary, int max_iterations) {
   for (int round = 0; round < kMaxRounds && !summary.converged; ++round) {
+    if (observability(bundle, sigma_of(bundle, summary)).status != Status::ok) return;
     const Bundle before = bundle;
     const BundleSummary more = solve(bundle, max_iterations);
     summary.num_iterations += more.num_iterations;
@@ -53,6 +59,10 @@ void settle(Bundle& bundle, BundleSummary& summary, int max_iterations) {
     summary.converged =
         more.converged || moved(before, bundle).rms_px < kStandsStill * corner_sigma_px(bundle);
   }
+}
+
+bool at_fold(const Bundle& bundle, const BundleSummary& summary) {
+  return observability(bundle, sigma_of(bundle, summary)).decrement > kLargestDecrement;
 }
 
 }  // namespace tagcal
