@@ -4,6 +4,7 @@
 
 #include "fresh_noise.hpp"
 #include "tagcal/estimate/halves.hpp"
+#include "tagcal/estimate/residual_field.hpp"
 
 namespace tagcal {
 namespace {
@@ -155,6 +156,41 @@ TEST(Halves, DisagreeWhereTheModelIsTooSmall) {
   EXPECT_TRUE(c.halves->disagree);
   EXPECT_FALSE(calibrate(make_world(opencv5_lens(), 3, flat_views(40)), with_model("opencv5"))
                    .halves->disagree);
+}
+
+TEST(ResidualField, IsSilentWhereTheModelIsRight) {
+  WorldOptions options;
+  options.num_views = 8;
+  const Bundle exact =
+      exact_bundle(Model::named("radial1"), Perspective({900, 900, 651, 392, -0.1}), 3, options);
+  int alarms = 0;
+  for (int i = 0; i < 200; ++i) {
+    Bundle noisy = with_noise(exact, 0.2, Random(6, static_cast<std::uint64_t>(i)));
+    solve(noisy, 50);
+    alarms += residual_field(noisy, 0.01).disagree;
+  }
+  EXPECT_LE(alarms, 1);
+}
+
+TEST(ResidualField, ShowsAModelThatIsTooSmall) {
+  WorldOptions options;
+  options.num_views = 8;
+  options.min_distance_m = 0.6;
+  const Lens lens = Perspective({900, 900, 651, 392, -0.1, 0.1});
+  const Bundle exact = exact_bundle(Model::named("radial2"), lens, 3, options);
+  for (int i = 0; i < 5; ++i) {
+    Bundle noisy = with_noise(exact, 0.2, Random(6, static_cast<std::uint64_t>(i)));
+    solve(noisy, 50);
+    EXPECT_FALSE(residual_field(noisy, 0.01).disagree);
+    noisy.model = &Model::named("radial1");
+    noisy.free_values.pop_back();
+    solve(noisy, 50);
+    const ResidualField field = residual_field(noisy, 0.01);
+    EXPECT_TRUE(field.disagree);
+    EXPECT_GT(field.rms_px, 0.05);
+    EXPECT_LT(field.rms_px, 0.5);
+    EXPECT_FALSE(residual_field(noisy, 50).disagree);  // below the least noise
+  }
 }
 
 }  // namespace

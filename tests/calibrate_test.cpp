@@ -135,19 +135,6 @@ TEST(Calibrate, AStatedNoiseStandsForTheCornersOwn) {
   EXPECT_TRUE(calibrate(world, with_model("f")).sigma_of_corners);
 }
 
-// Without distortion the rational lens' coefficients stand for each other; f is not to blame.
-TEST(Calibrate, WhatIsOpenIsNamed) {
-  WorldOptions exact;
-  exact.sigma_px = 0;
-  const Calibration c =
-      calibrate(make_world(pinhole(900, 900, 639.5, 399.5), 1, exact), with_model("opencv8", 0.2));
-  EXPECT_EQ(c.status, Status::not_observable);
-  ASSERT_FALSE(c.warnings.empty());
-  EXPECT_NE(c.warnings[0].find("observable from these views: k"), std::string::npos)
-      << c.warnings[0];
-  EXPECT_TRUE(c.projection.empty());
-}
-
 TEST(Calibrate, AnUncertaintyNeedsADistance) {
   CalibrateOptions options;
   for (const double distance : {0.0, -1.0, std::nan("")}) {

@@ -3,15 +3,15 @@
 #include <chrono>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/observability.hpp"
+#include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/result.hpp"
+#include "tagcal/estimate/settle.hpp"
 
 namespace tagcal {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr double kFocalCertain = 0.002;  // sd(f) / f
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -39,10 +39,16 @@ void withdraw(Calibration& c, Status status, const std::string& reason) {
 
 Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions& options,
                            const FlatBoard* board) {
-  const std::optional<ModelChoice> choice = choose_model(input, options);
+  std::optional<ModelChoice> choice = choose_model(input, options);
   if (!choice) return without_answer(input, "");
   Calibration c =
       choice->weak ? report_weak(*choice, options) : report(choice->fit, options, board);
+  if (!choice->weak && c.status == Status::focal_not_observable) {
+    // At the very bound, where the noise of all corners is not that of the ladder.
+    choice->status = c.status;
+    choice->reason = c.warnings.back();
+    c = report_weak(*choice, options);
+  }
   if (is_answer(c.status) && choice->status != Status::ok) {
     withdraw(c, choice->status, choice->reason);
   }
@@ -51,41 +57,23 @@ Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions
   return c;
 }
 
-bool well_in_front(const Bundle& bundle) {
-  constexpr double kSmallestCosine = 0.17;  // 80 degrees from the axis
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    for (const Correspondence& c : bundle.views[v].correspondences) {
-      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
-      if (x.z() < kSmallestCosine * x.norm()) return false;
-    }
-  }
-  return true;
-}
-
-// Many free coefficients can talk the information into a focal length that the same data do not
-// hold without them: where it is not known to 0.2 %, the plain pinhole is asked, too (of a fisheye
-// as far as all corners lie well in front).
-void doubt_focal_length(Calibration& c, const CalibrationFit& fit) {
-  const Model& model = *fit.bundle.model;
-  if (!is_answer(c.status) || model.num_free() == 1) return;
-  const double focal = parameters(c.camera->lens)[0];
-  if (c.sigmas[0] < kFocalCertain * focal) return;
-  Bundle plain = fit.bundle;
-  plain.model = &Model::named("f");
-  plain.free_values = {focal};
-  if (!well_in_front(plain)) return;
-  solve(plain, 100);
-  const Observability seen = observability(plain, c.sigma_px);
-  if (seen.status != Status::focal_not_observable) return;
-  withdraw(c, seen.status, seen.reason);
-}
-
 Calibration calibrate_model(const Model& model, const CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
-  const std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  std::optional<CalibrationFit> fit = fit_model(model, input, options);
   if (!fit) return without_answer(input, std::string(model.name()));
+  settle(fit->bundle, fit->summary, options.max_iterations);
   Calibration c = report(*fit, options, board);
-  doubt_focal_length(c, *fit);
+  if (c.status == Status::not_converged && model.lens_type() == LensType::perspective) {
+    const std::vector<Rung> rungs = climb(fit->bundle, model, options.max_iterations);
+    fit = refit(rungs.back().bundle, *fit, input, options);
+    if (!fit) return c;
+    settle(fit->bundle, fit->summary, options.max_iterations);
+    c = report(*fit, options, board);
+  }
+  const std::optional<Observability> doubt =
+      is_answer(c.status) ? doubt_of_plain_lens(fit->bundle, c.covariance, c.sigma_px)
+                          : std::nullopt;
+  if (doubt) withdraw(c, doubt->status, doubt->reason);
   return c;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/settle.hpp"
+
 namespace tagcal {
 namespace {
 
@@ -40,24 +42,6 @@ double counted_misfit(const CalibrationFit& fit, const Count& count) {
   return sum;
 }
 
-std::vector<Rung> climb(const CalibrationFit& from, int max_iterations) {
-  std::vector<Rung> rungs;
-  Bundle below = from.bundle;
-  for (const Model& model : Model::all()) {
-    if (model.lens_type() != LensType::perspective) continue;
-    Rung rung;
-    rung.bundle = below;
-    rung.bundle.model = &model;
-    rung.bundle.free_values = model.free_values(below.lens());
-    // The rational lens' coefficients trade in a long flat valley.
-    const bool rational = model.num_free() > 9;
-    rung.summary = solve(rung.bundle, (rational ? 10 : 1) * max_iterations);
-    if (rung.summary.converged) below = rung.bundle;
-    rungs.push_back(std::move(rung));
-  }
-  return rungs;
-}
-
 // The noise of the best fit among those that explain nearly as many corners as any.
 double noise_square(const std::vector<Rung>& rungs, const CalibrateOptions& options) {
   int most = 0;
@@ -73,25 +57,64 @@ double noise_square(const std::vector<Rung>& rungs, const CalibrateOptions& opti
   return std::max(lowest, kSmallestNoisePx * kSmallestNoisePx);
 }
 
+Rung rung_from(const Bundle& start, const Model& model, int max_iterations) {
+  Rung rung;
+  rung.bundle = start;
+  rung.bundle.model = &model;
+  rung.bundle.free_values = model.free_values(start.lens());
+  rung.summary = solve(rung.bundle, max_iterations);
+  settle(rung.bundle, rung.summary, max_iterations);
+  return rung;
+}
+
 // A model contains those below it; what is not held in one of them is not held in it. A fisheye's
 // coefficients can talk the information into a focal length, too: it needs the plain pinhole's.
 void pass_up_refusals(std::vector<Rung>& rungs) {
   const Observability* refused = nullptr;
+  bool plain = false;  // refused without distortion
   for (Rung& rung : rungs) {
+    if (rung.model().lens_type() == LensType::fisheye && !plain) continue;
     if (refused && rung.seen.status == Status::ok) {
       rung.seen.status = refused->status;
       rung.seen.reason = refused->reason;
     }
-    if (!refused && rung.seen.status == Status::focal_not_observable) refused = &rung.seen;
+    if (refused || rung.seen.status != Status::focal_not_observable) continue;
+    refused = &rung.seen;
+    plain = rung.model().num_free() <= Model::named("pinhole").num_free();
   }
 }
 
 }  // namespace
 
+std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations) {
+  std::vector<Rung> rungs;
+  Bundle below = from;
+  double lowest = kInfinity;
+  for (const Model& model : Model::all()) {
+    if (model.lens_type() != LensType::perspective || model.num_free() > top.num_free()) continue;
+    rungs.push_back(rung_from(below, model, max_iterations));
+    const Rung& rung = rungs.back();
+    if (!rung.summary.converged || rung.summary.cost >= lowest) continue;
+    lowest = rung.summary.cost;
+    below = rung.bundle;
+  }
+  // What stands at a fold may have come there from a smaller lens on the wrong side of it.
+  for (std::size_t i = rungs.size(); i-- > 0;) {
+    if (!at_fold(rungs[i].bundle, rungs[i].summary)) continue;
+    rungs[i].summary.converged = false;
+    if (i + 1 == rungs.size() || !rungs[i + 1].summary.converged) continue;
+    Rung again = rung_from(rungs[i + 1].bundle, rungs[i].model(), max_iterations);
+    if (again.summary.converged && !at_fold(again.bundle, again.summary))
+      rungs[i] = std::move(again);
+  }
+  return rungs;
+}
+
 Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
                     const CalibrateOptions& options) {
   Ladder ladder;
-  if (perspective) ladder.rungs = climb(*perspective, options.max_iterations);
+  if (perspective)
+    ladder.rungs = climb(perspective->bundle, Model::named("opencv8"), options.max_iterations);
   if (fisheye) ladder.rungs.push_back({fisheye->bundle, fisheye->summary, {}, 0, kInfinity});
   const CalibrationFit& any = perspective ? *perspective : *fisheye;
   ladder.num_residuals = 2 * any.num_corners;

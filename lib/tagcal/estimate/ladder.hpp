@@ -29,6 +29,11 @@ struct Ladder {
   bool whitened = false;
 };
 
+// The perspectives of the ladder on the same corners and from the same poses, up to `top`, each
+// from the best one below it: so that a solver that stops at the fold of a lens leads no other
+// there.
+std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations);
+
 // f, f+c, ... opencv8 on the corners of `perspective`, and the fisheye as it is; either may be
 // null, not both.
 Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,

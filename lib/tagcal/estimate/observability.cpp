@@ -41,38 +41,77 @@ std::string weakest_parameters(const Bundle& bundle, const Eigen::MatrixXd& cova
   return names;
 }
 
-// A parameter of what the information leaves wholly open: a focal length where that takes part.
-std::string open_parameter(const Bundle& bundle, const Eigen::MatrixXd& information) {
-  constexpr double kOpen = 1e-12;     // of an eigenvalue, where the diagonal is 1
-  constexpr double kTakesPart = 0.1;  // of a unit eigenvector
-  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scale.asDiagonal() * information *
-                                                                scale.asDiagonal());
-  const auto& free = bundle.model->free();
-  std::string name;
-  for (Eigen::Index i = 0; i < information.rows(); ++i) {
-    if (i > 0 && spectrum.eigenvalues()[i] > kOpen) break;
-    const Eigen::VectorXd direction = spectrum.eigenvectors().col(i).cwiseAbs();
-    for (std::size_t k = 0; k < free.size(); ++k)
-      if (free[k].name[0] == 'f' && direction[static_cast<Eigen::Index>(k)] > kTakesPart)
-        return std::string(free[k].name);
-    Eigen::Index strongest = 0;
-    direction.maxCoeff(&strongest);
-    if (i == 0) name = free[static_cast<std::size_t>(strongest)].name;
+// What the information, scaled to a unit diagonal, leaves wholly open.
+class OpenDirections {
+ public:
+  explicit OpenDirections(const Eigen::MatrixXd& information) {
+    const Eigen::VectorXd scale =
+        information.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+    spectrum_.compute(scale.asDiagonal() * information * scale.asDiagonal());
   }
-  return name;
+
+  // Below this an eigenvalue is made of rounding, and so is what an inverse makes of it.
+  bool any() const { return spectrum_.eigenvalues()[0] < kRounding; }
+
+  // The parameters that take part in them.
+  std::vector<std::string> names(const Model& model) const {
+    std::vector<std::string> result;
+    for (int k = 0; k < model.num_free(); ++k)
+      if (takes_part(k)) result.emplace_back(model.free()[static_cast<std::size_t>(k)].name);
+    return result;
+  }
+
+  // A focal length where one takes part in them, else what the weakest of them is made of.
+  std::string weakest(const Model& model) const {
+    for (const std::string& name : names(model))
+      if (name[0] == 'f') return name;
+    Eigen::Index strongest = 0;
+    spectrum_.eigenvectors().col(0).cwiseAbs().maxCoeff(&strongest);
+    return std::string(model.free()[static_cast<std::size_t>(strongest)].name);
+  }
+
+ private:
+  static constexpr double kRounding = 1e-11;
+  static constexpr double kTakesPart = 0.1;  // of a unit eigenvector
+
+  bool takes_part(Eigen::Index k) const {
+    for (Eigen::Index i = 0; i < spectrum_.eigenvalues().size(); ++i) {
+      if (i > 0 && spectrum_.eigenvalues()[i] > kRounding) break;
+      if (std::abs(spectrum_.eigenvectors()(k, i)) > kTakesPart) return true;
+    }
+    return false;
+  }
+
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum_;
+};
+
+Eigen::MatrixXd of_parameters(const BundleInformation& information, Eigen::Index k) {
+  return (information.halves[0] + information.halves[1]).topLeftCorner(k, k);
+}
+
+bool is_known(const std::optional<BundleInformation>& information) {
+  return information && information->halves[0].allFinite() && information->halves[1].allFinite();
+}
+
+// With so little more on the diagonal that an open direction keeps a million times the deviation
+// that its parameters had alone: in a projection that sees it, this is far beyond all bounds.
+std::optional<BundleCovariance> covariance_with_open(BundleInformation information, Eigen::Index k,
+                                                     double sigma) {
+  constexpr double kMore = 1e-12;
+  const Eigen::VectorXd diagonal =
+      information.halves[0].diagonal() + information.halves[1].diagonal();
+  information.halves[0].diagonal() += kMore * diagonal;
+  return covariance_of(information, k, sigma);
 }
 
 // Where the information has no inverse.
 void refuse(Observability& result, const Bundle& bundle,
             const std::optional<BundleInformation>& information) {
-  const Eigen::Index k = bundle.model->num_free();
-  const bool known =
-      information && information->halves[0].allFinite() && information->halves[1].allFinite();
+  const int k = bundle.model->num_free();
   const std::string open =
-      known ? open_parameter(bundle,
-                             (information->halves[0] + information->halves[1]).topLeftCorner(k, k))
-            : "f";
+      is_known(information) && k > 0
+          ? OpenDirections(of_parameters(*information, k)).weakest(*bundle.model)
+          : "f";
   if (open[0] == 'f') {
     result.status = Status::focal_not_observable;
     result.reason =
@@ -81,6 +120,26 @@ void refuse(Observability& result, const Bundle& bundle,
     result.status = Status::not_observable;
     result.reason = "not observable from these views: " + open + " trades with other parameters";
   }
+}
+
+void find_covariance(Observability& result, const Bundle& bundle,
+                     const std::optional<BundleInformation>& information, double sigma,
+                     bool bend_open) {
+  if (!information) return;
+  const Eigen::Index k = bundle.model->num_free(), all = k + (bend_open ? 2 : 0);
+  if (k > 0 && is_known(information)) {
+    const OpenDirections open(of_parameters(*information, k));
+    if (open.any()) result.open = open.names(*bundle.model);
+  }
+  result.covariance = result.open.empty() ? covariance_of(*information, all, sigma)
+                                          : covariance_with_open(*information, all, sigma);
+  if (!result.covariance) return;
+  result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
+  // Along what is open the inverse of rounding is not a step.
+  if (!result.open.empty()) return;
+  const Eigen::VectorXd gradient =
+      (information->gradients[0] + information->gradients[1]).head(k) / (sigma * sigma);
+  result.decrement = gradient.dot(result.covariance->parameters * gradient);
 }
 
 }  // namespace
@@ -131,10 +190,7 @@ Observability observability(const Bundle& bundle,
                             const std::optional<BundleInformation>& information, double sigma,
                             bool bend_open) {
   Observability result;
-  const Eigen::Index k = bundle.model->num_free();
-  if (information) result.covariance = covariance_of(*information, k + (bend_open ? 2 : 0), sigma);
-  if (result.covariance)
-    result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
+  find_covariance(result, bundle, information, sigma, bend_open);
   if (degrees_of_freedom(bundle) < kFewestDegreesOfFreedom) {
     result.status = Status::degenerate;
     result.reason = "too few corners for the parameters: " + std::to_string(num_corners(bundle)) +
@@ -148,16 +204,25 @@ Observability observability(const Bundle& bundle,
   const Eigen::MatrixXd& covariance = result.covariance->parameters;
   result.focal_share = relative_focal_sigma(bundle, covariance);
   result.projection_px = projection_sigma_at_infinity_px(bundle, covariance);
-  if (!(result.focal_share <= kFocalRefused)) {
+  const bool focal_held = result.focal_share <= kFocalRefused;
+  const bool held =
+      focal_held && result.projection_px < kProjectionRefused * half_diagonal(bundle.image_size);
+  if (!held && !result.open.empty()) {
+    refuse(result, bundle, information);
+  } else if (!focal_held) {
     result.status = Status::focal_not_observable;
     result.reason = "the focal length cannot be known from these views (sd " +
                     percent(result.focal_share) +
                     "): tilt the board by 20 degrees or more, in several directions";
-  } else if (!(result.projection_px < kProjectionRefused * half_diagonal(bundle.image_size))) {
+  } else if (!held) {
     result.status = Status::not_observable;
     result.reason = "not observable from these views: " + weakest_parameters(bundle, covariance) +
                     " (the projection is uncertain by " +
                     std::to_string(std::lround(std::min(result.projection_px, 1e9))) + " px)";
+  }
+  if (!held) {
+    if (!result.open.empty()) result.covariance.reset();
+    result.open.clear();
   }
   return result;
 }

@@ -7,8 +7,10 @@
 #include <limits>
 
 #include "tagcal/estimate/advice.hpp"
+#include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/halves.hpp"
 #include "tagcal/estimate/observability.hpp"
+#include "tagcal/estimate/residual_field.hpp"
 #include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
@@ -49,8 +51,22 @@ void fill_sigmas(Calibration& c, const Model& model) {
       c.sigmas[static_cast<std::size_t>(k)] = std::sqrt(c.covariance(i, i));
 }
 
+std::string trade(const std::vector<std::string>& names) {
+  std::string text = names[0];
+  for (std::size_t i = 1; i < names.size(); ++i)
+    text += (i + 1 < names.size() ? ", " : " and ") + names[i];
+  return text +
+         " trade with one another: the projection is known, they are not; a smaller model would do";
+}
+
+// For what doubts the answer: digits in a file, below the least noise that there is, are no error.
+double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
+  return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
+}
+
 // What the data can hold, by the rules of the design; the first reason not to answer wins.
-Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen) {
+Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen,
+             const CalibrateOptions& options) {
   if (fit.num_inliers() < fit.num_corners / 2) {
     c.warnings.push_back("more than half of the corners agree with no common answer");
     return Status::no_consensus;
@@ -63,9 +79,16 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
     c.warnings.emplace_back("the solution did not converge");
     return Status::not_converged;
   }
+  const double share = c.sigma_px / sigma_that_counts(c, options);
+  if (share * share * seen.decrement > kLargestDecrement) {
+    c.warnings.emplace_back(
+        "the solution did not converge: it stands where the lens folds, and not at a minimum");
+    return Status::not_converged;
+  }
   if (10 * fit.num_inliers() < 9 * fit.num_corners)
     c.warnings.push_back(percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
                          " of the corners agree with no answer of this model and were left out");
+  if (!seen.open.empty()) c.warnings.push_back(trade(seen.open));
   if (seen.focal_share > kFocalWeak)
     c.warnings.push_back("the focal length is weakly known: sd " + percent(seen.focal_share));
   return Status::ok;
@@ -104,12 +127,24 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
 }
 
 void warn_of_halves(Calibration& c, const Bundle& bundle, const BundleInformation& information,
-                    double distance_m) {
-  c.halves = compare_halves(bundle, information, c.sigma_px, c.seen.samples(), distance_m);
+                    const CalibrateOptions& options, double distance_m) {
+  c.halves = compare_halves(bundle, information, sigma_that_counts(c, options), c.seen.samples(),
+                            distance_m);
   if (c.halves && c.halves->disagree)
     c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
                          " of what their noise explains: the model is too small, or the board is "
                          "bent or moved, and the standard deviations are too small");
+}
+
+void warn_of_field(Calibration& c, const Bundle& bundle, const CalibrateOptions& options) {
+  const ResidualField field = residual_field(bundle, least_sigma(c.sigma_of_corners, options));
+  if (!field.disagree) return;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g px", field.rms_px);
+  c.warnings.push_back("the residuals differ from place to place in the image, by " +
+                       std::string(text) +
+                       " RMS: the model is too small, or the board is bent, and the standard "
+                       "deviations are too small");
 }
 
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
@@ -120,13 +155,15 @@ void fill_projection(Calibration& c, const Bundle& bundle, const BundleInformati
   const UncertainLens lens{bundle.model, c.camera->lens, c.covariance};
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
+  if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
   for (std::string& gap : c.seen.gaps()) c.warnings.push_back(std::move(gap));
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
   for (const double distance : distances)
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
-  if (information) warn_of_halves(c, bundle, *information, near_m);
+  warn_of_field(c, bundle, options);
+  if (information) warn_of_halves(c, bundle, *information, options, near_m);
 }
 
 // The bend of the board: part of the answer where it was asked for, else a warning where the
@@ -137,7 +174,10 @@ void fill_warp(Calibration& c, const BundleInformation& information,
   if (!warp) return;
   if (options.board_warp) {
     c.board_warp = warp;
-  } else if (warp->chi_square > kBentChiSquare) {
+    return;
+  }
+  const double share = c.sigma_px / sigma_that_counts(c, options);
+  if (share * share * warp->chi_square > kBentChiSquare) {
     char text[96];
     std::snprintf(text, sizeof text, "%.2g mm along x and %.2g mm along y", warp->bend_mm.x(),
                   warp->bend_mm.y());
@@ -186,7 +226,7 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   }
   if (board && seen.covariance) fill_warp(c, *information, options);
   fill_views(c, fit, seen.covariance);
-  c.status = judge(c, fit, seen);
+  c.status = judge(c, fit, seen, options);
   fill_projection(c, fit.bundle, information ? &*information : nullptr, options);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;

@@ -7,6 +7,7 @@
 
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/ladder.hpp"
+#include "tagcal/estimate/settle.hpp"
 #include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
@@ -49,30 +50,6 @@ const Rung* lowest_score(const Ladder& ladder) {
     if (stands_for_choice(rung, ladder) && (!best || score(rung, ladder) < score(*best, ladder)))
       best = &rung;
   return best;
-}
-
-// How far two fits of the same corners put them from each other.
-struct Moved {
-  double rms_px = 0;
-  double max_px = 0;
-};
-
-Moved moved(const Bundle& a, const Bundle& b) {
-  const Lens lens_a = a.lens(), lens_b = b.lens();
-  Moved result;
-  int count = 0;
-  for (std::size_t v = 0; v < a.views.size(); ++v) {
-    const auto& corners = a.views[v].correspondences;
-    const auto in_a = residuals_px(corners, lens_a, a.camera_from_target[v]);
-    const auto in_b = residuals_px(corners, lens_b, b.camera_from_target[v]);
-    for (std::size_t i = 0; i < corners.size(); ++i, ++count) {
-      const double d = (in_a[i] - in_b[i]).norm();
-      result.rms_px += d * d;
-      result.max_px = std::max(result.max_px, d);
-    }
-  }
-  result.rms_px = std::sqrt(result.rms_px / std::max(count, 1));
-  return result;
 }
 
 // The region over which, and the distance at which, projections are compared.

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tagcal/estimate/observability.hpp"
+
+namespace tagcal {
+
+// Many free coefficients can talk the information of an estimate into a lens that the same data do
+// not hold: noise makes curvature, and curvature tells of a centre and a focal length. So plain
+// lenses are asked, too:
+//   1. whether one focal length alone is held;
+//   2. where f+c or pinhole explains the corners as well (by BIC), whether that is held, and
+//   3. whether it is within the standard deviations of the estimate: the cost rises by d^2 sigma^2
+//      at d of them, or they say nothing.
+// What these answer where they are not; no value where there is nothing to doubt. First a few of
+// the views: what these do not explain with a plain lens, all of them do not. `covariance`: of the
+// free parameters of the solved bundle.
+std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
+                                                 const Eigen::MatrixXd& covariance, double sigma);
+
+// For a solved bundle of one focal length, whose principal point is taken to be the centre of the
+// image: where the views could not tell it, a sentence that says so and what the focal length would
+// be for another. No value where they could (f+c is held), or for another model.
+std::optional<std::string> assumed_centre(const Bundle& solved, double sigma);
+
+}  // namespace tagcal

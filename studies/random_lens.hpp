@@ -1,0 +1,114 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "worlds.hpp"
+
+// Random lenses of every model of the ladder, and data sets that they made.
+
+namespace tagcal {
+
+inline constexpr std::array<const char*, 8> kModels = {"f",       "f+c",     "pinhole", "radial1",
+                                                       "radial2", "opencv5", "opencv8", "fisheye4"};
+
+// The model that has less; empty for the smallest.
+inline std::string model_below(const std::string& model) {
+  static const std::map<std::string, std::string> below = {
+      {"f+c", "f"},           {"pinhole", "f+c"},     {"radial1", "f+c"},
+      {"radial2", "radial1"}, {"opencv5", "radial2"}, {"opencv8", "opencv5"},
+      {"fisheye4", "opencv5"}};
+  const auto found = below.find(model);
+  return found == below.end() ? "" : found->second;
+}
+
+// `share`: of what the model has beside the one below it.
+inline Lens random_lens(const std::string& model, double share, Random& random) {
+  const double f = random.uniform(700, 1100);
+  if (model == "f") return pinhole(f, f, 639.5, 399.5);
+  const double away = model == "f+c" ? share : 1;
+  const double cx = 639.5 + 15 * away * random.normal(), cy = 399.5 + 15 * away * random.normal();
+  if (model == "f+c") return pinhole(f, f, cx, cy);
+  const double sign = random.uniform() < 0.5 ? -1 : 1;
+  const double aspect = sign * random.uniform(0.002, 0.01);
+  const double fy = f * (1 + (model == "pinhole" ? share : 1) * aspect);
+  if (model == "pinhole") return pinhole(f, fy, cx, cy);
+  const double k1 = random.uniform(-0.3, 0.05), k2 = random.uniform(-0.05, 0.15);
+  if (model == "radial1") return Perspective({f, f, cx, cy, share * k1});
+  if (model == "radial2") return Perspective({f, f, cx, cy, k1, share * k2});
+  const double p1 = 1e-3 * random.normal(), p2 = 1e-3 * random.normal();
+  if (model == "opencv5")
+    return Perspective({f, f * (1 + share * aspect), cx, cy, k1, k2, share * p1, share * p2,
+                        share * random.uniform(-0.05, 0.05)});
+  if (model == "opencv8") {
+    const double k4 = random.uniform(0.2, 0.8), k5 = random.uniform(0, 0.2);
+    return Perspective({0.6 * f, 0.6 * fy, cx, cy, k4 - random.uniform(0.1, 0.3), k5, p1, p2, 0.01,
+                        k4, k5, random.uniform(0, 0.03)});
+  }
+  return Fisheye({0.45 * f, 0.45 * fy, cx, cy, random.uniform(-0.03, 0.03),
+                  random.uniform(-0.01, 0.01), 0.002, -0.0005});
+}
+
+// A lens and its views, by a seed: 6 to 20 of them, noise 0.05 to 0.5 px.
+struct LensWorld {
+  explicit LensWorld(std::uint64_t world_seed, bool small_steps = false)
+      : seed(world_seed), random(2026, world_seed), lens(pinhole(900, 900, 639.5, 399.5)) {
+    model = kModels[random.index(kModels.size())];
+    options.num_views = 6 + static_cast<int>(random.index(15));
+    options.sigma_px = random.uniform(0.05, 0.5);
+    // Down to a hundredth, in equal shares of every size.
+    const double share = small_steps ? std::pow(10.0, random.uniform(-2, 0)) : 1;
+    lens = random_lens(model, share, random);
+    const bool wide = model == "fisheye4" || model == "opencv8";
+    options.min_distance_m = wide ? 0.35 : 0.6;
+    options.max_distance_m = wide ? 0.8 : 1.2;
+  }
+
+  Dataset make() const { return make_world(lens, seed, options); }
+
+  // Whether the model below visibly fails: some corner moves by more than 0.3 px, and by more than
+  // five posterior standard deviations can be: then the sum of squares grows by 25 sigma^2 at least
+  // (Cauchy-Schwarz).
+  bool needs_model(const Dataset& set) const;
+
+  std::uint64_t seed;
+  Random random;
+  std::string model;
+  WorldOptions options;
+  Lens lens;
+};
+
+inline double largest_move(const Dataset& set, const Calibration& a, const Calibration& b) {
+  const auto points = points_in_world(set.boards);
+  double largest = 0;
+  for (const CalibratedView& in_a : a.views) {
+    for (const CalibratedView& in_b : b.views) {
+      if (in_a.image != in_b.image) continue;
+      for (const auto& [id, x] : points) {
+        const auto p = project(a.camera->lens, in_a.camera_from_world * x);
+        const auto q = project(b.camera->lens, in_b.camera_from_world * x);
+        if (!p || !q || !contains(set.image_size, *p)) continue;
+        largest = std::max(largest, (*p - *q).norm());
+      }
+    }
+  }
+  return largest;
+}
+
+inline bool LensWorld::needs_model(const Dataset& set) const {
+  CalibrateOptions asked;
+  asked.reject_outliers = false;
+  asked.model = model_below(model);
+  if (asked.model.empty()) return true;
+  const Calibration small = calibrate(set, asked);
+  asked.model = model;
+  const Calibration large = calibrate(set, asked);
+  if (large.status != Status::ok || !small.camera) return false;
+  const double gain = small.num_corners * small.rms_px * small.rms_px -
+                      large.num_corners * large.rms_px * large.rms_px;
+  return largest_move(set, large, small) > 0.3 && gain > 25 * options.sigma_px * options.sigma_px;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,112 @@
+// What a calibration says of itself: answers, refusals and warnings with reason.
+
+#include <gtest/gtest.h>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+CalibrateOptions with_model(const std::string& model, double sigma_px = 0) {
+  CalibrateOptions options;
+  options.model = model;
+  options.sigma_px = sigma_px;
+  return options;
+}
+
+// Without distortion the rational lens' coefficients stand for each other, and no projection knows.
+TEST(Honesty, CoefficientsThatTradeAreNoReasonToRefuse) {
+  WorldOptions options;
+  options.num_views = 5;
+  const Lens lens = pinhole(900, 900, 639.5, 399.5);
+  for (const double sigma : {0.0, 0.2}) {
+    options.sigma_px = sigma;
+    for (int seed = 1; seed <= 3; ++seed) {
+      const Calibration c = calibrate(make_world(lens, seed, options), with_model("opencv8", 0.2));
+      ASSERT_EQ(c.status, Status::ok) << sigma << " " << seed;
+      EXPECT_NEAR(parameters(c.camera->lens)[0], 900, 4 * c.sigmas[0] + 1e-6);
+      EXPECT_LT(c.projection.at(0).region_px, 1);
+      EXPECT_NE(c.warnings.at(0).find("trade with one another"), std::string::npos);
+    }
+  }
+}
+
+// Noise looks like curvature, and curvature would tell of the centre and the focal length.
+TEST(Honesty, NoiseDoesNotTellOfALens) {
+  WorldOptions one, frontal;
+  one.num_views = 1;
+  one.min_tilt_deg = 30;
+  frontal.num_views = 3;
+  frontal.max_tilt_deg = 0;
+  const Lens lens = pinhole(900, 900, 639.5, 399.5);
+  for (int seed = 1; seed <= 4; ++seed) {
+    for (const char* model : {"f+c", "opencv5", "opencv8", "fisheye4"}) {
+      EXPECT_FALSE(is_answer(calibrate(make_world(lens, seed, one), with_model(model)).status))
+          << model << " " << seed;
+      EXPECT_FALSE(is_answer(calibrate(make_world(lens, seed, frontal), with_model(model)).status))
+          << model << " " << seed;
+    }
+    EXPECT_EQ(calibrate(make_world(lens, seed, one), with_model("f")).status, Status::ok);
+  }
+}
+
+// What is left of exact corners are digits: two micrometres of bend in them is no news.
+TEST(Honesty, ExactCornersAreNotWarnedOf) {
+  WorldOptions options;
+  options.num_views = 12;
+  const auto warnings = [&](double bend_m, double sigma_px) {
+    options.sigma_px = sigma_px;
+    Dataset world = make_world(opencv5_lens(), 2, options);
+    std::map<CornerId, Eigen::Vector3d> points = points_in_world(world.boards);
+    Random random(9);
+    for (View& view : world.views) {
+      const Pose& pose = world.truth->camera_from_world.at(view.image);
+      for (Observation& o : view.observations) {
+        Eigen::Vector3d x = points.at(o.id);
+        x.z() += bend_m * (1 - std::pow(x.x() / 0.33 - 1, 2));
+        o.pixel = project(opencv5_lens(), pose * x).value() +
+                  sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+      }
+    }
+    std::string all;
+    for (const std::string& warning : calibrate(world, with_model("opencv5")).warnings)
+      all += warning + "; ";
+    return all;
+  };
+  EXPECT_EQ(warnings(2e-6, 0.0001).find("bent"), std::string::npos) << warnings(2e-6, 0.0001);
+  EXPECT_NE(warnings(1e-3, 0.03).find("bent"), std::string::npos);
+}
+
+// Strong barrel distortion, nothing rejected: from the pinhole the solver runs into the fold.
+TEST(Honesty, AFoldIsNoMinimum) {
+  const Lens lens = Perspective({744, 744, 655, 398, -0.267, -0.0067});
+  CalibrateOptions options = with_model("radial2");
+  options.reject_outliers = false;
+  WorldOptions near;
+  near.min_distance_m = 0.6;
+  near.max_distance_m = 1.2;
+  for (int seed = 1; seed <= 5; ++seed) {
+    const Calibration c = calibrate(make_world(lens, seed, near), options);
+    ASSERT_EQ(c.status, Status::ok) << seed;
+    EXPECT_NEAR(c.sigma_px, near.sigma_px, 0.02) << seed;
+  }
+}
+
+TEST(Honesty, AnAssumedCentreIsSaid) {
+  const auto said = [](int num_views) {
+    WorldOptions options;
+    options.num_views = num_views;
+    options.min_tilt_deg = 30;
+    const Dataset world = make_world(pinhole(900, 900, 639.5, 399.5), 2, options);
+    int count = 0;
+    for (const std::string& warning : calibrate(world, with_model("f")).warnings)
+      count += warning.find("taken to be the centre") != std::string::npos;
+    return count;
+  };
+  EXPECT_EQ(said(1), 1);
+  EXPECT_EQ(said(5), 0);
+}
+
+}  // namespace
+}  // namespace tagcal
