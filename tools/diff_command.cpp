@@ -92,12 +92,13 @@ Json difference_json(const LensDifference& d) {
           {"difference_px", grid_json(d)}};
 }
 
-std::string difference_text(const LensDifference& d) {
+// `where`: what the samples are, 18 characters.
+std::string difference_text(const LensDifference& d, const char* where) {
   const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
   const Eigen::Vector3d move = 1000 * d.b_from_a.translation();
   const WholeImage whole = whole_image(d);
-  std::string text = fmt::format("at {}\n  where corners were  {:.4f} px rms, {:.4f} px at most\n",
-                                 distance_text(d.distance_m), d.rms_px, d.max_px);
+  std::string text = fmt::format("at {}\n  {}  {:.4f} px rms, {:.4f} px at most\n",
+                                 distance_text(d.distance_m), where, d.rms_px, d.max_px);
   text += fmt::format("  whole image         {:.4f} px at most{}\n", whole.max_px,
                       whole.without_value == 0
                           ? ""
@@ -123,6 +124,9 @@ int run(const Arguments& arguments) {
   const CalibrationFile b = read_calibration(arguments.b);
   const std::vector<Vector2d> samples =
       arguments.whole_image ? ImageGrid{a.camera.image_size, 33, 21}.pixels() : common_region(a, b);
+  const bool region_known = !a.seen.hull().empty() || !b.seen.hull().empty();
+  const char* const where =
+      region_known && !arguments.whole_image ? "where corners were" : "over all the image";
   Json list = Json::array();
   std::string text;
   for (const double distance : {kInfinitelyFar, arguments.near_m}) {
@@ -131,7 +135,7 @@ int run(const Arguments& arguments) {
       throw Error(fmt::format("{}, {}: have too little of the image in common to compare",
                               arguments.a, arguments.b));
     list.push_back(difference_json(*d));
-    text += difference_text(*d);
+    text += difference_text(*d, where);
   }
   const Json answer = {{"a", arguments.a}, {"b", arguments.b}, {"differences", list}};
   print_result(arguments.json ? answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"

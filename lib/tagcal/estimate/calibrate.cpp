@@ -81,6 +81,30 @@ bool is_auto(const CalibrateOptions& options) {
   return options.model.empty() || options.model == "auto";
 }
 
+Calibration calibrate_input(const CalibrationInput& input, const CalibrateOptions& options,
+                            const FlatBoard* board) {
+  if (is_auto(options)) return calibrate_auto(input, options, board);
+  return calibrate_model(Model::named(options.model), input, options, board);
+}
+
+Calibration calibrate_bent(const Dataset& dataset, const CalibrateOptions& options,
+                           const FlatBoard& board) {
+  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
+  const Eigen::Vector2d bent_m = unbend(input, board, options);
+  Calibration c = calibrate_input(input, options, &board);
+  if (c.board_warp) c.board_warp->bend_mm += 1e3 * bent_m;
+  if (!is_auto(options) || !is_answer(c.status) || c.model == "weak") return c;
+  // The choice was made on the board as the largest model bends it: the chosen one bends it its
+  // way.
+  CalibrateOptions chosen = options;
+  chosen.model = c.model;
+  Calibration own = calibrate_bent(dataset, chosen, board);
+  if (!is_answer(own.status)) return c;
+  own.steps = std::move(c.steps);
+  own.bic = c.bic;  // on the board of `steps`
+  return own;
+}
+
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
@@ -95,14 +119,10 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   check_options(options);
   const std::optional<FlatBoard> board = flat_board(dataset);
   if (options.board_warp && !board) throw Error("board_warp: needs one board, and a flat one");
-  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
-  const FlatBoard* flat = board ? &*board : nullptr;
-  const Eigen::Vector2d bent_m =
-      options.board_warp ? unbend(input, *board, options) : Eigen::Vector2d(0, 0);
-  Calibration result = is_auto(options)
-                           ? calibrate_auto(input, options, flat)
-                           : calibrate_model(Model::named(options.model), input, options, flat);
-  if (result.board_warp) result.board_warp->bend_mm += 1e3 * bent_m;
+  Calibration result = options.board_warp
+                           ? calibrate_bent(dataset, options, *board)
+                           : calibrate_input(calibration_input(dataset, options.sigma_px > 0),
+                                             options, board ? &*board : nullptr);
   result.seconds.total = seconds_since(begin);
   return result;
 }

@@ -14,20 +14,26 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr std::size_t kFewest = 6;  // samples
+
 std::optional<Correspondence> point_at(const Lens& lens, const Vector2d& pixel, double distance_m) {
   const std::optional<Ray> ray = ray_in_camera(lens, pixel);
   if (!ray) return std::nullopt;
   return Correspondence{(std::isfinite(distance_m) ? distance_m : 1.0) * ray->direction, pixel};
 }
 
-// The rotation that fits best, by Gauss-Newton: the residuals are nearly linear in it.
-std::optional<Pose> best_rotation(const ViewProblem& view, const Lens& lens) {
-  const auto rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
-  RowMajor6 jacobian(rows, 6);
-  Eigen::VectorXd residuals(rows);
-  Eigen::Map<RowMajor6> by_step(jacobian.data(), rows, 6);
+// The rotation that fits best, by Gauss-Newton: the residuals are nearly linear in it. Points at
+// the border of what the lens sees that a turn takes out of it are left out of the view.
+std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
   Pose pose;
   for (int i = 0; i < 50; ++i) {
+    std::erase_if(view.correspondences,
+                  [&](const Correspondence& c) { return !in_domain(lens, pose * c.point); });
+    if (view.correspondences.size() < kFewest) return std::nullopt;
+    const auto rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
+    RowMajor6 jacobian(rows, 6);
+    Eigen::VectorXd residuals(rows);
+    Eigen::Map<RowMajor6> by_step(jacobian.data(), rows, 6);
     ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals.data(), rows), &by_step,
                               nullptr};
     if (!reprojection(view, lens, {}, PoseStep{pose, 1.0}, Vector6d::Zero(), output))
@@ -42,7 +48,7 @@ std::optional<Pose> best_rotation(const ViewProblem& view, const Lens& lens) {
   return pose;
 }
 
-std::optional<Pose> best_pose(const ViewProblem& view, const Lens& lens, double distance_m) {
+std::optional<Pose> best_pose(ViewProblem& view, const Lens& lens, double distance_m) {
   const std::optional<Pose> turned = best_rotation(view, lens);
   if (!turned || !std::isfinite(distance_m)) return turned;
   // From a start at some distance, so that the solver's unit of length is that of the points.
@@ -83,7 +89,6 @@ std::optional<LensDifference> lens_difference(const Camera& a, const Camera& b,
     const auto c = point_at(a.lens, pixel, distance_m);
     if (c && in_domain(b.lens, c->point)) view.correspondences.push_back(*c);
   }
-  if (view.correspondences.size() < 6) return std::nullopt;
   const std::optional<Pose> pose = best_pose(view, b.lens, distance_m);
   if (!pose) return std::nullopt;
   LensDifference d{distance_m, *pose, {a.image_size}, {}, {}, 0, 0};

@@ -1,0 +1,226 @@
+// Corners of real cameras, collected by others (tests/data/real_corners, docs/real_corners.md),
+// against the answers that others published and against mrcal's on the same corners.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/dataset_file.hpp"
+
+namespace tagcal {
+namespace {
+
+std::filesystem::path folder(const std::string& set) {
+  return std::filesystem::path(TAGCAL_SOURCE_DIR) / "tests/data/real_corners" / set;
+}
+
+Calibration calibrated(const std::string& set, const CalibrateOptions& options) {
+  return calibrate(read_dataset(folder(set)).dataset, options);
+}
+
+CalibrateOptions with_model(std::string model) {
+  CalibrateOptions options;
+  options.model = std::move(model);
+  return options;
+}
+
+Camera answer(const std::string& set, const std::string& file) {
+  return read_calibration(folder(set) / file).camera;
+}
+
+// RMS over the region that the corners of `ours` cover; a huge number where there is none.
+double difference_px(const Camera& theirs, const Calibration& ours, double distance_m) {
+  const auto d = lens_difference(theirs, *ours.camera, ours.seen.samples(), distance_m);
+  return d ? d->rms_px : 1e9;
+}
+
+// Of the length of a difference, where `projection` gives it per coordinate.
+double predicted_px(const Calibration& c) {
+  return std::sqrt(2.0) * c.projection.front().region_px;
+}
+
+// mrcal's own standard deviation of the projection at infinity (`rms-stdev`, per coordinate, RMS
+// over the corners) beside its answer, see the README of each set.
+struct Witness {
+  std::string set;
+  double mrcal_sigma_px = 0;
+};
+
+const std::vector<Witness>& witnesses() {
+  static const std::vector<Witness> sets = {{"bouguet_left", 0.1441},
+                                            {"bouguet_right", 0.1436},
+                                            {"opencv_left", 0.1325},
+                                            {"euroc_cam0", 0.2101},
+                                            {"visp_circles", 0.4647}};
+  return sets;
+}
+
+TEST(RealCorners, SameCornersGiveTheAnswerOfMrcal) {
+  for (const Witness& w : witnesses()) {
+    const Calibration c = calibrated(w.set, with_model("opencv5"));
+    ASSERT_EQ(c.status, Status::ok) << w.set;
+    EXPECT_LT(difference_px(answer(w.set, "mrcal.yaml"), c, kInfinitelyFar), 0.5 * w.mrcal_sigma_px)
+        << w.set;
+    // The two predict their noise on different paths (mrcal's moves the boards along): same order.
+    EXPECT_GT(c.projection.front().region_px, 0.3 * w.mrcal_sigma_px) << w.set;
+    EXPECT_LT(c.projection.front().region_px, 1.5 * w.mrcal_sigma_px) << w.set;
+  }
+}
+
+// Where neither drops a corner, f and c too: half a pixel in the convention would show.
+TEST(RealCorners, SameCornersGiveTheParametersOfMrcal) {
+  for (const std::string set : {"bouguet_left", "bouguet_right"}) {
+    const Calibration c = calibrated(set, with_model("opencv5"));
+    EXPECT_TRUE(c.outliers.empty()) << set;
+    const Camera camera = answer(set, "mrcal.yaml");
+    const auto mrcal = parameters(camera.lens);
+    const auto ours = parameters(c.camera->lens);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_LT(std::abs(ours[i] - mrcal[i]), 0.1 * c.sigmas[i]) << set << " " << i;
+  }
+}
+
+// Bouguet's toolbox and ViSP found their own corners in the same pictures: two deviations of ours.
+TEST(RealCorners, PublishedAnswersAreMetWithinTwoDeviations) {
+  for (const std::string set : {"bouguet_left", "bouguet_right", "visp_circles"}) {
+    const Calibration c = calibrated(set, with_model("opencv5"));
+    ASSERT_EQ(c.status, Status::ok) << set;
+    EXPECT_LT(difference_px(answer(set, "published.yaml"), c, kInfinitelyFar), 2 * predicted_px(c))
+        << set;
+  }
+}
+
+TEST(RealCorners, BouguetsFocalLengthAndCentreAreMetWithinThreeSigma) {
+  for (const std::string set : {"bouguet_left", "bouguet_right"}) {
+    const Calibration c = calibrated(set, with_model("opencv5"));
+    const Camera camera = answer(set, "published.yaml");
+    const auto published = parameters(camera.lens);
+    const auto ours = parameters(c.camera->lens);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_LT(std::abs(ours[i] - published[i]), 3 * c.sigmas[i]) << set << " " << i;
+  }
+}
+
+// OpenCV's sample refines corners in a window that at left02 reaches the next ones: some are wrong
+// by up to 6 px, and its published answer stands on them.
+TEST(RealCorners, WrongCornersAreFoundAndWithThemOpencvsAnswer) {
+  CalibrateOptions keep = with_model("opencv5");
+  keep.reject_outliers = false;
+  const Calibration all = calibrated("opencv_left", keep);
+  EXPECT_LT(difference_px(answer("opencv_left", "published.yaml"), all, kInfinitelyFar),
+            2 * predicted_px(all));
+
+  const Calibration robust = calibrated("opencv_left", with_model("opencv5"));
+  EXPECT_LT(difference_px(answer("bouguet_left", "published.yaml"), robust, kInfinitelyFar),
+            2 * predicted_px(robust));
+  EXPECT_GT(difference_px(answer("bouguet_left", "published.yaml"), all, kInfinitelyFar),
+            5 * predicted_px(robust));
+  EXPECT_LE(robust.outliers.size(), 25u);
+  for (const int id : {0, 9, 18, 27, 45})
+    EXPECT_TRUE(std::any_of(robust.outliers.begin(), robust.outliers.end(), [&](const Outlier& o) {
+      return o.image == "left02.jpg" && o.id.tag_id == id && o.residual_px > 3;
+    })) << id;
+}
+
+// The published answer stands on other views, ours on nine of a board that is not flat: the same
+// corners bring mrcal as far from it.
+TEST(RealCorners, EurocIsAsNearToThePublishedAnswerAsMrcal) {
+  const Calibration c = calibrated("euroc_cam0", with_model("opencv5"));
+  const Camera published = answer("euroc_cam0", "published.yaml");
+  Calibration mrcal = c;
+  mrcal.camera = answer("euroc_cam0", "mrcal.yaml");
+  for (const double distance_m : {kInfinitelyFar, 1.0})
+    EXPECT_LT(difference_px(published, c, distance_m),
+              difference_px(published, mrcal, distance_m) + 0.05)
+        << distance_m;
+  for (const Outlier& o : c.outliers) EXPECT_LT(o.residual_px, 1) << o.image << " " << o.id.tag_id;
+}
+
+TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
+  const auto says = [](const Calibration& c, const std::string& text) {
+    return std::any_of(c.warnings.begin(), c.warnings.end(), [&](const std::string& warning) {
+      return warning.find(text) != std::string::npos;
+    });
+  };
+  CalibrateOptions options = with_model("opencv5");
+  const Calibration flat = calibrated("euroc_cam0", options);
+  EXPECT_TRUE(says(flat, "bent board"));
+  EXPECT_TRUE(flat.halves && flat.halves->disagree);
+
+  options.board_warp = true;
+  const Calibration bent = calibrated("euroc_cam0", options);
+  ASSERT_TRUE(bent.board_warp.has_value());
+  const Eigen::Vector2d mrcal_mm(0.89042, 0.19494);  // calobject_warp
+  for (int i = 0; i < 2; ++i)
+    EXPECT_LT(std::abs(bent.board_warp->bend_mm[i] - mrcal_mm[i]), bent.board_warp->sigma_mm[i])
+        << i;
+  EXPECT_FALSE(says(bent, "bent board"));
+}
+
+// Paper is not flat: who follows the warning of it comes nearer to the published answer. (Not so
+// where the noise decides, opencv_left, nor with five views of dots: docs/real_corners.md.)
+TEST(RealCorners, TheBendBringsTheAnswerNearer) {
+  for (const std::string set : {"bouguet_left", "bouguet_right", "euroc_cam0"}) {
+    const Camera published = answer(set, "published.yaml");
+    CalibrateOptions options = with_model("opencv5");
+    const Calibration flat = calibrated(set, options);
+    options.board_warp = true;
+    const Calibration bent = calibrated(set, options);
+    EXPECT_LT(difference_px(published, bent, kInfinitelyFar),
+              0.9 * difference_px(published, flat, kInfinitelyFar))
+        << set;
+  }
+}
+
+// The bend belongs to the model that was chosen, not to the largest one that was tried on the way.
+TEST(RealCorners, AutoBendsTheBoardAsTheModelThatItChooses) {
+  for (const Witness& w : witnesses()) {
+    CalibrateOptions options;
+    options.board_warp = true;
+    const Calibration chosen = calibrated(w.set, options);
+    options.model = chosen.model;
+    const Calibration asked = calibrated(w.set, options);
+    ASSERT_TRUE(chosen.board_warp && asked.board_warp) << w.set;
+    EXPECT_FALSE(chosen.steps.empty()) << w.set;
+    EXPECT_LT((chosen.board_warp->bend_mm - asked.board_warp->bend_mm).norm(), 1e-6) << w.set;
+    EXPECT_LT(difference_px(*asked.camera, chosen, kInfinitelyFar), 1e-6) << w.set;
+  }
+}
+
+// Over the whole image a turn takes some points at its corners out of what the other lens sees.
+TEST(RealCorners, AnswersOfOthersCompareInBothOrders) {
+  const Camera published = answer("euroc_cam0", "published.yaml");
+  const Camera mrcal = answer("euroc_cam0", "mrcal.yaml");
+  const auto samples = ImageGrid{published.image_size, 33, 21}.pixels();
+  for (const double distance_m : {kInfinitelyFar, 1.0}) {
+    const auto there = lens_difference(published, mrcal, samples, distance_m);
+    const auto back = lens_difference(mrcal, published, samples, distance_m);
+    ASSERT_TRUE(there && back) << distance_m;
+    EXPECT_TRUE(std::isfinite(there->rms_px) && std::isfinite(back->rms_px)) << distance_m;
+    // Where the lenses are of use, the one turn undoes the other.
+    EXPECT_LT(log_rotation((there->b_from_a * back->b_from_a).rotation()).norm(), 0.002);
+  }
+}
+
+// Whatever model is chosen: at the board's distance it projects as mrcal's answer does, and a real
+// lens gets its distortion.
+TEST(RealCorners, AutoChoosesALensThatProjectsAlike) {
+  for (const Witness& w : witnesses()) {
+    const Calibration c = calibrated(w.set, {});
+    ASSERT_EQ(c.status, Status::ok) << w.set;
+    const double distance_m = c.projection.back().distance_m;
+    EXPECT_LT(difference_px(answer(w.set, "mrcal.yaml"), c, distance_m), 0.1)
+        << w.set << " " << c.model;
+    for (const std::string poor : {"f", "f+c", "pinhole"}) EXPECT_NE(c.model, poor) << w.set;
+  }
+}
+
+}  // namespace
+}  // namespace tagcal
