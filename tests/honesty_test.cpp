@@ -51,6 +51,26 @@ TEST(Honesty, NoiseDoesNotTellOfALens) {
   }
 }
 
+// Nor do ten views of one pose, each with its own noise: they are as one.
+TEST(Honesty, OnePoseSeenTenTimesIsOneView) {
+  WorldOptions options;
+  options.num_views = 1;
+  options.min_tilt_deg = 30;
+  for (int seed = 1; seed <= 3; ++seed) {
+    Dataset world = make_world(pinhole(900, 900, 639.5, 399.5), seed, options);
+    const Pose pose = world.truth->camera_from_world.at("0.png");
+    Random random(7, static_cast<std::uint64_t>(seed));
+    for (int i = 1; i < 10; ++i) {
+      world.views.push_back(observe(world.truth->camera, pose, target_points(world.boards[0].board),
+                                    options, random));
+      world.views.back().image = std::to_string(i) + ".png";
+    }
+    for (const char* model : {"f+c", "opencv5", "fisheye4"})
+      EXPECT_FALSE(is_answer(calibrate(world, with_model(model)).status)) << model << " " << seed;
+    EXPECT_EQ(calibrate(world, with_model("f")).status, Status::ok);
+  }
+}
+
 // What is left of exact corners are digits: two micrometres of bend in them is no news.
 TEST(Honesty, ExactCornersAreNotWarnedOf) {
   WorldOptions options;
