@@ -20,8 +20,8 @@ struct CalibrateOptions {
   // estimated from the residuals.
   double sigma_px = 0;
   bool reject_outliers = true;
-  bool board_warp = false;   // let the board be bent; needs one flat board
-  int max_iterations = 100;  // of each solve
+  bool board_warp = false;      // let the board be bent; needs one flat board
+  int max_iterations = 100;     // of each solve
   std::size_t num_threads = 1;  // 0: one a core. The answer does not depend on it
   // At which the projection's uncertainty is given, > 0; empty: infinity and the corners' median.
   std::vector<double> distances_m;

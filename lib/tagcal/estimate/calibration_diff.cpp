@@ -30,17 +30,11 @@ std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
     std::erase_if(view.correspondences,
                   [&](const Correspondence& c) { return !in_domain(lens, pose * c.point); });
     if (view.correspondences.size() < kFewest) return std::nullopt;
-    const auto rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
-    RowMajor6 jacobian(rows, 6);
-    Eigen::VectorXd residuals(rows);
-    Eigen::Map<RowMajor6> by_step(jacobian.data(), rows, 6);
-    ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals.data(), rows), &by_step,
-                              nullptr};
-    if (!reprojection(view, lens, {}, PoseStep{pose, 1.0}, Vector6d::Zero(), output))
-      return std::nullopt;
-    const auto by_turn = jacobian.leftCols<3>();
+    const auto r = reprojection(view, lens, {}, pose);
+    if (!r) return std::nullopt;
+    const auto by_turn = r->by_pose.leftCols<3>();
     const Vector3d turn =
-        (by_turn.transpose() * by_turn).ldlt().solve(by_turn.transpose() * residuals);
+        (by_turn.transpose() * by_turn).ldlt().solve(by_turn.transpose() * r->residuals);
     if (!turn.allFinite()) return std::nullopt;
     pose = Pose(exp_rotation(-turn) * pose.rotation(), Vector3d::Zero());
     if (turn.norm() < 1e-13) break;

@@ -29,20 +29,14 @@ Jacobians jacobians(const UncertainLens& lens, std::span<const Vector2d> pixels,
     points.correspondences.push_back({(far ? 1.0 : distance_m) * ray->direction, pixels[i]});
     index.push_back(i);
   }
-  const auto rows = static_cast<Eigen::Index>(2 * index.size());
-  RowMajor6 pose(rows, 6);
-  RowMajorX parameters(rows, lens.model->num_free());
-  Eigen::VectorXd residuals(rows);
-  Eigen::Map<RowMajor6> by_step(pose.data(), rows, 6);
-  Eigen::Map<RowMajorX> by_parameters(parameters.data(), rows, parameters.cols());
-  ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals.data(), rows), &by_step,
-                            &by_parameters};
-  const PoseStep at{Pose(), far ? 1.0 : distance_m};
-  if (!reprojection(points, lens.lens, lens.model->free(), at, Vector6d::Zero(), output)) {
+  auto r = reprojection(points, lens.lens, lens.model->free(), Pose());
+  if (!r) {
     index.clear();
-    return {MatrixXd(0, far ? 3 : 6), MatrixXd(0, parameters.cols())};
+    return {MatrixXd(0, far ? 3 : 6), MatrixXd(0, lens.model->num_free())};
   }
-  return {far ? MatrixXd(pose.leftCols<3>()) : MatrixXd(pose), MatrixXd(parameters)};
+  if (far) return {MatrixXd(r->by_pose.leftCols<3>()), MatrixXd(r->by_parameters)};
+  r->by_pose.rightCols<3>() *= distance_m;  // a length as good as any, near one
+  return {MatrixXd(r->by_pose), MatrixXd(r->by_parameters)};
 }
 
 // What the common pose answers to each parameter: the least squares solution.

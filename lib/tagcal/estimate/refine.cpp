@@ -12,8 +12,20 @@
 namespace tagcal {
 namespace {
 
-// The length in which a pose's translation steps are counted: its distance, so that rotations and
-// translations are alike for the solver and no unit of length is special.
+// The pose that the solver varies, relative to where it began: omega (rad) and tau in units of a
+// length, its distance: rotations and translations are alike for the solver then, and no unit of
+// length is special.
+struct PoseStep {
+  Pose reference;
+  double length = 1;
+
+  Pose at(const Vector6d& step) const {
+    Vector6d scaled = step;
+    scaled.tail<3>() *= length;
+    return retract(reference, scaled);
+  }
+};
+
 PoseStep step_about(const Pose& pose) {
   const double distance = pose.translation().norm();
   return {pose, distance > 0 ? distance : 1.0};

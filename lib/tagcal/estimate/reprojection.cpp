@@ -5,49 +5,12 @@
 #include <limits>
 #include <optional>
 
-namespace tagcal {
-namespace {
+#include "tagcal/camera/batch.hpp"
 
-using Eigen::Matrix3d;
+namespace tagcal {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-template <typename L>
-bool evaluate(const L& lens, const ViewProblem& view, std::span<const FreeParameter> free,
-              const std::pair<Pose, Matrix3d>& pose_and_jacobian, double length,
-              ReprojectionOutput& output) {
-  const auto& [camera_from_target, left] = pose_and_jacobian;
-  const Matrix3d rotation = camera_from_target.rotation_matrix();
-  PointJacobian by_point;
-  typename L::ParameterJacobian by_parameters;
-  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
-    const Correspondence& c = view.correspondences[i];
-    const Vector3d turned = rotation * c.point;
-    const std::optional<Vector2d> pixel = lens.project(
-        turned + camera_from_target.translation(), output.by_step ? &by_point : nullptr,
-        output.by_parameters ? &by_parameters : nullptr);
-    if (!pixel) return false;
-    const Eigen::Index row = 2 * static_cast<Eigen::Index>(i);
-    const Eigen::Matrix2d whitening = view.whitening.empty()
-                                          ? Eigen::Matrix2d(Eigen::Matrix2d::Identity())
-                                          : Eigen::Matrix2d(view.whitening[i]);
-    output.residuals.segment<2>(row) = whitening * (*pixel - c.pixel);
-    if (output.by_step) {
-      const Eigen::Matrix<double, 2, 3> j = whitening * by_point;
-      output.by_step->block<2, 3>(row, 0) = -j * cross_matrix(turned) * left;
-      output.by_step->block<2, 3>(row, 3) = length * j;
-    }
-    if (!output.by_parameters) continue;
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      Vector2d sum = Vector2d::Zero();
-      for (const int index : free[k].lens_parameters) sum += by_parameters.col(index);
-      output.by_parameters->block<2, 1>(row, static_cast<Eigen::Index>(k)) = whitening * sum;
-    }
-  }
-  return true;
-}
-
-}  // namespace
+using Eigen::VectorXd;
 
 Matrix2 whitening_of(const Matrix2& covariance_px2) {
   const Eigen::Matrix2d lower = Eigen::LLT<Eigen::Matrix2d>(covariance_px2).matrixL();
@@ -65,17 +28,33 @@ ViewArrays::ViewArrays(const ViewProblem& view) : whitening_(view.whitening) {
   }
 }
 
-Pose PoseStep::at(const Vector6d& step) const {
-  Vector6d scaled = step;
-  scaled.tail<3>() *= length;
-  return retract(reference, scaled);
-}
-
-bool reprojection(const ViewProblem& view, const Lens& lens, std::span<const FreeParameter> free,
-                  const PoseStep& pose, const Vector6d& step, ReprojectionOutput& output) {
-  const std::pair<Pose, Matrix3d> at(pose.at(step), left_jacobian(step.head<3>()));
-  return std::visit([&](const auto& l) { return evaluate(l, view, free, at, pose.length, output); },
-                    lens);
+std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& lens,
+                                         std::span<const FreeParameter> free,
+                                         const Pose& camera_from_target) {
+  const ViewArrays arrays(view);
+  const ViewPoints seen = arrays.view();
+  const auto n = static_cast<Eigen::Index>(seen.size());
+  Reprojection r{VectorXd(2 * n), RowMajor6(2 * n, 6),
+                 RowMajorX(2 * n, static_cast<Eigen::Index>(free.size()))};
+  std::vector<Vector2d> pixels(seen.size());
+  std::vector<std::uint8_t> valid(seen.size());
+  const auto span_of = [](auto& matrix) {
+    return std::span(matrix.data(), static_cast<std::size_t>(matrix.size()));
+  };
+  if (project_with_jacobians(lens, camera_from_target, seen.points, free,
+                             {pixels, valid, span_of(r.by_pose), span_of(r.by_parameters)}) <
+      seen.size())
+    return std::nullopt;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    r.residuals.segment<2>(2 * i) = pixels[k] - seen.pixels[k];
+    if (seen.whitening.empty()) continue;
+    const Matrix2& w = seen.whitening[k];
+    r.residuals.segment<2>(2 * i) = (w * r.residuals.segment<2>(2 * i)).eval();
+    r.by_pose.middleRows<2>(2 * i) = (w * r.by_pose.middleRows<2>(2 * i)).eval();
+    r.by_parameters.middleRows<2>(2 * i) = (w * r.by_parameters.middleRows<2>(2 * i)).eval();
+  }
+  return r;
 }
 
 double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& residual) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,28 +33,20 @@ class ViewArrays {
 // W with W^T W = covariance^-1. The covariance must be positive definite.
 Matrix2 whitening_of(const Matrix2& covariance_px2);
 
-// The pose that a solver varies, relative to where it began: omega (rad) and tau in units of a
-// length, so that the answer does not depend on the unit of the target. With the reference at the
-// solution the step is zero and the Jacobians are those of `retract`, tau / length.
-struct PoseStep {
-  Pose reference;
-  double length = 1;
-
-  Pose at(const Vector6d& step) const;
-};
-
-// Residuals (2n: projected - observed, whitened) of a view at a step from its reference, with
-// Jacobians by the step (2n x 6) and by the model's free parameters (2n x k); Jacobians may be
-// null. False where a point is outside the lens' domain: there is no residual then.
 using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-struct ReprojectionOutput {
-  Eigen::Map<Eigen::VectorXd> residuals;
-  Eigen::Map<RowMajor6>* by_step = nullptr;
-  Eigen::Map<RowMajorX>* by_parameters = nullptr;
+
+// Residuals (2n: projected - observed) of a view, with Jacobians by (omega, tau) of `retract`
+// (2n x 6) and by a model's free parameters (2n x k), all whitened. No value where a point is
+// outside the lens' domain.
+struct Reprojection {
+  Eigen::VectorXd residuals;
+  RowMajor6 by_pose;
+  RowMajorX by_parameters;
 };
-bool reprojection(const ViewProblem& view, const Lens& lens, std::span<const FreeParameter> free,
-                  const PoseStep& pose, const Vector6d& step, ReprojectionOutput& output);
+std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& lens,
+                                         std::span<const FreeParameter> free,
+                                         const Pose& camera_from_target);
 
 // The squared length of a corner's residual (pixels), whitened; infinite where it has none.
 double whitened_square(const ViewProblem& view, std::size_t i, const Eigen::Vector2d& residual);

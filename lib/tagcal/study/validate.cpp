@@ -54,24 +54,15 @@ Theirs ask_opencv(const Lens& lens, const Pose& pose, const std::vector<cv::Poin
 }
 
 // Our derivatives in OpenCV's order: every lens parameter free, the rotation by the rotation
-// vector.
+// vector. Precondition: all points are in the lens' domain.
 Eigen::MatrixXd our_jacobian(const Lens& lens, const Pose& pose, const ViewProblem& view) {
   std::vector<FreeParameter> free;
   for (std::size_t i = 0; i < parameters(lens).size(); ++i)
     free.push_back({parameter_names(lens)[i], {static_cast<int>(i)}});
-  const auto rows = 2 * static_cast<Eigen::Index>(view.correspondences.size());
-  const auto k = static_cast<Eigen::Index>(free.size());
-  Eigen::VectorXd residuals(rows);
-  RowMajor6 by_pose(rows, 6);
-  RowMajorX by_parameters(rows, k);
-  Eigen::Map<RowMajor6> pose_map(by_pose.data(), rows, 6);
-  Eigen::Map<RowMajorX> parameter_map(by_parameters.data(), rows, k);
-  ReprojectionOutput output{Eigen::Map<Eigen::VectorXd>(residuals.data(), rows), &pose_map,
-                            &parameter_map};
-  reprojection(view, lens, free, PoseStep{pose, 1.0}, Vector6d::Zero(), output);
-  Eigen::MatrixXd all(rows, 6 + k);
-  all << by_pose.leftCols<3>() * left_jacobian(log_rotation(pose.rotation())),
-      by_pose.rightCols<3>(), by_parameters;
+  const Reprojection ours = reprojection(view, lens, free, pose).value();
+  Eigen::MatrixXd all(ours.by_pose.rows(), 6 + ours.by_parameters.cols());
+  all << ours.by_pose.leftCols<3>() * left_jacobian(log_rotation(pose.rotation())),
+      ours.by_pose.rightCols<3>(), ours.by_parameters;
   return all;
 }
 
