@@ -5,6 +5,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/result.hpp"
+#include "tagcal/estimate/wrong_views.hpp"
 
 namespace tagcal {
 namespace {
@@ -22,9 +23,11 @@ Calibration without_answer(const CalibrationInput& input, const std::string& mod
   c.model = model;
   c.warnings = input.warnings;
   const bool any = !input.views.empty();
-  c.status = any ? Status::no_consensus : Status::degenerate;
-  c.warnings.push_back(any ? "in no view do the corners agree on a pose"
-                           : "no view has four corners that are not on a line");
+  c.status = any || !input.dropped.empty() ? Status::no_consensus : Status::degenerate;
+  if (any)
+    c.warnings.emplace_back("in no view do the corners agree on a pose");
+  else if (input.dropped.empty())
+    c.warnings.emplace_back("no view has four corners that are not on a line");
   return c;
 }
 
@@ -37,9 +40,28 @@ void withdraw(Calibration& c, Status status, const std::string& reason) {
   c.board_warp.reset();
 }
 
-Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions& options,
+constexpr int kMostRounds = 4;  // of leaving out what stands out
+
+// A large lens bends to a wrong view, so that this no longer stands out: a smaller one is asked,
+// too, wherever a large one was chosen or more than a few corners were rejected.
+bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
+                         const CalibrateOptions& options) {
+  if (leave_out_what_stands_out(input, chosen, options)) return true;
+  const Model& usual = Model::named("opencv5");
+  const bool large = chosen.bundle.model->num_free() > usual.num_free() ||
+                     chosen.bundle.model->lens_type() == LensType::fisheye;
+  if (!large && 50 * chosen.num_inliers() > 49 * chosen.num_corners) return false;
+  const std::optional<CalibrationFit> fit = fit_model(usual, input, options);
+  return fit && leave_out_what_stands_out(input, *fit, options);
+}
+
+Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,
                            const FlatBoard* board) {
-  const std::optional<ModelChoice> choice = choose_model(input, options);
+  std::optional<ModelChoice> choice = choose_model(input, options);
+  for (int round = 0; choice && options.reject_outliers && round < kMostRounds; ++round) {
+    if (!leave_out_of_choice(input, choice->fit, options)) break;
+    choice = choose_model(input, options);
+  }
   if (!choice) return without_answer(input, "");
   Calibration c =
       choice->weak ? report_weak(*choice, options) : report(choice->fit, options, board);
@@ -80,9 +102,13 @@ void doubt_focal_length(Calibration& c, const CalibrationFit& fit) {
   withdraw(c, seen.status, seen.reason);
 }
 
-Calibration calibrate_model(const Model& model, const CalibrationInput& input,
+Calibration calibrate_model(const Model& model, CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
-  const std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  for (int round = 0; fit && options.reject_outliers && round < kMostRounds; ++round) {
+    if (!leave_out_what_stands_out(input, *fit, options)) break;
+    fit = fit_model(model, input, options);
+  }
   if (!fit) return without_answer(input, std::string(model.name()));
   Calibration c = report(*fit, options, board);
   doubt_focal_length(c, *fit);
@@ -115,6 +141,7 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
                            ? calibrate_auto(input, options, flat)
                            : calibrate_model(Model::named(options.model), input, options, flat);
   if (result.board_warp) result.board_warp->bend_mm += 1e3 * bent_m;
+  result.outliers.insert(result.outliers.end(), input.dropped.begin(), input.dropped.end());
   result.seconds.total = seconds_since(begin);
   return result;
 }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tagcal/estimate/closed_form.hpp"
+#include "tagcal/estimate/wrong_views.hpp"
 
 namespace tagcal {
 namespace {
@@ -242,6 +243,7 @@ CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
       input.warnings.push_back(view.image + ": left out, it repeats " + twin->image);
       continue;
     }
+    if (leave_out_mirrored(prepared, input)) continue;
     input.views.push_back(std::move(prepared));
   }
   return input;
