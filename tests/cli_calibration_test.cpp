@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli_fixture.hpp"
 
@@ -60,6 +61,57 @@ TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
   EXPECT_TRUE(json["advice"]["focal_sigma_now_px"].is_null());
   EXPECT_FALSE(fs::exists(path("straight_camera.yaml")));
   EXPECT_NE(run(set).out.find("the focal length cannot be known"), std::string::npos);
+}
+
+// Of 6 views: tag 5 stuck on the wrong way, 001 mirrored, half a tag of 003 and a corner of 004
+// off.
+TEST_F(Cli, WhatWasLeftOutIsReadable) {
+  const fs::path folder = exact_set("wrong");
+  std::istringstream rows(slurp(folder / "observations_exact.csv"));
+  std::string row, text;
+  std::getline(rows, text);
+  text += '\n';
+  std::size_t num_wrong = 0;
+  while (std::getline(rows, row)) {
+    std::istringstream fields(row);
+    std::string image, tag, corner, x, y;
+    std::getline(fields, image, ',');
+    std::getline(fields, tag, ',');
+    std::getline(fields, corner, ',');
+    std::getline(fields, x, ',');
+    std::getline(fields, y, ',');
+    const bool moved = (image == "003.png" && tag == "2" && corner <= "1") ||
+                       (image == "004.png" && tag == "7" && corner == "3");
+    if (moved) x = std::to_string(std::stod(x) + 25);
+    if (image == "001.png") x = std::to_string(639 - std::stod(x));
+    num_wrong += moved || image == "001.png" || tag == "5";
+    if (tag == "5") corner = std::to_string((std::stoi(corner) + 1) % 4);
+    text += image + "," + tag + "," + corner + "," + x + "," + y + "\n";
+  }
+  spill(folder / "observations_exact.csv", text);
+  const std::string set = "calibrate " + folder.string() + " --model radial1 --sigma-px 0.1";
+  const Outcome outcome = run(set);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const std::string all = std::to_string(num_wrong);
+  for (const std::string& line :
+       {"left out   " + all + " corners in 6 views\n",
+        std::string("  tag 5 in 5 of 5 views, up to "), std::string("  001.png: the whole view, "),
+        std::string("  003.png: 2 corners, tag 2 corner "),
+        std::string("  004.png: tag 7 corner 3 (2"),
+        std::string("001.png: left out, its tags are")})
+    EXPECT_NE(outcome.out.find(line), std::string::npos) << line << "\n" << outcome.out;
+  EXPECT_EQ(outcome.out.find("  000.png: "), std::string::npos) << outcome.out;
+  const Json json = Json::parse(run(set + " --json").out);
+  EXPECT_EQ(json["num_outliers"], num_wrong);
+  ASSERT_EQ(json["outliers"].size(), num_wrong);
+  std::set<std::string> names;
+  for (const Json& o : json["outliers"]) {
+    names.insert(o["image"].get<std::string>() + o["tag_id"].dump() + o["corner"].dump());
+    EXPECT_EQ(o["residual_px"].is_null(), o["image"] == "001.png");
+  }
+  EXPECT_EQ(names.size(), num_wrong);
+  EXPECT_EQ(names.count("004.png73"), 1u);
+  EXPECT_NEAR(json["camera"]["fx"].get<double>(), 520, 1e-3);
 }
 
 TEST_F(Cli, DrawsTheUncertainty) {

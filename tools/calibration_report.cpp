@@ -2,45 +2,22 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string_view>
 #include <vector>
 
+#include "dropped_corners.hpp"
 #include "shown_parameters.hpp"
 #include "uncertainty_picture.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-constexpr std::size_t kOutliersShown = 10;
-
 std::string parameter_line(const Shown& p) {
   if (!std::isfinite(p.value)) return fmt::format("  {:<4} {:>14}\n", p.name, "not known");
   std::string text = fmt::format("  {:<4} {:>14.6f}", p.name, p.value);
   if (p.sigma == 0) return text + "    held\n";
   return text + (std::isfinite(p.sigma) ? fmt::format(" +- {:.6f}\n", p.sigma) : " +- not known\n");
-}
-
-std::string outlier_lines(std::vector<Outlier> outliers) {
-  if (outliers.empty()) return "outliers   none\n";
-  const auto badness = [](const Outlier& o) {  // one that does not project at all is the worst
-    return std::isnan(o.residual_px) ? std::numeric_limits<double>::infinity() : o.residual_px;
-  };
-  std::stable_sort(outliers.begin(), outliers.end(),
-                   [&](const Outlier& a, const Outlier& b) { return badness(a) > badness(b); });
-  std::string text = fmt::format("outliers   {}\n", outliers.size());
-  for (std::size_t i = 0; i < std::min(outliers.size(), kOutliersShown); ++i) {
-    const Outlier& o = outliers[i];
-    const std::string residual =
-        std::isnan(o.residual_px) ? "does not project" : fmt::format("{:.2f} px", o.residual_px);
-    text += fmt::format("  {} tag {} corner {}: {}\n", o.image, o.id.tag_id, o.id.corner, residual);
-  }
-  if (outliers.size() > kOutliersShown) {
-    text += fmt::format("  and {} more\n", outliers.size() - kOutliersShown);
-  }
-  return text;
 }
 
 std::string projection_text(const Calibration& calibration) {
@@ -97,7 +74,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
                         noise_source(calibration));
   }
   text += projection_text(calibration);
-  text += steps_text(calibration.steps) + outlier_lines(calibration.outliers);
+  text += steps_text(calibration.steps) + dropped_corners_text(calibration);
   for (const std::string& warning : calibration.warnings) text += "warning: " + warning + "\n";
   text +=
       fmt::format("time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",
