@@ -63,6 +63,42 @@ TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
   EXPECT_NE(run(set).out.find("the focal length cannot be known"), std::string::npos);
 }
 
+TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
+  const std::string set = "calibrate " + path("set") + " --model weak";
+  const Outcome outcome = run(set + " --json --out " + path("weak.yaml"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["status"], "ok");
+  EXPECT_EQ(json["model"], "weak");
+  EXPECT_TRUE(json["camera"]["fx"].is_null());
+  EXPECT_TRUE(json["sigma"]["fy"].is_null());
+  EXPECT_EQ(json["camera"]["cx"], 319.5);
+  EXPECT_NE(json["warnings"].back().get<std::string>().find("show perspective"), std::string::npos);
+  ASSERT_EQ(json["views"].size(), 6u);
+  for (const Json& view : json["views"]) {
+    EXPECT_NEAR(view["scale_px_per_m"].get<double>(), 1000, 250);  // f 520 px at 0.45 to 0.6 m
+    EXPECT_GT(view["scale_sigma_px_per_m"].get<double>(), 0);
+    EXPECT_EQ(view["translation_m"][2], 0);
+    EXPECT_EQ(view["mirrored"]["translation_m"].size(), 3u);
+    EXPECT_GT(view["covariance"][0][0].get<double>(), 0);
+    EXPECT_TRUE(view["covariance"][5][5].is_null());
+  }
+  const std::string file = slurp(path("weak.yaml"));
+  EXPECT_EQ(file.find("camera_matrix"), std::string::npos);
+  EXPECT_NE(file.find("model: \"weak\""), std::string::npos);
+  EXPECT_NE(file.find("     scale_px_per_m: "), std::string::npos);
+  EXPECT_NE(file.find("     mirrored_rotation: ["), std::string::npos);
+  EXPECT_NE(run(set).out.find("each view its own"), std::string::npos);
+  expect_bad_input("diff " + path("weak.yaml") + " " + path("weak.yaml"),
+                   {"weak.yaml: model", "weak"});
+  expect_bad_input(set + " --board-warp", {"board_warp", "weak"});
+  const Json views =
+      Json::parse(run("calibrate " + path("set") + " --model f+c --json").out)["views"];
+  ASSERT_EQ(views.size(), 6u);
+  EXPECT_FALSE(views[0].contains("scale_px_per_m"));
+  EXPECT_GT(views[0]["translation_m"][2], 0.3);
+}
+
 // Of 6 views: tag 5 stuck on the wrong way, 001 mirrored, half a tag of 003 and a corner of 004
 // off.
 TEST_F(Cli, WhatWasLeftOutIsReadable) {
@@ -126,7 +162,8 @@ TEST_F(Cli, DrawsTheUncertainty) {
   const Json json = Json::parse(run(set + path("u.svg") + " --distance 3 --json").out);
   EXPECT_EQ(json["projection"][1]["distance_m"], 3);
   EXPECT_NE(slurp(path("u.svg")).find("at 3 m"), std::string::npos);
-  expect_bad_input("calibrate " + path("set") + " --model weak", {"weak", "cannot be asked for"});
+  expect_bad_input("calibrate " + path("set") + " --model weak --uncertainty " + path("u.svg"),
+                   {"--uncertainty", "weak"});
   expect_bad_input(set + path("u.jpg"), {"u.jpg", ".svg or .png"});
   EXPECT_FALSE(fs::exists(path("u.jpg")));
 }

@@ -42,6 +42,16 @@ void write_picture(const std::filesystem::path& file, const Calibration& calibra
 
 bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
 
+void check_usage(const Arguments& arguments, bool several) {
+  if (arguments.uncertainty.empty()) return;
+  if (several) {
+    throw Error("--uncertainty: draws one data set (each calibration file holds its grid)");
+  }
+  if (arguments.job.options.model == "weak") {
+    throw Error("--uncertainty: model weak holds no projection to be sure of");
+  }
+}
+
 int run_one(const Arguments& arguments) {
   check_writable(arguments.out);
   check_writable(arguments.uncertainty);
@@ -81,17 +91,15 @@ int run(const Arguments& given) {
   CalibrateOptions& options = arguments.job.options;
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   check_options(options);  // before any work
-  if (!are_data_sets(arguments.job.input)) return run_one(arguments);
-  if (!arguments.uncertainty.empty()) {
-    throw Error("--uncertainty: draws one data set (each calibration file holds its grid)");
-  }
-  return calibrate_many(arguments.job, {arguments.out, arguments.json});
+  const bool several = are_data_sets(arguments.job.input);
+  check_usage(arguments, several);
+  return several ? calibrate_many(arguments.job, {arguments.out, arguments.json})
+                 : run_one(arguments);
 }
 
 std::string model_names() {
   std::string names;
-  for (const Model& model : Model::all())
-    if (model.num_free() > 0) names += fmt::format(", {}", model.name());
+  for (const Model& model : Model::all()) names += fmt::format(", {}", model.name());
   return names.substr(2);
 }
 

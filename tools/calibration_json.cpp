@@ -105,6 +105,39 @@ Json steps_json(const std::vector<ModelStep>& steps) {
   return list;
 }
 
+Json pose_json(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+Json matrix_json(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (const auto& row : matrix.rowwise())
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
+
+Json view_json(const CalibratedView& view) {
+  Json json = {{"image", view.image}};
+  json.update(pose_json(view.camera_from_world));
+  if (view.scale_px_per_m)
+    json.update({{"mirrored", view.mirrored ? pose_json(*view.mirrored) : Json()},
+                 {"scale_px_per_m", *view.scale_px_per_m},
+                 {"scale_sigma_px_per_m", view.scale_sigma_px_per_m},
+                 {"covariance", matrix_json(view.covariance)}});
+  json.update({{"num_corners", view.num_corners}, {"rms_px", view.rms_px}});
+  return json;
+}
+
+// The poses of what is no answer are not known. Those of model weak need no focal length.
+Json views_json(const Calibration& calibration) {
+  Json list = Json::array();
+  if (!is_answer(calibration.status) && calibration.model != "weak") return list;
+  for (const CalibratedView& view : calibration.views) list.push_back(view_json(view));
+  return list;
+}
+
 Json seconds_json(const CalibrationAnswer& answer) {
   const CalibrateSeconds& spent = answer.calibration.seconds;
   return {{"read", answer.seconds.read},
@@ -135,6 +168,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"num_corners", calibration.num_corners},
                {"num_outliers", calibration.outliers.size()},
                {"outliers", outliers_json(calibration.outliers)},
+               {"views", views_json(calibration)},
                {"projection", projection_json(calibration)},
                {"seen_share", known ? Json(calibration.seen.share()) : Json()},
                {"halves", halves_json(calibration.halves)},

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,17 @@ std::string parameter_line(const Shown& p) {
   std::string text = fmt::format("  {:<4} {:>14.6f}", p.name, p.value);
   if (p.sigma == 0) return text + "    held\n";
   return text + (std::isfinite(p.sigma) ? fmt::format(" +- {:.6f}\n", p.sigma) : " +- not known\n");
+}
+
+// Of model weak, what stands for the focal length.
+std::string scales_text(const Calibration& calibration) {
+  std::vector<double> scales;
+  for (const CalibratedView& view : calibration.views)
+    if (view.scale_px_per_m) scales.push_back(*view.scale_px_per_m);
+  if (scales.empty()) return "";
+  const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
+  return fmt::format("scale      {:.3f} to {:.3f} px/m, each view its own (--json lists them)\n",
+                     *least, *most);
 }
 
 std::string projection_text(const Calibration& calibration) {
@@ -73,7 +85,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
     text += fmt::format("noise      {:.4f} px per coordinate ({})\n", calibration.sigma_px,
                         noise_source(calibration));
   }
-  text += projection_text(calibration);
+  text += scales_text(calibration) + projection_text(calibration);
   text += steps_text(calibration.steps) + dropped_corners_text(calibration);
   for (const std::string& warning : calibration.warnings) text += "warning: " + warning + "\n";
   text +=

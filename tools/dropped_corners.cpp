@@ -62,6 +62,10 @@ std::vector<DroppedView> by_view(const Calibration& calibration) {
   return sorted;
 }
 
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 std::string pixels(double residual) {
   return std::isfinite(residual) ? fmt::format("{:.2f} px", residual) : "does not project";
 }
@@ -127,9 +131,8 @@ std::string take_wrong_tags(std::vector<DroppedView>& views, std::size_t num_tak
 std::string dropped_corners_text(const Calibration& calibration) {
   if (calibration.outliers.empty()) return "left out   none\n";
   std::vector<DroppedView> views = by_view(calibration);
-  std::string text =
-      fmt::format("left out   {} corner{} in {} view{}\n", calibration.outliers.size(),
-                  calibration.outliers.size() == 1 ? "" : "s", views.size());
+  std::string text = "left out   " + counted(calibration.outliers.size(), "corner") + " in " +
+                     counted(views.size(), "view") + "\n";
   text += take_wrong_tags(views, calibration.views.size());
   for (std::size_t i = 0; i < std::min(views.size(), kMostLines); ++i) text += view_text(views[i]);
   if (views.size() > kMostLines) {

@@ -5,6 +5,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/result.hpp"
+#include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/wrong_views.hpp"
 
 namespace tagcal {
@@ -40,6 +41,14 @@ void withdraw(Calibration& c, Status status, const std::string& reason) {
   c.board_warp.reset();
 }
 
+bool is_weak(const Model& model) { return model.lens_type() == LensType::parallel; }
+
+Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions& options) {
+  const std::optional<WeakFit> weak = fit_weak(input, options);
+  if (!weak) return without_answer(input, "weak");
+  return report_weak(*weak, options);
+}
+
 constexpr int kMostRounds = 4;  // of leaving out what stands out
 
 // A large lens bends to a wrong view, so that this no longer stands out: a smaller one is asked,
@@ -64,7 +73,7 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
   }
   if (!choice) return without_answer(input, "");
   Calibration c =
-      choice->weak ? report_weak(*choice, options) : report(choice->fit, options, board);
+      choice->weak ? calibrate_weak(input, options) : report(choice->fit, options, board);
   if (is_answer(c.status) && choice->status != Status::ok) {
     withdraw(c, choice->status, choice->reason);
   }
@@ -104,6 +113,7 @@ void doubt_focal_length(Calibration& c, const CalibrationFit& fit) {
 
 Calibration calibrate_model(const Model& model, CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
+  if (is_weak(model)) return calibrate_weak(input, options);
   std::optional<CalibrationFit> fit = fit_model(model, input, options);
   for (int round = 0; fit && options.reject_outliers && round < kMostRounds; ++round) {
     if (!leave_out_what_stands_out(input, *fit, options)) break;
@@ -122,8 +132,8 @@ bool is_auto(const CalibrateOptions& options) {
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
-  if (!is_auto(options) && Model::named(options.model).lens_type() == LensType::parallel)
-    throw Error("model: weak is an answer for what holds no focal length; it cannot be asked for");
+  if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
+    throw Error("board_warp: model weak holds no perspective that would show a bent board");
   for (const double distance : options.distances_m)
     if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + std::to_string(distance));
 }
