@@ -64,7 +64,8 @@ TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
 }
 
 TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
-  const std::string set = "calibrate " + path("set") + " --model weak";
+  const std::string exact = "calibrate " + exact_set("exact").string() + " --model ";
+  const std::string set = exact + "weak";
   const Outcome outcome = run(set + " --json --out " + path("weak.yaml"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   const Json json = Json::parse(outcome.out);
@@ -92,8 +93,7 @@ TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
   expect_bad_input("diff " + path("weak.yaml") + " " + path("weak.yaml"),
                    {"weak.yaml: model", "weak"});
   expect_bad_input(set + " --board-warp", {"board_warp", "weak"});
-  const Json views =
-      Json::parse(run("calibrate " + path("set") + " --model f+c --json").out)["views"];
+  const Json views = Json::parse(run(exact + "f+c --json").out)["views"];
   ASSERT_EQ(views.size(), 6u);
   EXPECT_FALSE(views[0].contains("scale_px_per_m"));
   EXPECT_GT(views[0]["translation_m"][2], 0.3);
