@@ -21,7 +21,7 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
   }
   expect_bad_input("calibrate " + path("set") + " --model opencv6",
                    {"opencv6", "opencv5", "fisheye4"});
-  expect_bad_input("calibrate " + path("set") + " extra", {"extra", "one DATASET"});
+  expect_bad_input("pose " + path("set") + " extra --camera c.yaml", {"extra", "one DATASET"});
   expect_bad_input("calibrate --target " + path("set/target.yaml"), {"required"});
   expect_bad_input("detect " + path("set/images/000.png"), {"000.png", "--target"});
 }

@@ -1,4 +1,5 @@
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli_fixture.hpp"
 
@@ -62,6 +63,93 @@ TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
   EXPECT_NE(run(set).out.find("the focal length cannot be known"), std::string::npos);
 }
 
+TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
+  const std::string exact = "calibrate " + exact_set("exact").string() + " --model ";
+  const std::string set = exact + "weak";
+  const Outcome outcome = run(set + " --json --out " + path("weak.yaml"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["status"], "ok");
+  EXPECT_EQ(json["model"], "weak");
+  EXPECT_TRUE(json["camera"]["fx"].is_null());
+  EXPECT_TRUE(json["sigma"]["fy"].is_null());
+  EXPECT_EQ(json["camera"]["cx"], 319.5);
+  EXPECT_NE(json["warnings"].back().get<std::string>().find("show perspective"), std::string::npos);
+  ASSERT_EQ(json["views"].size(), 6u);
+  for (const Json& view : json["views"]) {
+    EXPECT_NEAR(view["scale_px_per_m"].get<double>(), 1000, 250);  // f 520 px at 0.45 to 0.6 m
+    EXPECT_GT(view["scale_sigma_px_per_m"].get<double>(), 0);
+    EXPECT_EQ(view["translation_m"][2], 0);
+    EXPECT_EQ(view["mirrored"]["translation_m"].size(), 3u);
+    EXPECT_GT(view["covariance"][0][0].get<double>(), 0);
+    EXPECT_TRUE(view["covariance"][5][5].is_null());
+  }
+  const std::string file = slurp(path("weak.yaml"));
+  EXPECT_EQ(file.find("camera_matrix"), std::string::npos);
+  EXPECT_NE(file.find("model: \"weak\""), std::string::npos);
+  EXPECT_NE(file.find("     scale_px_per_m: "), std::string::npos);
+  EXPECT_NE(file.find("     mirrored_rotation: ["), std::string::npos);
+  EXPECT_NE(run(set).out.find("each view its own"), std::string::npos);
+  expect_bad_input("diff " + path("weak.yaml") + " " + path("weak.yaml"),
+                   {"weak.yaml: model", "weak"});
+  expect_bad_input(set + " --board-warp", {"board_warp", "weak"});
+  const Json views = Json::parse(run(exact + "f+c --json").out)["views"];
+  ASSERT_EQ(views.size(), 6u);
+  EXPECT_FALSE(views[0].contains("scale_px_per_m"));
+  EXPECT_GT(views[0]["translation_m"][2], 0.3);
+}
+
+// Of 6 views: tag 5 stuck on the wrong way, 001 mirrored, half a tag of 003 and a corner of 004
+// off.
+TEST_F(Cli, WhatWasLeftOutIsReadable) {
+  const fs::path folder = exact_set("wrong");
+  std::istringstream rows(slurp(folder / "observations_exact.csv"));
+  std::string row, text;
+  std::getline(rows, text);
+  text += '\n';
+  std::size_t num_wrong = 0;
+  while (std::getline(rows, row)) {
+    std::istringstream fields(row);
+    std::string image, tag, corner, x, y;
+    std::getline(fields, image, ',');
+    std::getline(fields, tag, ',');
+    std::getline(fields, corner, ',');
+    std::getline(fields, x, ',');
+    std::getline(fields, y, ',');
+    const bool moved = (image == "003.png" && tag == "2" && corner <= "1") ||
+                       (image == "004.png" && tag == "7" && corner == "3");
+    if (moved) x = std::to_string(std::stod(x) + 25);
+    if (image == "001.png") x = std::to_string(639 - std::stod(x));
+    num_wrong += moved || image == "001.png" || tag == "5";
+    if (tag == "5") corner = std::to_string((std::stoi(corner) + 1) % 4);
+    text += image + "," + tag + "," + corner + "," + x + "," + y + "\n";
+  }
+  spill(folder / "observations_exact.csv", text);
+  const std::string set = "calibrate " + folder.string() + " --model radial1 --sigma-px 0.1";
+  const Outcome outcome = run(set);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const std::string all = std::to_string(num_wrong);
+  for (const std::string& line :
+       {"left out   " + all + " corners in 6 views\n",
+        std::string("  tag 5 in 5 of 5 views, up to "), std::string("  001.png: the whole view, "),
+        std::string("  003.png: 2 corners, tag 2 corner "),
+        std::string("  004.png: tag 7 corner 3 (2"),
+        std::string("001.png: left out, its tags are")})
+    EXPECT_NE(outcome.out.find(line), std::string::npos) << line << "\n" << outcome.out;
+  EXPECT_EQ(outcome.out.find("  000.png: "), std::string::npos) << outcome.out;
+  const Json json = Json::parse(run(set + " --json").out);
+  EXPECT_EQ(json["num_outliers"], num_wrong);
+  ASSERT_EQ(json["outliers"].size(), num_wrong);
+  std::set<std::string> names;
+  for (const Json& o : json["outliers"]) {
+    names.insert(o["image"].get<std::string>() + o["tag_id"].dump() + o["corner"].dump());
+    EXPECT_EQ(o["residual_px"].is_null(), o["image"] == "001.png");
+  }
+  EXPECT_EQ(names.size(), num_wrong);
+  EXPECT_EQ(names.count("004.png73"), 1u);
+  EXPECT_NEAR(json["camera"]["fx"].get<double>(), 520, 1e-3);
+}
+
 TEST_F(Cli, DrawsTheUncertainty) {
   const std::string set = "calibrate " + path("set") + " --model radial1 --uncertainty ";
   ASSERT_EQ(run(set + path("u.svg")).exit_code, 0);
@@ -74,7 +162,8 @@ TEST_F(Cli, DrawsTheUncertainty) {
   const Json json = Json::parse(run(set + path("u.svg") + " --distance 3 --json").out);
   EXPECT_EQ(json["projection"][1]["distance_m"], 3);
   EXPECT_NE(slurp(path("u.svg")).find("at 3 m"), std::string::npos);
-  expect_bad_input("calibrate " + path("set") + " --model weak", {"weak", "cannot be asked for"});
+  expect_bad_input("calibrate " + path("set") + " --model weak --uncertainty " + path("u.svg"),
+                   {"--uncertainty", "weak"});
   expect_bad_input(set + path("u.jpg"), {"u.jpg", ".svg or .png"});
   EXPECT_FALSE(fs::exists(path("u.jpg")));
 }

@@ -1,15 +1,15 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "arguments.hpp"
+#include "calibrate_many.hpp"
 #include "calibration_report.hpp"
 #include "commands.hpp"
-#include "input.hpp"
-#include "progress.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
@@ -21,13 +21,10 @@ namespace tagcal::tools {
 namespace {
 
 struct Arguments {
-  InputArguments input;
-  CalibrateOptions options;
+  CalibrationJob job;
   std::string out;
   std::string uncertainty;  // a picture
   double near_m = 0;        // 0: the corners' median
-  int threads = 0;
-  bool advise = false;
   bool json = false;
 };
 
@@ -45,37 +42,34 @@ void write_picture(const std::filesystem::path& file, const Calibration& calibra
 
 bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
 
-int run(const Arguments& arguments) {
-  const Stopwatch watch;
-  check_options(arguments.options);  // before any work
+void check_usage(const Arguments& arguments, bool several) {
+  if (arguments.uncertainty.empty()) return;
+  if (several) {
+    throw Error("--uncertainty: draws one data set (each calibration file holds its grid)");
+  }
+  if (arguments.job.options.model == "weak") {
+    throw Error("--uncertainty: model weak holds no projection to be sure of");
+  }
+}
+
+int run_one(const Arguments& arguments) {
   check_writable(arguments.out);
   check_writable(arguments.uncertainty);
   check_picture(arguments.uncertainty);
-  Input input = read_input(arguments.input);
-  need_views(input, arguments.threads);
-  CommandSeconds seconds;
-  seconds.read = watch.seconds();
-  Calibration calibration;
-  {
-    const Progress progress("calibrating");
-    CalibrateOptions options = arguments.options;
-    if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
-    calibration = calibrate(input.dataset, options);
-  }
-  calibration.warnings.insert(calibration.warnings.begin(), input.warnings.begin(),
-                              input.warnings.end());
+  const CalibrationAnswer answer = run_job(arguments.job);
+  const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
   if (answered && !arguments.out.empty()) {
     write_whole(arguments.out, calibration_yaml(calibration));
   }
   if (answered && !arguments.uncertainty.empty()) write_picture(arguments.uncertainty, calibration);
-  const std::optional<AdvisedView> advice =
-      arguments.advise ? advise(input.dataset, calibration) : std::nullopt;
-  seconds.total = watch.seconds();
-  print_result(arguments.json
-                   ? calibration_json(calibration, seconds, advice)
-                   : calibration_summary(calibration, seconds, is_auto(arguments.options.model)) +
-                         advice_text(advice, arguments.advise));
+  std::string text = arguments.json
+                         ? calibration_json(answer)
+                         : calibration_summary(answer, is_auto(arguments.job.options.model));
+  if (arguments.job.advise && !arguments.json) {
+    text += fmt::format("next view  {}\n", advice_sentence(answer.advice));
+  }
+  print_result(text);
   if (!answered && !arguments.out.empty()) {
     fmt::print(stderr, "tagcal: {}: not written, there is no answer\n", arguments.out);
   }
@@ -85,10 +79,27 @@ int run(const Arguments& arguments) {
   return answered ? kAnswer : kNoAnswer;
 }
 
+// Several pictures need a target; anything else of which there are several is a data set each.
+bool are_data_sets(const InputArguments& input) {
+  return input.target.empty() && input.inputs.size() > 1 &&
+         !std::ranges::all_of(
+             input.inputs, [](const auto& path) { return std::filesystem::is_regular_file(path); });
+}
+
+int run(const Arguments& given) {
+  Arguments arguments = given;
+  CalibrateOptions& options = arguments.job.options;
+  if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
+  check_options(options);  // before any work
+  const bool several = are_data_sets(arguments.job.input);
+  check_usage(arguments, several);
+  return several ? calibrate_many(arguments.job, {arguments.out, arguments.json})
+                 : run_one(arguments);
+}
+
 std::string model_names() {
   std::string names;
-  for (const Model& model : Model::all())
-    if (model.num_free() > 0) names += fmt::format(", {}", model.name());
+  for (const Model& model : Model::all()) names += fmt::format(", {}", model.name());
   return names.substr(2);
 }
 
@@ -97,15 +108,18 @@ std::string model_names() {
 Command add_calibrate(CLI::App& app) {
   CLI::App* command = app.add_subcommand("calibrate", "the camera and its standard deviations");
   const auto arguments = std::make_shared<Arguments>();
-  add_input(*command, arguments->input);
-  add_observations(*command, arguments->input);
-  command->add_option("--model", arguments->options.model, "auto, " + model_names())
+  add_input(*command, arguments->job.input);
+  add_observations(*command, arguments->job.input);
+  command->add_option("--model", arguments->job.options.model, "auto, " + model_names())
       ->option_text("M");
-  add_positive(*command, "--sigma-px", arguments->options.sigma_px,
+  add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; without it, each corner's own where the file "
                "says it, else from the residuals");
-  command->add_option("--out", arguments->out, "file for the camera, where there is an answer")
-      ->option_text("FILE");
+  command
+      ->add_option("--out", arguments->out,
+                   "file for the camera, where there is an answer; of several data sets a "
+                   "folder, with one file each")
+      ->option_text("FILE|DIR");
   command
       ->add_option("--uncertainty", arguments->uncertainty,
                    "picture of the projection's uncertainty over the image, .svg or .png")
@@ -113,15 +127,18 @@ Command add_calibrate(CLI::App& app) {
   add_positive(*command, "--distance", arguments->near_m,
                "in metres, at which the uncertainty is given beside infinity; without it, the "
                "corners' median");
-  command->add_flag("--board-warp", arguments->options.board_warp,
+  command->add_flag("--board-warp", arguments->job.options.board_warp,
                     "let the board be bent, by two parameters; needs one flat board");
-  command->add_flag("--advise", arguments->advise,
+  command->add_flag("--advise", arguments->job.advise,
                     "the next view that would teach most, and what to expect of it");
-  command->add_flag("--json", arguments->json, "one JSON object on stdout");
-  add_threads(*command, arguments->threads);
+  command->add_flag("--json", arguments->json,
+                    "one JSON object on stdout; of several data sets an array of them");
+  add_threads(*command, arguments->job.threads)
+      ->description("data sets, or the pictures of one, worked on side by side; 0: one per core");
   command->footer(
       "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
-      "         tagcal calibrate --target board.yaml photos/*.jpg --json");
+      "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"
+      "         tagcal calibrate left right rear --out cameras");
   return {command, [arguments] { return run(*arguments); }};
 }
 

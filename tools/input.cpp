@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "progress.hpp"
@@ -117,7 +118,7 @@ void check_image_size(const ImageSize& size, const std::string& file, const Inpu
                           expected.height, input.name, size.width, size.height));
 }
 
-void detect_views(Input& input, int threads) {
+void detect_views(Input& input, int threads, bool shows_progress) {
   if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
   const auto& boards = input.dataset.boards;
   if (std::all_of(boards.begin(), boards.end(),
@@ -126,19 +127,21 @@ void detect_views(Input& input, int threads) {
   }
   DetectOptions options;
   options.threads = threads;
-  Progress progress("detecting", static_cast<int>(input.images.size()));
-  DetectResult result =
-      detect_all(input.images, boards, options, [&](int done, int) { progress.update(done); });
+  std::optional<Progress> progress;
+  if (shows_progress) progress.emplace("detecting", static_cast<int>(input.images.size()));
+  DetectResult result = detect_all(input.images, boards, options, [&](int done, int) {
+    if (progress) progress->update(done);
+  });
   input.dataset.views = std::move(result.views);
   input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
 }
 
-void find_views(Input& input, int threads) {
-  if (input.observations.empty()) detect_views(input, threads);
+void find_views(Input& input, int threads, bool shows_progress) {
+  if (input.observations.empty()) detect_views(input, threads, shows_progress);
 }
 
-void need_views(Input& input, int threads) {
-  find_views(input, threads);
+void need_views(Input& input, int threads, bool shows_progress) {
+  find_views(input, threads, shows_progress);
   const int corners = num_corners(input.dataset.views);
   if (corners < kMinCorners) {
     throw Error(fmt::format("{}: must have {} corners or more in all, got {}",

@@ -39,13 +39,13 @@ void check_image_size(const ImageSize& size, const std::string& file, const Inpu
 
 // Fills in the views by detection, with progress on stderr; the detector's warnings come along.
 // Throws Error without pictures, and without tags that could stand in them.
-void detect_views(Input& input, int threads);
+void detect_views(Input& input, int threads, bool shows_progress = true);
 
 // Views by detection where no observations were read.
-void find_views(Input& input, int threads);
+void find_views(Input& input, int threads, bool shows_progress = true);
 
 // The same for a calibration: throws Error for fewer than 12 corners in all.
-void need_views(Input& input, int threads);
+void need_views(Input& input, int threads, bool shows_progress = true);
 
 // Throws Error where a file could not be written for a plain reason (a folder of that name, no
 // folder to hold it), before any work is done for it.

@@ -7,15 +7,6 @@
 namespace tagcal {
 namespace {
 
-// The variance of a coordinate, whatever less than half of the residuals are: the median of a
-// squared length is 2 ln 2 variances.
-double robust_variance(std::span<const double> squares) {
-  std::vector<double> sorted(squares.begin(), squares.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle / (2 * std::log(2.0));
-}
-
 // The RMS distance of the pixels from their centre.
 double size_px(std::span<const Eigen::Vector2d> pixels) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -29,6 +20,13 @@ double size_px(std::span<const Eigen::Vector2d> pixels) {
 }
 
 }  // namespace
+
+double robust_variance(std::span<const double> squares) {
+  std::vector<double> sorted(squares.begin(), squares.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle / (2 * std::log(2.0));
+}
 
 Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
                     std::span<const double> squares, int num_parameters) {

@@ -27,6 +27,10 @@ Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
 bool go_together(std::span<const Eigen::Vector2d> pixels,
                  std::span<const Eigen::Vector2d> residuals);
 
+// The variance of a coordinate, whatever less than half of the residuals are, from the squared
+// (whitened) lengths of one or more: their median is 2 ln 2 variances.
+double robust_variance(std::span<const double> squares);
+
 // Those within kOutlierSigmas, ascending.
 std::vector<std::size_t> within(std::span<const double> squares, double sigma);
 

@@ -6,7 +6,9 @@
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/result.hpp"
+#include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/settle.hpp"
+#include "tagcal/estimate/wrong_views.hpp"
 
 namespace tagcal {
 namespace {
@@ -22,9 +24,11 @@ Calibration without_answer(const CalibrationInput& input, const std::string& mod
   c.model = model;
   c.warnings = input.warnings;
   const bool any = !input.views.empty();
-  c.status = any ? Status::no_consensus : Status::degenerate;
-  c.warnings.push_back(any ? "in no view do the corners agree on a pose"
-                           : "no view has four corners that are not on a line");
+  c.status = any || !input.dropped.empty() ? Status::no_consensus : Status::degenerate;
+  if (any)
+    c.warnings.emplace_back("in no view do the corners agree on a pose");
+  else if (input.dropped.empty())
+    c.warnings.emplace_back("no view has four corners that are not on a line");
   return c;
 }
 
@@ -37,17 +41,44 @@ void withdraw(Calibration& c, Status status, const std::string& reason) {
   c.board_warp.reset();
 }
 
-Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions& options,
+bool is_weak(const Model& model) { return model.lens_type() == LensType::parallel; }
+
+Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions& options) {
+  const std::optional<WeakFit> weak = fit_weak(input, options);
+  if (!weak) return without_answer(input, "weak");
+  return report_weak(*weak, options);
+}
+
+constexpr int kMostRounds = 4;  // of leaving out what stands out
+
+// A large lens bends to a wrong view, so that this no longer stands out: a smaller one is asked,
+// too, wherever a large one was chosen or more than a few corners were rejected.
+bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
+                         const CalibrateOptions& options) {
+  if (leave_out_what_stands_out(input, chosen, options)) return true;
+  const Model& usual = Model::named("opencv5");
+  const bool large = chosen.bundle.model->num_free() > usual.num_free() ||
+                     chosen.bundle.model->lens_type() == LensType::fisheye;
+  if (!large && 50 * chosen.num_inliers() > 49 * chosen.num_corners) return false;
+  const std::optional<CalibrationFit> fit = fit_model(usual, input, options);
+  return fit && leave_out_what_stands_out(input, *fit, options);
+}
+
+Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,
                            const FlatBoard* board) {
   std::optional<ModelChoice> choice = choose_model(input, options);
+  for (int round = 0; choice && options.reject_outliers && round < kMostRounds; ++round) {
+    if (!leave_out_of_choice(input, choice->fit, options)) break;
+    choice = choose_model(input, options);
+  }
   if (!choice) return without_answer(input, "");
   Calibration c =
-      choice->weak ? report_weak(*choice, options) : report(choice->fit, options, board);
+      choice->weak ? calibrate_weak(input, options) : report(choice->fit, options, board);
   if (!choice->weak && c.status == Status::focal_not_observable) {
     // At the very bound, where the noise of all corners is not that of the ladder.
     choice->status = c.status;
     choice->reason = c.warnings.back();
-    c = report_weak(*choice, options);
+    c = calibrate_weak(input, options);
   }
   if (is_answer(c.status) && choice->status != Status::ok) {
     withdraw(c, choice->status, choice->reason);
@@ -57,9 +88,14 @@ Calibration calibrate_auto(const CalibrationInput& input, const CalibrateOptions
   return c;
 }
 
-Calibration calibrate_model(const Model& model, const CalibrationInput& input,
+Calibration calibrate_model(const Model& model, CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
+  if (is_weak(model)) return calibrate_weak(input, options);
   std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  for (int round = 0; fit && options.reject_outliers && round < kMostRounds; ++round) {
+    if (!leave_out_what_stands_out(input, *fit, options)) break;
+    fit = fit_model(model, input, options);
+  }
   if (!fit) return without_answer(input, std::string(model.name()));
   settle(fit->bundle, fit->summary, options.max_iterations);
   Calibration c = report(*fit, options, board);
@@ -81,15 +117,18 @@ bool is_auto(const CalibrateOptions& options) {
   return options.model.empty() || options.model == "auto";
 }
 
-Calibration calibrate_input(const CalibrationInput& input, const CalibrateOptions& options,
+Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& options,
                             const FlatBoard* board) {
-  if (is_auto(options)) return calibrate_auto(input, options, board);
-  return calibrate_model(Model::named(options.model), input, options, board);
+  Calibration c = is_auto(options)
+                      ? calibrate_auto(input, options, board)
+                      : calibrate_model(Model::named(options.model), input, options, board);
+  c.outliers.insert(c.outliers.end(), input.dropped.begin(), input.dropped.end());
+  return c;
 }
 
-Calibration calibrate_bent(const Dataset& dataset, const CalibrateOptions& options,
+Calibration calibrate_bent(const CalibrationInput& flat, const CalibrateOptions& options,
                            const FlatBoard& board) {
-  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
+  CalibrationInput input = flat;
   const Eigen::Vector2d bent_m = unbend(input, board, options);
   Calibration c = calibrate_input(input, options, &board);
   if (c.board_warp) c.board_warp->bend_mm += 1e3 * bent_m;
@@ -98,7 +137,7 @@ Calibration calibrate_bent(const Dataset& dataset, const CalibrateOptions& optio
   // way.
   CalibrateOptions chosen = options;
   chosen.model = c.model;
-  Calibration own = calibrate_bent(dataset, chosen, board);
+  Calibration own = calibrate_bent(flat, chosen, board);
   if (!is_answer(own.status)) return c;
   own.steps = std::move(c.steps);
   own.bic = c.bic;  // on the board of `steps`
@@ -108,8 +147,8 @@ Calibration calibrate_bent(const Dataset& dataset, const CalibrateOptions& optio
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
-  if (!is_auto(options) && Model::named(options.model).lens_type() == LensType::parallel)
-    throw Error("model: weak is an answer for what holds no focal length; it cannot be asked for");
+  if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
+    throw Error("board_warp: model weak holds no perspective that would show a bent board");
   for (const double distance : options.distances_m)
     if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + std::to_string(distance));
 }
@@ -119,10 +158,10 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   check_options(options);
   const std::optional<FlatBoard> board = flat_board(dataset);
   if (options.board_warp && !board) throw Error("board_warp: needs one board, and a flat one");
+  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
   Calibration result = options.board_warp
-                           ? calibrate_bent(dataset, options, *board)
-                           : calibrate_input(calibration_input(dataset, options.sigma_px > 0),
-                                             options, board ? &*board : nullptr);
+                           ? calibrate_bent(input, options, *board)
+                           : calibrate_input(input, options, board ? &*board : nullptr);
   result.seconds.total = seconds_since(begin);
   return result;
 }

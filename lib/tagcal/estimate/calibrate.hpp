@@ -37,12 +37,14 @@ struct Outlier {
 struct CalibratedView {
   std::string image;
   // With model weak: the point X is seen at scale (R X + t) + centre of the image, t_z = 0 and its
-  // covariance NaN. (A plane has a second such pose, mirrored, that fits as well.)
+  // covariance NaN.
   Pose camera_from_world;
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
   int num_corners = 0;                   // inliers
   double rms_px = 0;
   std::optional<double> scale_px_per_m;  // of model weak
+  double scale_sigma_px_per_m = 0;       // NaN where it is not known
+  std::optional<Pose> mirrored;  // of model weak and a plane: the other pose, which fits as well
 };
 
 // One model of the ladder as `auto` saw it.
@@ -119,14 +121,15 @@ struct Calibration {
   CalibrateSeconds seconds;
 };
 
-// Throws Error for what `calibrate` refuses whatever the data set: a model that is not known,
-// `weak`, or a distance that is not positive.
+// Throws Error for what `calibrate` refuses whatever the data set: a model that is not known, a
+// board that `weak` should bend, or a distance that is not positive.
 void check_options(const CalibrateOptions& options);
 
 // Camera and all poses from the observations of one data set: closed-form start on consensus,
 // maximum likelihood by Ceres, corners beyond 5 sigma rejected and the rest solved again,
-// covariance from the exact inverse of the information. Throws Error as `check_options` does, and
-// for a board_warp of anything but one flat board.
+// covariance from the exact inverse of the information. Model `weak` asked for by its name is an
+// answer (ok): a scaled orthographic pose for each view, and no focal length. Throws Error as
+// `check_options` does, and for a board_warp of anything but one flat board.
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options = {});
 
 }  // namespace tagcal

@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <set>
-#include <unordered_map>
 
 #include "tagcal/estimate/closed_form.hpp"
 
@@ -22,75 +21,6 @@ constexpr int kMaxRounds = 15;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// Each corner's place in the world and the board that it is on.
-struct WorldPoint {
-  Vector3d position;
-  std::size_t board;
-};
-
-std::map<CornerId, WorldPoint> world_points(const std::vector<PlacedBoard>& boards) {
-  std::map<CornerId, WorldPoint> points;
-  for (std::size_t b = 0; b < boards.size(); ++b)
-    for (const TargetPoint& p : target_points(boards[b].board))
-      points[p.id] = {boards[b].world_from_board * p.position, b};
-  return points;
-}
-
-bool all_have_covariances(const std::vector<View>& views) {
-  for (const View& view : views)
-    for (const Observation& o : view.observations)
-      if (!o.covariance_px2) return false;
-  return true;
-}
-
-CalibrationView calibration_view(const View& view, const std::map<CornerId, WorldPoint>& points,
-                                 bool whitened) {
-  CalibrationView result;
-  result.image = view.image;
-  std::map<std::size_t, std::vector<std::size_t>> by_board;
-  result.ids.reserve(view.observations.size());
-  result.problem.correspondences.reserve(view.observations.size());
-  auto point = points.begin();
-  for (const Observation& o : view.observations) {
-    // Most often corners come in the order of the board: the next is not looked for.
-    if (point != points.end()) ++point;
-    if (point == points.end() || point->first != o.id) point = points.find(o.id);
-    if (point == points.end()) continue;
-    by_board[point->second.board].push_back(result.ids.size());
-    result.ids.push_back(o.id);
-    result.problem.correspondences.push_back({point->second.position, o.pixel});
-    if (whitened) result.problem.whitening.push_back(whitening_of(*o.covariance_px2));
-  }
-  for (const auto& [board, indices] : by_board)
-    if (indices.size() > result.seed.size()) result.seed = indices;
-  return result;
-}
-
-bool fixes_a_pose(const CalibrationView& view) {
-  if (view.seed.size() < 4) return false;
-  std::vector<Vector3d> points;
-  for (const std::size_t i : view.seed) points.push_back(view.problem.correspondences[i].point);
-  const PointShape shape = spread_of(points).shape;
-  return shape == PointShape::plane || shape == PointShape::space;
-}
-
-bool same_corners(const CalibrationView& a, const CalibrationView& b) {
-  return a.ids == b.ids &&
-         std::equal(
-             a.problem.correspondences.begin(), a.problem.correspondences.end(),
-             b.problem.correspondences.begin(),
-             [](const Correspondence& x, const Correspondence& y) { return x.pixel == y.pixel; });
-}
-
-// Views by what their corners' pixels add up to, which equal corners have in common.
-using Twins = std::unordered_multimap<double, std::size_t>;
-
-double sum_of_pixels(const CalibrationView& view) {
-  double sum = 0;
-  for (const Correspondence& c : view.problem.correspondences) sum += c.pixel.x() + c.pixel.y();
-  return sum;
 }
 
 // Which corners take part, and the pose of each view (none: the view takes no part).
@@ -238,34 +168,6 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
 }
 
 }  // namespace
-
-CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
-  CalibrationInput input;
-  input.image_size = dataset.image_size;
-  const auto points = world_points(dataset.boards);
-  input.whitened = !sigma_stated && all_have_covariances(dataset.views);
-  Twins twins;
-  for (const View& view : dataset.views) {
-    CalibrationView prepared = calibration_view(view, points, input.whitened);
-    if (!fixes_a_pose(prepared)) {
-      input.warnings.push_back(view.image + ": left out, it has no four corners that fix a pose");
-      continue;
-    }
-    const double sum = sum_of_pixels(prepared);
-    const auto [first, last] = twins.equal_range(sum);
-    const auto twin = std::find_if(first, last, [&](const auto& other) {
-      return same_corners(input.views[other.second], prepared);
-    });
-    if (twin != last) {
-      input.warnings.push_back(view.image + ": left out, it repeats " +
-                               input.views[twin->second].image);
-      continue;
-    }
-    twins.emplace(sum, input.views.size());
-    input.views.push_back(std::move(prepared));
-  }
-  return input;
-}
 
 int CalibrationFit::num_inliers() const {
   int count = 0;

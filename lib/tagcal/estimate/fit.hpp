@@ -6,20 +6,10 @@
 #include <vector>
 
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration_input.hpp"
 #include "tagcal/estimate/start.hpp"
 
 namespace tagcal {
-
-// A data set as the solvers see it. Views that cannot fix a pose (fewer than four corners, or all
-// on a line) and repeats of a view are left out, and said in the warnings.
-struct CalibrationInput {
-  ImageSize image_size;
-  std::vector<CalibrationView> views;
-  bool whitened = false;  // every corner has its covariance, and residuals are whitened by it
-  std::vector<std::string> warnings;
-};
-// `sigma_stated`: one noise for all corners; their own covariances do not count.
-CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated);
 
 // Corners further than this many standard deviations from the answer are rejected.
 inline constexpr double kRejectSigmas = 5;

@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "tagcal/estimate/advice.hpp"
+#include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/halves.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/residual_field.hpp"
-#include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
 namespace {
@@ -21,28 +21,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double kAssumedSigmaPx = 0.5;
 constexpr int kEnoughDegreesOfFreedom = 50;
 constexpr double kBentChiSquare = 18.4;  // two degrees of freedom, p = 0.0001
-
-// The noise by the rule: stated, else from the residuals where these are enough to show it.
-void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOptions& options) {
-  const int freedom = degrees_of_freedom(fit.bundle);
-  if (options.sigma_px > 0) {
-    c.sigma_px = options.sigma_px;
-  } else if (fit.whitened) {
-    c.sigma_px = 1;
-    c.sigma_of_corners = true;
-  } else if (freedom >= kEnoughDegreesOfFreedom) {
-    c.sigma_px = std::sqrt(fit.summary.cost / freedom);
-    c.sigma_from_residuals = true;
-  } else {
-    c.sigma_px = kAssumedSigmaPx;
-    c.warnings.push_back(
-        "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
-  }
-  const double shown = freedom > 0 ? std::sqrt(fit.summary.cost / freedom) : 0;
-  if (!c.sigma_from_residuals && freedom >= kEnoughDegreesOfFreedom && shown > 1.5 * c.sigma_px)
-    c.warnings.push_back("the residuals are " + percent(shown / c.sigma_px) +
-                         " of the stated noise: the model, the target or the noise is not right");
-}
 
 void fill_sigmas(Calibration& c, const Model& model) {
   c.sigmas.assign(parameters(c.camera->lens).size(), 0.0);
@@ -186,25 +164,28 @@ void fill_warp(Calibration& c, const BundleInformation& information,
   }
 }
 
-CalibratedView weak_view(const WeakView& weak, const ViewProblem& problem,
-                         const Eigen::Vector2d& centre, double sigma_px) {
-  CalibratedView view;
-  view.camera_from_world = weak.camera_from_target;
-  view.scale_px_per_m = weak.scale_px_per_m;
-  view.covariance = sigma_px * sigma_px * weak.covariance;
-  // Depth is not known; what the scale adds is kept to itself.
-  view.covariance.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
-  view.covariance.col(5).setConstant(std::numeric_limits<double>::quiet_NaN());
-  view.num_corners = static_cast<int>(problem.correspondences.size());
-  const Parallel lens({weak.scale_px_per_m, weak.scale_px_per_m, centre.x(), centre.y()});
-  double sum = 0;
-  for (const auto& r : residuals_px(problem.correspondences, lens, view.camera_from_world))
-    sum += r.squaredNorm();
-  view.rms_px = std::sqrt(sum / view.num_corners);
-  return view;
-}
-
 }  // namespace
+
+void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOptions& options) {
+  const int freedom = degrees_of_freedom(fit.bundle);
+  if (options.sigma_px > 0) {
+    c.sigma_px = options.sigma_px;
+  } else if (fit.whitened) {
+    c.sigma_px = 1;
+    c.sigma_of_corners = true;
+  } else if (freedom >= kEnoughDegreesOfFreedom) {
+    c.sigma_px = std::sqrt(fit.summary.cost / freedom);
+    c.sigma_from_residuals = true;
+  } else {
+    c.sigma_px = kAssumedSigmaPx;
+    c.warnings.push_back(
+        "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
+  }
+  const double shown = freedom > 0 ? std::sqrt(fit.summary.cost / freedom) : 0;
+  if (!c.sigma_from_residuals && freedom >= kEnoughDegreesOfFreedom && shown > 1.5 * c.sigma_px)
+    c.warnings.push_back("the residuals are " + percent(shown / c.sigma_px) +
+                         " of the stated noise: the model, the target or the noise is not right");
+}
 
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
                    const FlatBoard* board) {
@@ -231,37 +212,6 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   c.seconds.covariance = std::chrono::duration<double>(Clock::now() - begin).count();
-  return c;
-}
-
-// Every view with its own scale; the lens holds nothing but the centre of the image.
-Calibration report_weak(const ModelChoice& choice, const CalibrateOptions& options) {
-  const Bundle& bundle = choice.fit.bundle;
-  const Eigen::Vector2d centre = image_centre(bundle.image_size);
-  Calibration c;
-  c.model = "weak";
-  c.status = choice.status;
-  c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};
-  c.sigmas.assign(Parallel::kNumParameters, 0.0);
-  c.outliers = choice.fit.outliers;
-  c.warnings = choice.fit.warnings;
-  c.warnings.push_back(choice.reason);
-  choose_sigma(c, choice.fit, options);
-  double sum = 0;
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    const auto weak = fit_weak_view(bundle.views[v], centre, bundle.camera_from_target[v]);
-    if (!weak) continue;
-    c.views.push_back(weak_view(*weak, bundle.views[v], centre, c.sigma_px));
-    CalibratedView& view = c.views.back();
-    view.image = choice.fit.images[v];
-    sum += view.rms_px * view.rms_px * view.num_corners;
-    c.num_corners += view.num_corners;
-  }
-  c.rms_px = std::sqrt(sum / std::max(1, c.num_corners));
-  if (choice.fit.num_inliers() < choice.fit.num_corners / 2) {
-    c.status = Status::no_consensus;
-    c.warnings.push_back("more than half of the corners agree with no common answer");
-  }
   return c;
 }
 

@@ -2,7 +2,7 @@
 
 #include "tagcal/estimate/board_warp.hpp"
 #include "tagcal/estimate/fit.hpp"
-#include "tagcal/estimate/selection.hpp"
+#include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
 
@@ -11,8 +11,12 @@ namespace tagcal {
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
                    const FlatBoard* board);
 
-// Every view with its own scale; the lens holds nothing but the centre of the image. For a choice
-// that is `weak`.
-Calibration report_weak(const ModelChoice& choice, const CalibrateOptions& options);
+// Sets sigma_px by the rule: stated, else from the residuals where these are enough to show it; and
+// warns where they contradict it.
+void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOptions& options);
+
+// Every view with its own scale; the lens holds nothing but the centre of the image. Ok unless half
+// of the corners were rejected or too few are left.
+Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options);
 
 }  // namespace tagcal

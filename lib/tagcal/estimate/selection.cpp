@@ -167,8 +167,16 @@ std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const R
   return steps;
 }
 
+// Squared residuals in units of the noise, each up to the rejection bound.
+double bounded_misfit(const CalibrationFit& fit, double sigma) {
+  double sum = 0;
+  for (const double square : fit.squares)
+    sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
+  return sum;
+}
+
 // Corners that only the rational lens reaches must not be lost to it: it gets a try at those which
-// the fit left out, but for the grossly wrong ones.
+// the fit left out, but for the grossly wrong ones. Wrong corners that it bends to are no gain.
 CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
                                      const CalibrationInput& input,
                                      const CalibrateOptions& options) {
@@ -180,7 +188,8 @@ CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
   rational.model = &Model::named("opencv8");
   rational.free_values = rational.model->free_values(fit.bundle.lens());
   std::optional<CalibrationFit> more = refit(rational, generous, input, options);
-  const bool better = more && more->num_inliers() > fit.num_inliers();
+  const bool better = more && more->num_inliers() > fit.num_inliers() &&
+                      bounded_misfit(*more, sigma) < bounded_misfit(fit, sigma);
   return better ? std::move(*more) : fit;
 }
 

@@ -1,8 +1,13 @@
 #include "tagcal/estimate/weak.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
+
+#include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/weak_perspective.hpp"
 
 namespace tagcal {
 namespace {
@@ -59,18 +64,11 @@ Normal normal_equations(const CentredView& centred, const State& state) {
   return n;
 }
 
-State start_of(const CentredView& centred, const Pose& near) {
-  const Matrix3d r = near.rotation_matrix();
-  Vector2d middle = Vector2d::Zero();
-  const double count = static_cast<double>(centred.view.correspondences.size());
-  for (const Correspondence& c : centred.view.correspondences) middle += c.pixel / count;
-  double along = 0, square = 0;
-  for (const Correspondence& c : centred.view.correspondences) {
-    const Vector2d turned = (r * (c.point - centred.centroid)).head<2>();
-    along += turned.dot(c.pixel - middle);
-    square += turned.squaredNorm();
-  }
-  return {near.rotation(), middle, std::log(std::max(along / square, 1e-300))};
+State state_of(const CentredView& centred, const WeakPerspectivePose& pose,
+               const Vector2d& centre) {
+  const Vector2d middle =
+      pose.scale_px_per_m * (pose.camera_from_target * centred.centroid).head<2>() + centre;
+  return {pose.camera_from_target.rotation(), middle, std::log(pose.scale_px_per_m)};
 }
 
 State stepped(const State& state, const Vector6d& step) {
@@ -106,13 +104,8 @@ WeakView answer(const CentredView& centred, const State& state, const Vector2d& 
   return result;
 }
 
-}  // namespace
-
-std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& centre,
-                                      const Pose& near) {
-  if (view.correspondences.size() < 4) return std::nullopt;
-  const CentredView centred(view);
-  State state = start_of(centred, near);
+// Down to the minimum near a state; with corners that all count alike it is there already.
+State descended(const CentredView& centred, State state) {
   Normal n = normal_equations(centred, state);
   double damping = 1e-4;
   for (int i = 0; i < 200 && damping < 1e12; ++i) {
@@ -132,8 +125,170 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
     damping = std::max(damping / 10, 1e-12);
     if (done) break;
   }
-  if (!std::isfinite(n.cost)) return std::nullopt;
-  return answer(centred, state, centre);
+  return state;
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The corners that take part in a fit of the views, one by one.
+struct Rounds {
+  const CalibrationInput& input;
+  const CalibrateOptions& options;
+  std::vector<std::optional<Pose>> near;
+  std::vector<std::vector<std::uint8_t>> inlier;
+  std::vector<std::optional<WeakView>> views;
+  std::vector<std::vector<Vector2d>> residuals;
+  std::vector<std::vector<double>> squares;
+
+  ViewProblem chosen(std::size_t v) const {
+    const ViewProblem& all = input.views[v].problem;
+    ViewProblem some;
+    for (std::size_t i = 0; i < all.correspondences.size(); ++i) {
+      if (!inlier[v][i]) continue;
+      some.correspondences.push_back(all.correspondences[i]);
+      if (!all.whitening.empty()) some.whitening.push_back(all.whitening[i]);
+    }
+    return some;
+  }
+
+  void fit_view(std::size_t v) {
+    const Vector2d centre = image_centre(input.image_size);
+    const ViewProblem& all = input.views[v].problem;
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    residuals[v].assign(all.correspondences.size(), {unknown, unknown});
+    squares[v].assign(all.correspondences.size(), kInfinity);
+    views[v].reset();
+    if (near[v]) views[v] = fit_weak_view(chosen(v), centre, *near[v]);
+    if (!views[v]) return;
+    const double s = views[v]->scale_px_per_m;
+    residuals[v] = residuals_px(all.correspondences, Parallel({s, s, centre.x(), centre.y()}),
+                                views[v]->camera_from_target);
+    if (!agrees(v)) {
+      views[v].reset();
+      return;
+    }
+    for (std::size_t i = 0; i < residuals[v].size(); ++i)
+      squares[v][i] = whitened_square(all, i, residuals[v][i]);
+  }
+
+  // Whether the corners that take part lie about where the fit puts them: within a fifth of the
+  // size that they have in the image. Noise all over it lies nowhere.
+  bool agrees(std::size_t v) const {
+    Vector2d sum = Vector2d::Zero();
+    double square = 0, residual = 0, count = 0;
+    for (std::size_t i = 0; i < residuals[v].size(); ++i) {
+      if (!inlier[v][i]) continue;
+      const Vector2d& pixel = input.views[v].problem.correspondences[i].pixel;
+      sum += pixel;
+      square += pixel.squaredNorm();
+      residual += residuals[v][i].squaredNorm();
+      ++count;
+    }
+    return residual < 0.04 * (square - sum.squaredNorm() / count);
+  }
+
+  // The noise of the corners that take part; infinite where there are none.
+  double sigma() const {
+    std::vector<double> all;
+    for (std::size_t v = 0; v < squares.size(); ++v)
+      for (std::size_t i = 0; i < squares[v].size(); ++i)
+        if (inlier[v][i] && std::isfinite(squares[v][i])) all.push_back(squares[v][i]);
+    return all.empty() ? kInfinity : std::sqrt(robust_variance(all));
+  }
+
+  bool reselect() {
+    const double bound = kRejectSigmas * std::max(least_sigma(input.whitened, options), sigma());
+    bool changed = false;
+    for (std::size_t v = 0; v < squares.size(); ++v) {
+      for (std::size_t i = 0; i < squares[v].size(); ++i) {
+        const std::uint8_t in = squares[v][i] <= bound * bound;
+        changed |= in != inlier[v][i];
+        inlier[v][i] = in;
+      }
+    }
+    return changed;
+  }
+};
+
+void fill(const Rounds& rounds, WeakFit& weak) {
+  CalibrationFit& fit = weak.fit;
+  for (std::size_t v = 0; v < rounds.views.size(); ++v) {
+    const CalibrationView& view = rounds.input.views[v];
+    fit.num_corners += static_cast<int>(view.ids.size());
+    if (const auto& answer = rounds.views[v]) {
+      fit.bundle.views.push_back(rounds.chosen(v));
+      fit.bundle.camera_from_target.push_back(answer->camera_from_target);
+      fit.images.push_back(view.image);
+      fit.summary.cost += answer->cost;
+      weak.views.push_back(*answer);
+    } else {
+      fit.warnings.push_back(view.image + ": left out, its corners do not agree");
+    }
+    for (std::size_t i = 0; i < view.ids.size(); ++i)
+      if (!rounds.views[v] || !rounds.inlier[v][i])
+        fit.outliers.push_back({view.image, view.ids[i], rounds.residuals[v][i].norm()});
+  }
+}
+
+}  // namespace
+
+std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& centre,
+                                      const Pose& near) {
+  const CentredView centred(view);
+  std::vector<Vector3d> points;
+  std::vector<Vector2d> pixels;
+  for (const Correspondence& c : view.correspondences) {
+    points.push_back(c.point);
+    pixels.push_back(c.pixel - centre);
+  }
+  std::vector<WeakView> answers;
+  for (const WeakPerspectivePose& pose : weak_perspective_poses(points, pixels)) {
+    const State state = descended(centred, state_of(centred, pose, centre));
+    answers.push_back(answer(centred, state, centre));
+    if (!std::isfinite(answers.back().cost)) answers.pop_back();
+  }
+  if (answers.empty()) return std::nullopt;
+  if (answers.size() == 1) return answers[0];
+  WeakView &a = answers[0], &b = answers[1];
+  constexpr double kAlike = 1e-6;
+  if (std::abs(a.cost - b.cost) > kAlike * std::max(a.cost, b.cost) + 1e-12)
+    return a.cost < b.cost ? a : b;
+  const bool first = angle_between_rad(a.camera_from_target, near) <=
+                     angle_between_rad(b.camera_from_target, near);
+  WeakView& nearer = first ? a : b;
+  nearer.mirrored = (first ? b : a).camera_from_target;
+  return nearer;
+}
+
+std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
+  constexpr int kMaxRounds = 15;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto start = find_start(Model::named("f"), input.image_size, input.views);
+  if (!start) return std::nullopt;
+  const std::size_t n = input.views.size();
+  Rounds rounds{input,
+                options,
+                start->camera_from_world,
+                start->inlier,
+                std::vector<std::optional<WeakView>>(n),
+                std::vector<std::vector<Vector2d>>(n),
+                std::vector<std::vector<double>>(n)};
+  if (!options.reject_outliers)
+    for (auto& view : rounds.inlier) std::fill(view.begin(), view.end(), 1);
+  for (int round = 0; round < kMaxRounds; ++round) {
+    for (std::size_t v = 0; v < n; ++v) rounds.fit_view(v);
+    if (!options.reject_outliers || !rounds.reselect()) break;
+  }
+  WeakFit weak;
+  weak.fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
+  weak.fit.whitened = input.whitened;
+  weak.fit.warnings = input.warnings;
+  weak.fit.summary.converged = true;
+  fill(rounds, weak);
+  if (weak.views.empty()) return std::nullopt;
+  weak.fit.solve_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return weak;
 }
 
 }  // namespace tagcal

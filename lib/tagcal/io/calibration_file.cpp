@@ -43,19 +43,22 @@ std::string texts_yaml(std::string_view key, const Texts& texts) {
   return list.empty() ? fmt::format("{}: []\n", key) : fmt::format("{}:{}\n", key, list);
 }
 
+// Without a focal length there is no camera matrix, and no other program shall read one.
 std::string camera_yaml(const Camera& camera, std::string_view model) {
   const std::span<const double> p = parameters(camera.lens);
+  const std::string size = fmt::format("image_width: {}\nimage_height: {}\n",
+                                       camera.image_size.width, camera.image_size.height);
+  if (std::holds_alternative<Parallel>(camera.lens)) return size;
   Eigen::Matrix3d matrix;
   matrix << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1;
-  return fmt::format("image_width: {}\nimage_height: {}\n", camera.image_size.width,
-                     camera.image_size.height) +
-         matrix_yaml("camera_matrix", matrix) +
+  return size + matrix_yaml("camera_matrix", matrix) +
          matrix_yaml("distortion_coefficients", row_of(distortion_of(camera.lens, model)));
 }
 
 std::string uncertainty_yaml(const Calibration& calibration) {
   std::string text;
-  if (!calibration.sigmas.empty()) {
+  const bool weak = std::holds_alternative<Parallel>(calibration.camera->lens);
+  if (!weak && !calibration.sigmas.empty()) {
     text += texts_yaml("parameter_names", parameter_names(calibration.camera->lens)) +
             matrix_yaml("sigmas", row_of(calibration.sigmas));
   }
@@ -87,17 +90,29 @@ std::string projection_yaml(const Calibration& calibration) {
   return text;
 }
 
+std::string pose_yaml(const Pose& pose, std::string_view prefix) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return fmt::format(
+      "     {0}rotation: [ {1}, {2}, {3}, {4} ]\n     {0}translation_m: [ {5}, {6}, {7} ]\n",
+      prefix, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
+}
+
+// What a view of model weak has beside: its scale, and how sure all of it is.
+std::string weak_view_yaml(const CalibratedView& view) {
+  if (!view.scale_px_per_m) return "";
+  return (view.mirrored ? pose_yaml(*view.mirrored, "mirrored_") : "") +
+         fmt::format("     scale_px_per_m: {}\n     scale_sigma_px_per_m: {}\n     ",
+                     *view.scale_px_per_m, number_yaml(view.scale_sigma_px_per_m)) +
+         matrix_yaml("pose_covariance", view.covariance, 5);
+}
+
 std::string views_yaml(const std::vector<CalibratedView>& views) {
   std::string text = views.empty() ? "views: []\n" : "views:\n";
-  for (const CalibratedView& view : views) {
-    const Eigen::Quaterniond q = view.camera_from_world.rotation();
-    const Eigen::Vector3d& t = view.camera_from_world.translation();
-    text += fmt::format(
-        "   - image: {}\n     rotation: [ {}, {}, {}, {} ]\n     translation_m: [ {}, {}, {} ]\n"
-        "     num_corners: {}\n     rms_px: {}\n",
-        text_yaml(view.image), q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z(), view.num_corners,
-        view.rms_px);
-  }
+  for (const CalibratedView& view : views)
+    text += fmt::format("   - image: {}\n", text_yaml(view.image)) +
+            pose_yaml(view.camera_from_world, "") + weak_view_yaml(view) +
+            fmt::format("     num_corners: {}\n     rms_px: {}\n", view.num_corners, view.rms_px);
   return text;
 }
 

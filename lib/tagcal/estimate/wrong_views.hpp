@@ -1,0 +1,25 @@
+#pragma once
+
+#include "tagcal/estimate/fit.hpp"
+
+namespace tagcal {
+
+// Whether the tags of a view are seen from behind, which no picture of them shows (80 % of those
+// with all four corners are): then its corners are listed in input.dropped.
+bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input);
+
+// Views that a fit explains much worse than the others, corner by corner rejection notwithstanding,
+// as when the board moved during the exposure: they would bend the model. A view stands out
+//   - by an RMS of its inliers of 1.8 medians (or of the least noise that may be), or of 1.3 and
+//   residuals that go together
+//     (agreement.hpp), or
+//   - where 40 points of percent more of its largest board were rejected than usual, or 30 that do
+//     not scatter, but go together.
+// Where more than a third of the views do so, it is not the views that are wrong. Of several boards
+// those are left out of a view that were rejected for the most part while the largest was not:
+// they do not hang where the data set says. What is left out stands in input.dropped with its
+// residuals under this fit; says whether there was any.
+bool leave_out_what_stands_out(CalibrationInput& input, const CalibrationFit& fit,
+                               const CalibrateOptions& options);
+
+}  // namespace tagcal

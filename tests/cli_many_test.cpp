@@ -1,0 +1,148 @@
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.hpp"
+
+// Several data sets in one call.
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+Json without_times(Json json) {
+  json.erase("seconds");
+  json.erase("data_set");
+  return json;
+}
+
+class CliMany : public Cli {
+ protected:
+  // Three data sets that differ, and the line that names them.
+  static std::string three() {
+    exact_set("a");
+    const fs::path b = exact_set("b");
+    const fs::path c = exact_set("c");
+    // The last view is left out of b, the first one of c.
+    const std::string all = slurp(b / "observations_exact.csv");
+    spill(b / "observations_exact.csv", all.substr(0, all.find("005.png")));
+    const std::size_t first = all.find("000.png");
+    spill(c / "observations_exact.csv",
+          all.substr(0, first) + all.substr(all.find("001.png", first)));
+    return path("a") + " " + path("b") + " " + path("c");
+  }
+};
+
+TEST_F(CliMany, GivesEachWhatItsOwnCallGives) {
+  const std::string sets = three();
+  const std::string model = " --model radial1 --sigma-px 0.1";
+  const Outcome table = run("calibrate " + sets + model + " --out " + path("many"));
+  ASSERT_EQ(table.exit_code, 0) << table.out << table.err;
+  EXPECT_EQ(table.err, "");
+  const auto lines = lines_of(table.out);
+  ASSERT_EQ(lines.size(), 4u) << table.out;
+  EXPECT_TRUE(lines[0].starts_with("data set  status  model")) << lines[0];
+  const auto files = bytes_of(path("many"));
+  ASSERT_EQ(files.size(), 3u);
+  const Json array = Json::parse(run("calibrate " + sets + model + " --json").out);
+  ASSERT_EQ(array.size(), 3u);
+  const std::vector<std::string> names = {"a", "b", "c"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Outcome one =
+        run("calibrate " + path(names[i]) + model + " --json --out " + path(names[i] + ".yaml"));
+    EXPECT_EQ(files.at(names[i] + ".yaml"), slurp(path(names[i] + ".yaml")));
+    EXPECT_EQ(array[i]["data_set"], names[i]);
+    EXPECT_EQ(without_times(array[i]), without_times(Json::parse(one.out)));
+    std::istringstream words(lines[i + 1]);
+    std::string name, status, chosen, fx, sd, rms, views, left_out;
+    words >> name >> status >> chosen >> fx >> sd >> rms >> views >> left_out;
+    EXPECT_EQ(name + status + chosen, names[i] + "okradial1");
+    EXPECT_NEAR(std::stod(fx), array[i]["camera"]["fx"].get<double>(), 1e-3);
+    EXPECT_NEAR(std::stod(sd), array[i]["sigma"]["fx"].get<double>(), 1e-3);
+    EXPECT_EQ(views, std::to_string(array[i]["num_views"].get<int>()));
+    EXPECT_EQ(left_out, "0");
+  }
+  EXPECT_NE(files.at("a.yaml"), files.at("b.yaml"));
+  EXPECT_NE(files.at("b.yaml"), files.at("c.yaml"));
+}
+
+TEST_F(CliMany, ThreadsDoNotChangeTheAnswers) {
+  const std::string sets = "calibrate " + three() + " --model f+c --out ";
+  ASSERT_EQ(run(sets + path("by1") + " --threads 1").exit_code, 0);
+  ASSERT_EQ(run(sets + path("by3/deeper") + " --threads 3").exit_code, 0);
+  EXPECT_EQ(bytes_of(path("by1")), bytes_of(path("by3/deeper")));
+}
+
+TEST_F(CliMany, OneBadDataSetHarmsNoOther) {
+  three();
+  spill(path("bad/dataset.yaml"), "image_sizes: [640, 400]\n");
+  const std::string sets =
+      "calibrate " + path("nowhere") + " " + path("a") + " " + path("bad") + " " + path("c");
+  const Outcome table = run(sets + " --model radial1 --out " + path("some"));
+  EXPECT_EQ(table.exit_code, 2);
+  EXPECT_EQ(table.err, "tagcal: 2 of 4 data sets: error\n");
+  const auto lines = lines_of(table.out);
+  ASSERT_EQ(lines.size(), 5u) << table.out;
+  EXPECT_TRUE(lines[1].starts_with("nowhere") && lines[1].find("error: ") != std::string::npos);
+  EXPECT_TRUE(lines[2].starts_with("a ") && lines[2].find(" ok ") != std::string::npos);
+  EXPECT_NE(lines[3].find("bad/dataset.yaml: image_sizes: "), std::string::npos) << lines[3];
+  EXPECT_TRUE(lines[4].starts_with("c ") && lines[4].find(" ok ") != std::string::npos);
+  EXPECT_EQ(bytes_of(path("some")).size(), 2u);
+  const Outcome json = run(sets + " --model radial1 --json");
+  EXPECT_EQ(json.exit_code, 2);
+  const Json array = Json::parse(json.out);
+  ASSERT_EQ(array.size(), 4u);
+  EXPECT_EQ(array[2]["data_set"], "bad");
+  EXPECT_NE(array[2]["error"].get<std::string>().find("image_sizes"), std::string::npos);
+  EXPECT_EQ(array[3]["status"], "ok");
+}
+
+TEST_F(CliMany, TheExitCodeIsTheWorst) {
+  three();
+  const fs::path open = exact_set("open");  // one view holds no opencv8
+  const std::string all = slurp(open / "observations_exact.csv");
+  spill(open / "observations_exact.csv", all.substr(0, all.find("001.png")));
+  const std::string sets = "calibrate " + path("a") + " " + path("open");
+  const Outcome none = run(sets + " --model opencv8 --sigma-px 0.1 --out " + path("worst"));
+  EXPECT_EQ(none.exit_code, 3) << none.out << none.err;
+  EXPECT_NE(none.err.find("of 2 data sets: no answer, no file"), std::string::npos) << none.err;
+  EXPECT_FALSE(fs::exists(path("worst/open.yaml")));
+  EXPECT_EQ(run(sets + " " + path("nowhere")).exit_code, 2);
+  const Json array = Json::parse(run(sets + " --model opencv8 --sigma-px 0.1 --json").out);
+  EXPECT_TRUE(array[1]["camera"]["fx"].is_null());
+}
+
+TEST_F(CliMany, WhatCannotWorkIsSaidBeforeAnyWork) {
+  three();
+  fs::create_directories(path("other"));
+  fs::copy(path("b"), path("other/b"), fs::copy_options::recursive);
+  const auto before = names();
+  const std::string two = "calibrate " + path("a") + " " + path("b");
+  expect_bad_input(two + " " + path("other/b/") + " --out " + path("twins"),
+                   {"other/b", "names must differ", "called b too"});
+  expect_bad_input(two + " --out " + path("scene.yaml"), {"scene.yaml", "must be a folder"});
+  expect_bad_input(two + " --uncertainty " + path("u.svg"), {"--uncertainty", "one data set"});
+  expect_bad_input(two + " --observations x.csv", {"--observations", "one data set"});
+  expect_bad_input(two + " --model opencv6", {"opencv6"});
+  EXPECT_EQ(
+      run("calibrate " + path("no") + " " + path("nowhere") + " --out " + path("empty")).exit_code,
+      2);
+  EXPECT_EQ(names(), before);
+}
+
+TEST_F(CliMany, AdvisesEach) {
+  const std::string sets = "calibrate " + three() + " --model f+c --advise";
+  const auto lines = lines_of(run(sets).out);
+  ASSERT_EQ(lines.size(), 7u);
+  EXPECT_TRUE(lines[4].starts_with("a: next view: ")) << lines[4];
+  EXPECT_FALSE(Json::parse(run(sets + " --json").out)[2]["advice"]["sentence"].empty());
+}
+
+}  // namespace
+}  // namespace tagcal::tools
