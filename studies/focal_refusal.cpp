@@ -106,12 +106,12 @@ int main(int argc, char** argv) {
   using namespace tagcal;
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 1000;
   const int first = argc > 2 ? std::atoi(argv[2]) : 1;
-  for (const Set& set : sets()) {
-    for (const char* model : {"auto", "f", "f+c", "opencv5", "opencv8", "fisheye4"}) {
+  for (const char* model : {"auto", "f", "f+c", "opencv5", "fisheye4", "opencv8"}) {
+    for (const Set& set : sets()) {
       std::map<std::string, int> count;
       for (int seed = first; seed < first + (set.all_seeds ? seeds : seeds / 5); ++seed)
         ++count[answer(set.make(static_cast<std::uint64_t>(seed)), model)];
-      std::printf("%-24s %-9s", set.name, model);
+      std::printf("%-9s %-24s", model, set.name);
       for (const auto& [what, n] : count) std::printf(" %s: %d;", what.c_str(), n);
       std::printf("\n");
       std::fflush(stdout);
