@@ -54,6 +54,11 @@ struct Group {
     whitened += of_whitened;
     px += of_px;
   }
+  void add(const Group& other) {
+    count += other.count;
+    whitened += other.whitened;
+    px += other.px;
+  }
 };
 
 // Chi-square of the groups' means against the noise within them. `coordinates`: of each mean.
@@ -93,15 +98,23 @@ std::vector<Group> cells(const std::vector<Residual>& residuals, const ImageSize
   return groups;
 }
 
-// Of as many corners each.
-std::vector<Group> rings(std::vector<Residual> residuals) {
-  std::sort(residuals.begin(), residuals.end(),
-            [](const Residual& a, const Residual& b) { return a.radius_px < b.radius_px; });
+// Of as many corners each, to within those of a thin ring.
+std::vector<Group> rings(const std::vector<Residual>& residuals) {
+  constexpr int kThinRings = 1024;
+  double largest = 0;
+  for (const Residual& r : residuals) largest = std::max(largest, r.radius_px);
+  std::vector<Group> thin(kThinRings);
+  for (const Residual& r : residuals) {
+    const int ring = static_cast<int>(kThinRings * r.radius_px / std::max(largest, 1e-300));
+    thin[static_cast<std::size_t>(std::min(ring, kThinRings - 1))].add(
+        {r.whitened.dot(r.outward), 0}, {r.px.dot(r.outward), 0});
+  }
   std::vector<Group> groups(kRings);
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    const Residual& r = residuals[i];
-    groups[i * kRings / residuals.size()].add({r.whitened.dot(r.outward), 0},
-                                              {r.px.dot(r.outward), 0});
+  std::size_t count = 0;
+  for (const Group& ring : thin) {
+    if (ring.count == 0) continue;
+    groups[count * kRings / residuals.size()].add(ring);
+    count += static_cast<std::size_t>(ring.count);
   }
   return groups;
 }
