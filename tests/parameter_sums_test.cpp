@@ -61,7 +61,7 @@ MatrixXd gram_by(const ProjectKernels& kernels, const Lens& lens, const SeenView
   Eigen::Map<Vector3d>(job.translation) = seen.pose.translation();
   std::vector<double> sums(19 * 20 / 2);
   job.sums = sums.data();
-  EXPECT_TRUE(kernels.sums_with_parameters[kind](job));
+  EXPECT_TRUE(kernels.sums_with_parameters.of[kind](job));
   const Eigen::Index n = 7 + job.num_columns;
   MatrixXd gram(n, n);
   const double* sum = sums.data();

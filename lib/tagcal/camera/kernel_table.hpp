@@ -15,7 +15,6 @@ constexpr void fill(ProjectKernelKind kind, ProjectKernels& kernels) {
   kernels.with_jacobians[kind] = ProjectLoop<LensKernel, Pack, true>::run;
   kernels.sums_pose[kind] = SumLoop<LensKernel, Pack, false>::run;
   kernels.sums_pose_and_focal[kind] = SumLoop<LensKernel, Pack, true>::run;
-  kernels.sums_with_parameters[kind] = ParameterSumLoop<LensKernel, Pack>::run;
 }
 
 template <typename Pack>
@@ -26,6 +25,7 @@ constexpr ProjectKernels kernels_for() {
   fill<PerspectiveKernel<kRational>, Pack>(kRational, kernels);
   fill<FisheyeKernel, Pack>(kFisheye, kernels);
   fill<ParallelKernel, Pack>(kParallel, kernels);
+  kernels.sums_with_parameters = parameter_sums_for<Pack>();
   return kernels;
 }
 

@@ -126,5 +126,16 @@ class ParameterSumLoop {
   Pack sums_[kMaxSums + 4];
 };
 
+template <typename Pack>
+constexpr ParameterSumKernels parameter_sums_for() {
+  ParameterSumKernels kernels;
+  kernels.of[kPinhole] = ParameterSumLoop<PerspectiveKernel<kPinhole>, Pack>::run;
+  kernels.of[kBrownConrady] = ParameterSumLoop<PerspectiveKernel<kBrownConrady>, Pack>::run;
+  kernels.of[kRational] = ParameterSumLoop<PerspectiveKernel<kRational>, Pack>::run;
+  kernels.of[kFisheye] = ParameterSumLoop<FisheyeKernel, Pack>::run;
+  kernels.of[kParallel] = ParameterSumLoop<ParallelKernel, Pack>::run;
+  return kernels;
+}
+
 }  // namespace
 }  // namespace tagcal

@@ -1,9 +1,10 @@
 #pragma once
 
-// The kernels of batch projection, compiled once for any processor and once for x86-64 with AVX2
-// and FMA; batch.cpp picks at run time. Nothing but plain data here, no Eigen and no standard
-// library: an inline function compiled in project_kernels_avx2.cpp could be the copy that the
-// linker keeps for the whole program, which would then not run without AVX2. (So pointers, too.)
+// The kernels of batch projection, compiled once for any processor, once for x86-64 with AVX2 and
+// FMA, and the longest sums for AVX-512; batch.cpp picks at run time. Nothing but plain data here,
+// no Eigen and no standard library: an inline function compiled in project_kernels_avx2.cpp could
+// be the copy that the linker keeps for the whole program, which would then not run without AVX2.
+// (So pointers, too.)
 
 namespace tagcal {
 
@@ -52,6 +53,11 @@ struct ParameterSumJob : SumJob {
 // the denominator (k4 k5 k6): both values and columns.
 enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
 
+struct ParameterSumKernels {
+  using Kernel = bool (*)(const ParameterSumJob&);  // false: a point is out of the domain
+  Kernel of[kNumKernelKinds] = {};
+};
+
 struct ProjectKernels {
   using Kernel = void (*)(const ProjectJob&);
   using SumKernel = bool (*)(const SumJob&);    // false: a point is out of the domain
@@ -59,10 +65,11 @@ struct ProjectKernels {
   Kernel with_jacobians[kNumKernelKinds] = {};  // those that are wanted
   SumKernel sums_pose[kNumKernelKinds] = {};
   SumKernel sums_pose_and_focal[kNumKernelKinds] = {};
-  bool (*sums_with_parameters[kNumKernelKinds])(const ParameterSumJob&) = {};
+  ParameterSumKernels sums_with_parameters;
 };
 
 extern const ProjectKernels kPortableKernels;
 extern const ProjectKernels kAvx2Kernels;  // null pointers where the compiler has no AVX2
+extern const ParameterSumKernels kAvx512ParameterSums;  // the same without AVX-512
 
 }  // namespace tagcal

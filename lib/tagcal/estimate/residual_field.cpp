@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/camera/parameter_index.hpp"
+#include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
 namespace {
@@ -31,14 +32,16 @@ std::vector<Residual> residuals_of(const Bundle& bundle) {
   const std::span<const double> values = parameters(lens);
   const Vector2d centre(values[kCx], values[kCy]);
   std::vector<Residual> all;
+  all.reserve(static_cast<std::size_t>(num_corners(bundle)));
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     const ViewProblem& view = bundle.views[v];
     const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       const Vector2d pixel = view.correspondences[i].pixel, beside = pixel - centre;
       const Vector2d r = residuals[i];
+      const double radius = beside.norm();
       all.push_back({view.whitening.empty() ? r : Vector2d(view.whitening[i] * r), r, pixel,
-                     beside.normalized(), beside.norm()});
+                     radius > 0 ? Vector2d(beside / radius) : beside, radius});
     }
   }
   return all;

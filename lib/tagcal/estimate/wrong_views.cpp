@@ -173,6 +173,9 @@ void leave_out_view(CalibrationInput& input, const FittedView& fitted, const Len
 }
 
 bool is_mirrored(const CalibrationView& view) {
+  const bool has_tags = std::any_of(view.ids.begin(), view.ids.end(),
+                                    [](const CornerId& id) { return id.corner != 0; });
+  if (!has_tags) return false;
   struct Quad {
     std::array<Vector2d, 4> corners;
     int count = 0;
