@@ -12,7 +12,9 @@ CalibrationAnswer run_job(const CalibrationJob& job) {
   answer.seconds.read = watch.seconds();
   std::optional<Progress> progress;
   if (job.shows_progress) progress.emplace("calibrating");
-  answer.calibration = calibrate(input.dataset, job.options);
+  CalibrateOptions options = job.options;
+  options.num_threads = static_cast<std::size_t>(job.threads);
+  answer.calibration = calibrate(input.dataset, options);
   progress.reset();
   auto& warnings = answer.calibration.warnings;
   warnings.insert(warnings.begin(), input.warnings.begin(), input.warnings.end());

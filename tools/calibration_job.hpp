@@ -13,7 +13,7 @@ struct CalibrationJob {
   InputArguments input;
   CalibrateOptions options;
   bool advise = false;
-  int threads = 0;             // of the detection; 0: one per core
+  int threads = 0;             // of detection and solver; 0: one per core
   bool shows_progress = true;  // on stderr
 };
 
