@@ -16,6 +16,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// By which two coordinates of a pixel move with their point: row-wise, as they are used.
+using ByShift = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+
 constexpr int kFewestViews = 3;
 constexpr double kDamping = 1e-3;       // of what the views do not tell, a shift along the sight
 constexpr double kNormalQuantile = 5;   // standard deviations
@@ -37,10 +40,11 @@ struct Sums {
   Vector3d gradient = Vector3d::Zero();
   double square = 0;  // of the residuals
 
-  void add(const Eigen::Matrix<double, 2, 3>& by_shift, const Vector2d& residual) {
+  void add(const ByShift& by_shift, const Vector2d& residual) {
     ++count;
-    information.noalias() += by_shift.transpose() * by_shift;
-    gradient.noalias() += by_shift.transpose() * residual;
+    for (int i = 0; i < 3; ++i)
+      information.col(i) += by_shift(0, i) * by_shift.row(0) + by_shift(1, i) * by_shift.row(1);
+    gradient += residual.x() * by_shift.row(0) + residual.y() * by_shift.row(1);
     square += residual.squaredNorm();
   }
   Vector3d shift() const {
@@ -105,11 +109,13 @@ class Scale {
         translation_(camera_from_world.translation()),
         focal_(parameters(lens)[kFx], parameters(lens)[kFy]) {}
 
-  bool at(const Vector3d& point, Eigen::Matrix<double, 2, 3>& by_shift) const {
+  bool at(const Vector3d& point, ByShift& by_shift) const {
     const Vector3d x = rotation_ * point + translation_;
-    if (!(x.z() > kSmallestCosine * x.norm())) return false;
+    if (!(x.z() > 0 && x.z() * x.z() > kSmallestCosine * kSmallestCosine * x.squaredNorm()))
+      return false;
+    const double nearness = 1 / x.z();
     for (int i = 0; i < 2; ++i)
-      by_shift.row(i) = focal_[i] / x.z() * (turned_.row(i) - x[i] / x.z() * turned_.row(2));
+      by_shift.row(i) = focal_[i] * nearness * (turned_.row(i) - x[i] * nearness * turned_.row(2));
     return true;
   }
 
@@ -129,7 +135,7 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
   Corners corners;
   OutlierList outliers(c.outliers);
   auto answer = c.views.begin();
-  Eigen::Matrix<double, 2, 3> by_shift;
+  ByShift by_shift;
   for (const CalibrationView& view : input.views) {
     const bool taken = answer != c.views.end() && answer->image == view.image;
     outliers.in_view(view.image);
