@@ -15,16 +15,18 @@
 namespace tagcal {
 namespace {
 
-constexpr std::array<std::pair<const char*, const char*>, 8> kKinds = {
+constexpr std::array<std::pair<const char*, const char*>, 10> kKinds = {
     {{"halves", "two halves"},
      {"bent", "bent board better"},
      {"field", "from place to place"},
+     {"small", "too small: opencv5"},
+     {"target", "the target is not as its file says"},
      {"outliers", "were left out"},
      {"weak", "at infinity)"},
      {"focal", "weakly known"},
      {"trade", "trade with one another"},
      {"gap", "of the image: the lens"}}};
-constexpr std::array<const char*, 3> kOfModel = {"halves", "bent", "field"};
+constexpr std::array<const char*, 4> kOfModel = {"halves", "bent", "field", "small"};
 
 struct Counts {
   int sets = 0;

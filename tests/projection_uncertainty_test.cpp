@@ -31,15 +31,20 @@ TEST(SeenRegion, SaysWhatIsMissing) {
     const std::vector<Vector2d> box = {{left, top}, {right, top}, {right, bottom}, {left, bottom}};
     return SeenRegion(kSize, box).gaps();
   };
-  EXPECT_TRUE(gaps(10, 10, 1270, 790).empty());
-  ASSERT_EQ(gaps(10, 10, 800, 790).size(), 1u);
-  EXPECT_EQ(gaps(10, 10, 800, 790)[0],
+  EXPECT_FALSE(gaps(10, 10, 1270, 790).has_value());
+  EXPECT_EQ(gaps(10, 10, 800, 790),
             "no corners in the right third of the image: the lens is extrapolated there");
-  EXPECT_EQ(gaps(500, 300, 800, 500).size(), 4u);
+  EXPECT_EQ(gaps(500, 300, 800, 500),
+            "no corners in the left third, right third, upper third and lower third of the image: "
+            "the lens is extrapolated there");
+  EXPECT_EQ(gaps(300, 200, 980, 600),
+            "no corners in the upper left, lower left, upper right and lower right corners of the "
+            "image: the lens is extrapolated there");
   const std::vector<Vector2d> cut = {{0, 0}, {1279, 0}, {1279, 200}, {300, 799}, {0, 799}};
-  ASSERT_EQ(SeenRegion(kSize, cut).gaps().size(), 1u);
-  EXPECT_NE(SeenRegion(kSize, cut).gaps()[0].find("lower right corner"), std::string::npos);
-  EXPECT_EQ(SeenRegion().gaps().size(), 1u);
+  EXPECT_EQ(SeenRegion(kSize, cut).gaps(),
+            "no corners in the lower right corner of the image: the lens is extrapolated there");
+  EXPECT_EQ(SeenRegion(kSize, cut).missing_parts(), std::vector<std::string>{"lower right corner"});
+  EXPECT_TRUE(SeenRegion().gaps().has_value());
 }
 
 TEST(LensDifference, AMovedCameraIsNoDifference) {

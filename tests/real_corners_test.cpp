@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/io/calibration_file.hpp"
@@ -162,6 +163,74 @@ TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
     EXPECT_LT(std::abs(bent.board_warp->bend_mm[i] - mrcal_mm[i]), bent.board_warp->sigma_mm[i])
         << i;
   EXPECT_FALSE(says(bent, "bent board"));
+}
+
+// A rational lens explains the corners by 2 px^2 more, is 0.06 px away where they are, and runs off
+// to a million pixels at the edge of the image.
+TEST(RealCorners, AutoClimbsToNoLensThatIsUnboundedInTheImage) {
+  for (const Witness& w : witnesses()) {
+    for (const bool warp : {false, true}) {
+      CalibrateOptions options;
+      options.board_warp = warp;
+      const Calibration c = calibrated(w.set, options);
+      EXPECT_EQ(c.model, "opencv5") << w.set;
+      for (const ProjectionUncertainty& p : c.projection)
+        EXPECT_FALSE((p.sigma_px.array() > 10).any()) << w.set;  // NaN: no ray
+    }
+  }
+}
+
+bool warns(const Calibration& c, const std::string& text) {
+  return std::any_of(c.warnings.begin(), c.warnings.end(), [&](const std::string& warning) {
+    return warning.find(text) != std::string::npos;
+  });
+}
+
+// What a lens without distortion leaves looks like a board bent by 15 mm.
+TEST(RealCorners, AModelThatIsTooSmallIsSaidFirst) {
+  for (const Witness& w : witnesses()) {
+    for (const std::string model : {"f", "pinhole"}) {
+      const Calibration c = calibrated(w.set, with_model(model));
+      EXPECT_EQ(c.warnings.at(0).find("the model is too small: opencv5"), 0u) << c.warnings[0];
+      EXPECT_FALSE(warns(c, "bent")) << w.set;
+    }
+    EXPECT_FALSE(warns(calibrated(w.set, with_model("opencv5")), "too small: opencv5")) << w.set;
+  }
+}
+
+// A bend of a hundredth of the board is no bend; one of a thousandth is.
+TEST(RealCorners, NoBoardBendsByMillimetresForASmallLens) {
+  CalibrateOptions options = with_model("f");
+  options.board_warp = true;
+  EXPECT_TRUE(warns(calibrated("euroc_cam0", options), "more than a board can be"));
+  options.model = "opencv5";
+  EXPECT_FALSE(warns(calibrated("euroc_cam0", options), "more than a board can be"));
+}
+
+// Printed on paper: tenths of a millimetre, a tenth of a pixel.
+TEST(RealCorners, TheTargetsAreAsTheirFilesSay) {
+  for (const Witness& w : witnesses())
+    for (const std::string model : {"f", "opencv5", "auto"})
+      EXPECT_FALSE(warns(calibrated(w.set, with_model(model)), "target")) << w.set << model;
+}
+
+TEST(RealCorners, GapsAreOneWarning) {
+  const Calibration c = calibrated("euroc_cam0", with_model("opencv5"));
+  EXPECT_TRUE(warns(c, "no corners in the lower left, upper right and lower right corners of"));
+  EXPECT_EQ(std::count_if(c.warnings.begin(), c.warnings.end(),
+                          [](const std::string& w) { return w.find("no corners in") == 0; }),
+            1);
+}
+
+TEST(RealCorners, TheAdvisedViewFillsTheGaps) {
+  for (const Witness& w : witnesses()) {
+    const Calibration c = calibrated(w.set, with_model("opencv5"));
+    const auto view = advise(read_dataset(folder(w.set)).dataset, c);
+    ASSERT_TRUE(view.has_value()) << w.set;
+    EXPECT_EQ(view->fills, c.seen.missing_parts()) << w.set;
+    EXPECT_NE(view->sentence.find("which shows it in the " + view->fills.at(0)), std::string::npos)
+        << view->sentence;
+  }
 }
 
 // Paper is not flat: who follows the warning of it comes nearer to the published answer. (Not so

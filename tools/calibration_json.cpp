@@ -34,15 +34,22 @@ Json camera_json(const Calibration& calibration, double Shown::*member) {
           {"distortion", distortion_json(shown.subspan(4), member)}};
 }
 
+// null: no bound.
+Json pixels_json(double sigma_px, const ImageSize& size) {
+  return has_bound(sigma_px, size) ? Json(sigma_px) : Json();
+}
+
 Json projection_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const ProjectionUncertainty& p : calibration.projection) {
     const bool far = !std::isfinite(p.distance_m);
+    const double centre = p.sigma_px(p.grid.rows / 2, p.grid.columns / 2);
     list.push_back({{"distance_m", far ? Json("infinity") : Json(p.distance_m)},
-                    {"rms_px", p.region_px},
-                    {"max_px", p.region_max_px},
-                    {"centre_px", p.sigma_px(p.grid.rows / 2, p.grid.columns / 2)},
-                    {"whole_image_max_px", largest_px(p)}});
+                    {"rms_px", pixels_json(p.region_px, p.grid.size)},
+                    {"max_px", pixels_json(p.region_max_px, p.grid.size)},
+                    {"centre_px", pixels_json(centre, p.grid.size)},
+                    {"whole_image_max_px", pixels_json(largest_px(p), p.grid.size)},
+                    {"nodes_without_ray", nodes_without_ray(p)}});
   }
   return list;
 }
@@ -64,8 +71,9 @@ Json warp_json(const std::optional<BoardWarp>& warp) {
 Json weak_directions_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const WeakDirection& weak : calibration.weak_directions)
-    list.push_back(
-        {{"parameter", weak.parameter}, {"sigma_px", weak.sigma_px}, {"sentence", weak.sentence}});
+    list.push_back({{"parameter", weak.parameter},
+                    {"sigma_px", pixels_json(weak.sigma_px, calibration.camera->image_size)},
+                    {"sentence", weak.sentence}});
   return list;
 }
 
@@ -78,6 +86,7 @@ Json advice_json(const std::optional<AdvisedView>& advice) {
           {"focal_sigma_now_px", advice->focal_sigma_now_px},
           {"focal_sigma_px", advice->focal_sigma_px},
           {"projection_px", advice->projection_px},
+          {"fills", advice->fills},
           {"sentence", advice->sentence}};
 }
 

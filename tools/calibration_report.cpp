@@ -32,14 +32,27 @@ std::string scales_text(const Calibration& calibration) {
                      *least, *most);
 }
 
+std::string pixels_text(double sigma_px, const ImageSize& size) {
+  return has_bound(sigma_px, size) ? fmt::format("{:.3f} px", sigma_px) : "no bound";
+}
+
+std::string projection_line(const ProjectionUncertainty& p) {
+  const ImageSize& size = p.grid.size;
+  const int without_ray = nodes_without_ray(p);
+  return fmt::format(
+      "projection {} at {} where corners were, {} in the centre, {} at worst over "
+      "the image{}\n",
+      pixels_text(p.region_px, size), distance_text(p.distance_m),
+      pixels_text(p.sigma_px(p.grid.rows / 2, p.grid.columns / 2), size),
+      pixels_text(largest_px(p), size),
+      without_ray == 0
+          ? ""
+          : fmt::format(", no ray at {} of {} nodes", without_ray, p.grid.rows * p.grid.columns));
+}
+
 std::string projection_text(const Calibration& calibration) {
   std::string text;
-  for (const ProjectionUncertainty& p : calibration.projection)
-    text += fmt::format(
-        "projection {:.3f} px at {} where corners were, {:.3f} px in the centre, {:.3f} px at "
-        "worst over the image\n",
-        p.region_px, distance_text(p.distance_m), p.sigma_px(p.grid.rows / 2, p.grid.columns / 2),
-        largest_px(p));
+  for (const ProjectionUncertainty& p : calibration.projection) text += projection_line(p);
   if (!calibration.projection.empty())
     text += fmt::format("seen       {:.0f} % of the image lies among the corners\n",
                         100 * calibration.seen.share());

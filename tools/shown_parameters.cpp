@@ -1,6 +1,7 @@
 #include "shown_parameters.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "tagcal/camera/model.hpp"
@@ -46,8 +47,17 @@ std::size_t num_shown(const Calibration& calibration) {
 
 double largest_px(const ProjectionUncertainty& projection) {
   double value = 0;
-  for (const double sigma : projection.sigma_px.reshaped()) value = sigma > value ? sigma : value;
+  for (const double sigma : projection.sigma_px.reshaped())
+    if (sigma > value) value = sigma;
   return value;
+}
+
+int nodes_without_ray(const ProjectionUncertainty& projection) {
+  return static_cast<int>(projection.sigma_px.array().isNaN().count());
+}
+
+bool has_bound(double sigma_px, const ImageSize& size) {
+  return sigma_px <= std::hypot(size.width, size.height);
 }
 
 }  // namespace tagcal::tools

@@ -27,4 +27,10 @@ std::size_t num_shown(const Calibration& calibration);
 // The largest standard deviation over the image.
 double largest_px(const ProjectionUncertainty& projection);
 
+// At how many nodes no ray meets the image: beyond where the lens folds.
+int nodes_without_ray(const ProjectionUncertainty& projection);
+
+// Whether a standard deviation says anything: one beyond the image's diagonal does not.
+bool has_bound(double sigma_px, const ImageSize& size);
+
 }  // namespace tagcal::tools

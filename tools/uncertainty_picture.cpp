@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "shown_parameters.hpp"
+
 namespace tagcal::tools {
 namespace {
 
@@ -87,9 +89,11 @@ std::string numbers_svg(const ProjectionUncertainty& p, const PanelFrame& frame)
     for (int column = 2; column < p.grid.columns; column += 4) {
       const double sigma = p.sigma_px(row, column);
       const Vector2d at = frame.at(p.grid.pixel(column, row));
-      svg +=
-          fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n", at.x(),
-                      at.y() + 4, std::isfinite(sigma) ? fmt::format("{:.2g}", sigma) : "none");
+      const std::string text = std::isnan(sigma)               ? "no ray"
+                               : has_bound(sigma, p.grid.size) ? fmt::format("{:.2g}", sigma)
+                                                               : "no bound";
+      svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
+                         at.x(), at.y() + 4, text);
     }
   }
   return svg;

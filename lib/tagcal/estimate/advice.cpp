@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/uncertainty.hpp"
 
 namespace tagcal {
@@ -22,6 +23,7 @@ using Eigen::VectorXd;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kDirectionsShown = 3;
+constexpr double kNearlyAsMuch = 2;  // of the variance that the best view leaves
 
 std::string number(double value, const char* format = "%.3g") {
   char text[64];
@@ -122,12 +124,18 @@ struct Known {
   MatrixXd information;
   double sigma_px = 1;
   double distance_m = 1;
+  SeenRegion seen;  // empty where the lens has no distortion to learn
 };
 
 // Of one coordinate of a view to come: as the residuals of the others show it. (Where every
 // corner has its own noise, sigma is a factor of it.)
 double noise_to_expect(const Calibration& c) {
   return c.sigma_of_corners ? c.rms_px / std::numbers::sqrt2 : c.sigma_px;
+}
+
+bool has_distortion(const Model& model) {
+  return std::any_of(model.free().begin(), model.free().end(),
+                     [](const FreeParameter& free) { return free.name[0] == 'k'; });
 }
 
 std::optional<Known> known_of(const Calibration& c, const BoardPoints& board) {
@@ -145,6 +153,7 @@ std::optional<Known> known_of(const Calibration& c, const BoardPoints& board) {
       distances.push_back(view.camera_from_world.translation().norm());
     std::sort(distances.begin(), distances.end());
     known.distance_m = distances[distances.size() / 2];
+    if (has_distortion(*known.model)) known.seen = c.seen;
     return known;
   }
   const ImageSize& size = c.camera->image_size;
@@ -180,10 +189,71 @@ std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_
             " towards the camera";
   else
     text += "facing the camera";
+  if (!view.fills.empty()) text += ", which shows it in the " + listed(view.fills);
   text += ": sd of the focal length ";
   if (known_before) text += number(view.focal_sigma_now_px) + " -> ";
   text += number(view.focal_sigma_px) + " px";
   return known_before ? text : text + ", if it is about as long as the image is wide";
+}
+
+// What of the missing parts of the image a view would show; its corners join the seen ones.
+std::vector<std::string> filled_by(const ViewProblem& view, const Known& known,
+                                   const std::vector<std::string>& missing) {
+  if (missing.empty()) return {};
+  std::vector<Vector2d> pixels = known.seen.hull();
+  for (const Correspondence& c : view.correspondences) pixels.push_back(c.pixel);
+  const auto left = SeenRegion(known.camera.image_size, pixels).missing_parts();
+  std::vector<std::string> filled;
+  for (const std::string& part : missing)
+    if (std::find(left.begin(), left.end(), part) == left.end()) filled.push_back(part);
+  return filled;
+}
+
+struct Judged {
+  Candidate candidate;
+  Pose pose;
+  MatrixXd covariance;
+  double variance = 0;
+  std::vector<std::string> fills;
+};
+
+// All candidates that show enough of the board, and what is known after each.
+std::vector<Judged> judged(const BoardPoints& board, const Known& known) {
+  const UncertainLens lens{known.model, known.camera.lens, {}};
+  const std::vector<Vector2d> image = ImageGrid{known.camera.image_size, 9, 7}.pixels();
+  const MatrixXd projection = aligned_jacobian(lens, image, kInfinitelyFar);
+  const MatrixXd effect = projection.transpose() * projection /
+                          static_cast<double>(std::max<Index>(1, projection.rows()));
+  const std::vector<std::string> missing = known.seen.missing_parts();
+  std::vector<Judged> all;
+  for (const Candidate& c : candidates(known.distance_m)) {
+    const auto pose = pose_of(c, known.camera, board);
+    if (!pose) continue;
+    const auto view = seen_of(board, known.camera, *pose);
+    if (!view) continue;
+    const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
+    if (!added) continue;
+    const auto covariance =
+        exact_inverse(known.information + added->schur / (known.sigma_px * known.sigma_px));
+    if (!covariance) continue;
+    const double variance = (effect * *covariance).trace();
+    all.push_back({c, *pose, *covariance, variance, filled_by(*view, known, missing)});
+  }
+  return all;
+}
+
+// The view that teaches most; of those that teach nearly as much the one that fills most gaps.
+const Judged* best_of(const std::vector<Judged>& all) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Judged& j : all) lowest = std::min(lowest, j.variance);
+  const Judged* best = nullptr;
+  for (const Judged& j : all) {
+    if (!(j.variance <= kNearlyAsMuch * lowest)) continue;
+    if (!best || j.fills.size() > best->fills.size() ||
+        (j.fills.size() == best->fills.size() && j.variance < best->variance))
+      best = &j;
+  }
+  return best;
 }
 
 }  // namespace
@@ -213,39 +283,22 @@ std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& cal
   const BoardPoints board(dataset);
   const std::optional<Known> known = known_of(calibration, board);
   if (!known) return std::nullopt;
-  const UncertainLens lens{known->model, known->camera.lens, {}};
-  const std::vector<Vector2d> image = ImageGrid{known->camera.image_size, 9, 7}.pixels();
-  const MatrixXd projection = aligned_jacobian(lens, image, kInfinitelyFar);
-  const MatrixXd effect = projection.transpose() * projection /
-                          static_cast<double>(std::max<Index>(1, projection.rows()));
-  std::optional<AdvisedView> best;
-  double lowest = std::numeric_limits<double>::infinity();
+  const std::vector<Judged> all = judged(board, *known);
+  const Judged* best = best_of(all);
+  if (!best) return std::nullopt;
   const auto before = exact_inverse(known->information);
-  for (const Candidate& c : candidates(known->distance_m)) {
-    const auto pose = pose_of(c, known->camera, board);
-    if (!pose) continue;
-    const auto view = seen_of(board, known->camera, *pose);
-    if (!view) continue;
-    const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
-    if (!added) continue;
-    const auto covariance =
-        exact_inverse(known->information + added->schur / (known->sigma_px * known->sigma_px));
-    if (!covariance) continue;
-    const double variance = (effect * *covariance).trace();
-    if (!(variance < lowest)) continue;
-    lowest = variance;
-    best = AdvisedView{
-        *pose,
-        c.tilt_rad,
-        c.distance_m,
-        pixel_of(c, known->camera.image_size),
-        focal_sigma(*known->model, *covariance),
-        before ? focal_sigma(*known->model, *before) : std::numeric_limits<double>::infinity(),
-        std::sqrt(variance),
-        ""};
-    best->sentence = sentence_of(c, *best, before.has_value());
-  }
-  return best;
+  AdvisedView view{
+      best->pose,
+      best->candidate.tilt_rad,
+      best->candidate.distance_m,
+      pixel_of(best->candidate, known->camera.image_size),
+      focal_sigma(*known->model, best->covariance),
+      before ? focal_sigma(*known->model, *before) : std::numeric_limits<double>::infinity(),
+      std::sqrt(best->variance),
+      best->fills,
+      ""};
+  view.sentence = sentence_of(best->candidate, view, before.has_value());
+  return view;
 }
 
 }  // namespace tagcal

@@ -20,14 +20,17 @@ struct AdvisedView {
   double distance_m = 0;      // of the board's centre
   Eigen::Vector2d pixel;      // where the board's centre is seen
   double focal_sigma_px = 0;  // sd of f after it (of fx or fy, the larger), for the noise at hand
-  double focal_sigma_now_px = 0;  // infinite where f is not known
-  double projection_px = 0;       // sd of the projection at infinity, RMS over the image, after it
+  double focal_sigma_now_px = 0;   // infinite where f is not known
+  double projection_px = 0;        // sd of the projection at infinity, RMS over the image, after it
+  std::vector<std::string> fills;  // the missing parts of the image that it shows: `SeenRegion`
   std::string sentence;
 };
 
 // Of views of the largest board, from frontal to tilted by 55 degrees to eight sides, in nine
 // places and at four distances, the one after which the projection at infinity is best known over
-// the whole image: each is judged by the information that it adds. For a calibration that holds no
+// the whole image: each is judged by the information that it adds. Of those that leave at most
+// twice that variance the one that fills most gaps in the seen region, where the lens has
+// distortion to learn. For a calibration that holds no
 // focal length, a nominal one stands in. No value without an estimate, or where no view shows half
 // of the board.
 std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& calibration);

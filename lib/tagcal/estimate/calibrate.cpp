@@ -1,13 +1,16 @@
 #include "tagcal/estimate/calibrate.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/ladder.hpp"
+#include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/result.hpp"
 #include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/settle.hpp"
+#include "tagcal/estimate/target_error.hpp"
 #include "tagcal/estimate/wrong_views.hpp"
 
 namespace tagcal {
@@ -33,12 +36,26 @@ Calibration without_answer(const CalibrationInput& input, const std::string& mod
 }
 
 // What looked like an answer is none; nor is what it says of itself.
-void withdraw(Calibration& c, Status status, const std::string& reason) {
+void withdraw(Calibration& c, Status status) {
   c.status = status;
-  c.warnings.push_back(reason);
   c.projection.clear();
   c.halves.reset();
   c.board_warp.reset();
+}
+
+constexpr double kShareOfLargerLens = 0.1;
+
+// A target that is wrong in every view fits itself, but for the residuals of its corners, which
+// have one direction on it. (Not where a larger lens explains more of them.)
+void check_target(Calibration& c, const CalibrationInput& input, const Bundle& solved,
+                  const FlatBoard* board) {
+  if (!is_answer(c.status)) return;
+  const auto error = target_error(input, c, board);
+  if (!error) return;
+  const auto larger = larger_lens(solved, c.sigma_px);
+  if (larger && larger->share > std::max(error->share, kShareOfLargerLens)) return;
+  if (error->gross) withdraw(c, Status::no_consensus);
+  c.warnings.insert(c.warnings.begin(), error->sentence);  // what else is warned of follows from it
 }
 
 bool is_weak(const Model& model) { return model.lens_type() == LensType::parallel; }
@@ -81,8 +98,10 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
     c = calibrate_weak(input, options);
   }
   if (is_answer(c.status) && choice->status != Status::ok) {
-    withdraw(c, choice->status, choice->reason);
+    withdraw(c, choice->status);
+    c.warnings.push_back(choice->reason);
   }
+  if (c.model != "weak") check_target(c, input, choice->fit.bundle, board);
   c.steps = choice->steps;
   c.bic = choice->fit.bic;
   return c;
@@ -109,7 +128,11 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
   const std::optional<Observability> doubt =
       is_answer(c.status) ? doubt_of_plain_lens(fit->bundle, c.covariance, c.sigma_px)
                           : std::nullopt;
-  if (doubt) withdraw(c, doubt->status, doubt->reason);
+  if (doubt) {
+    withdraw(c, doubt->status);
+    c.warnings.push_back(doubt->reason);
+  }
+  check_target(c, input, fit->bundle, board);
   return c;
 }
 
@@ -131,7 +154,10 @@ Calibration calibrate_bent(const CalibrationInput& flat, const CalibrateOptions&
   CalibrationInput input = flat;
   const Eigen::Vector2d bent_m = unbend(input, board, options);
   Calibration c = calibrate_input(input, options, &board);
-  if (c.board_warp) c.board_warp->bend_mm += 1e3 * bent_m;
+  if (c.board_warp) {
+    c.board_warp->bend_mm += 1e3 * bent_m;
+    warn_of_impossible_bend(c, *c.board_warp, board);
+  }
   if (!is_auto(options) || !is_answer(c.status) || c.model == "weak") return c;
   // The choice was made on the board as the largest model bends it: the chosen one bends it its
   // way.

@@ -166,4 +166,18 @@ std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
   return text;
 }
 
+std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
+  const Model& usual = Model::named("opencv5");
+  if (solved.model->lens_type() != LensType::perspective ||
+      solved.model->num_free() >= usual.num_free())
+    return std::nullopt;
+  const auto information = bundle_information(with_model(solved, usual));
+  if (!information) return std::nullopt;
+  const auto inverse = exact_inverse(information->halves[0] + information->halves[1]);
+  if (!inverse) return std::nullopt;
+  const Eigen::VectorXd gradient = information->gradients[0] + information->gradients[1];
+  const double less = gradient.dot(*inverse * gradient);
+  return LargerLens{less / (sigma * sigma), less / std::max(cost_of(solved), 1e-300)};
+}
+
 }  // namespace tagcal

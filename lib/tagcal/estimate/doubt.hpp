@@ -25,4 +25,13 @@ std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
 // be for another. No value where they could (f+c is held), or for another model.
 std::optional<std::string> assumed_centre(const Bundle& solved, double sigma);
 
+// What opencv5 would explain of a solved perspective that is smaller, to first order.
+struct LargerLens {
+  double chi_square = 0;  // by which its sum of squares is lower, in units of sigma^2
+  double share = 0;       // of the sum of squares
+};
+
+// No value for a model that is not smaller, or where the data do not hold the larger one.
+std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma);
+
 }  // namespace tagcal

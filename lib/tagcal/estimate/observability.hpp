@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,8 @@ Observability observability(const Bundle& bundle,
                             const std::optional<BundleInformation>& information, double sigma,
                             bool bend_open = false);
 
-std::string percent(double share);  // "12 %"
+std::string percent(double share);                       // "12 %"
+std::string listed(std::span<const std::string> names);  // "a, b and c"
 
 SeenRegion seen_region(const Bundle& bundle);
 double median_distance_m(const Bundle& bundle);  // of the corners from the camera

@@ -9,9 +9,8 @@
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/doubt.hpp"
-#include "tagcal/estimate/halves.hpp"
+#include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/observability.hpp"
-#include "tagcal/estimate/residual_field.hpp"
 
 namespace tagcal {
 namespace {
@@ -20,7 +19,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kAssumedSigmaPx = 0.5;
 constexpr int kEnoughDegreesOfFreedom = 50;
-constexpr double kBentChiSquare = 18.4;  // two degrees of freedom, p = 0.0001
 
 void fill_sigmas(Calibration& c, const Model& model) {
   c.sigmas.assign(parameters(c.camera->lens).size(), 0.0);
@@ -30,16 +28,14 @@ void fill_sigmas(Calibration& c, const Model& model) {
 }
 
 std::string trade(const std::vector<std::string>& names) {
-  std::string text = names[0];
-  for (std::size_t i = 1; i < names.size(); ++i)
-    text += (i + 1 < names.size() ? ", " : " and ") + names[i];
-  return text +
+  return listed(names) +
          " trade with one another: the projection is known, they are not; a smaller model would do";
 }
 
-// For what doubts the answer: digits in a file, below the least noise that there is, are no error.
-double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
-  return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
+// A standard deviation of the projection, where it says anything: within the image.
+std::string pixels(double sigma_px, const ImageSize& size) {
+  if (!(sigma_px <= std::hypot(size.width, size.height))) return "no bound";
+  return std::to_string(std::lround(sigma_px)) + " px";
 }
 
 // What the data can hold, by the rules of the design; the first reason not to answer wins.
@@ -99,69 +95,27 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
   c.weak_directions = weak_directions(lens, samples);
   for (const WeakDirection& weak : c.weak_directions)
     if (weak.sigma_px > kProjectionWeakPx)
-      c.warnings.push_back(weak.sentence + " (" +
-                           std::to_string(std::lround(std::min(weak.sigma_px, 1e9))) +
-                           " px at infinity)");
-}
-
-void warn_of_halves(Calibration& c, const Bundle& bundle, const BundleInformation& information,
-                    const CalibrateOptions& options, double distance_m) {
-  c.halves = compare_halves(bundle, information, sigma_that_counts(c, options), c.seen.samples(),
-                            distance_m);
-  if (c.halves && c.halves->disagree)
-    c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
-                         " of what their noise explains: the model is too small, or the board is "
-                         "bent or moved, and the standard deviations are too small");
-}
-
-void warn_of_field(Calibration& c, const Bundle& bundle, const CalibrateOptions& options) {
-  const ResidualField field = residual_field(bundle, least_sigma(c.sigma_of_corners, options));
-  if (!field.disagree) return;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g px", field.rms_px);
-  c.warnings.push_back("the residuals differ from place to place in the image, by " +
-                       std::string(text) +
-                       " RMS: the model is too small, or the board is bent, and the standard "
-                       "deviations are too small");
+      c.warnings.push_back(weak.sentence + " (" + pixels(weak.sigma_px, c.camera->image_size) +
+                           " at infinity)");
 }
 
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
-void fill_projection(Calibration& c, const Bundle& bundle, const BundleInformation* information,
+void fill_projection(Calibration& c, const MisfitEvidence& evidence,
                      const CalibrateOptions& options) {
+  const Bundle& bundle = *evidence.bundle;
   c.seen = seen_region(bundle);
   const std::vector<Eigen::Vector2d> samples = c.seen.samples();
   const UncertainLens lens{bundle.model, c.camera->lens, c.covariance};
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
   if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
-  for (std::string& gap : c.seen.gaps()) c.warnings.push_back(std::move(gap));
+  if (auto gaps = c.seen.gaps()) c.warnings.push_back(std::move(*gaps));
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
   for (const double distance : distances)
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
-  warn_of_field(c, bundle, options);
-  if (information) warn_of_halves(c, bundle, *information, options, near_m);
-}
-
-// The bend of the board: part of the answer where it was asked for, else a warning where the
-// corners show it.
-void fill_warp(Calibration& c, const BundleInformation& information,
-               const CalibrateOptions& options) {
-  const std::optional<BoardWarp> warp = estimate_warp(information, c.sigma_px);
-  if (!warp) return;
-  if (options.board_warp) {
-    c.board_warp = warp;
-    return;
-  }
-  const double share = c.sigma_px / sigma_that_counts(c, options);
-  if (share * share * warp->chi_square > kBentChiSquare) {
-    char text[96];
-    std::snprintf(text, sizeof text, "%.2g mm along x and %.2g mm along y", warp->bend_mm.x(),
-                  warp->bend_mm.y());
-    c.warnings.push_back("the corners fit a bent board better, by " + std::string(text) +
-                         ": try --board-warp, or a larger model");
-  }
+  warn_of_misfit(c, evidence, options, near_m);
 }
 
 }  // namespace
@@ -205,10 +159,11 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }
-  if (board && seen.covariance) fill_warp(c, *information, options);
+  MisfitEvidence evidence{&fit.bundle, information ? &*information : nullptr, board};
+  if (seen.covariance) judge_model_and_board(c, evidence, options);
   fill_views(c, fit, seen.covariance);
   c.status = judge(c, fit, seen, options);
-  fill_projection(c, fit.bundle, information ? &*information : nullptr, options);
+  fill_projection(c, evidence, options);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   c.seconds.covariance = std::chrono::duration<double>(Clock::now() - begin).count();

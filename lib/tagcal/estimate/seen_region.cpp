@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+
+#include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
+
+constexpr std::string_view kCorner = " corner";
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -100,8 +105,8 @@ std::vector<Vector2d> SeenRegion::samples() const {
   return inside;
 }
 
-std::vector<std::string> SeenRegion::gaps() const {
-  if (hull_.empty()) return {"no region of the image is covered by corners"};
+std::vector<std::string> SeenRegion::missing_parts() const {
+  if (hull_.empty()) return {};
   Vector2d low = hull_[0], high = hull_[0];
   for (const Vector2d& p : hull_) {
     low = low.cwiseMin(p);
@@ -121,14 +126,23 @@ std::vector<std::string> SeenRegion::gaps() const {
                                 (low_side ? high.y() < 2 * h / 3 : low.y() > h / 3);
       if (side_missing || contains(corner)) continue;
       parts.push_back(std::string(low_side ? "lower " : "upper ") + (right ? "right" : "left") +
-                      " corner");
+                      std::string(kCorner));
     }
   }
-  std::vector<std::string> sentences;
+  return parts;
+}
+
+std::optional<std::string> SeenRegion::gaps() const {
+  if (hull_.empty()) return "no region of the image is covered by corners";
+  const std::vector<std::string> parts = missing_parts();
+  if (parts.empty()) return std::nullopt;
+  std::vector<std::string> thirds, corners;
   for (const std::string& part : parts)
-    sentences.push_back("no corners in the " + part +
-                        " of the image: the lens is extrapolated there");
-  return sentences;
+    (part.ends_with(kCorner) ? corners : thirds).push_back(part);
+  for (std::string& corner : corners) corner.resize(corner.size() - kCorner.size());
+  if (!corners.empty())
+    thirds.push_back(listed(corners) + std::string(kCorner) + (corners.size() > 1 ? "s" : ""));
+  return "no corners in the " + listed(thirds) + " of the image: the lens is extrapolated there";
 }
 
 }  // namespace tagcal

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,8 +35,12 @@ class SeenRegion {
   // where these are too few. Empty for an empty region.
   std::vector<Eigen::Vector2d> samples() const;
 
-  // What was not seen, in plain words; empty where the corners reach all parts of the image.
-  std::vector<std::string> gaps() const;
+  // The thirds and corners of the image that were not seen, by their names ("left third", "upper
+  // right corner"); empty where the corners reach all parts, and for an empty region.
+  std::vector<std::string> missing_parts() const;
+
+  // The same in one plain sentence; no value where the corners reach all parts of the image.
+  std::optional<std::string> gaps() const;
 
  private:
   ImageSize size_;

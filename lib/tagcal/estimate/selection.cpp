@@ -19,6 +19,8 @@ using Eigen::Vector2d;
 constexpr double kTolerancePx = 0.1;  // RMS of the projection that no scene needs
 constexpr double kPeakPx = 0.25;      // and at a single corner,
 constexpr double kPeakSigmas = 5;     // where it is more than so many posterior deviations
+constexpr double kBoundShare =
+    0.1;  // of half the diagonal: a lens known no better is no lens there
 constexpr double kGrosslyWrongSigmas = 100;
 constexpr int kFisheyeHandicap = 3;     // parameters
 constexpr double kStrongEvidence = 10;  // of BIC (Kass & Raftery 1995: very strong)
@@ -61,20 +63,32 @@ struct Comparison {
       : samples(seen_region(bundle).samples()), distance_m(median_distance_m(bundle)) {}
 };
 
-// Where the larger model is not needed: the smaller one projects alike.
+ProjectionUncertainty uncertainty(const Rung& rung, const Comparison& at) {
+  return projection_uncertainty(
+      {&rung.model(), rung.bundle.lens(), rung.seen.covariance->parameters},
+      ImageGrid{rung.bundle.image_size, 9, 7}, at.samples, at.distance_m);
+}
+
+// Whether a lens is known wherever it answers. (A pixel without a ray is an honest answer.)
+bool bounded(const ProjectionUncertainty& sure) {
+  const double bound = kBoundShare * 0.5 * std::hypot(sure.grid.size.width, sure.grid.size.height);
+  return !(sure.sigma_px.array() >= bound).any();
+}
+
+// Where the larger model is not needed: the smaller one projects alike. For single corners no lens
+// is given up that is of use all over the image for one that is not.
 bool stands_for(const Rung& small, const Rung& large, const Comparison& at, double& difference) {
   const Camera a{small.bundle.lens(), small.bundle.image_size};
   const Camera b{large.bundle.lens(), large.bundle.image_size};
   const auto d = lens_difference(a, b, at.samples, at.distance_m);
   if (!d) return false;
   difference = d->rms_px;
-  const auto own =
-      projection_uncertainty({&small.model(), a.lens, small.seen.covariance->parameters},
-                             ImageGrid{a.image_size, 3, 3}, at.samples, at.distance_m);
+  const ProjectionUncertainty own = uncertainty(small, at);
   const double tolerance = std::max(kTolerancePx, 0.5 * std::sqrt(2.0) * own.region_px);
   if (d->rms_px > tolerance) return false;
   return small.misfit - large.misfit < kPeakSigmas * kPeakSigmas ||
-         moved(small.bundle, large.bundle).max_px <= kPeakPx;
+         moved(small.bundle, large.bundle).max_px <= kPeakPx ||
+         (bounded(own) && !bounded(uncertainty(large, at)));
 }
 
 const Rung* simplified(const Ladder& ladder, const Rung& winner,

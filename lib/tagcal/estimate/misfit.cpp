@@ -1,0 +1,97 @@
+#include "tagcal/estimate/misfit.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "tagcal/estimate/board_warp.hpp"
+#include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/halves.hpp"
+#include "tagcal/estimate/residual_field.hpp"
+
+namespace tagcal {
+namespace {
+
+constexpr double kBentChiSquare = 18.4;      // two degrees of freedom, p = 0.0001
+constexpr double kSmallModelChiSquare = 45;  // eight degrees of freedom at most, p = 4e-7
+constexpr double kLargestBend = 0.01;        // of a board's diagonal
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+std::string bend_text(const BoardWarp& warp) {
+  return number(warp.bend_mm.x()) + " mm along x and " + number(warp.bend_mm.y()) + " mm along y";
+}
+
+std::string cause(const MisfitEvidence& evidence, const char* of_board) {
+  return "the model is too small" +
+         (evidence.small_model ? std::string() : ", or the board is " + std::string(of_board)) +
+         ", and the standard deviations are too small";
+}
+
+// In units of the noise that counts.
+double chi_square(const BoardWarp& warp, const Calibration& c, const CalibrateOptions& options) {
+  const double share = c.sigma_px / sigma_that_counts(c, options);
+  return share * share * warp.chi_square;
+}
+
+// `auto` has asked the larger models itself.
+bool warn_of_small_model(Calibration& c, const MisfitEvidence& evidence, double bent,
+                         const CalibrateOptions& options) {
+  if (options.model.empty() || options.model == "auto") return false;
+  const auto larger = larger_lens(*evidence.bundle, sigma_that_counts(c, options));
+  if (!larger || larger->chi_square < std::max(kSmallModelChiSquare, bent)) return false;
+  c.warnings.push_back("the model is too small: opencv5 would explain " + percent(larger->share) +
+                       " of the squares of its residuals");
+  return true;
+}
+
+}  // namespace
+
+double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
+  return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
+}
+
+bool warn_of_impossible_bend(Calibration& c, const BoardWarp& warp, const FlatBoard& board) {
+  const double largest_mm = kLargestBend * 2e3 * board.half_size.norm();
+  if (warp.bend_mm.cwiseAbs().maxCoeff() <= largest_mm) return false;
+  c.warnings.push_back("the corners ask for a board bent by " + bend_text(warp) +
+                       ", more than a board can be: the model is too small, or the target is not "
+                       "as its file says");
+  return true;
+}
+
+void judge_model_and_board(Calibration& c, MisfitEvidence& evidence,
+                           const CalibrateOptions& options) {
+  std::optional<BoardWarp> warp;
+  if (evidence.board && evidence.information)
+    warp = estimate_warp(*evidence.information, c.sigma_px);
+  const double bent = warp ? chi_square(*warp, c, options) : 0;
+  evidence.small_model = warn_of_small_model(c, evidence, bent, options);
+  if (options.board_warp) {
+    c.board_warp = warp;
+  } else if (bent > kBentChiSquare && !evidence.small_model &&
+             !warn_of_impossible_bend(c, *warp, *evidence.board)) {
+    c.warnings.push_back("the corners fit a bent board better, by " + bend_text(*warp) +
+                         ": try --board-warp, or a larger model");
+  }
+}
+
+void warn_of_misfit(Calibration& c, const MisfitEvidence& evidence, const CalibrateOptions& options,
+                    double distance_m) {
+  const ResidualField field =
+      residual_field(*evidence.bundle, least_sigma(c.sigma_of_corners, options));
+  if (field.disagree)
+    c.warnings.push_back("the residuals differ from place to place in the image, by " +
+                         number(field.rms_px) + " px RMS: " + cause(evidence, "bent"));
+  if (!evidence.information) return;
+  c.halves = compare_halves(*evidence.bundle, *evidence.information, sigma_that_counts(c, options),
+                            c.seen.samples(), distance_m);
+  if (c.halves && c.halves->disagree)
+    c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
+                         " of what their noise explains: " + cause(evidence, "bent or moved"));
+}
+
+}  // namespace tagcal

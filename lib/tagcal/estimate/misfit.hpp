@@ -1,0 +1,34 @@
+#pragma once
+
+#include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/flat_board.hpp"
+#include "tagcal/estimate/uncertainty.hpp"
+
+namespace tagcal {
+
+// What the residuals of a solved bundle can be held against.
+struct MisfitEvidence {
+  const Bundle* bundle = nullptr;
+  const BundleInformation* information = nullptr;  // with the bends of `board`; null: none
+  const FlatBoard* board = nullptr;                // null: none, or several
+  bool small_model = false;                        // said already
+};
+
+// For what doubts the answer: digits in a file, below the least noise that there is, are no error.
+double sigma_that_counts(const Calibration& c, const CalibrateOptions& options);
+
+// A model asked for by name that is too small comes first, where opencv5 would lower the sum of
+// squares (to first order) by more than chance and by more than a bent board does. Then the bend:
+// part of the answer where it was asked for, else a warning where the corners show it.
+void judge_model_and_board(Calibration& c, MisfitEvidence& evidence,
+                           const CalibrateOptions& options);
+
+// Warns of residuals that differ from place to place, and of halves of the views that differ by
+// more than their noise explains.
+void warn_of_misfit(Calibration& c, const MisfitEvidence& evidence, const CalibrateOptions& options,
+                    double distance_m);
+
+// Warns of a bend beyond what a board is capable of: a hundredth of its diagonal.
+bool warn_of_impossible_bend(Calibration& c, const BoardWarp& warp, const FlatBoard& board);
+
+}  // namespace tagcal

@@ -1,0 +1,267 @@
+#include "tagcal/estimate/target_error.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "tagcal/camera/parameter_index.hpp"
+#include "tagcal/estimate/reprojection.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// By which two coordinates of a pixel move with their point: row-wise, as they are used.
+using ByShift = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
+
+constexpr int kFewestViews = 3;
+constexpr double kDamping = 1e-3;       // of what the views do not tell, a shift along the sight
+constexpr double kNormalQuantile = 5;   // standard deviations
+constexpr double kLeastNoisePx = 0.01;  // digits in a file are no error
+constexpr double kShareSaid = 0.2;      // of the squared residuals
+constexpr double kSaidPx = 0.125;       // what good boards of paper have is 0.1 px
+constexpr double kShareGross = 0.5;     // most of what is left is not noise
+constexpr double kGrossPx = 0.25;
+constexpr double kTagsGross = 0.25;      // of all tags
+constexpr double kOutstanding = 4;       // times the median tag
+constexpr double kConsistent = 0.5;      // of what was left out, that is one shift
+constexpr double kSmallestCosine = 0.1;  // beyond, the scale of a plain lens says nothing
+constexpr std::size_t kTagsNamed = 3;
+
+// The normal equations of one shift.
+struct Sums {
+  int count = 0;
+  Matrix3d information = Matrix3d::Zero();
+  Vector3d gradient = Vector3d::Zero();
+  double square = 0;  // of the residuals
+
+  void add(const ByShift& by_shift, const Vector2d& residual) {
+    ++count;
+    for (int i = 0; i < 3; ++i)
+      information.col(i) += by_shift(0, i) * by_shift.row(0) + by_shift(1, i) * by_shift.row(1);
+    gradient += residual.x() * by_shift.row(0) + residual.y() * by_shift.row(1);
+    square += residual.squaredNorm();
+  }
+  Vector3d shift() const {
+    const double damping = kDamping * information.trace() + 1e-300;
+    return (information + damping * Matrix3d::Identity()).ldlt().solve(gradient);
+  }
+  double explained(const Vector3d& shift) const {
+    return std::max(0.0, 2 * gradient.dot(shift) - shift.dot(information * shift));
+  }
+};
+
+struct Corner {
+  CornerId id;
+  Sums inliers, outliers;
+};
+
+// Corners by their names; most often they come in the same order in every view.
+class Corners {
+ public:
+  Corner& at(const CornerId& id) {
+    if (next_ < all_.size() && all_[next_].id == id) return all_[next_++];
+    const auto [place, added] = index_.emplace(id, all_.size());
+    if (added) all_.push_back({id, {}, {}});
+    next_ = place->second + 1;
+    return all_[place->second];
+  }
+  const std::vector<Corner>& all() const { return all_; }
+
+ private:
+  std::vector<Corner> all_;
+  std::map<CornerId, std::size_t> index_;
+  std::size_t next_ = 0;
+};
+
+// Outliers stand in the order of the views and their corners.
+class OutlierList {
+ public:
+  explicit OutlierList(const std::vector<Outlier>& all) : next_(all.begin()), end_(all.end()) {}
+
+  bool in_view(const std::string& image) {
+    view_ = next_ != end_ && next_->image == image;
+    return view_;
+  }
+  bool take(const std::string& image, const CornerId& id) {
+    if (!view_ || next_->id != id) return false;
+    ++next_;
+    in_view(image);
+    return true;
+  }
+
+ private:
+  std::vector<Outlier>::const_iterator next_, end_;
+  bool view_ = false;
+};
+
+// How a pixel moves with its point, of a lens without distortion; `axes`: in which directions.
+class Scale {
+ public:
+  Scale(const Lens& lens, const Pose& camera_from_world, const Matrix3d& axes)
+      : turned_(camera_from_world.rotation().toRotationMatrix() * axes),
+        rotation_(camera_from_world.rotation().toRotationMatrix()),
+        translation_(camera_from_world.translation()),
+        focal_(parameters(lens)[kFx], parameters(lens)[kFy]) {}
+
+  bool at(const Vector3d& point, ByShift& by_shift) const {
+    const Vector3d x = rotation_ * point + translation_;
+    if (!(x.z() > 0 && x.z() * x.z() > kSmallestCosine * kSmallestCosine * x.squaredNorm()))
+      return false;
+    const double nearness = 1 / x.z();
+    for (int i = 0; i < 2; ++i)
+      by_shift.row(i) = focal_[i] * nearness * (turned_.row(i) - x[i] * nearness * turned_.row(2));
+    return true;
+  }
+
+ private:
+  Matrix3d turned_, rotation_;
+  Vector3d translation_;
+  Vector2d focal_;
+};
+
+struct Total {
+  int count = 0, corners = 0;
+  double square = 0, explained = 0;
+};
+
+Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matrix3d& axes,
+                Total& total) {
+  Corners corners;
+  OutlierList outliers(c.outliers);
+  auto answer = c.views.begin();
+  ByShift by_shift;
+  for (const CalibrationView& view : input.views) {
+    const bool taken = answer != c.views.end() && answer->image == view.image;
+    outliers.in_view(view.image);
+    if (!taken) {
+      for (const CornerId& id : view.ids) outliers.take(view.image, id);
+      continue;
+    }
+    const auto residuals =
+        residuals_px(view.problem.correspondences, c.camera->lens, answer->camera_from_world);
+    const Scale scale(c.camera->lens, (answer++)->camera_from_world, axes);
+    for (std::size_t i = 0; i < view.ids.size(); ++i) {
+      const bool out = outliers.take(view.image, view.ids[i]);
+      if (!residuals[i].allFinite() || !scale.at(view.problem.correspondences[i].point, by_shift))
+        continue;
+      Corner& corner = corners.at(view.ids[i]);
+      (out ? corner.outliers : corner.inliers).add(by_shift, residuals[i]);
+      total.count += !out;
+      total.square += out ? 0 : residuals[i].squaredNorm();
+    }
+  }
+  return corners;
+}
+
+// The shift of a tag, from those of its corners.
+struct TagShift {
+  int tag_id = 0;
+  int corners = 0;
+  double square_m = 0;
+  double explained = 0;  // px^2
+  double square_px = 0;
+  bool left_out = false;
+
+  double mm() const { return 1e3 * std::sqrt(square_m / std::max(1, corners)); }
+};
+
+std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
+  std::map<int, TagShift> tags;
+  for (const Corner& corner : corners.all()) {
+    const bool out = corner.outliers.count > corner.inliers.count;
+    const Sums& sums = out ? corner.outliers : corner.inliers;
+    if (sums.count < kFewestViews) continue;
+    const Vector3d shift = sums.shift();
+    const double explained = sums.explained(shift);
+    if (out && explained < kConsistent * sums.square) continue;
+    TagShift& tag = tags[corner.id.tag_id];
+    tag.tag_id = corner.id.tag_id;
+    ++tag.corners;
+    tag.square_m += shift.squaredNorm();
+    tag.explained += explained;
+    tag.square_px += explained / sums.count;
+    tag.left_out |= out;
+    if (out) continue;
+    ++total.corners;
+    total.explained += explained;
+  }
+  std::vector<TagShift> all;
+  for (const auto& [id, tag] : tags) all.push_back(tag);
+  std::sort(all.begin(), all.end(),
+            [](const TagShift& a, const TagShift& b) { return a.mm() > b.mm(); });
+  return all;
+}
+
+// Beyond which a chi-square of k degrees of freedom is no chance (Wilson & Hilferty 1931).
+double chi_square_bound(double k) {
+  const double root = 1 - 2 / (9 * k) + kNormalQuantile * std::sqrt(2 / (9 * k));
+  return k * root * root * root;
+}
+
+bool outstanding(const TagShift& tag, double median_mm, double variance, int dimensions) {
+  return tag.explained > variance * chi_square_bound(dimensions * tag.corners) &&
+         tag.mm() > kOutstanding * median_mm;
+}
+
+std::string sentence_of(const std::vector<MisplacedTag>& tags) {
+  std::string text = "the target is not as its file says: ";
+  for (std::size_t i = 0; i < std::min(kTagsNamed, tags.size()); ++i) {
+    char part[64];
+    std::snprintf(part, sizeof part, "%stag %d stands out by %.2g mm", i > 0 ? ", " : "",
+                  tags[i].tag_id, tags[i].shift_mm);
+    text += part;
+  }
+  if (tags.size() > kTagsNamed)
+    text += ", and " + std::to_string(tags.size() - kTagsNamed) + " more tags";
+  return text;
+}
+
+}  // namespace
+
+std::optional<TargetError> target_error(const CalibrationInput& input,
+                                        const Calibration& calibration, const FlatBoard* board) {
+  if (calibration.views.size() < kFewestViews) return std::nullopt;
+  Matrix3d axes = Matrix3d::Identity();
+  if (board) {
+    axes = board->world_from_board.rotation().toRotationMatrix();
+    axes.col(2).setZero();
+  }
+  const int dimensions = board ? 2 : 3;
+  Total total;
+  const Corners corners = sums_of(input, calibration, axes, total);
+  const std::vector<TagShift> tags = tags_of(corners, total);
+  const int k = dimensions * total.corners;
+  const double lost = 6.0 * static_cast<double>(calibration.views.size());
+  const double rest = 2 * total.count - k - lost;
+  if (tags.empty() || rest < k) return std::nullopt;
+  const double variance =
+      std::max((total.square - total.explained) / rest, kLeastNoisePx * kLeastNoisePx);
+  const double excess = std::max(0.0, total.explained - k * variance);
+
+  TargetError error;
+  error.share = total.square > 0 ? excess / total.square : 0;
+  error.shift_px = std::sqrt(excess / std::max(1, total.count));
+  const bool all = error.share > kShareSaid && error.shift_px > kSaidPx &&
+                   total.explained > variance * chi_square_bound(k);
+  const double median_mm = tags[tags.size() / 2].mm();
+  std::size_t wrong = 0;
+  for (const TagShift& tag : tags) {
+    const bool stands_out = tag.left_out || outstanding(tag, median_mm, variance, dimensions);
+    wrong += stands_out;
+    if (stands_out || (all && 2 * tag.mm() > tags[0].mm()))
+      error.tags.push_back({tag.tag_id, tag.mm()});
+  }
+  if (error.tags.empty()) return std::nullopt;
+  error.gross = (all && error.share > kShareGross && error.shift_px > kGrossPx) ||
+                static_cast<double>(wrong) > kTagsGross * static_cast<double>(tags.size());
+  error.sentence = sentence_of(error.tags);
+  return error;
+}
+
+}  // namespace tagcal
