@@ -189,24 +189,22 @@ std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_
             " towards the camera";
   else
     text += "facing the camera";
-  if (!view.fills.empty()) text += ", which shows it in the " + listed(view.fills);
+  text += view.fills.empty() ? "" : ", which shows it in the " + listed(view.fills);
   text += ": sd of the focal length ";
   if (known_before) text += number(view.focal_sigma_now_px) + " -> ";
   text += number(view.focal_sigma_px) + " px";
   return known_before ? text : text + ", if it is about as long as the image is wide";
 }
 
-// What of the missing parts of the image a view would show; its corners join the seen ones.
+// The missing parts that a view would show.
 std::vector<std::string> filled_by(const ViewProblem& view, const Known& known,
-                                   const std::vector<std::string>& missing) {
+                                   std::vector<std::string> missing) {
   if (missing.empty()) return {};
   std::vector<Vector2d> pixels = known.seen.hull();
   for (const Correspondence& c : view.correspondences) pixels.push_back(c.pixel);
   const auto left = SeenRegion(known.camera.image_size, pixels).missing_parts();
-  std::vector<std::string> filled;
-  for (const std::string& part : missing)
-    if (std::find(left.begin(), left.end(), part) == left.end()) filled.push_back(part);
-  return filled;
+  std::erase_if(missing, [&](const auto& part) { return std::ranges::count(left, part) > 0; });
+  return missing;
 }
 
 struct Judged {
@@ -217,32 +215,30 @@ struct Judged {
   std::vector<std::string> fills;
 };
 
-// All candidates that show enough of the board, and what is known after each.
 std::vector<Judged> judged(const BoardPoints& board, const Known& known) {
   const UncertainLens lens{known.model, known.camera.lens, {}};
-  const std::vector<Vector2d> image = ImageGrid{known.camera.image_size, 9, 7}.pixels();
-  const MatrixXd projection = aligned_jacobian(lens, image, kInfinitelyFar);
+  const MatrixXd projection =
+      aligned_jacobian(lens, ImageGrid{known.camera.image_size, 9, 7}.pixels(), kInfinitelyFar);
   const MatrixXd effect = projection.transpose() * projection /
                           static_cast<double>(std::max<Index>(1, projection.rows()));
   const std::vector<std::string> missing = known.seen.missing_parts();
+  const double noise = known.sigma_px * known.sigma_px;
   std::vector<Judged> all;
   for (const Candidate& c : candidates(known.distance_m)) {
     const auto pose = pose_of(c, known.camera, board);
-    if (!pose) continue;
-    const auto view = seen_of(board, known.camera, *pose);
+    const auto view = pose ? seen_of(board, known.camera, *pose) : std::nullopt;
     if (!view) continue;
     const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
     if (!added) continue;
-    const auto covariance =
-        exact_inverse(known.information + added->schur / (known.sigma_px * known.sigma_px));
+    const auto covariance = exact_inverse(known.information + added->schur / noise);
     if (!covariance) continue;
-    const double variance = (effect * *covariance).trace();
-    all.push_back({c, *pose, *covariance, variance, filled_by(*view, known, missing)});
+    all.push_back(
+        {c, *pose, *covariance, (effect * *covariance).trace(), filled_by(*view, known, missing)});
   }
   return all;
 }
 
-// The view that teaches most; of those that teach nearly as much the one that fills most gaps.
+// Of the views that teach nearly as much as any, the one that fills most gaps.
 const Judged* best_of(const std::vector<Judged>& all) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Judged& j : all) lowest = std::min(lowest, j.variance);
