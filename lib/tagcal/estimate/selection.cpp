@@ -19,8 +19,8 @@ using Eigen::Vector2d;
 constexpr double kTolerancePx = 0.1;  // RMS of the projection that no scene needs
 constexpr double kPeakPx = 0.25;      // and at a single corner,
 constexpr double kPeakSigmas = 5;     // where it is more than so many posterior deviations
-constexpr double kBoundShare =
-    0.1;  // of half the diagonal: a lens known no better is no lens there
+constexpr double kBoundShare = 0.02;  // of half the diagonal, as is asked where corners are
+constexpr double kManyTimes = 10;
 constexpr double kGrosslyWrongSigmas = 100;
 constexpr int kFisheyeHandicap = 3;     // parameters
 constexpr double kStrongEvidence = 10;  // of BIC (Kass & Raftery 1995: very strong)
@@ -69,10 +69,20 @@ ProjectionUncertainty uncertainty(const Rung& rung, const Comparison& at) {
       ImageGrid{rung.bundle.image_size, 9, 7}, at.samples, at.distance_m);
 }
 
-// Whether a lens is known wherever it answers. (A pixel without a ray is an honest answer.)
-bool bounded(const ProjectionUncertainty& sure) {
-  const double bound = kBoundShare * 0.5 * std::hypot(sure.grid.size.width, sure.grid.size.height);
-  return !(sure.sigma_px.array() >= bound).any();
+// At the worst place of those where the lens answers. (A pixel without a ray is an honest answer.)
+double worst_px(const ProjectionUncertainty& sure) {
+  double worst = 0;
+  for (const double sigma : sure.sigma_px.reshaped())
+    if (!std::isnan(sigma)) worst = std::max(worst, sigma);
+  return worst;
+}
+
+// Whether a lens is known somewhere in the image so much less well than a smaller one that it is of
+// no use there.
+bool runs_off(const ProjectionUncertainty& large, const ProjectionUncertainty& small) {
+  const double bound =
+      kBoundShare * 0.5 * std::hypot(large.grid.size.width, large.grid.size.height);
+  return worst_px(large) > std::max(bound, kManyTimes * worst_px(small));
 }
 
 // Where the larger model is not needed: the smaller one projects alike. For single corners no lens
@@ -88,7 +98,7 @@ bool stands_for(const Rung& small, const Rung& large, const Comparison& at, doub
   if (d->rms_px > tolerance) return false;
   return small.misfit - large.misfit < kPeakSigmas * kPeakSigmas ||
          moved(small.bundle, large.bundle).max_px <= kPeakPx ||
-         (bounded(own) && !bounded(uncertainty(large, at)));
+         runs_off(uncertainty(large, at), own);
 }
 
 const Rung* simplified(const Ladder& ladder, const Rung& winner,
