@@ -1,0 +1,370 @@
+#include "tagcal/detect/refine_tag.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "tagcal/detect/refine_tag_model.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using namespace tag_parameter;
+using Corners = std::array<Vector2d, 4>;
+using Information = Eigen::Matrix<double, kCount, kCount>;
+using CornerJacobian = Eigen::Matrix<double, 8, kCount>;
+
+constexpr double kStartBlur = 0.8;       // px
+constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
+constexpr double kMinSpread = 0.3;       // a little more than the square's own
+constexpr double kMaxSpread = 6;
+constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
+constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
+constexpr double kSmallStep = 0.01;      // squared, in standard deviations
+constexpr double kMinContrast = 8;       // grey levels
+constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
+constexpr double kMaxSdPx = 0.5;         // of a corner
+constexpr int kMinPixels = 64;
+
+constexpr std::array<std::array<double, 2>, 4> kTagCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
+
+// The pixels about a tag.
+struct Patch {
+  int x0 = 0;
+  int y0 = 0;
+  int width = 0;
+  int height = 0;
+  std::vector<float> levels;
+
+  float at(int x, int y) const {
+    return levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+// Image from the tag's plane.
+Matrix3d homography(const Corners& corners) {
+  Eigen::Matrix<double, 8, 8> system;
+  Eigen::Matrix<double, 8, 1> right;
+  for (int i = 0; i < 4; ++i) {
+    const auto [u, v] = kTagCorners[static_cast<std::size_t>(i)];
+    const Vector2d& c = corners[static_cast<std::size_t>(i)];
+    system.row(2 * i) << u, v, 1, 0, 0, 0, -c.x() * u, -c.x() * v;
+    system.row(2 * i + 1) << 0, 0, 0, u, v, 1, -c.y() * u, -c.y() * v;
+    right.segment<2>(2 * i) = c;
+  }
+  const Eigen::Matrix<double, 8, 1> h = system.partialPivLu().solve(right);
+  Matrix3d result;
+  result << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return result;
+}
+
+class TagFitter {
+ public:
+  TagFitter(const TagPattern& pattern, const Corners& start, const TagFitOptions& options)
+      : pattern_(pattern), start_(start), options_(options), scale_(mean_half_side(start)),
+        middle_((start[0] + start[1] + start[2] + start[3]) / 4), model_(pattern, scale_) {
+    Corners scaled;
+    for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
+    image_from_tag_ = homography(scaled);
+  }
+
+  // The pixels that the pattern reaches; empty where the start is no view of a tag.
+  template <typename T>
+  bool cut(const Image<T>& image);
+  TagFit fit();
+
+ private:
+  static double mean_half_side(const Corners& corners) {
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) sum += (corners[(i + 1) % 4] - corners[i]).norm();
+    return sum / 8;
+  }
+
+  bool start_parameters(TagParameters& parameters) const;
+  bool start_levels(TagParameters& parameters) const;
+  void collect();
+  bool step();
+  Vector2d corner(std::size_t i) const;
+  CornerJacobian corner_jacobian() const;
+  TagFit result(int iterations) const;
+
+  const TagPattern& pattern_;
+  const Corners& start_;
+  const TagFitOptions& options_;
+  double scale_;
+  Vector2d middle_;
+  TagModel model_;
+  Matrix3d image_from_tag_;
+  Patch patch_;
+
+  // Of the present parameters: a row of derivatives and the residual for each graded pixel, sums
+  // over all.
+  Eigen::Matrix<float, kCount + 1, Eigen::Dynamic> graded_;
+  Information information_;
+  TagParameters gradient_;
+  TagParameters prior_ = TagParameters::Zero();
+  double squares_ = 0;
+  double variance_ = 1;
+  int num_graded_ = 0;
+  int num_pixels_ = 0;
+  double last_step_ = 0;
+};
+
+template <typename T>
+bool TagFitter::cut(const Image<T>& image) {
+  Eigen::AlignedBox2d box;
+  const double ends[] = {pattern_.lines.front(), pattern_.lines.back()};
+  for (const double u : ends) {
+    for (const double v : ends) {
+      const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
+      if (!(p.z() > 0)) return false;
+      box.extend(middle_ + scale_ * p.hnormalized());
+    }
+  }
+  const Vector2d last(image.width() - 1, image.height() - 1);
+  const Vector2d low = box.min().cwiseMax(0.0).cwiseMin(last);
+  const Vector2d high = box.max().cwiseMax(0.0).cwiseMin(last);
+  patch_.x0 = static_cast<int>(std::floor(low.x()));
+  patch_.y0 = static_cast<int>(std::floor(low.y()));
+  patch_.width = static_cast<int>(std::ceil(high.x())) - patch_.x0 + 1;
+  patch_.height = static_cast<int>(std::ceil(high.y())) - patch_.y0 + 1;
+  for (int y = 0; y < patch_.height; ++y) {
+    const T* row = image.row(patch_.y0 + y) + patch_.x0;
+    patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
+  }
+  return true;
+}
+
+bool TagFitter::start_parameters(TagParameters& parameters) const {
+  Matrix3d tag_from_image = image_from_tag_.inverse();
+  tag_from_image /= tag_from_image(2, 2);
+  parameters.setZero();
+  parameters.segment<3>(kM1) = tag_from_image.row(0);
+  parameters.segment<3>(kM2) = tag_from_image.row(1);
+  parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
+  parameters[kLogSpread] = 0.5 * std::log(kStartBlur * kStartBlur + kBoxVariance);
+  return parameters.allFinite() && start_levels(parameters);
+}
+
+// Mean levels at the middles of black and of white cells.
+bool TagFitter::start_levels(TagParameters& parameters) const {
+  double sum[2] = {0, 0};
+  int count[2] = {0, 0};
+  const std::size_t n = pattern_.lines.size() - 1;
+  for (std::size_t i = 0; i < n * n; ++i) {
+    const std::size_t column = i % n, row = i / n;
+    const double u = 0.5 * (pattern_.lines[column] + pattern_.lines[column + 1]);
+    const double v = 0.5 * (pattern_.lines[row] + pattern_.lines[row + 1]);
+    const Vector2d place =
+        middle_ + scale_ * (image_from_tag_ * Vector3d(u, v, 1)).hnormalized();
+    const int x = static_cast<int>(std::lround(place.x())) - patch_.x0;
+    const int y = static_cast<int>(std::lround(place.y())) - patch_.y0;
+    if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
+    const int white = pattern_.white[i] != 0 ? 1 : 0;
+    sum[white] += patch_.at(x, y);
+    ++count[white];
+  }
+  if (count[0] == 0 || count[1] == 0) return false;
+  parameters[kBlack] = sum[0] / count[0];
+  parameters[kGain] = sum[1] / count[1] - parameters[kBlack];
+  return parameters[kGain] > 0;
+}
+
+// Sums over the pixels at the model's parameters.
+void TagFitter::collect() {
+  const TagParameters& p = model_.parameters();
+  graded_.resize(kCount + 1, static_cast<Eigen::Index>(patch_.levels.size()));
+  information_.setZero();
+  gradient_.setZero();
+  squares_ = 0;
+  num_graded_ = num_pixels_ = 0;
+  TagPixel pixel;
+  for (int row = 0; row < patch_.height; ++row) {
+    const double y = (patch_.y0 + row - middle_.y()) / scale_;
+    for (int column = 0; column < patch_.width; ++column) {
+      const double x = (patch_.x0 + column - middle_.x()) / scale_;
+      const TagModel::Pixel kind = model_.evaluate(x, y, pixel);
+      if (kind == TagModel::Pixel::unknown) continue;
+      ++num_pixels_;
+      const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * y;
+      const double residual = patch_.at(column, row) - p[kBlack] - gain * pixel.white;
+      if (kind == TagModel::Pixel::graded) {
+        float* out = graded_.col(num_graded_++).data();
+        std::copy(pixel.by_parameter.begin(), pixel.by_parameter.end(), out);
+        out[kCount] = static_cast<float>(residual);
+        continue;
+      }
+      const Eigen::Vector4d linear(1, pixel.white, pixel.white * x, pixel.white * y);
+      information_.block<4, 4>(kBlack, kBlack) += linear * linear.transpose();
+      gradient_.segment<4>(kBlack) += linear * residual;
+      squares_ += residual * residual;
+    }
+  }
+  Eigen::Matrix<float, kCount + 1, kCount + 1> sums;
+  sums.setZero();
+  sums.selfadjointView<Eigen::Lower>().rankUpdate(graded_.leftCols(num_graded_));
+  const Eigen::Matrix<double, kCount + 1, kCount + 1> all =
+      Eigen::Matrix<float, kCount + 1, kCount + 1>(sums.selfadjointView<Eigen::Lower>())
+          .cast<double>();
+  information_ += all.topLeftCorner<kCount, kCount>();
+  gradient_ += all.topRightCorner<kCount, 1>();
+  squares_ += all(kCount, kCount);
+}
+
+// One step from the sums; false where it is not a number.
+bool TagFitter::step() {
+  variance_ = std::max(kBoxVariance, squares_ / std::max(1, num_pixels_ - kCount));
+  Information system = information_;
+  system.diagonal() += variance_ * prior_;
+  const TagParameters right =
+      gradient_ - variance_ * prior_.cwiseProduct(model_.parameters());
+  TagParameters change = system.ldlt().solve(right);
+  if (!change.allFinite()) return false;
+  last_step_ = change.dot(right) / variance_;
+  const double move = (corner_jacobian() * change).cwiseAbs().maxCoeff();
+  const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
+                                 kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
+  TagParameters next = model_.parameters() + share * change;
+  next[kLogSpread] = std::clamp(next[kLogSpread], std::log(kMinSpread), std::log(kMaxSpread));
+  model_.set(next);
+  return true;
+}
+
+Vector2d TagFitter::corner(std::size_t i) const {
+  const TagParameters& p = model_.parameters();
+  const auto [u, v] = kTagCorners[i];
+  const auto line = [&](int row, double at) {
+    Vector3d result = p.segment<3>(row);
+    result.head<2>() -= at * p.segment<2>(kM3);
+    result.z() -= at;
+    return result;
+  };
+  const Vector2d bent = line(kM1, u).cross(line(kM2, v)).hnormalized();
+  Vector2d place = bent;
+  for (int k = 0; k < 5; ++k)
+    place = bent - bend_basis(place.x(), place.y()) * p.segment<4>(kBend);
+  return place;
+}
+
+CornerJacobian TagFitter::corner_jacobian() const {
+  const TagParameters& p = model_.parameters();
+  CornerJacobian result = CornerJacobian::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto [u, v] = kTagCorners[i];
+    const Vector2d place = corner(i);
+    const Eigen::Vector4d bend = p.segment<4>(kBend);
+    const Eigen::Matrix<double, 2, 4> basis = bend_basis(place.x(), place.y());
+    const Vector2d bent = place + basis * bend;
+    Eigen::Matrix2d across;
+    across.row(0) = p.segment<2>(kM1) - u * p.segment<2>(kM3);
+    across.row(1) = p.segment<2>(kM2) - v * p.segment<2>(kM3);
+    Eigen::Matrix<double, 2, kCount> by = Eigen::Matrix<double, 2, kCount>::Zero();
+    by.row(0).segment<3>(kM1) = -bent.homogeneous();
+    by.row(1).segment<3>(kM2) = -bent.homogeneous();
+    by.row(0).segment<2>(kM3) = u * bent;
+    by.row(1).segment<2>(kM3) = v * bent;
+    by = (across.inverse() * by).eval();
+    by.middleCols<4>(kBend) -= basis;
+    const double x = place.x(), y = place.y();
+    Eigen::Matrix2d straight;
+    straight << 1 + bend[2] * 2 * x + bend[3] * y, bend[0] * 2 * y + bend[3] * x,
+        bend[1] * 2 * x - bend[2] * y, 1 - bend[2] * x - bend[3] * 2 * y;
+    result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = scale_ * straight.inverse() * by;
+  }
+  return result;
+}
+
+TagFit TagFitter::result(int iterations) const {
+  TagFit fit;
+  const TagParameters& p = model_.parameters();
+  fit.iterations = iterations;
+  fit.num_pixels = num_pixels_;
+  fit.noise_levels = std::sqrt(variance_);
+  fit.black = p[kBlack];
+  fit.white = p[kBlack] + p[kGain];
+  fit.blur_px = std::sqrt(std::max(0.0, std::pow(model_.spread(), 2) - kBoxVariance));
+  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = middle_ + scale_ * corner(i);
+  Information system = information_ / variance_;
+  system.diagonal() += prior_;
+  const CornerJacobian by = corner_jacobian();
+  fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
+  const double largest = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
+  if (num_pixels_ < kMinPixels || !(largest < kMaxSdPx)) {
+    fit.status = TagFitStatus::too_small;
+  } else if (last_step_ < kSmallStep && p[kGain] >= kMinContrast &&
+             fit.noise_levels < kMaxNoiseShare * p[kGain]) {
+    fit.status = TagFitStatus::converged;
+  }
+  return fit;
+}
+
+TagFit TagFitter::fit() {
+  TagParameters parameters;
+  if (!start_parameters(parameters)) return {};
+  const double bend_sd = std::max(1e-9, options_.bend_sd_per_px * scale_ / 2);
+  prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
+  model_.set(parameters);
+  for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
+    collect();
+    if (num_pixels_ < kMinPixels) {
+      TagFit fit;
+      fit.status = TagFitStatus::too_small;
+      return fit;
+    }
+    if (!step()) return {};
+    if (last_step_ < kSmallStep || iteration == options_.max_iterations) return result(iteration);
+  }
+  return {};
+}
+
+bool is_inside(const Corners& corners, const ImageSize& size) {
+  return std::ranges::all_of(corners, [&](const Vector2d& corner) {
+    return corner.x() >= -0.5 && corner.y() >= -0.5 && corner.x() <= size.width - 0.5 &&
+           corner.y() <= size.height - 0.5;
+  });
+}
+
+void check(const TagPattern& pattern) {
+  const std::size_t n = pattern.lines.size();
+  if (n < 4 || n > kMaxTagLines || pattern.white.size() != (n - 1) * (n - 1))
+    throw Error("refine_tag: pattern: must have 4 to 24 lines and a cell between each two");
+  if (!std::ranges::is_sorted(pattern.lines, std::ranges::less_equal()))
+    throw Error("refine_tag: pattern: lines must ascend");
+}
+
+template <typename T>
+TagFit refine(const Image<T>& image, const TagPattern& pattern, const Corners& start,
+              const TagFitOptions& options) {
+  check(pattern);
+  TagFit fit;
+  fit.status = TagFitStatus::out_of_image;
+  if (!is_inside(start, image.size())) return fit;
+  TagFitter fitter(pattern, start, options);
+  if (!fitter.cut(image)) return {};
+  fit = fitter.fit();
+  if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size()))
+    fit.status = TagFitStatus::out_of_image;
+  return fit;
+}
+
+}  // namespace
+
+TagFit refine_tag(const Image8& image, const TagPattern& pattern,
+                  const std::array<Vector2d, 4>& start, const TagFitOptions& options) {
+  return refine(image, pattern, start, options);
+}
+
+TagFit refine_tag(const Image16& image, const TagPattern& pattern,
+                  const std::array<Vector2d, 4>& start, const TagFitOptions& options) {
+  return refine(image, pattern, start, options);
+}
+
+}  // namespace tagcal
