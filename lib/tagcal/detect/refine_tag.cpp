@@ -27,11 +27,13 @@ constexpr double kMinSpread = 0.3;       // a little more than the square's own
 constexpr double kMaxSpread = 6;
 constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
 constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
+constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
 constexpr double kSmallStep = 0.01;      // squared, in standard deviations
 constexpr double kMinContrast = 8;       // grey levels
 constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;         // of a corner
 constexpr int kMinPixels = 64;
+constexpr int kFreeIterations = 2;       // in which the set of pixels may change
 
 constexpr std::array<std::array<double, 2>, 4> kTagCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
 
@@ -46,6 +48,30 @@ struct Patch {
   float at(int x, int y) const {
     return levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(x)];
+  }
+};
+
+struct Span {
+  int begin = 0;
+  int end = 0;
+};
+
+// Sums over pixels that one colour fills.
+struct FlatSums {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  double level = 0, x_level = 0, y_level = 0, square_level = 0;
+
+  void add(double px, double py, double value) {
+    n += 1;
+    x += px;
+    y += py;
+    xx += px * px;
+    xy += px * py;
+    yy += py * py;
+    level += value;
+    x_level += px * value;
+    y_level += py * value;
+    square_level += value * value;
   }
 };
 
@@ -91,6 +117,8 @@ class TagFitter {
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
   void collect();
+  void collect_row(int row);
+  void add_flat(bool white);
   bool step();
   Vector2d corner(std::size_t i) const;
   CornerJacobian corner_jacobian() const;
@@ -113,6 +141,9 @@ class TagFitter {
   TagParameters prior_ = TagParameters::Zero();
   double squares_ = 0;
   double variance_ = 1;
+  std::array<FlatSums, 2> flat_;  // black, white
+  std::vector<Span> spans_;       // of known pixels, row by row
+  bool are_spans_fixed_ = false;
   int num_graded_ = 0;
   int num_pixels_ = 0;
   double last_step_ = 0;
@@ -140,6 +171,7 @@ bool TagFitter::cut(const Image<T>& image) {
     const T* row = image.row(patch_.y0 + y) + patch_.x0;
     patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
   }
+  spans_.resize(static_cast<std::size_t>(patch_.height));
   return true;
 }
 
@@ -180,43 +212,63 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
 
 // Sums over the pixels at the model's parameters.
 void TagFitter::collect() {
-  const TagParameters& p = model_.parameters();
   graded_.resize(kCount + 1, static_cast<Eigen::Index>(patch_.levels.size()));
-  information_.setZero();
-  gradient_.setZero();
-  squares_ = 0;
   num_graded_ = num_pixels_ = 0;
-  TagPixel pixel;
-  for (int row = 0; row < patch_.height; ++row) {
-    const double y = (patch_.y0 + row - middle_.y()) / scale_;
-    for (int column = 0; column < patch_.width; ++column) {
-      const double x = (patch_.x0 + column - middle_.x()) / scale_;
-      const TagModel::Pixel kind = model_.evaluate(x, y, pixel);
-      if (kind == TagModel::Pixel::unknown) continue;
-      ++num_pixels_;
-      const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * y;
-      const double residual = patch_.at(column, row) - p[kBlack] - gain * pixel.white;
-      if (kind == TagModel::Pixel::graded) {
-        float* out = graded_.col(num_graded_++).data();
-        std::copy(pixel.by_parameter.begin(), pixel.by_parameter.end(), out);
-        out[kCount] = static_cast<float>(residual);
-        continue;
-      }
-      const Eigen::Vector4d linear(1, pixel.white, pixel.white * x, pixel.white * y);
-      information_.block<4, 4>(kBlack, kBlack) += linear * linear.transpose();
-      gradient_.segment<4>(kBlack) += linear * residual;
-      squares_ += residual * residual;
-    }
-  }
-  Eigen::Matrix<float, kCount + 1, kCount + 1> sums;
-  sums.setZero();
-  sums.selfadjointView<Eigen::Lower>().rankUpdate(graded_.leftCols(num_graded_));
+  for (FlatSums& sums : flat_) sums = {};
+  for (int row = 0; row < patch_.height; ++row) collect_row(row);
+  Eigen::Matrix<float, kCount + 1, kCount + 1> graded;
+  graded.setZero();
+  graded.selfadjointView<Eigen::Lower>().rankUpdate(graded_.leftCols(num_graded_));
   const Eigen::Matrix<double, kCount + 1, kCount + 1> all =
-      Eigen::Matrix<float, kCount + 1, kCount + 1>(sums.selfadjointView<Eigen::Lower>())
+      Eigen::Matrix<float, kCount + 1, kCount + 1>(graded.selfadjointView<Eigen::Lower>())
           .cast<double>();
-  information_ += all.topLeftCorner<kCount, kCount>();
-  gradient_ += all.topRightCorner<kCount, 1>();
-  squares_ += all(kCount, kCount);
+  information_ = all.topLeftCorner<kCount, kCount>();
+  gradient_ = all.topRightCorner<kCount, 1>();
+  squares_ = all(kCount, kCount);
+  for (const bool white : {false, true}) add_flat(white);
+}
+
+void TagFitter::collect_row(int row) {
+  const TagParameters& p = model_.parameters();
+  const TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
+                     (patch_.y0 + row - middle_.y()) / scale_};
+  Span& span = spans_[static_cast<std::size_t>(row)];
+  if (!are_spans_fixed_) span = {0, patch_.width};
+  int begin = span.begin, end = span.end;
+  model_.set_row(place, are_spans_fixed_ ? 0.5 * TagAxis::kUnknownReach : TagAxis::kUnknownReach,
+                 begin, end);
+  span = {begin, std::max(begin, end)};
+  TagPixel pixel;
+  for (int c = begin; c < end; ++c) {
+    const double level = patch_.at(c, row);
+    const double x = place.left + c * place.step;
+    const int colour = model_.flat_colour(c);
+    if (colour >= 0) {
+      flat_[colour].add(x, place.y, level);
+      continue;
+    }
+    model_.evaluate(c, pixel);
+    const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * place.y;
+    float* out = graded_.col(num_graded_++).data();
+    std::copy(pixel.by_parameter.begin(), pixel.by_parameter.end(), out);
+    out[kCount] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
+  }
+  num_pixels_ += std::max(0, end - begin);
+}
+
+// Pixels of one colour know of the grey levels only.
+void TagFitter::add_flat(bool white) {
+  const FlatSums& s = flat_[white ? 1 : 0];
+  const Eigen::Vector4d share(1, white, white, white);
+  Eigen::Matrix4d places;
+  places << s.n, s.n, s.x, s.y, s.n, s.n, s.x, s.y, s.x, s.x, s.xx, s.xy, s.y, s.y, s.xy, s.yy;
+  const Eigen::Matrix4d part = share.asDiagonal() * places * share.asDiagonal();
+  const Eigen::Vector4d levels =
+      share.cwiseProduct(Eigen::Vector4d(s.level, s.level, s.x_level, s.y_level));
+  const Eigen::Vector4d now = model_.parameters().segment<4>(kBlack);
+  information_.block<4, 4>(kBlack, kBlack) += part;
+  gradient_.segment<4>(kBlack) += levels - part * now;
+  squares_ += s.square_level - 2 * now.dot(levels) + now.dot(part * now);
 }
 
 // One step from the sums; false where it is not a number.
@@ -230,6 +282,7 @@ bool TagFitter::step() {
   if (!change.allFinite()) return false;
   last_step_ = change.dot(right) / variance_;
   const double move = (corner_jacobian() * change).cwiseAbs().maxCoeff();
+  if (move < kRoundingPx) last_step_ = 0;
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
                                  kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
@@ -313,6 +366,8 @@ TagFit TagFitter::fit() {
   prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
   model_.set(parameters);
   for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
+    // From the third on, so that no pixel comes and goes with every step.
+    are_spans_fixed_ = iteration > kFreeIterations;
     collect();
     if (num_pixels_ < kMinPixels) {
       TagFit fit;

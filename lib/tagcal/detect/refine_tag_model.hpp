@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine_tag_axis.hpp"
 
 // Private to detect: the model that refine_tag() fits.
 namespace tagcal {
@@ -34,90 +35,69 @@ inline Eigen::Matrix<double, 2, 4> bend_basis(double x, double y) {
   return basis;
 }
 
-constexpr int kMaxTagLines = 24;
-
-// The borders of the cells in one direction, as lines in the image, and those of them that are near
-// to the pixel at hand.
-struct TagAxis {
-  struct Line {
-    double at = 0;  // on the tag
-    Eigen::Vector2d normal = Eigen::Vector2d::Zero();
-    double inv_length = 0;  // of the line's normal part
-    double inv_spread = 0;  // h = inv_spread (numerator - at w): distance in spreads
-    double box = 0;         // fourth cumulant of the pixel's square over 24 spread^4
-  };
-  std::vector<Line> lines;
-
-  int cell = 0;   // that the pixel is in
-  int first = 0;  // active lines [first, first + count)
-  int count = 0;
-  std::array<double, kMaxTagLines> h;        // per active line
-  std::array<double, kMaxTagLines> density;  // normal, at h
-  std::array<double, kMaxTagLines> normal;   // its integral
-  std::array<double, kMaxTagLines> slope;    // of the step's profile
-  std::array<double, kMaxTagLines + 1> weight;  // of the cells about them, from first - 1
-
-  // False where what is not known reaches the pixel.
-  bool approach(double numerator, double w);
-  void weigh();
-};
-
 // What the model says of a pixel.
 struct TagPixel {
-  double white = 0;  // share of white
+  float white = 0;  // share of white
   std::array<float, tag_parameter::kCount> by_parameter{};
+};
+
+// A row of pixels, in the units of the parameters: pixel c at (left + c step, y).
+struct TagRow {
+  double left = 0;
+  double step = 1;
+  double y = 0;
 };
 
 class TagModel {
  public:
-  enum class Pixel { unknown, flat, graded };
-
   TagModel(const TagPattern& pattern, double scale);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }
   double spread() const { return spread_; }
 
-  // For a pixel at (x, y) in the units of the parameters. Derivatives are filled where `graded`.
-  Pixel evaluate(double x, double y, TagPixel& pixel);
+  // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from the unknown.
+  void set_row(const TagRow& row, double reach, int& begin, int& end);
+
+  // Where only one colour reaches pixel c of the row: that, 0 or 1; -1 elsewhere.
+  int flat_colour(int c) const;
+  void evaluate(int c, TagPixel& pixel);
 
  private:
-  // An order of quadrature for the integral over the correlation (Drezner & Wesolowsky 1990).
+  // Nodes of the quadrature for the integral over the correlation (Drezner & Wesolowsky 1990).
   static constexpr int kNodes = 4;
   struct Junction {
-    double contrast = 0;  // mixed difference of the four cells
-    double correlation = 0;
-    double inv_root = 1;  // 1 / sqrt(1 - correlation^2)
-    std::array<double, kNodes> node{}, decay{}, weight{};
+    float contrast = 0;  // mixed difference of the four cells
+    float correlation = 0;
+    float inv_root = 1;  // 1 / sqrt(1 - correlation^2)
+    std::array<float, kNodes> node{}, decay{}, weight{};
+    Eigen::Vector2f turn_column = Eigen::Vector2f::Zero();  // correlation by the lines' directions
+    Eigen::Vector2f turn_row = Eigen::Vector2f::Zero();
+  };
+  // Of the pixel at hand: derivatives of white by the active lines' distances and directions.
+  struct ByLines {
+    std::array<float, kMaxTagLines> distance;
+    std::array<Eigen::Vector2f, kMaxTagLines> turn;
   };
 
   void set_axis(TagAxis& axis, int row_of_m);
   void set_junctions();
-  bool is_flat() const;
-  void blend(TagPixel& pixel);
-  void add_junctions(TagPixel& pixel);
-  void add_junction(const Junction& junction, int i, int j);
-  void differentiate(double x, double y, TagPixel& pixel) const;
-  double cell(int column, int row) const {
-    return cells_[static_cast<std::size_t>(row * num_cells_ + column)];
-  }
+  void blend(int c, TagPixel& pixel);
+  void add_junctions(int c, TagPixel& pixel);
+  void add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel);
+  void differentiate(int c, TagPixel& pixel) const;
 
   double scale_;
   int num_cells_;
-  std::vector<double> cells_;
+  std::vector<std::uint32_t> cells_;  // per row of cells, bit i: cell i is white
   TagAxis columns_;
   TagAxis rows_;
   std::vector<Junction> junctions_;
   TagParameters parameters_;
   double spread_ = 1;
-
-  // Of the pixel at hand: its bent place, the derivatives of white by the active lines' h and by
-  // their direction.
-  Eigen::Vector2d place_;
-  std::array<double, kMaxTagLines> by_column_;
-  std::array<double, kMaxTagLines> by_row_;
-  std::array<Eigen::Vector2d, kMaxTagLines> turn_column_;
-  std::array<Eigen::Vector2d, kMaxTagLines> turn_row_;
+  TagRow row_;
+  AlongRow bent_x_, bent_y_;
+  ByLines by_columns_, by_rows_;
 };
 
 }  // namespace tagcal

@@ -1,0 +1,124 @@
+#include "tagcal/detect/refine_tag_axis.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace tagcal {
+namespace {
+
+// exp(-a) for 0 <= a <= 80.
+inline float exp_minus(float a) {
+  const float t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
+  const auto whole = static_cast<std::int32_t>(t);
+  const float f = t - static_cast<float>(whole);
+  const float power =
+      1.0F + f * (0.693147182F +
+                  f * (0.240226463F + f * (0.0555041f + f * (0.00961813F + f * 0.00133336F +
+                                                             f * f * 0.000154035F))));
+  return power * std::bit_cast<float>((whole + 27) << 23);
+}
+
+inline NormalValue value_at(float z) {
+  const float a = std::min(std::abs(z), 12.0F);
+  const float e = exp_minus(0.5F * a * a);
+  const float t = 1.0F / (1.0F + 0.231641888F * a);
+  const float tail =
+      0.5F * e * t *
+      (0.254829592F + t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F +
+                                                                    t * 1.061405429F))));
+  const float sign = std::copysign(1.0F, z);
+  return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
+}
+
+}  // namespace
+
+NormalValue normal_value(float z) { return value_at(z); }
+
+TagAxis::TagAxis(const std::vector<double>& places) {
+  for (const double at : places) lines.push_back({at});
+  profiles_.resize(places.size());
+}
+
+AlongRow TagAxis::distance(int line, const AlongRow& numerator, const AlongRow& w) const {
+  const TagLine& l = lines[static_cast<std::size_t>(line)];
+  return {l.inv_spread * (numerator.at_0 - l.at * w.at_0),
+          l.inv_spread * (numerator.slope - l.at * w.slope),
+          l.inv_spread * (numerator.bend - l.at * w.bend)};
+}
+
+void TagAxis::clip(const AlongRow& numerator, const AlongRow& w, double reach, int& begin,
+                   int& end) const {
+  const AlongRow low = distance(0, numerator, w);
+  const AlongRow high = distance(static_cast<int>(lines.size()) - 1, numerator, w);
+  const auto is_known = [&](int c) { return low(c) >= reach && high(c) <= -reach && w(c) > 0; };
+  while (begin < end && !is_known(begin)) ++begin;
+  while (begin < end && !is_known(end - 1)) --end;
+}
+
+void TagAxis::set_row(const AlongRow& numerator, const AlongRow& w, int begin, int end) {
+  const auto size = static_cast<std::size_t>(end);
+  if (first_.size() < size) {
+    first_.resize(size);
+    count_.resize(size);
+    for (Profile& profile : profiles_) {
+      for (std::vector<float>* part : {&profile.distance, &profile.normal, &profile.density,
+                                       &profile.step, &profile.slope})
+        part->resize(size);
+    }
+  }
+  std::fill(first_.begin() + begin, first_.begin() + end, std::uint8_t{1});
+  std::fill(count_.begin() + begin, count_.begin() + end, std::uint8_t{0});
+  // The outermost lines have no far side.
+  for (int i = 1; i + 1 < static_cast<int>(lines.size()); ++i)
+    set_line(i, distance(i, numerator, w), begin, end);
+}
+
+// Pixels [from, to) out of [begin, end) that hold all where |distance| < kReach; before and after
+// them the distance keeps its sign.
+std::pair<int, int> TagAxis::felt_span(const AlongRow& distance, int begin, int end) {
+  const double length = std::max(1, end - 1 - begin);
+  // A line through both ends, from which the distance differs by no more than this.
+  const double slope = (distance(end - 1) - distance(begin)) / length;
+  const double reach = kReach + 0.25 * std::abs(distance.bend) * length * length + 1e-3;
+  const double to_zero = -distance(begin) / (std::abs(slope) < 1e-9 ? 1e-9 : slope);
+  const double half = reach / std::max(1e-9, std::abs(slope));
+  const double from = std::clamp<double>(begin + to_zero - half, begin, end);
+  const double to = std::clamp<double>(begin + to_zero + half + 1, from, end);
+  return {static_cast<int>(from), static_cast<int>(std::ceil(to))};
+}
+
+// Lines come in ascending order, and so descending distance.
+void TagAxis::set_line(int line, const AlongRow& distance, int begin, int end) {
+  const auto [from, to] = felt_span(distance, begin, end);
+  const auto past = static_cast<std::uint8_t>(line + 1);
+  if (distance(begin) > 0) std::fill(first_.begin() + begin, first_.begin() + from, past);
+  if (distance(end - 1) > 0) std::fill(first_.begin() + to, first_.begin() + end, past);
+  Profile& profile = profiles_[static_cast<std::size_t>(line)];
+  const auto a = static_cast<float>(distance.at_0), b = static_cast<float>(distance.slope),
+             q = static_cast<float>(distance.bend);
+  const auto box = static_cast<float>(lines[static_cast<std::size_t>(line)].box);
+  float* const z_out = profile.distance.data();
+  float* const normal = profile.normal.data();
+  float* const density = profile.density.data();
+  float* const step = profile.step.data();
+  float* const profile_slope = profile.slope.data();
+  for (int c = from; c < to; ++c) {
+    const auto x = static_cast<float>(c);
+    const float z = a + x * (b + x * q);
+    const NormalValue value = value_at(z);
+    const float z2 = z * z;
+    z_out[c] = z;
+    normal[c] = value.integral;
+    density[c] = value.density;
+    step[c] = value.integral - box * z * (z2 - 3) * value.density;
+    profile_slope[c] = value.density * (1 + box * (z2 * (z2 - 6) + 3));
+  }
+  for (int c = from; c < to; ++c) {
+    const auto k = static_cast<std::size_t>(c);
+    if (z_out[c] >= kReach) first_[k] = past;
+    if (std::abs(z_out[c]) < kReach) ++count_[k];
+  }
+}
+
+}  // namespace tagcal

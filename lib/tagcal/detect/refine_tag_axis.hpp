@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+// Private to detect: one direction of the grid that refine_tag() fits, seen along a row of pixels.
+namespace tagcal {
+
+constexpr int kMaxTagLines = 24;
+
+// A quantity along a row of pixels, by the pixel's number.
+struct AlongRow {
+  double at_0 = 0, slope = 0, bend = 0;
+  double operator()(double c) const { return at_0 + c * (slope + c * bend); }
+};
+
+// A border between cells, as a line in the image.
+struct TagLine {
+  double at = 0;                                      // on the tag
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();   // towards larger places on the tag
+  double inv_length = 0;                              // of the line's normal part
+  double inv_spread = 0;  // distance in spreads = inv_spread (numerator - at w)
+  double box = 0;         // fourth cumulant of the pixel's square over 24 spread^4
+};
+
+// The profiles of all lines' steps along one row of pixels, where they are felt.
+class TagAxis {
+ public:
+  static constexpr float kReach = 3.8F;       // spreads at which a line is felt: 1e-4 of the step
+  static constexpr double kUnknownReach = 3;  // and beyond which the unknown is not: 0.14 % of it
+
+  explicit TagAxis(const std::vector<double>& places);
+
+  std::vector<TagLine> lines;
+
+  // Shrinks [begin, end) to the pixels that the unknown, beyond the outermost lines, does not
+  // reach: those nearer than `reach` spreads to it.
+  void clip(const AlongRow& numerator, const AlongRow& w, double reach, int& begin, int& end) const;
+  void set_row(const AlongRow& numerator, const AlongRow& w, int begin, int end);
+
+  // Lines [first, first + count) are felt at pixel c; before the first lies cell first - 1.
+  int first(int c) const { return first_[static_cast<std::size_t>(c)]; }
+  int count(int c) const { return count_[static_cast<std::size_t>(c)]; }
+
+  // For a line that is felt at a pixel: its distance in spreads, the Gaussian step and its density
+  // there, and the step and its derivative with the pixel's square.
+  struct Profile {
+    std::vector<float> distance, normal, density, step, slope;
+  };
+  const Profile& profile(int line) const { return profiles_[static_cast<std::size_t>(line)]; }
+
+ private:
+  AlongRow distance(int line, const AlongRow& numerator, const AlongRow& w) const;
+  static std::pair<int, int> felt_span(const AlongRow& distance, int begin, int end);
+  void set_line(int line, const AlongRow& distance, int begin, int end);
+
+  std::vector<Profile> profiles_;
+  std::vector<std::uint8_t> first_, count_;
+};
+
+// Normal integral (to 1e-7: Abramowitz & Stegun 7.1.26) and density (to 1e-6 of itself), without
+// branches, so that loops over pixels are vectorised.
+struct NormalValue {
+  float integral;
+  float density;
+};
+NormalValue normal_value(float z);
+
+}  // namespace tagcal
