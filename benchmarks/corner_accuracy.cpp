@@ -72,7 +72,8 @@ View view_of(const Row& row, Random& random) {
 struct Sums {
   int tags = 0, missed = 0, iterations = 0;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  double outwards = 0, squares = 0, predicted = 0, bound = 0, nees = 0, seconds = 0, blur = 0, noise=0;
+  std::vector<double> seconds;
+  double outwards = 0, squares = 0, predicted = 0, bound = 0, nees = 0, blur = 0, noise=0;
 
   void add(const TagFit& fit, const TagFit& exact, const View& view, double exact_scale) {
     ++tags;
@@ -115,7 +116,7 @@ void run(const Row& row, int count) {
       corner += Eigen::Vector2d(random.uniform(-.2, .2), random.uniform(-.2, .2));
     const std::clock_t begin = std::clock();
     const TagFit fit = refine_tag(image, pattern, start, options);
-    sums.seconds += static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    sums.seconds.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
     if (fit.status != TagFitStatus::converged || exact.status != TagFitStatus::converged) {
       ++sums.missed;
       if (sums.missed < 4) std::printf("status %d %d pixels %d noise %g exact noise %g white %g black %g it %d\n", int(fit.status), int(exact.status), fit.num_pixels, fit.noise_levels, exact.noise_levels, fit.white, fit.black, fit.iterations);
@@ -126,12 +127,14 @@ void run(const Row& row, int count) {
     if (i < 2 && std::getenv("VERBOSE")) std::printf("exact: noise %g blur %g err %g\n", exact.noise_levels / 200, exact.blur_px, (exact.corners[0] - view.corners[0]).norm());
   }
   const double n = 8.0 * sums.tags;
+  std::ranges::nth_element(sums.seconds, sums.seconds.begin() + count / 2);
+  const double median = sums.seconds[static_cast<std::size_t>(count / 2)];
   const double rms = std::sqrt(sums.squares / n);
   std::printf("%4.0f %3.0f %4.1f %4.1f | rms %.4f bound %.4f ratio %.3f table %.4f ratio %.2f | mean %+.4f %+.4f out %+.4f | sd pred/obs %.3f nees %.3f | %.3f ms, %.1f it, missed %d blur %.3f noise %.2f\n",
               row.side_px, row.tilt_deg, row.blur_px, row.noise_levels, rms, std::sqrt(sums.bound / n),
               rms / std::sqrt(sums.bound / n), row.table_bound_px, rms / row.table_bound_px,
               sums.mean.x() * 2 / n, sums.mean.y() * 2 / n, sums.outwards * 2 / n,
-              std::sqrt(sums.predicted / n) / rms, sums.nees / sums.tags, 1e3 * sums.seconds / count,
+              std::sqrt(sums.predicted / n) / rms, sums.nees / sums.tags, 1e3 * median,
               double(sums.iterations) / sums.tags, sums.missed, sums.blur/sums.tags, sums.noise/sums.tags);
 }
 

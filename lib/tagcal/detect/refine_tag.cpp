@@ -28,10 +28,13 @@ constexpr double kMaxSpread = 6;
 constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
 constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
 constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
-constexpr double kSmallStep = 0.01;      // squared, in standard deviations
+constexpr double kSmallStep = 0.03;      // squared, in standard deviations
 constexpr double kMinContrast = 8;       // grey levels
 constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;         // of a corner
+constexpr double kLeastGain = 1e-3;      // squared, of a step's size over that of the one before
+constexpr int kManyRows = 24;
+constexpr int kBlock = 256;               // pixels
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;       // in which the set of pixels may change
 
@@ -118,6 +121,7 @@ class TagFitter {
   bool start_levels(TagParameters& parameters) const;
   void collect();
   void collect_row(int row);
+  void add_block();
   void add_flat(bool white);
   bool step();
   Vector2d corner(std::size_t i) const;
@@ -135,7 +139,8 @@ class TagFitter {
 
   // Of the present parameters: a row of derivatives and the residual for each graded pixel, sums
   // over all.
-  Eigen::Matrix<float, kCount + 1, Eigen::Dynamic> graded_;
+  Eigen::Matrix<float, kCount + 1, kBlock> graded_;
+  Eigen::Matrix<double, kCount + 1, kCount + 1> sums_;
   Information information_;
   TagParameters gradient_;
   TagParameters prior_ = TagParameters::Zero();
@@ -144,9 +149,11 @@ class TagFitter {
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<Span> spans_;       // of known pixels, row by row
   bool are_spans_fixed_ = false;
+  int row_step_ = 1;
   int num_graded_ = 0;
   int num_pixels_ = 0;
-  double last_step_ = 0;
+  double step_size_ = 1e-9;  // of the last step, squared, in standard deviations
+  double left_over_ = 0;     // what is left after it, likewise
 };
 
 template <typename T>
@@ -212,20 +219,25 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
 
 // Sums over the pixels at the model's parameters.
 void TagFitter::collect() {
-  graded_.resize(kCount + 1, static_cast<Eigen::Index>(patch_.levels.size()));
   num_graded_ = num_pixels_ = 0;
+  sums_.setZero();
   for (FlatSums& sums : flat_) sums = {};
-  for (int row = 0; row < patch_.height; ++row) collect_row(row);
-  Eigen::Matrix<float, kCount + 1, kCount + 1> graded;
-  graded.setZero();
-  graded.selfadjointView<Eigen::Lower>().rankUpdate(graded_.leftCols(num_graded_));
-  const Eigen::Matrix<double, kCount + 1, kCount + 1> all =
-      Eigen::Matrix<float, kCount + 1, kCount + 1>(graded.selfadjointView<Eigen::Lower>())
-          .cast<double>();
-  information_ = all.topLeftCorner<kCount, kCount>();
-  gradient_ = all.topRightCorner<kCount, 1>();
-  squares_ = all(kCount, kCount);
+  for (int row = 0; row < patch_.height; row += row_step_) collect_row(row);
+  add_block();
+  information_ = sums_.topLeftCorner<kCount, kCount>();
+  gradient_ = sums_.topRightCorner<kCount, 1>();
+  squares_ = sums_(kCount, kCount);
   for (const bool white : {false, true}) add_flat(white);
+}
+
+// Products in single precision, summed over blocks in double.
+void TagFitter::add_block() {
+  Eigen::Matrix<float, kCount + 1, kCount + 1> block;
+  block.setZero();
+  block.selfadjointView<Eigen::Lower>().rankUpdate(graded_.leftCols(num_graded_));
+  block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
+  sums_ += block.cast<double>();
+  num_graded_ = 0;
 }
 
 void TagFitter::collect_row(int row) {
@@ -249,6 +261,7 @@ void TagFitter::collect_row(int row) {
     }
     model_.evaluate(c, pixel);
     const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * place.y;
+    if (num_graded_ == kBlock) add_block();
     float* out = graded_.col(num_graded_++).data();
     std::copy(pixel.by_parameter.begin(), pixel.by_parameter.end(), out);
     out[kCount] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
@@ -280,9 +293,13 @@ bool TagFitter::step() {
       gradient_ - variance_ * prior_.cwiseProduct(model_.parameters());
   TagParameters change = system.ldlt().solve(right);
   if (!change.allFinite()) return false;
-  last_step_ = change.dot(right) / variance_;
+  // Gauss-Newton at a small residual: every step about the square of the one before. What the next
+  // would do is known before it is made.
+  const double size = change.dot(right) / variance_;
+  left_over_ = std::max(size * size * size / (step_size_ * step_size_), kLeastGain * size);
+  step_size_ = size;
   const double move = (corner_jacobian() * change).cwiseAbs().maxCoeff();
-  if (move < kRoundingPx) last_step_ = 0;
+  if (move < kRoundingPx) left_over_ = 0;
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
                                  kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
@@ -352,7 +369,7 @@ TagFit TagFitter::result(int iterations) const {
   const double largest = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
   if (num_pixels_ < kMinPixels || !(largest < kMaxSdPx)) {
     fit.status = TagFitStatus::too_small;
-  } else if (last_step_ < kSmallStep && p[kGain] >= kMinContrast &&
+  } else if (left_over_ < kSmallStep && p[kGain] >= kMinContrast &&
              fit.noise_levels < kMaxNoiseShare * p[kGain]) {
     fit.status = TagFitStatus::converged;
   }
@@ -368,6 +385,8 @@ TagFit TagFitter::fit() {
   for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
     // From the third on, so that no pixel comes and goes with every step.
     are_spans_fixed_ = iteration > kFreeIterations;
+    // The first only comes near.
+    row_step_ = iteration == 1 && patch_.height >= kManyRows ? 2 : 1;
     collect();
     if (num_pixels_ < kMinPixels) {
       TagFit fit;
@@ -375,7 +394,7 @@ TagFit TagFitter::fit() {
       return fit;
     }
     if (!step()) return {};
-    if (last_step_ < kSmallStep || iteration == options_.max_iterations) return result(iteration);
+    if (left_over_ < kSmallStep || iteration == options_.max_iterations) return result(iteration);
   }
   return {};
 }

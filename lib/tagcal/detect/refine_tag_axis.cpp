@@ -1,39 +1,10 @@
 #include "tagcal/detect/refine_tag_axis.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace tagcal {
-namespace {
 
-// exp(-a) for 0 <= a <= 80.
-inline float exp_minus(float a) {
-  const float t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
-  const auto whole = static_cast<std::int32_t>(t);
-  const float f = t - static_cast<float>(whole);
-  const float power =
-      1.0F + f * (0.693147182F +
-                  f * (0.240226463F + f * (0.0555041f + f * (0.00961813F + f * 0.00133336F +
-                                                             f * f * 0.000154035F))));
-  return power * std::bit_cast<float>((whole + 27) << 23);
-}
-
-inline NormalValue value_at(float z) {
-  const float a = std::min(std::abs(z), 12.0F);
-  const float e = exp_minus(0.5F * a * a);
-  const float t = 1.0F / (1.0F + 0.231641888F * a);
-  const float tail =
-      0.5F * e * t *
-      (0.254829592F + t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F +
-                                                                    t * 1.061405429F))));
-  const float sign = std::copysign(1.0F, z);
-  return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
-}
-
-}  // namespace
-
-NormalValue normal_value(float z) { return value_at(z); }
 
 TagAxis::TagAxis(const std::vector<double>& places) {
   for (const double at : places) lines.push_back({at});
@@ -106,7 +77,7 @@ void TagAxis::set_line(int line, const AlongRow& distance, int begin, int end) {
   for (int c = from; c < to; ++c) {
     const auto x = static_cast<float>(c);
     const float z = a + x * (b + x * q);
-    const NormalValue value = value_at(z);
+    const NormalValue value = normal_value(z);
     const float z2 = z * z;
     z_out[c] = z;
     normal[c] = value.integral;

@@ -2,6 +2,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -10,6 +13,37 @@
 namespace tagcal {
 
 constexpr int kMaxTagLines = 24;
+
+// exp(-a) for 0 <= a <= 80, to 1e-6 of itself, without branches.
+inline float exp_minus(float a) {
+  const float t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
+  const auto whole = static_cast<std::int32_t>(t);
+  const float f = t - static_cast<float>(whole);
+  const float power =
+      1.0F + f * (0.693147182F +
+                  f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
+                                                             f * f * 0.000154035F))));
+  return power * std::bit_cast<float>((whole + 27) << 23);
+}
+
+// Normal integral (to 1e-7: Abramowitz & Stegun 7.1.26) and density, without branches, so that
+// loops over pixels are vectorised.
+struct NormalValue {
+  float integral;
+  float density;
+};
+
+inline NormalValue normal_value(float z) {
+  const float a = std::min(std::abs(z), 12.0F);
+  const float e = exp_minus(0.5F * a * a);
+  const float t = 1.0F / (1.0F + 0.231641888F * a);
+  const float tail =
+      0.5F * e * t *
+      (0.254829592F + t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F +
+                                                                    t * 1.061405429F))));
+  const float sign = std::copysign(1.0F, z);
+  return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
+}
 
 // A quantity along a row of pixels, by the pixel's number.
 struct AlongRow {
@@ -24,6 +58,12 @@ struct TagLine {
   double inv_length = 0;                              // of the line's normal part
   double inv_spread = 0;  // distance in spreads = inv_spread (numerator - at w)
   double box = 0;         // fourth cumulant of the pixel's square over 24 spread^4
+
+  // For the loop over pixels.
+  struct Single {
+    float at = 0, normal_x = 0, normal_y = 0, inv_spread = 0;
+  };
+  Single single;
 };
 
 // The profiles of all lines' steps along one row of pixels, where they are felt.
@@ -60,13 +100,5 @@ class TagAxis {
   std::vector<Profile> profiles_;
   std::vector<std::uint8_t> first_, count_;
 };
-
-// Normal integral (to 1e-7: Abramowitz & Stegun 7.1.26) and density (to 1e-6 of itself), without
-// branches, so that loops over pixels are vectorised.
-struct NormalValue {
-  float integral;
-  float density;
-};
-NormalValue normal_value(float z);
 
 }  // namespace tagcal

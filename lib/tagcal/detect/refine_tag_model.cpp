@@ -57,6 +57,8 @@ void TagModel::set_axis(TagAxis& axis, int row_of_m) {
     line.inv_spread = scale_ * line.inv_length / spread_;
     const double x2 = line.normal.x() * line.normal.x(), y2 = line.normal.y() * line.normal.y();
     line.box = kBoxCumulant * (x2 * x2 + y2 * y2) / (24 * std::pow(spread_, 4));
+    line.single = {static_cast<float>(line.at), static_cast<float>(line.normal.x()),
+                   static_cast<float>(line.normal.y()), static_cast<float>(line.inv_spread)};
   }
 }
 
@@ -82,7 +84,7 @@ void TagModel::set_junctions() {
       for (std::size_t k = 0; k < kNodes; ++k) {
         const double sine = std::sin(places[k] * angle);
         junction.node[k] = static_cast<float>(2 * sine);
-        junction.decay[k] = static_cast<float>(-0.5 / (1 - sine * sine));
+        junction.decay[k] = static_cast<float>(0.5 / (1 - sine * sine));
         junction.weight[k] = static_cast<float>(weights[k] * angle / (2 * std::numbers::pi));
       }
     }
@@ -198,14 +200,14 @@ void TagModel::add_junction(const Junction& junction, int c, int column, int row
   if (exponent > 9) return;  // 1e-4
   float sum = 0;
   for (std::size_t n = 0; n < kNodes; ++n)
-    sum += junction.weight[n] * std::exp(junction.decay[n] * (squares - junction.node[n] * product));
+    sum += junction.weight[n] * exp_minus(junction.decay[n] * (squares - junction.node[n] * product));
   const float contrast = junction.contrast;
   pixel.white += contrast * sum;
   by_columns_.distance[i] += contrast * across.density[at] *
                              (normal_value((k - rho * h) * inv_root).integral - down.normal[at]);
   by_rows_.distance[j] += contrast * down.density[at] *
                           (normal_value((h - rho * k) * inv_root).integral - across.normal[at]);
-  const float by_rho = contrast * inv_root * kInvTwoPi * std::exp(-exponent);
+  const float by_rho = contrast * inv_root * kInvTwoPi * exp_minus(exponent);
   by_columns_.turn[i] += by_rho * junction.turn_column;
   by_rows_.turn[j] += by_rho * junction.turn_row;
 }
@@ -224,19 +226,17 @@ void TagModel::differentiate(int c, TagPixel& pixel) const {
     const int first = axis.first(c);
     for (int i = 0; i < axis.count(c); ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const TagLine& line = axis.lines[static_cast<std::size_t>(first + i)];
+      const TagLine::Single& line = axis.lines[static_cast<std::size_t>(first + i)].single;
       const float h = axis.profile(first + i).distance[static_cast<std::size_t>(c)];
-      const auto n_x = static_cast<float>(line.normal.x());
-      const auto n_y = static_cast<float>(line.normal.y());
-      const float along = by.distance[k] * static_cast<float>(line.inv_spread);
+      const float n_x = line.normal_x, n_y = line.normal_y;
+      const float along = by.distance[k] * line.inv_spread;
       const float normal_x = along * (place_x - h * unit * n_x) + by.turn[k].x();
       const float normal_y = along * (place_y - h * unit * n_y) + by.turn[k].y();
       m_x += normal_x;
       m_y += normal_y;
       m_1 += along;
-      const auto at = static_cast<float>(line.at);
-      by_m3_x -= at * normal_x;
-      by_m3_y -= at * normal_y;
+      by_m3_x -= line.at * normal_x;
+      by_m3_y -= line.at * normal_y;
       by_log_spread -= by.distance[k] * h;
       by_x += by.distance[k] * n_x;
       by_y += by.distance[k] * n_y;
