@@ -21,22 +21,22 @@ using Corners = std::array<Vector2d, 4>;
 using Information = Eigen::Matrix<double, kCount, kCount>;
 using CornerJacobian = Eigen::Matrix<double, 8, kCount>;
 
-constexpr double kStartBlur = 0.8;       // px
+constexpr double kStartBlur = 0.8;         // px
 constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
-constexpr double kMinSpread = 0.3;       // a little more than the square's own
+constexpr double kMinSpread = 0.3;         // a little more than the square's own
 constexpr double kMaxSpread = 6;
 constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
 constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
+constexpr double kRoundingPx = 1e-5;     // no corner needs a smaller step
 constexpr double kSmallStep = 0.03;      // squared, in standard deviations
 constexpr double kMinContrast = 8;       // grey levels
 constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;         // of a corner
 constexpr double kLeastGain = 1e-3;      // squared, of a step's size over that of the one before
 constexpr int kManyRows = 24;
-constexpr int kBlock = 256;               // pixels
+constexpr int kBlock = 256;  // pixels
 constexpr int kMinPixels = 64;
-constexpr int kFreeIterations = 2;       // in which the set of pixels may change
+constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 
 constexpr std::array<std::array<double, 2>, 4> kTagCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
 
@@ -98,8 +98,12 @@ Matrix3d homography(const Corners& corners) {
 class TagFitter {
  public:
   TagFitter(const TagPattern& pattern, const Corners& start, const TagFitOptions& options)
-      : pattern_(pattern), start_(start), options_(options), scale_(mean_half_side(start)),
-        middle_((start[0] + start[1] + start[2] + start[3]) / 4), model_(pattern, scale_) {
+      : pattern_(pattern),
+        start_(start),
+        options_(options),
+        scale_(mean_half_side(start)),
+        middle_((start[0] + start[1] + start[2] + start[3]) / 4),
+        model_(pattern, scale_) {
     Corners scaled;
     for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
     image_from_tag_ = homography(scaled);
@@ -202,12 +206,12 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
     const std::size_t column = i % n, row = i / n;
     const double u = 0.5 * (pattern_.lines[column] + pattern_.lines[column + 1]);
     const double v = 0.5 * (pattern_.lines[row] + pattern_.lines[row + 1]);
-    const Vector2d place =
-        middle_ + scale_ * (image_from_tag_ * Vector3d(u, v, 1)).hnormalized();
+    const Vector2d place = middle_ + scale_ * (image_from_tag_ * Vector3d(u, v, 1)).hnormalized();
     const int x = static_cast<int>(std::lround(place.x())) - patch_.x0;
     const int y = static_cast<int>(std::lround(place.y())) - patch_.y0;
     if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
-    const int white = pattern_.white[i] != 0 ? 1 : 0;
+    if (pattern_.cells[i] == TagPattern::unknown) continue;
+    const int white = pattern_.cells[i] == TagPattern::white ? 1 : 0;
     sum[white] += patch_.at(x, y);
     ++count[white];
   }
@@ -254,9 +258,11 @@ void TagFitter::collect_row(int row) {
   for (int c = begin; c < end; ++c) {
     const double level = patch_.at(c, row);
     const double x = place.left + c * place.step;
-    const int colour = model_.flat_colour(c);
-    if (colour >= 0) {
-      flat_[colour].add(x, place.y, level);
+    const TagModel::Seen seen = model_.seen(c);
+    if (seen == TagModel::Seen::unknown) continue;
+    ++num_pixels_;
+    if (seen != TagModel::Seen::both) {
+      flat_[seen == TagModel::Seen::white ? 1 : 0].add(x, place.y, level);
       continue;
     }
     model_.evaluate(c, pixel);
@@ -266,7 +272,6 @@ void TagFitter::collect_row(int row) {
     std::copy(pixel.by_parameter.begin(), pixel.by_parameter.end(), out);
     out[kCount] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
   }
-  num_pixels_ += std::max(0, end - begin);
 }
 
 // Pixels of one colour know of the grey levels only.
@@ -289,8 +294,7 @@ bool TagFitter::step() {
   variance_ = std::max(kBoxVariance, squares_ / std::max(1, num_pixels_ - kCount));
   Information system = information_;
   system.diagonal() += variance_ * prior_;
-  const TagParameters right =
-      gradient_ - variance_ * prior_.cwiseProduct(model_.parameters());
+  const TagParameters right = gradient_ - variance_ * prior_.cwiseProduct(model_.parameters());
   TagParameters change = system.ldlt().solve(right);
   if (!change.allFinite()) return false;
   // Gauss-Newton at a small residual: every step about the square of the one before. What the next
@@ -319,8 +323,7 @@ Vector2d TagFitter::corner(std::size_t i) const {
   };
   const Vector2d bent = line(kM1, u).cross(line(kM2, v)).hnormalized();
   Vector2d place = bent;
-  for (int k = 0; k < 5; ++k)
-    place = bent - bend_basis(place.x(), place.y()) * p.segment<4>(kBend);
+  for (int k = 0; k < 5; ++k) place = bent - bend_basis(place.x(), place.y()) * p.segment<4>(kBend);
   return place;
 }
 
@@ -408,7 +411,7 @@ bool is_inside(const Corners& corners, const ImageSize& size) {
 
 void check(const TagPattern& pattern) {
   const std::size_t n = pattern.lines.size();
-  if (n < 4 || n > kMaxTagLines || pattern.white.size() != (n - 1) * (n - 1))
+  if (n < 4 || n > kMaxTagLines || pattern.cells.size() != (n - 1) * (n - 1))
     throw Error("refine_tag: pattern: must have 4 to 24 lines and a cell between each two");
   if (!std::ranges::is_sorted(pattern.lines, std::ranges::less_equal()))
     throw Error("refine_tag: pattern: lines must ascend");

@@ -14,14 +14,16 @@ namespace tagcal {
 // tag's plane has its unit along the side between the corners; (0, 0) is the upper-left corner, x
 // right, y down on the upright tag. What lies outside of the outermost lines is not known.
 struct TagPattern {
-  std::vector<double> lines;        // borders of the cells, ascending, the same in x and in y
-  std::vector<std::uint8_t> white;  // (lines - 1)^2 cells row by row from above, 1 white, 0 black
+  enum Cell : std::uint8_t { black, white, unknown };
+  std::vector<double> lines;  // borders of the cells, ascending, the same in x and in y
+  std::vector<Cell> cells;    // (lines - 1)^2, row by row from above
 };
 
 // What surrounds a tag beyond its family's own frame.
 struct TagSurroundings {
-  double gap = 0;               // white to each side at least, in sides of the tag
-  bool corner_squares = false;  // Kalibr's: black squares `gap` wide touch the corners
+  double gap = 0;  // white to each side at least, in sides of the tag; 0: only the family's frame
+  bool corner_squares = false;  // Kalibr's: black squares `gap` wide touch the corners (where the
+                                // gap is 0, it is not known how wide)
 };
 
 // The pattern of a tag. The family's border may have any width: it is set to `border_bits`. Throws
@@ -49,8 +51,8 @@ struct TagFit {
   std::array<Eigen::Vector2d, 4> corners{};  // 0..3 as in CornerId, pixel centres at whole numbers
   Eigen::Matrix<double, 8, 8> covariance_px2 =
       Eigen::Matrix<double, 8, 8>::Zero();  // of (x0, y0, x1, y1, ..), from the residuals
-  double blur_px = 0;                          // Gaussian before the pixels' squares; 0 if less
-  double black = 0;                            // grey levels at the tag's centre
+  double blur_px = 0;                       // Gaussian before the pixels' squares; 0 if less
+  double black = 0;                         // grey levels at the tag's centre
   double white = 0;
   double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
   int num_pixels = 0;       // that were used

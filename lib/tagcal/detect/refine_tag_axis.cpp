@@ -5,7 +5,6 @@
 
 namespace tagcal {
 
-
 TagAxis::TagAxis(const std::vector<double>& places) {
   for (const double at : places) lines.push_back({at});
   profiles_.resize(places.size());
@@ -33,8 +32,8 @@ void TagAxis::set_row(const AlongRow& numerator, const AlongRow& w, int begin, i
     first_.resize(size);
     count_.resize(size);
     for (Profile& profile : profiles_) {
-      for (std::vector<float>* part : {&profile.distance, &profile.normal, &profile.density,
-                                       &profile.step, &profile.slope})
+      for (std::vector<float>* part :
+           {&profile.distance, &profile.normal, &profile.density, &profile.step, &profile.slope})
         part->resize(size);
     }
   }

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -20,9 +20,9 @@ inline float exp_minus(float a) {
   const auto whole = static_cast<std::int32_t>(t);
   const float f = t - static_cast<float>(whole);
   const float power =
-      1.0F + f * (0.693147182F +
-                  f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
-                                                             f * f * 0.000154035F))));
+      1.0F +
+      f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
+                                                                     f * f * 0.000154035F))));
   return power * std::bit_cast<float>((whole + 27) << 23);
 }
 
@@ -39,8 +39,8 @@ inline NormalValue normal_value(float z) {
   const float t = 1.0F / (1.0F + 0.231641888F * a);
   const float tail =
       0.5F * e * t *
-      (0.254829592F + t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F +
-                                                                    t * 1.061405429F))));
+      (0.254829592F +
+       t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
   const float sign = std::copysign(1.0F, z);
   return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
 }
@@ -53,9 +53,9 @@ struct AlongRow {
 
 // A border between cells, as a line in the image.
 struct TagLine {
-  double at = 0;                                      // on the tag
-  Eigen::Vector2d normal = Eigen::Vector2d::Zero();   // towards larger places on the tag
-  double inv_length = 0;                              // of the line's normal part
+  double at = 0;                                     // on the tag
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // towards larger places on the tag
+  double inv_length = 0;                             // of the line's normal part
   double inv_spread = 0;  // distance in spreads = inv_spread (numerator - at w)
   double box = 0;         // fourth cumulant of the pixel's square over 24 spread^4
 

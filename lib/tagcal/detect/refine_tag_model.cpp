@@ -24,12 +24,15 @@ TagModel::TagModel(const TagPattern& pattern, double scale)
     : scale_(scale),
       num_cells_(static_cast<int>(pattern.lines.size()) - 1),
       cells_(pattern.lines.size() - 1, 0),
+      unknown_(pattern.lines.size() - 1, 0),
       columns_(pattern.lines),
       rows_(pattern.lines),
       junctions_(pattern.lines.size() * pattern.lines.size()) {
   const std::size_t n = cells_.size();
-  for (std::size_t i = 0; i < n * n; ++i)
-    if (pattern.white[i] != 0) cells_[i / n] |= 1U << (i % n);
+  for (std::size_t i = 0; i < n * n; ++i) {
+    if (pattern.cells[i] == TagPattern::white) cells_[i / n] |= 1U << (i % n);
+    if (pattern.cells[i] == TagPattern::unknown) unknown_[i / n] |= 1U << (i % n);
+  }
   const auto cell = [&](int column, int row) {
     return static_cast<float>(cells_[static_cast<std::size_t>(row)] >> column & 1U);
   };
@@ -78,8 +81,7 @@ void TagModel::set_junctions() {
       const double angle = std::asin(rho);
       junction.correlation = static_cast<float>(rho);
       junction.inv_root = static_cast<float>(1 / std::sqrt(1 - rho * rho));
-      junction.turn_column =
-          (column.inv_length * (row.normal - rho * column.normal)).cast<float>();
+      junction.turn_column = (column.inv_length * (row.normal - rho * column.normal)).cast<float>();
       junction.turn_row = (row.inv_length * (column.normal - rho * row.normal)).cast<float>();
       for (std::size_t k = 0; k < kNodes; ++k) {
         const double sine = std::sin(places[k] * angle);
@@ -111,15 +113,20 @@ void TagModel::set_row(const TagRow& row, double reach, int& begin, int& end) {
   rows_.set_row(v, w, begin, end);
 }
 
-int TagModel::flat_colour(int c) const {
+TagModel::Seen TagModel::seen(int c) const {
   const int column = columns_.first(c) - 1;
   const std::uint32_t all = (2U << columns_.count(c)) - 1;
-  const auto* cells = cells_.data() + rows_.first(c) - 1;
-  const std::uint32_t white = cells[0] >> column & all;
-  if (white != 0 && white != all) return -1;
-  for (int j = 1; j <= rows_.count(c); ++j)
-    if ((cells[j] >> column & all) != white) return -1;
-  return white != 0 ? 1 : 0;
+  const auto row = static_cast<std::size_t>(rows_.first(c) - 1);
+  const auto num_rows = static_cast<std::size_t>(rows_.count(c)) + 1;
+  std::uint32_t any_white = 0, all_white = all, unknown = 0;
+  for (std::size_t j = row; j < row + num_rows; ++j) {
+    any_white |= cells_[j] >> column;
+    all_white &= cells_[j] >> column;
+    unknown |= unknown_[j] >> column;
+  }
+  if ((unknown & all) != 0) return Seen::unknown;
+  if (all_white == all) return Seen::white;
+  return (any_white & all) == 0 ? Seen::black : Seen::both;
 }
 
 void TagModel::evaluate(int c, TagPixel& pixel) {
@@ -187,8 +194,7 @@ void TagModel::add_junctions(int c, TagPixel& pixel) {
 }
 
 // What the bivariate normal integral over a quadrant has beyond the product of its steps.
-void TagModel::add_junction(const Junction& junction, int c, int column, int row,
-                            TagPixel& pixel) {
+void TagModel::add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel) {
   const auto at = static_cast<std::size_t>(c);
   const auto i = static_cast<std::size_t>(column), j = static_cast<std::size_t>(row);
   const TagAxis::Profile& across = columns_.profile(columns_.first(c) + column);
@@ -200,7 +206,8 @@ void TagModel::add_junction(const Junction& junction, int c, int column, int row
   if (exponent > 9) return;  // 1e-4
   float sum = 0;
   for (std::size_t n = 0; n < kNodes; ++n)
-    sum += junction.weight[n] * exp_minus(junction.decay[n] * (squares - junction.node[n] * product));
+    sum +=
+        junction.weight[n] * exp_minus(junction.decay[n] * (squares - junction.node[n] * product));
   const float contrast = junction.contrast;
   pixel.white += contrast * sum;
   by_columns_.distance[i] += contrast * across.density[at] *

@@ -59,8 +59,9 @@ class TagModel {
   // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from the unknown.
   void set_row(const TagRow& row, double reach, int& begin, int& end);
 
-  // Where only one colour reaches pixel c of the row: that, 0 or 1; -1 elsewhere.
-  int flat_colour(int c) const;
+  // What reaches pixel c of the row.
+  enum class Seen { black, white, both, unknown };
+  Seen seen(int c) const;
   void evaluate(int c, TagPixel& pixel);
 
  private:
@@ -89,7 +90,8 @@ class TagModel {
 
   double scale_;
   int num_cells_;
-  std::vector<std::uint32_t> cells_;  // per row of cells, bit i: cell i is white
+  std::vector<std::uint32_t> cells_;    // per row of cells, bit i: cell i is white
+  std::vector<std::uint32_t> unknown_;  // likewise
   TagAxis columns_;
   TagAxis rows_;
   std::vector<Junction> junctions_;

@@ -16,8 +16,9 @@ bool covers(const Rectangle& rectangle, double x, double y) {
 TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
                        const TagSurroundings& surroundings) {
   // Drawn as a board of one tag, so that pictures and their model cannot differ.
-  const Board board = grid_board({1, 1, 1.0, surroundings.gap, id}, family.name, border_bits,
-                                 surroundings.corner_squares);
+  const bool has_squares = surroundings.corner_squares && surroundings.gap > 0;
+  const Board board =
+      grid_board({1, 1, 1.0, surroundings.gap, id}, family.name, border_bits, has_squares);
   const std::vector<Rectangle> ink = ink_cells(board, family);
 
   int own_border = family.reversed_border ? border_bits : family.width_at_border;
@@ -26,7 +27,7 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
   const int more = border_bits - own_border;
   const int side = family.width_at_border + 2 * more;
   // Kalibr's squares begin where the white frame of other tags is.
-  const int frame = surroundings.corner_squares ? 0 : (family.total_width + 2 * more - side) / 2;
+  const int frame = has_squares ? 0 : (family.total_width + 2 * more - side) / 2;
   TagPattern pattern;
   for (int i = -frame; i <= side + frame; ++i)
     pattern.lines.push_back(static_cast<double>(i) / side);
@@ -39,9 +40,13 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
     for (std::size_t column = 0; column + 1 < lines.size(); ++column) {
       const double x = 0.5 * (lines[column] + lines[column + 1]);
       const double y = 1 - 0.5 * (lines[row] + lines[row + 1]);  // the board's y points up
-      const bool black = std::ranges::any_of(
+      const bool is_black = std::ranges::any_of(
           ink, [&](const Rectangle& rectangle) { return covers(rectangle, x, y); });
-      pattern.white.push_back(black ? 0 : 1);
+      const bool is_corner = (x < 0 || x > 1) && (y < 0 || y > 1);
+      pattern.cells.push_back(is_corner && surroundings.corner_squares && !has_squares
+                                  ? TagPattern::unknown
+                              : is_black ? TagPattern::black
+                                         : TagPattern::white);
     }
   }
   return pattern;
