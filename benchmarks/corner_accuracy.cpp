@@ -109,7 +109,7 @@ void run(const Row& row, int count) {
     const Image8 noiseless = expose(light, exact_sensor, 0);
     const TagPattern pattern = tag_pattern(families.at("tag36h11"), view.id, 1);
     TagFitOptions options;
-    if (const char* bend = std::getenv("BEND")) options.bend_sd_per_px = std::atof(bend);
+    if (const char* bend = std::getenv("BEND")) options.bend_sd_per_px = std::atof(bend), options.twist_sd_per_px2 = options.bend_sd_per_px / 150;
     const TagFit exact = refine_tag(noiseless, pattern, view.corners, options);
     Corners start = view.corners;
     for (auto& corner : start)

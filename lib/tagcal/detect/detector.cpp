@@ -27,7 +27,10 @@ std::vector<Wanted> wanted_tags(const std::vector<PlacedBoard>& boards) {
     wanted.family = board.family;
     wanted.border_bits = board.border_bits;
     wanted.corner_squares |= board.corner_squares;
-    const TagSurroundings around{board.grid ? board.grid->tag_spacing : 0, board.corner_squares};
+    // Without squares, what is beside the outer tags is not known.
+    TagSurroundings around;
+    around.corner_squares = board.corner_squares;
+    if (board.grid && board.corner_squares) around.gap = board.grid->tag_spacing;
     for (const Tag& tag : board.tags) {
       wanted.ids.insert(tag.id);
       wanted.surroundings[tag.id] = around;

@@ -323,7 +323,7 @@ Vector2d TagFitter::corner(std::size_t i) const {
   };
   const Vector2d bent = line(kM1, u).cross(line(kM2, v)).hnormalized();
   Vector2d place = bent;
-  for (int k = 0; k < 5; ++k) place = bent - bend_basis(place.x(), place.y()) * p.segment<4>(kBend);
+  for (int k = 0; k < 5; ++k) place = bent - bend_basis(place.x(), place.y()) * p.segment<kNumBends>(kBend);
   return place;
 }
 
@@ -333,8 +333,8 @@ CornerJacobian TagFitter::corner_jacobian() const {
   for (std::size_t i = 0; i < 4; ++i) {
     const auto [u, v] = kTagCorners[i];
     const Vector2d place = corner(i);
-    const Eigen::Vector4d bend = p.segment<4>(kBend);
-    const Eigen::Matrix<double, 2, 4> basis = bend_basis(place.x(), place.y());
+    const Eigen::Matrix<double, kNumBends, 1> bend = p.segment<kNumBends>(kBend);
+    const BendBasis basis = bend_basis(place.x(), place.y());
     const Vector2d bent = place + basis * bend;
     Eigen::Matrix2d across;
     across.row(0) = p.segment<2>(kM1) - u * p.segment<2>(kM3);
@@ -345,11 +345,16 @@ CornerJacobian TagFitter::corner_jacobian() const {
     by.row(0).segment<2>(kM3) = u * bent;
     by.row(1).segment<2>(kM3) = v * bent;
     by = (across.inverse() * by).eval();
-    by.middleCols<4>(kBend) -= basis;
-    const double x = place.x(), y = place.y();
-    Eigen::Matrix2d straight;
-    straight << 1 + bend[2] * 2 * x + bend[3] * y, bend[0] * 2 * y + bend[3] * x,
-        bend[1] * 2 * x - bend[2] * y, 1 - bend[2] * x - bend[3] * 2 * y;
+    by.middleCols<kNumBends>(kBend) -= basis;
+    Eigen::Matrix2d straight;  // bent place by place
+    constexpr double kDelta = 1e-4;  // exact for cubics but for its square
+    for (int k = 0; k < 2; ++k) {
+      const Vector2d d = kDelta * Vector2d::Unit(k);
+      const Vector2d more = place + d, less = place - d;
+      straight.col(k) =
+          Vector2d::Unit(k) +
+          (bend_basis(more.x(), more.y()) - bend_basis(less.x(), less.y())) * bend / (2 * kDelta);
+    }
     result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = scale_ * straight.inverse() * by;
   }
   return result;
@@ -383,7 +388,9 @@ TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
   const double bend_sd = std::max(1e-9, options_.bend_sd_per_px * scale_ / 2);
+  const double twist_sd = std::max(1e-9, options_.twist_sd_per_px2 * scale_ * scale_ / 6);
   prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
+  prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
   model_.set(parameters);
   for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
     // From the third on, so that no pixel comes and goes with every step.

@@ -39,9 +39,10 @@ enum class TagFitStatus {
 };
 
 struct TagFitOptions {
-  // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px. Zero:
-  // the tag is the image under a homography.
+  // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px, and
+  // of its change along the line, 1/px^2. Both zero: the tag is the image under a homography.
   double bend_sd_per_px = 3e-4;
+  double twist_sd_per_px2 = 2e-6;
   int max_iterations = 12;
 };
 
@@ -60,7 +61,7 @@ struct TagFit {
 };
 
 // Finds the corners of a tag whose pattern is known by fitting all of its pixels: grey level = the
-// pattern under a homography (8 parameters) and a slight bend (4), blurred by an isotropic Gaussian
+// pattern under a homography (8 parameters) and a slight bend (12), blurred by an isotropic Gaussian
 // and the pixel's square, times a gain that changes linearly over the tag, plus an offset. Each
 // straight-sided quadrant of the pattern has its exact Gaussian integral (bivariate normal); the
 // square beyond its second moment enters by the fourth cumulant along each edge's normal.

@@ -12,9 +12,7 @@ TagAxis::TagAxis(const std::vector<double>& places) {
 
 AlongRow TagAxis::distance(int line, const AlongRow& numerator, const AlongRow& w) const {
   const TagLine& l = lines[static_cast<std::size_t>(line)];
-  return {l.inv_spread * (numerator.at_0 - l.at * w.at_0),
-          l.inv_spread * (numerator.slope - l.at * w.slope),
-          l.inv_spread * (numerator.bend - l.at * w.bend)};
+  return combined(numerator, l.inv_spread, w, -l.inv_spread * l.at, 0);
 }
 
 void TagAxis::clip(const AlongRow& numerator, const AlongRow& w, double reach, int& begin,
@@ -50,7 +48,9 @@ std::pair<int, int> TagAxis::felt_span(const AlongRow& distance, int begin, int 
   const double length = std::max(1, end - 1 - begin);
   // A line through both ends, from which the distance differs by no more than this.
   const double slope = (distance(end - 1) - distance(begin)) / length;
-  const double reach = kReach + 0.25 * std::abs(distance.bend) * length * length + 1e-3;
+  const double bend = std::max(std::abs(distance.second_derivative(begin)),
+                               std::abs(distance.second_derivative(end - 1)));
+  const double reach = kReach + 0.125 * bend * length * length + 1e-3;
   const double to_zero = -distance(begin) / (std::abs(slope) < 1e-9 ? 1e-9 : slope);
   const double half = reach / std::max(1e-9, std::abs(slope));
   const double from = std::clamp<double>(begin + to_zero - half, begin, end);
@@ -65,8 +65,8 @@ void TagAxis::set_line(int line, const AlongRow& distance, int begin, int end) {
   if (distance(begin) > 0) std::fill(first_.begin() + begin, first_.begin() + from, past);
   if (distance(end - 1) > 0) std::fill(first_.begin() + to, first_.begin() + end, past);
   Profile& profile = profiles_[static_cast<std::size_t>(line)];
-  const auto a = static_cast<float>(distance.at_0), b = static_cast<float>(distance.slope),
-             q = static_cast<float>(distance.bend);
+  std::array<float, 4> power;
+  for (std::size_t i = 0; i < 4; ++i) power[i] = static_cast<float>(distance.by_power[i]);
   const auto box = static_cast<float>(lines[static_cast<std::size_t>(line)].box);
   float* const z_out = profile.distance.data();
   float* const normal = profile.normal.data();
@@ -75,7 +75,7 @@ void TagAxis::set_line(int line, const AlongRow& distance, int begin, int end) {
   float* const profile_slope = profile.slope.data();
   for (int c = from; c < to; ++c) {
     const auto x = static_cast<float>(c);
-    const float z = a + x * (b + x * q);
+    const float z = power[0] + x * (power[1] + x * (power[2] + x * power[3]));
     const NormalValue value = normal_value(z);
     const float z2 = z * z;
     z_out[c] = z;

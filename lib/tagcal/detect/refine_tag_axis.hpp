@@ -45,11 +45,23 @@ inline NormalValue normal_value(float z) {
   return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
 }
 
-// A quantity along a row of pixels, by the pixel's number.
+// A quantity along a row of pixels: a polynomial in the pixel's number.
 struct AlongRow {
-  double at_0 = 0, slope = 0, bend = 0;
-  double operator()(double c) const { return at_0 + c * (slope + c * bend); }
+  std::array<double, 4> by_power{};
+  double operator()(double c) const {
+    return by_power[0] + c * (by_power[1] + c * (by_power[2] + c * by_power[3]));
+  }
+  double second_derivative(double c) const { return 2 * by_power[2] + 6 * c * by_power[3]; }
 };
+
+// x a + y b + constant.
+inline AlongRow combined(const AlongRow& a, double x, const AlongRow& b, double y,
+                         double constant) {
+  AlongRow result;
+  for (std::size_t i = 0; i < 4; ++i) result.by_power[i] = x * a.by_power[i] + y * b.by_power[i];
+  result.by_power[0] += constant;
+  return result;
+}
 
 // A border between cells, as a line in the image.
 struct TagLine {

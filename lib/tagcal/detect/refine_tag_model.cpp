@@ -14,8 +14,11 @@ constexpr double kBoxCumulant = -1.0 / 120;  // fourth, of the square of a pixel
 constexpr float kLeastCorrelation = 1e-3F;   // below it, quadrants are products of steps
 constexpr float kInvTwoPi = 0.159154943F;
 
-AlongRow combined(const AlongRow& a, double x, const AlongRow& b, double y, double constant) {
-  return {x * a.at_0 + y * b.at_0 + constant, x * a.slope + y * b.slope, x * a.bend + y * b.bend};
+// A polynomial in x, with x = left + step c.
+AlongRow along_row(const std::array<double, 4>& p, double left, double step) {
+  return {p[0] + left * (p[1] + left * (p[2] + left * p[3])),
+          step * (p[1] + left * (2 * p[2] + left * 3 * p[3])),
+          step * step * (p[2] + 3 * left * p[3]), step * step * step * p[3]};
 }
 
 }  // namespace
@@ -93,15 +96,19 @@ void TagModel::set_junctions() {
   }
 }
 
+// As bend_basis() has it.
+void TagModel::bend_row(const TagRow& row) {
+  const auto b = parameters_.segment<kNumBends>(kBend);
+  const double y = row.y, yy = y * y;
+  bent_x_ = along_row({yy * (b[0] + y * b[7]), 1 + y * (b[3] + y * b[6]), b[2] + y * b[5], b[4]},
+                      row.left, row.step);
+  bent_y_ = along_row({y + yy * (y * b[11] - b[3]), y * (y * b[10] - b[2]), b[1] + y * b[9], b[8]},
+                      row.left, row.step);
+}
+
 void TagModel::set_row(const TagRow& row, double reach, int& begin, int& end) {
   row_ = row;
-  const double x = row.left, d = row.step, y = row.y;
-  const Eigen::Vector4d bend = parameters_.segment<4>(kBend);
-  // As bend_basis() has it.
-  bent_x_ = {x + bend[0] * y * y + bend[2] * x * x + bend[3] * x * y,
-             d * (1 + 2 * bend[2] * x + bend[3] * y), d * d * bend[2]};
-  bent_y_ = {y + bend[1] * x * x - bend[2] * x * y - bend[3] * y * y,
-             d * (2 * bend[1] * x - bend[2] * y), d * d * bend[1]};
+  bend_row(row);
   const TagParameters& p = parameters_;
   const AlongRow u = combined(bent_x_, p[kM1], bent_y_, p[kM1 + 1], p[kM1 + 2]);
   const AlongRow v = combined(bent_x_, p[kM2], bent_y_, p[kM2 + 1], p[kM2 + 2]);
@@ -263,10 +270,17 @@ void TagModel::differentiate(int c, TagPixel& pixel) const {
   out[kGainSlope + 1] = pixel.white * y;
   by_x *= gain / unit;
   by_y *= gain / unit;
-  out[kBend] = by_x * y * y;
-  out[kBend + 1] = by_y * x * x;
-  out[kBend + 2] = by_x * x * x - by_y * x * y;
-  out[kBend + 3] = by_x * x * y - by_y * y * y;
+  const float xx = x * x, xy = x * y, yy = y * y;
+  float* const bend = &out[kBend];
+  bend[0] = by_x * yy;
+  bend[1] = by_y * xx;
+  bend[2] = by_x * xx - by_y * xy;
+  bend[3] = by_x * xy - by_y * yy;
+  const std::array<float, 4> cubes = {x * xx, x * xy, x * yy, y * yy};
+  for (std::size_t i = 0; i < 4; ++i) {
+    bend[4 + i] = by_x * cubes[i];
+    bend[8 + i] = by_y * cubes[i];
+  }
 }
 
 }  // namespace tagcal

@@ -21,17 +21,21 @@ constexpr int kLogSpread = 8;  // of the sd of blur and pixel square together, p
 constexpr int kBlack = 9;
 constexpr int kGain = 10;
 constexpr int kGainSlope = 11;  // along x and y
-constexpr int kBend = 13;
-constexpr int kCount = 17;
+constexpr int kBend = 13;       // four of second order, then eight of third
+constexpr int kNumBends = 12;
+constexpr int kCount = 25;
 }  // namespace tag_parameter
 
 using TagParameters = Eigen::Matrix<double, tag_parameter::kCount, 1>;
 
-// Displacements of second order that no homography makes, by which a pixel is moved before it meets
-// the homography.
-inline Eigen::Matrix<double, 2, 4> bend_basis(double x, double y) {
-  Eigen::Matrix<double, 2, 4> basis;
-  basis << y * y, 0, x * x, x * y, 0, x * x, -x * y, -y * y;
+// Displacements of second order that no homography makes, and of third order, by which a pixel is
+// moved before it meets the homography.
+using BendBasis = Eigen::Matrix<double, 2, tag_parameter::kNumBends>;
+inline BendBasis bend_basis(double x, double y) {
+  const double xx = x * x, xy = x * y, yy = y * y;
+  BendBasis basis;
+  basis << yy, 0, xx, xy, x * xx, x * xy, x * yy, y * yy, 0, 0, 0, 0,  //
+      0, xx, -xy, -yy, 0, 0, 0, 0, x * xx, x * xy, x * yy, y * yy;
   return basis;
 }
 
@@ -87,6 +91,7 @@ class TagModel {
   void add_junctions(int c, TagPixel& pixel);
   void add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel);
   void differentiate(int c, TagPixel& pixel) const;
+  void bend_row(const TagRow& row);
 
   double scale_;
   int num_cells_;
