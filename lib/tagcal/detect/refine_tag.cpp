@@ -33,6 +33,7 @@ constexpr double kMinContrast = 8;       // grey levels
 constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;         // of a corner
 constexpr double kLeastGain = 1e-3;      // squared, of a step's size over that of the one before
+constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
 constexpr int kManyRows = 24;
 constexpr int kBlock = 256;  // pixels
 constexpr int kMinPixels = 64;
@@ -123,6 +124,7 @@ class TagFitter {
 
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
+  void set_prior();
   void collect();
   void collect_row(int row);
   void add_block();
@@ -154,6 +156,7 @@ class TagFitter {
   std::vector<Span> spans_;       // of known pixels, row by row
   bool are_spans_fixed_ = false;
   int row_step_ = 1;
+  int num_bends_ = kNumBends;  // that are free
   int num_graded_ = 0;
   int num_pixels_ = 0;
   double step_size_ = 1e-9;  // of the last step, squared, in standard deviations
@@ -228,17 +231,27 @@ void TagFitter::collect() {
   for (FlatSums& sums : flat_) sums = {};
   for (int row = 0; row < patch_.height; row += row_step_) collect_row(row);
   add_block();
-  information_ = sums_.topLeftCorner<kCount, kCount>();
-  gradient_ = sums_.topRightCorner<kCount, 1>();
-  squares_ = sums_(kCount, kCount);
+  // The residual's row stands before those of the bends.
+  information_.setIdentity();  // of bends that are held at zero
+  information_.topLeftCorner<kBend, kBend>() = sums_.topLeftCorner<kBend, kBend>();
+  information_.block(kBend, kBend, num_bends_, num_bends_) =
+      sums_.block(kBend + 1, kBend + 1, num_bends_, num_bends_);
+  information_.block(0, kBend, kBend, num_bends_) = sums_.block(0, kBend + 1, kBend, num_bends_);
+  information_.block(kBend, 0, num_bends_, kBend) = sums_.block(kBend + 1, 0, num_bends_, kBend);
+  gradient_.setZero();
+  gradient_.head<kBend>() = sums_.col(kBend).head<kBend>();
+  gradient_.segment(kBend, num_bends_) = sums_.col(kBend).segment(kBend + 1, num_bends_);
+  squares_ = sums_(kBend, kBend);
   for (const bool white : {false, true}) add_flat(white);
 }
 
 // Products in single precision, summed over blocks in double.
 void TagFitter::add_block() {
+  const Eigen::Index n = kBend + 1 + num_bends_;
   Eigen::Matrix<float, kCount + 1, kCount + 1> block;
   block.setZero();
-  block.selfadjointView<Eigen::Lower>().rankUpdate(graded_.leftCols(num_graded_));
+  block.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(
+      graded_.topLeftCorner(n, num_graded_));
   block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
   sums_ += block.cast<double>();
   num_graded_ = 0;
@@ -269,8 +282,9 @@ void TagFitter::collect_row(int row) {
     const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * place.y;
     if (num_graded_ == kBlock) add_block();
     float* out = graded_.col(num_graded_++).data();
-    std::copy(pixel.by_parameter.begin(), pixel.by_parameter.end(), out);
-    out[kCount] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
+    std::copy_n(pixel.by_parameter.begin(), kBend, out);
+    out[kBend] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
+    std::copy_n(pixel.by_parameter.begin() + kBend, num_bends_, out + kBend + 1);
   }
 }
 
@@ -384,13 +398,20 @@ TagFit TagFitter::result(int iterations) const {
   return fit;
 }
 
+void TagFitter::set_prior() {
+  const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
+  const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
+  num_bends_ = bend_sd > 0 && twist_sd > 0 ? kNumBends : 0;
+  prior_.segment<kNumBends>(kBend).setConstant(kHeld);
+  if (num_bends_ == 0) return;
+  prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
+  prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
+}
+
 TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
-  const double bend_sd = std::max(1e-9, options_.bend_sd_per_px * scale_ / 2);
-  const double twist_sd = std::max(1e-9, options_.twist_sd_per_px2 * scale_ * scale_ / 6);
-  prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
-  prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
+  set_prior();
   model_.set(parameters);
   for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
     // From the third on, so that no pixel comes and goes with every step.

@@ -40,9 +40,9 @@ enum class TagFitStatus {
 
 struct TagFitOptions {
   // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px, and
-  // of its change along the line, 1/px^2. Both zero: the tag is the image under a homography.
-  double bend_sd_per_px = 3e-4;
-  double twist_sd_per_px2 = 2e-6;
+  // of its change along the line, 1/px^2. Either zero: the tag is the image under a homography.
+  double bend_sd_per_px = 8e-4;
+  double twist_sd_per_px2 = 3e-6;
   int max_iterations = 12;
 };
 
