@@ -1,141 +1,140 @@
-// How accurate the corners of single tags are: this library's fit, its edges and AprilTag's own
-// corners on the same rendered pixels, beside the Cramer-Rao bound of the fitted model.
-//   corner_accuracy [tags per row, default 200]
+// How accurate the corners of single tags are: the fit of the whole tag (refine_tag), with the lens
+// known to be straight and with its bend unknown, the fit of the sides, and AprilTag's own corners,
+// on the same rendered pixels, beside the Cramer-Rao bound of each fitted model.
+//   corner_accuracy [tags per row, default 200] [row]
 
-#include <Eigen/Geometry>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <numbers>
 #include <vector>
 
-#include "tagcal/detect/families.hpp"
+#include "rendered_tag.hpp"
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/refine_tag.hpp"
-#include "tagcal/random.hpp"
-#include "tagcal/scene/render.hpp"
 
 namespace {
 
 using namespace tagcal;
 using Corners = std::array<Eigen::Vector2d, 4>;
 
-constexpr double kFocal = 900;
-
 struct Row {
-  double side_px, tilt_deg, blur_px, noise_levels, table_bound_px;
+  TagViewSpec spec;
+  double edge_bound_px;  // of step edges along the border alone
 };
 
 constexpr Row kRows[] = {
-    {20, 30, .8, 2, .0122}, {30, 30, .8, 2, .0081}, {40, 30, .8, 2, .0066}, {80, 30, .8, 2, .0045},
-    {160, 30, .8, 2, .0032}, {40, 0, .8, 2, .0062}, {40, 60, .8, 2, .0098}, {40, 30, .3, 2, .0044},
-    {40, 30, 1.5, 2, .0107}, {40, 30, .8, 0, .0009}, {40, 30, .8, 8, .026}};
+    {{20, 30, .8, 2}, .0122}, {{30, 30, .8, 2}, .0081},  {{40, 30, .8, 2}, .0066},
+    {{80, 30, .8, 2}, .0045}, {{160, 30, .8, 2}, .0032}, {{40, 0, .8, 2}, .0062},
+    {{40, 60, .8, 2}, .0098}, {{40, 30, .3, 2}, .0044},  {{40, 30, 1.5, 2}, .0107},
+    {{40, 30, .8, 0}, .0009}, {{40, 30, .8, 8}, .026}};
 
-struct View {
-  Scene scene;
-  Pose camera_from_world;
-  Corners corners;
-  int id;
+class Errors {
+ public:
+  void add(const Corners& found, const Corners& truth) {
+    const Eigen::Vector2d centre = 0.25 * (truth[0] + truth[1] + truth[2] + truth[3]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector2d e = found[i] - truth[i];
+      mean_ += e;
+      outwards_ += e.dot((truth[i] - centre).normalized());
+      squares_ += e.squaredNorm();
+      ++corners_;
+    }
+  }
+  int tags() const { return corners_ / 4; }
+  double rms() const { return std::sqrt(squares_ / (2 * corners_)); }
+  Eigen::Vector2d mean() const { return mean_ / corners_; }
+  double outwards() const { return outwards_ / corners_; }
+
+ private:
+  int corners_ = 0;
+  Eigen::Vector2d mean_ = Eigen::Vector2d::Zero();
+  double outwards_ = 0, squares_ = 0;
 };
 
-View view_of(const Row& row, Random& random) {
-  View view;
-  const int width = static_cast<int>(1.7 * row.side_px) + 24;
-  view.id = static_cast<int>(random.index(587));
-  Board board;
-  board.border_bits = 1;
-  board.corner_squares = false;
-  board.tags.push_back({view.id, 1.0, Pose()});
-  view.scene.boards.push_back({board, Pose()});
-  const double middle = 0.5 * (width - 1);
-  const Lens lens = pinhole(kFocal, kFocal, middle + random.uniform(-0.5, 0.5),
-                            middle + random.uniform(-0.5, 0.5));
-  view.scene.camera = {lens, {width, width}};
-  view.scene.sensor = {1, row.blur_px, row.noise_levels};
-  view.scene.paper_level = 220 / 255.0;
-  view.scene.ink_level = 30 / 255.0;
-  view.scene.paper_margin_m = 2;
-  const double azimuth = random.uniform(0, 2 * std::numbers::pi);
-  const Eigen::Vector3d axis(std::cos(azimuth), std::sin(azimuth), 0);
-  const Eigen::AngleAxisd tilt(row.tilt_deg * std::numbers::pi / 180, axis);
-  const Eigen::AngleAxisd roll(random.uniform(0, 2 * std::numbers::pi), Eigen::Vector3d::UnitZ());
-  const Eigen::AngleAxisd over(std::numbers::pi, Eigen::Vector3d::UnitX());
-  view.camera_from_world =
-      Pose(Eigen::Quaterniond(tilt * roll * over), Eigen::Vector3d(0, 0, kFocal / row.side_px));
-  const auto corners = tag_corners(board.tags[0]);
-  for (std::size_t i = 0; i < 4; ++i)
-    view.corners[i] = *project(view.scene.camera.lens, view.camera_from_world * corners[i]);
-  return view;
+class FitTally {
+ public:
+  explicit FitTally(const TagFitOptions& options) : options_(options) {}
+
+  void add(const TagView& view, const TagPattern& pattern, const Corners& start, double noise) {
+    const std::clock_t begin = std::clock();
+    const TagFit fit = refine_tag(view.image, pattern, start, options_);
+    seconds_.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    // Without noise but that of rounding, the beliefs in proportion: the bound but for its scale.
+    const double scale = std::sqrt(noise * noise * 12 + 1);
+    TagFitOptions in_proportion = options_;
+    in_proportion.bend_sd_per_px /= scale;
+    in_proportion.twist_sd_per_px2 /= scale;
+    const TagFit exact = refine_tag(view.noiseless, pattern, view.corners, in_proportion);
+    if (fit.status != TagFitStatus::converged || exact.status != TagFitStatus::converged) return;
+    errors_.add(fit.corners, view.corners);
+    const double unit = scale / std::sqrt(12.0) / exact.noise_levels;
+    bound_ += exact.covariance_px2.trace() * unit * unit;
+    predicted_ += fit.covariance_px2.trace();
+    iterations_ += fit.iterations;
+  }
+
+  void print(const char* name, const Row& row) {
+    const double n = 8 * errors_.tags();
+    const double bound = std::sqrt(bound_ / n), rms = errors_.rms();
+    const auto middle = seconds_.begin() + static_cast<std::ptrdiff_t>(seconds_.size() / 2);
+    std::nth_element(seconds_.begin(), middle, seconds_.end());
+    std::printf(
+        "  %-8s %3d of %3d  rms %.4f  bound %.4f (%.2f)  edges' bound %.4f (%.2f)  mean %+.4f "
+        "%+.4f "
+        "out %+.4f  predicted/observed %.3f  %.1f steps  %.3f ms\n",
+        name, errors_.tags(), static_cast<int>(seconds_.size()), rms, bound, rms / bound,
+        row.edge_bound_px, rms / row.edge_bound_px, errors_.mean().x(), errors_.mean().y(),
+        errors_.outwards(), std::sqrt(predicted_ / n) / rms, iterations_ / errors_.tags(),
+        1e3 * *middle);
+  }
+
+ private:
+  TagFitOptions options_;
+  Errors errors_;
+  double bound_ = 0, predicted_ = 0, iterations_ = 0;
+  std::vector<double> seconds_;
+};
+
+void detect_with(Refinement refinement, const TagView& view, Errors& errors) {
+  PlacedBoard placed;
+  placed.board.border_bits = 1;
+  placed.board.corner_squares = false;
+  placed.board.tags.push_back({view.id, 1.0, Pose()});
+  DetectOptions options;
+  options.refinement = refinement;
+  const View found = detect(view.image, "", {placed}, options, nullptr);
+  if (found.observations.size() != 4) return;
+  Corners corners;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = found.observations[i].pixel;
+  errors.add(corners, view.corners);
 }
 
-struct Sums {
-  int tags = 0, missed = 0, iterations = 0;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  std::vector<double> seconds;
-  double outwards = 0, squares = 0, predicted = 0, bound = 0, nees = 0, blur = 0, noise=0;
-
-  void add(const TagFit& fit, const TagFit& exact, const View& view, double exact_scale) {
-    ++tags;
-    iterations += fit.iterations;
-    const Eigen::Vector2d centre =
-        (view.corners[0] + view.corners[1] + view.corners[2] + view.corners[3]) / 4;
-    Eigen::Matrix<double, 8, 1> error;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Eigen::Vector2d e = fit.corners[i] - view.corners[i];
-      error.segment<2>(2 * static_cast<Eigen::Index>(i)) = e;
-      mean += e;
-      outwards += e.dot((view.corners[i] - centre).normalized());
-    }
-    squares += error.squaredNorm();
-    predicted += fit.covariance_px2.trace();
-    bound += exact.covariance_px2.trace() * exact_scale;
-    nees += error.dot(fit.covariance_px2.ldlt().solve(error)) / 8;
-    blur += fit.blur_px;
-    noise += fit.noise_levels;
-  }
-};
-
 void run(const Row& row, int count) {
-  const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
   Random random(9090);
-  Sums sums;
+  const TagFamily family = tag_family("tag36h11", 1);
+  FitTally straight(TagFitOptions{0, 0, 12}), bent{TagFitOptions()};
+  Errors edges, stock;
   for (int i = 0; i < count; ++i) {
-    const View view = view_of(row, random);
-    const ImageF light = render_light(view.scene, families, view.camera_from_world);
-    const Image8 image = expose(light, view.scene.sensor, random.next());
-    Sensor exact_sensor = view.scene.sensor;
-    exact_sensor.noise_levels = 0;
-    const Image8 noiseless = expose(light, exact_sensor, 0);
-    const TagPattern pattern = tag_pattern(families.at("tag36h11"), view.id, 1);
-    TagFitOptions options;
-    if (const char* bend = std::getenv("BEND")) options.bend_sd_per_px = std::atof(bend), options.twist_sd_per_px2 = options.bend_sd_per_px / 150;
-    const TagFit exact = refine_tag(noiseless, pattern, view.corners, options);
+    const TagView view = rendered_tag(row.spec, random);
+    const TagPattern pattern = tag_pattern(family, view.id, 1);
     Corners start = view.corners;
-    for (auto& corner : start)
+    for (Eigen::Vector2d& corner : start)
       corner += Eigen::Vector2d(random.uniform(-.2, .2), random.uniform(-.2, .2));
-    const std::clock_t begin = std::clock();
-    const TagFit fit = refine_tag(image, pattern, start, options);
-    sums.seconds.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    if (fit.status != TagFitStatus::converged || exact.status != TagFitStatus::converged) {
-      ++sums.missed;
-      if (sums.missed < 4) std::printf("status %d %d pixels %d noise %g exact noise %g white %g black %g it %d\n", int(fit.status), int(exact.status), fit.num_pixels, fit.noise_levels, exact.noise_levels, fit.white, fit.black, fit.iterations);
-      continue;
-    }
-    const double noise = row.noise_levels * row.noise_levels + 1.0 / 12;
-    sums.add(fit, exact, view, noise / (exact.noise_levels * exact.noise_levels));
-    if (i < 2 && std::getenv("VERBOSE")) std::printf("exact: noise %g blur %g err %g\n", exact.noise_levels / 200, exact.blur_px, (exact.corners[0] - view.corners[0]).norm());
+    straight.add(view, pattern, start, row.spec.noise_levels);
+    bent.add(view, pattern, start, row.spec.noise_levels);
+    detect_with(Refinement::edges, view, edges);
+    detect_with(Refinement::stock, view, stock);
   }
-  const double n = 8.0 * sums.tags;
-  std::ranges::nth_element(sums.seconds, sums.seconds.begin() + count / 2);
-  const double median = sums.seconds[static_cast<std::size_t>(count / 2)];
-  const double rms = std::sqrt(sums.squares / n);
-  std::printf("%4.0f %3.0f %4.1f %4.1f | rms %.4f bound %.4f ratio %.3f table %.4f ratio %.2f | mean %+.4f %+.4f out %+.4f | sd pred/obs %.3f nees %.3f | %.3f ms, %.1f it, missed %d blur %.3f noise %.2f\n",
-              row.side_px, row.tilt_deg, row.blur_px, row.noise_levels, rms, std::sqrt(sums.bound / n),
-              rms / std::sqrt(sums.bound / n), row.table_bound_px, rms / row.table_bound_px,
-              sums.mean.x() * 2 / n, sums.mean.y() * 2 / n, sums.outwards * 2 / n,
-              std::sqrt(sums.predicted / n) / rms, sums.nees / sums.tags, 1e3 * median,
-              double(sums.iterations) / sums.tags, sums.missed, sums.blur/sums.tags, sums.noise/sums.tags);
+  std::printf("%.0f px, tilt %.0f deg, blur %.1f px, noise %.0f\n", row.spec.side_px,
+              row.spec.tilt_deg, row.spec.blur_px, row.spec.noise_levels);
+  straight.print("straight", row);
+  bent.print("bent", row);
+  for (const auto& [name, errors] : {std::pair{"edges", &edges}, {"AprilTag", &stock}})
+    std::printf("  %-8s %3d of %3d  rms %.4f  mean %+.4f %+.4f out %+.4f\n", name, errors->tags(),
+                count, errors->rms(), errors->mean().x(), errors->mean().y(), errors->outwards());
 }
 
 }  // namespace

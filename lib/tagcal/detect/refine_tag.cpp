@@ -34,6 +34,7 @@ constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model l
 constexpr double kMaxSdPx = 0.5;         // of a corner
 constexpr double kLeastGain = 1e-3;      // squared, of a step's size over that of the one before
 constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
+constexpr double kBeyondPx = 16;         // around a tag, that is looked at
 constexpr int kManyRows = 24;
 constexpr int kBlock = 256;  // pixels
 constexpr int kMinPixels = 64;
@@ -79,6 +80,16 @@ struct FlatSums {
   }
 };
 
+// Far from the corners, what is printed around a large tag would only say how the lens bends there.
+TagPattern trimmed(TagPattern pattern, double side_px) {
+  std::vector<double>& lines = pattern.lines;
+  const std::size_t n = lines.size();
+  const double beyond = kBeyondPx / side_px;
+  if (-beyond < lines[1]) lines[0] = std::max(lines[0], -beyond);
+  if (1 + beyond > lines[n - 2]) lines[n - 1] = std::min(lines[n - 1], 1 + beyond);
+  return pattern;
+}
+
 // Image from the tag's plane.
 Matrix3d homography(const Corners& corners) {
   Eigen::Matrix<double, 8, 8> system;
@@ -99,12 +110,11 @@ Matrix3d homography(const Corners& corners) {
 class TagFitter {
  public:
   TagFitter(const TagPattern& pattern, const Corners& start, const TagFitOptions& options)
-      : pattern_(pattern),
-        start_(start),
+      : pattern_(trimmed(pattern, 2 * mean_half_side(start))),
         options_(options),
         scale_(mean_half_side(start)),
         middle_((start[0] + start[1] + start[2] + start[3]) / 4),
-        model_(pattern, scale_) {
+        model_(pattern_, scale_) {
     Corners scaled;
     for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
     image_from_tag_ = homography(scaled);
@@ -134,8 +144,7 @@ class TagFitter {
   CornerJacobian corner_jacobian() const;
   TagFit result(int iterations) const;
 
-  const TagPattern& pattern_;
-  const Corners& start_;
+  const TagPattern pattern_;
   const TagFitOptions& options_;
   double scale_;
   Vector2d middle_;
@@ -337,7 +346,8 @@ Vector2d TagFitter::corner(std::size_t i) const {
   };
   const Vector2d bent = line(kM1, u).cross(line(kM2, v)).hnormalized();
   Vector2d place = bent;
-  for (int k = 0; k < 5; ++k) place = bent - bend_basis(place.x(), place.y()) * p.segment<kNumBends>(kBend);
+  for (int k = 0; k < 5; ++k)
+    place = bent - bend_basis(place.x(), place.y()) * p.segment<kNumBends>(kBend);
   return place;
 }
 
@@ -360,7 +370,7 @@ CornerJacobian TagFitter::corner_jacobian() const {
     by.row(1).segment<2>(kM3) = v * bent;
     by = (across.inverse() * by).eval();
     by.middleCols<kNumBends>(kBend) -= basis;
-    Eigen::Matrix2d straight;  // bent place by place
+    Eigen::Matrix2d straight;        // bent place by place
     constexpr double kDelta = 1e-4;  // exact for cubics but for its square
     for (int k = 0; k < 2; ++k) {
       const Vector2d d = kDelta * Vector2d::Unit(k);
@@ -389,12 +399,11 @@ TagFit TagFitter::result(int iterations) const {
   const CornerJacobian by = corner_jacobian();
   fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
   const double largest = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
-  if (num_pixels_ < kMinPixels || !(largest < kMaxSdPx)) {
-    fit.status = TagFitStatus::too_small;
-  } else if (left_over_ < kSmallStep && p[kGain] >= kMinContrast &&
-             fit.noise_levels < kMaxNoiseShare * p[kGain]) {
-    fit.status = TagFitStatus::converged;
-  }
+  const bool matches = left_over_ < kSmallStep && p[kGain] >= kMinContrast &&
+                       fit.noise_levels < kMaxNoiseShare * p[kGain];
+  if (!matches) return fit;
+  const bool is_fixed = num_pixels_ >= kMinPixels && largest < kMaxSdPx;
+  fit.status = is_fixed ? TagFitStatus::converged : TagFitStatus::too_small;
   return fit;
 }
 

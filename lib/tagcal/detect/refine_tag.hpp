@@ -61,10 +61,10 @@ struct TagFit {
 };
 
 // Finds the corners of a tag whose pattern is known by fitting all of its pixels: grey level = the
-// pattern under a homography (8 parameters) and a slight bend (12), blurred by an isotropic Gaussian
-// and the pixel's square, times a gain that changes linearly over the tag, plus an offset. Each
-// straight-sided quadrant of the pattern has its exact Gaussian integral (bivariate normal); the
-// square beyond its second moment enters by the fourth cumulant along each edge's normal.
+// pattern under a homography (8 parameters) and a slight bend (12), blurred by an isotropic
+// Gaussian and the pixel's square, times a gain that changes linearly over the tag, plus an offset.
+// Each straight-sided quadrant of the pattern has its exact Gaussian integral (bivariate normal);
+// the square beyond its second moment enters by the fourth cumulant along each edge's normal.
 // Gauss-Newton with analytic derivatives, from corners that must lie within about half a cell.
 TagFit refine_tag(const Image8& image, const TagPattern& pattern,
                   const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
