@@ -35,12 +35,6 @@ struct Trials {
   double outwards = 0;
 };
 
-struct Kind {
-  std::string family = "tag36h11";
-  int border_bits = 1;
-  TagSurroundings surroundings;
-};
-
 class Tally {
  public:
   void add(const TagFit& fit, const Corners& truth) {
@@ -77,31 +71,21 @@ class Tally {
   int num_ = 0;
 };
 
-// By the library's own renderer, plain tags.
-Trials rendered_trials(const TagViewSpec& spec, int count,
-                       const TagFitOptions& options = kStraight) {
+// What the fit is told of the surroundings, and of the lens.
+struct Known {
+  TagSurroundings surroundings;
+  TagFitOptions options = kStraight;
+};
+
+Trials trials(const TagViewSpec& spec, int count, const Known& known = {}) {
   Random random(31);
-  const TagFamily family = tag_family("tag36h11", 1);
+  const TagFamily family = tag_family(spec.family, 1);
   Tally tally;
   for (int i = 0; i < count; ++i) {
     const TagView view = rendered_tag(spec, random);
-    tally.add(refine_tag(view.image, tag_pattern(family, view.id, 1),
-                         moved(view.corners, 0.2, random), options),
+    const TagPattern pattern = tag_pattern(family, view.id, spec.border_bits, known.surroundings);
+    tally.add(refine_tag(view.image, pattern, moved(view.corners, 0.2, random), known.options),
               view.corners);
-  }
-  return tally.result();
-}
-
-// By sub-samples, which leave errors of some thousandths of a pixel.
-Trials sampled_trials(const Kind& kind, const PatchSpec& spec, int count) {
-  Random random(31);
-  const TagFamily family = tag_family(kind.family, kind.border_bits);
-  Tally tally;
-  for (int i = 0; i < count; ++i) {
-    const Patch patch = tag_patch(family, static_cast<std::size_t>(i), spec, random);
-    const TagPattern pattern = tag_pattern(family, i, kind.border_bits, kind.surroundings);
-    tally.add(refine_tag(patch.image, pattern, moved(patch.corners, 0.2, random), kStraight),
-              patch.corners);
   }
   return tally.result();
 }
@@ -188,7 +172,7 @@ TEST(RefineTag, CornersAndTheirCovariance) {
         Case{{40, 60, 0.8, 2}, 0.0085, 60}, Case{{40, 30, 0.3, 2}, 0.0039, 60},
         Case{{40, 30, 1.5, 2}, 0.0098, 60}, Case{{40, 30, 0.8, 8}, 0.0238, 60},
         Case{{100, 30, 0.8, 2}, 0.0036, 30}}) {
-    const Trials t = rendered_trials(spec, count);
+    const Trials t = trials(spec, count);
     EXPECT_EQ(t.failed, 0) << spec.side_px;
     EXPECT_LT(t.rms, rms_px) << spec.side_px << " px, tilt " << spec.tilt_deg;
     EXPECT_NEAR(t.predicted / t.rms, 1, 0.12) << spec.side_px << " px, tilt " << spec.tilt_deg;
@@ -220,27 +204,34 @@ TEST(RefineTag, TheModelIsTheRenderer) {
 }
 
 TEST(RefineTag, OtherPatterns) {
-  PatchSpec spec;
-  for (const char* family : {"tag25h9", "tagStandard41h12"}) {
-    const Trials t = sampled_trials({family, 1, {}}, spec, 20);
+  TagViewSpec spec;
+  for (const char* family : {"tag25h9", "tag16h5", "tagStandard41h12"}) {
+    spec.family = family;
+    const Trials t = trials(spec, 40);
     EXPECT_EQ(t.failed, 0) << family;
-    EXPECT_LT(t.rms, 1.6 * t.predicted) << family;
+    EXPECT_NEAR(t.predicted / t.rms, 1, 0.12) << family;
+    EXPECT_NEAR(t.nees, 1, 0.25) << family;
   }
+}
+
+TEST(RefineTag, KalibrsSquares) {
+  TagViewSpec spec;
+  spec.border_bits = 2;
   spec.corner_squares = true;
-  const Trials known = sampled_trials({"tag36h11", 2, {0.3, true}}, spec, 20);
-  const Trials unknown = sampled_trials({"tag36h11", 2, {0, true}}, spec, 20);
+  const Trials known = trials(spec, 40, {{0.3, true}});
+  const Trials unknown = trials(spec, 40, {{0, true}});
   EXPECT_EQ(known.failed + unknown.failed, 0);
-  EXPECT_LT(known.rms, unknown.rms);
-  EXPECT_LT(known.rms, 1.6 * known.predicted);
-  EXPECT_LT(unknown.rms, 1.6 * unknown.predicted);
+  EXPECT_NEAR(known.nees, 1, 0.25);
+  EXPECT_NEAR(unknown.nees, 1, 0.25);
+  EXPECT_LT(known.rms, 0.7 * unknown.rms);
   EXPECT_LT(std::abs(unknown.outwards), 0.003);
 }
 
 // Not to know the lens costs accuracy, and the covariance says so.
 TEST(RefineTag, BendsThatAreNotThere) {
   const TagViewSpec spec{60, 30, 0.8, 2};
-  const Trials straight = rendered_trials(spec, 30);
-  const Trials bent = rendered_trials(spec, 30, TagFitOptions());
+  const Trials straight = trials(spec, 30);
+  const Trials bent = trials(spec, 30, {{}, TagFitOptions()});
   EXPECT_GT(bent.rms, straight.rms);
   EXPECT_GT(bent.predicted, 1.2 * straight.predicted);
   EXPECT_NEAR(bent.predicted / bent.rms, 1, 0.2);
