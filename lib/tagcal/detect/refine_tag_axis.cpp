@@ -24,17 +24,23 @@ void TagAxis::clip(const AlongRow& numerator, const AlongRow& w, double reach, i
   while (begin < end && !is_known(end - 1)) --end;
 }
 
-void TagAxis::set_row(const AlongRow& numerator, const AlongRow& w, int begin, int end) {
-  const auto size = static_cast<std::size_t>(end);
-  if (first_.size() < size) {
-    first_.resize(size);
-    count_.resize(size);
-    for (Profile& profile : profiles_) {
-      for (std::vector<float>* part :
-           {&profile.distance, &profile.normal, &profile.density, &profile.step, &profile.slope})
-        part->resize(size);
+void TagAxis::reserve(std::size_t size) {
+  first_.resize(size);
+  count_.resize(size);
+  values_.resize(5 * size * profiles_.size());
+  float* next = values_.data();
+  for (Profile& profile : profiles_) {
+    for (float** part :
+         {&profile.distance, &profile.normal, &profile.density, &profile.step, &profile.slope}) {
+      *part = next;
+      next += size;
     }
   }
+}
+
+void TagAxis::set_row(const AlongRow& numerator, const AlongRow& w, int begin, int end) {
+  const auto size = static_cast<std::size_t>(end);
+  if (first_.size() < size) reserve(2 * size);
   std::fill(first_.begin() + begin, first_.begin() + end, std::uint8_t{1});
   std::fill(count_.begin() + begin, count_.begin() + end, std::uint8_t{0});
   // The outermost lines have no far side.
@@ -42,37 +48,33 @@ void TagAxis::set_row(const AlongRow& numerator, const AlongRow& w, int begin, i
     set_line(i, distance(i, numerator, w), begin, end);
 }
 
-// Pixels [from, to) out of [begin, end) that hold all where |distance| < kReach; before and after
-// them the distance keeps its sign.
-std::pair<int, int> TagAxis::felt_span(const AlongRow& distance, int begin, int end) {
-  const double length = std::max(1, end - 1 - begin);
-  // A line through both ends, from which the distance differs by no more than this.
-  const double slope = (distance(end - 1) - distance(begin)) / length;
-  const double bend = std::max(std::abs(distance.second_derivative(begin)),
-                               std::abs(distance.second_derivative(end - 1)));
-  const double reach = kReach + 0.125 * bend * length * length + 1e-3;
-  const double to_zero = -distance(begin) / (std::abs(slope) < 1e-9 ? 1e-9 : slope);
-  const double half = reach / std::max(1e-9, std::abs(slope));
-  const double from = std::clamp<double>(begin + to_zero - half, begin, end);
-  const double to = std::clamp<double>(begin + to_zero + half + 1, from, end);
-  return {static_cast<int>(from), static_cast<int>(std::ceil(to))};
-}
-
 // Lines come in ascending order, and so descending distance.
 void TagAxis::set_line(int line, const AlongRow& distance, int begin, int end) {
-  const auto [from, to] = felt_span(distance, begin, end);
+  // A line through both ends, from which the distance differs by no more than `bend`.
+  const double first = distance(begin), last = distance(end - 1);
+  const double length = std::max(1, end - 1 - begin);
+  const double bend = 0.125 * length * length *
+                      std::max(std::abs(distance.second_derivative(begin)),
+                               std::abs(distance.second_derivative(end - 1)));
+  const double slope = last - first;
+  const double per_distance = length / (std::abs(slope) < 1e-9 ? 1e-9 : slope);
+  const double zero = begin - first * per_distance;
+  const double half = (kReach + bend + 1e-3) * std::abs(per_distance);
+  // [from, to) holds all where |distance| < kReach; to either side it keeps its sign.
+  const int from = static_cast<int>(std::clamp<double>(zero - half, begin, end));
+  const int to = static_cast<int>(std::clamp<double>(zero + half + 2, from, end));
   const auto past = static_cast<std::uint8_t>(line + 1);
-  if (distance(begin) > 0) std::fill(first_.begin() + begin, first_.begin() + from, past);
-  if (distance(end - 1) > 0) std::fill(first_.begin() + to, first_.begin() + end, past);
+  if (first > 0) std::fill(first_.begin() + begin, first_.begin() + from, past);
+  if (last > 0) std::fill(first_.begin() + to, first_.begin() + end, past);
   Profile& profile = profiles_[static_cast<std::size_t>(line)];
   std::array<float, 4> power;
   for (std::size_t i = 0; i < 4; ++i) power[i] = static_cast<float>(distance.by_power[i]);
   const auto box = static_cast<float>(lines[static_cast<std::size_t>(line)].box);
-  float* const z_out = profile.distance.data();
-  float* const normal = profile.normal.data();
-  float* const density = profile.density.data();
-  float* const step = profile.step.data();
-  float* const profile_slope = profile.slope.data();
+  float* const z_out = profile.distance;
+  float* const normal = profile.normal;
+  float* const density = profile.density;
+  float* const step = profile.step;
+  float* const profile_slope = profile.slope;
   for (int c = from; c < to; ++c) {
     const auto x = static_cast<float>(c);
     const float z = power[0] + x * (power[1] + x * (power[2] + x * power[3]));

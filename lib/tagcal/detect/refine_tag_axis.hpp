@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 // Private to detect: one direction of the grid that refine_tag() fits, seen along a row of pixels.
@@ -85,6 +84,8 @@ class TagAxis {
   static constexpr double kUnknownReach = 3;  // and beyond which the unknown is not: 0.14 % of it
 
   explicit TagAxis(const std::vector<double>& places);
+  TagAxis(const TagAxis&) = delete;  // profiles point into it
+  TagAxis& operator=(const TagAxis&) = delete;
 
   std::vector<TagLine> lines;
 
@@ -100,16 +101,21 @@ class TagAxis {
   // For a line that is felt at a pixel: its distance in spreads, the Gaussian step and its density
   // there, and the step and its derivative with the pixel's square.
   struct Profile {
-    std::vector<float> distance, normal, density, step, slope;
+    float* distance = nullptr;
+    float* normal = nullptr;
+    float* density = nullptr;
+    float* step = nullptr;
+    float* slope = nullptr;
   };
   const Profile& profile(int line) const { return profiles_[static_cast<std::size_t>(line)]; }
 
  private:
   AlongRow distance(int line, const AlongRow& numerator, const AlongRow& w) const;
-  static std::pair<int, int> felt_span(const AlongRow& distance, int begin, int end);
+  void reserve(std::size_t size);
   void set_line(int line, const AlongRow& distance, int begin, int end);
 
-  std::vector<Profile> profiles_;
+  std::vector<Profile> profiles_;  // within values_
+  std::vector<float> values_;
   std::vector<std::uint8_t> first_, count_;
 };
 

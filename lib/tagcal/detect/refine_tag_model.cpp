@@ -210,7 +210,7 @@ void TagModel::add_junction(const Junction& junction, int c, int column, int row
   const float rho = junction.correlation, inv_root = junction.inv_root;
   const float squares = h * h + k * k, product = h * k;
   const float exponent = 0.5F * (squares - 2 * rho * product) * inv_root * inv_root;
-  if (exponent > 9) return;  // 1e-4
+  if (exponent > 8) return;  // below 5e-5 of the contrast
   float sum = 0;
   for (std::size_t n = 0; n < kNodes; ++n)
     sum +=
@@ -240,6 +240,7 @@ void TagModel::differentiate(int c, TagPixel& pixel) const {
     const int first = axis.first(c);
     for (int i = 0; i < axis.count(c); ++i) {
       const auto k = static_cast<std::size_t>(i);
+      if (by.distance[k] == 0) continue;  // the same colour on both sides
       const TagLine::Single& line = axis.lines[static_cast<std::size_t>(first + i)].single;
       const float h = axis.profile(first + i).distance[static_cast<std::size_t>(c)];
       const float n_x = line.normal_x, n_y = line.normal_y;
