@@ -39,6 +39,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/estimate/weak_perspective.hpp
     tagcal/detect/detector.hpp
     tagcal/detect/families.hpp
+    tagcal/detect/refine_tag.hpp
     tagcal/io/calibration_file.hpp
     tagcal/io/dataset_file.hpp
     tagcal/io/image_file.hpp

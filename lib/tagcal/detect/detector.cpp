@@ -27,7 +27,14 @@ std::vector<Wanted> wanted_tags(const std::vector<PlacedBoard>& boards) {
     wanted.family = board.family;
     wanted.border_bits = board.border_bits;
     wanted.corner_squares |= board.corner_squares;
-    for (const Tag& tag : board.tags) wanted.ids.insert(tag.id);
+    // Without squares, what is beside the outer tags is not known.
+    TagSurroundings around;
+    around.corner_squares = board.corner_squares;
+    if (board.grid && board.corner_squares) around.gap = board.grid->tag_spacing;
+    for (const Tag& tag : board.tags) {
+      wanted.ids.insert(tag.id);
+      wanted.surroundings[tag.id] = around;
+    }
   }
   std::vector<Wanted> all;
   for (auto& [key, wanted] : by_family) all.push_back(std::move(wanted));
@@ -39,7 +46,7 @@ class Worker {
  public:
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
     for (const Wanted& wanted : wanted_tags(boards)) {
-      detectors_.push_back(std::make_unique<FamilyDetector>(wanted, options.max_hamming));
+      detectors_.push_back(std::make_unique<FamilyDetector>(wanted, options));
     }
   }
 
@@ -60,19 +67,17 @@ class Worker {
  private:
   static void add_tags(FamilyDetector& detector, const Image8& image, View& view,
                        std::vector<std::string>& warnings) {
-    std::map<int, std::vector<Quad>> by_id;
-    for (const FoundTag& tag : detector.find(image)) by_id[tag.id].push_back(tag.corners);
+    std::map<int, std::vector<FoundTag>> by_id;
+    for (const FoundTag& tag : detector.find(image)) by_id[tag.id].push_back(tag);
     std::vector<int> strange;
     std::vector<int> repeated;
-    for (const auto& [id, quads] : by_id) {
+    for (const auto& [id, tags] : by_id) {
       if (!detector.wanted().ids.contains(id)) {
         strange.push_back(id);
-      } else if (quads.size() > 1) {
+      } else if (tags.size() > 1) {
         repeated.push_back(id);
       } else {
-        for (int i = 0; i < 4; ++i) {
-          view.observations.push_back({{id, i}, quads[0][static_cast<std::size_t>(i)], {}});
-        }
+        add_corners(tags[0], view);
       }
     }
     const std::string& family = detector.wanted().family;
@@ -83,6 +88,14 @@ class Worker {
     if (!repeated.empty()) {
       warnings.push_back(fmt::format("{}: left out {} tags seen more than once: {}", view.image,
                                      family, fmt::join(repeated, ", ")));
+    }
+  }
+
+  static void add_corners(const FoundTag& tag, View& view) {
+    for (int i = 0; i < 4; ++i) {
+      Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
+      if (tag.covariance_px2) seen.covariance_px2 = tag.covariance_px2->block<2, 2>(2 * i, 2 * i);
+      view.observations.push_back(seen);
     }
   }
 

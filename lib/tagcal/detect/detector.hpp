@@ -9,9 +9,18 @@
 
 namespace tagcal {
 
+// How the corners of a decoded tag are made finer.
+enum class Refinement {
+  stock,  // as AprilTag gives them
+  edges,  // each side of the tag fitted by itself: refine_edges.hpp
+  fit,    // the whole printed pattern fitted (refine_tag.hpp), with covariances; where that fails,
+          // as by `edges` and without
+};
+
 struct DetectOptions {
   int threads = 0;      // pictures worked on side by side; 0: one per core
   int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
+  Refinement refinement = Refinement::fit;
 };
 
 struct DetectResult {

@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <array>
 
+#include "tagcal/detect/families.hpp"
+
 namespace tagcal {
 namespace {
 
 constexpr double kBorderMargin = 1.5;    // px: a tag nearer to the edge of the picture may be cut
 constexpr double kSamePlace = 3;         // px
+constexpr double kMaxMove = 2;           // px, of a corner by its fit
 constexpr std::array kShrinks = {1, 2};  // px
 
 bool is_inside(const Quad& quad, const ImageSize& size) {
@@ -86,11 +89,13 @@ void keep(const FoundTag& tag, std::vector<FoundTag>& found) {
 
 }  // namespace
 
-FamilyDetector::FamilyDetector(const Wanted& wanted, int max_hamming)
+FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options)
     : wanted_(wanted),
       family_(create_family(wanted.family, wanted.border_bits)),
       detector_(apriltag_detector_create()),
-      max_hamming_(std::clamp(max_hamming, 0, 2)) {
+      max_hamming_(std::clamp(options.max_hamming, 0, 2)),
+      refinement_(options.refinement),
+      patterns_of_(tag_family(wanted.family, wanted.border_bits)) {
   apriltag_detector_add_family_bits(detector_.get(), family_.get(), max_hamming_);
   detector_->nthreads = 1;
   detector_->quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
@@ -122,7 +127,7 @@ void FamilyDetector::look(const Image8& image, const Image8& shrunk, int shrink,
 }
 
 std::optional<FoundTag> FamilyDetector::named(const apriltag_detection_t& detection,
-                                              const Image8& image, int shrink) const {
+                                              const Image8& image, int shrink) {
   Quad start;
   for (std::size_t i = 0; i < 4; ++i) {
     // AprilTag's pixel centres are at 0.5.
@@ -131,12 +136,43 @@ std::optional<FoundTag> FamilyDetector::named(const apriltag_detection_t& detect
   if (!is_face(start)) return std::nullopt;
   if (shrink > 0) start = grown(start, shrink);
   if (!is_inside(start, image.size())) return std::nullopt;
-  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
-  const std::optional<Quad> corners = refine_edges(image, start, shape);
-  if (!corners && shrink > 0) return std::nullopt;  // where black shrank, so did the corners
-  const FoundTag tag{detection.id, corners.value_or(start), corners.has_value()};
+  const FoundTag tag = refined(detection.id, start, image);
+  if (!tag.refined && shrink > 0) return std::nullopt;  // where black shrank, so did the corners
   if (!is_face(tag.corners) || !is_inside(tag.corners, image.size())) return std::nullopt;
   return tag;
+}
+
+FoundTag FamilyDetector::refined(int id, const Quad& start, const Image8& image) {
+  FoundTag tag{id, start, false, {}};
+  if (refinement_ == Refinement::stock) return tag;
+  if (refinement_ == Refinement::fit && fit(tag, image)) return tag;
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  if (const std::optional<Quad> corners = refine_edges(image, start, shape)) {
+    tag.corners = *corners;
+    tag.refined = true;
+    if (refinement_ == Refinement::fit) fit(tag, image);  // from nearer
+  }
+  return tag;
+}
+
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image) {
+  auto pattern = patterns_.find(tag.id);
+  if (pattern == patterns_.end()) {
+    const auto known = wanted_.surroundings.find(tag.id);
+    const TagSurroundings around =
+        known == wanted_.surroundings.end() ? TagSurroundings() : known->second;
+    pattern =
+        patterns_.emplace(tag.id, tag_pattern(patterns_of_, tag.id, wanted_.border_bits, around))
+            .first;
+  }
+  const TagFit fit = refine_tag(image, pattern->second, tag.corners);
+  if (fit.status != TagFitStatus::converged ||
+      largest_distance(fit.corners, tag.corners) > kMaxMove)
+    return false;
+  tag.corners = fit.corners;
+  tag.covariance_px2 = fit.covariance_px2;
+  tag.refined = true;
+  return true;
 }
 
 }  // namespace tagcal

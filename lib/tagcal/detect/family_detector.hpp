@@ -1,12 +1,15 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "tagcal/detect/apriltag_handles.hpp"
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/refine_edges.hpp"
+#include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/scene/image.hpp"
 
 // Private to detect.
@@ -18,18 +21,20 @@ struct Wanted {
   int border_bits = 1;
   std::set<int> ids;
   bool corner_squares = false;
+  std::map<int, TagSurroundings> surroundings;  // by id, where known
 };
 
 struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
+  std::optional<Eigen::Matrix<double, 8, 8>> covariance_px2;  // of (x0, y0, x1, y1, ..)
 };
 
 // AprilTag's detector for one family and border, for one thread.
 class FamilyDetector {
  public:
-  FamilyDetector(const Wanted& wanted, int max_hamming);
+  FamilyDetector(const Wanted& wanted, const DetectOptions& options);
 
   const Wanted& wanted() const { return wanted_; }
 
@@ -39,12 +44,17 @@ class FamilyDetector {
  private:
   void look(const Image8& image, const Image8& shrunk, int shrink, std::vector<FoundTag>& found);
   std::optional<FoundTag> named(const apriltag_detection_t& detection, const Image8& image,
-                                int shrink) const;
+                                int shrink);
+  FoundTag refined(int id, const Quad& start, const Image8& image);
+  bool fit(FoundTag& tag, const Image8& image);
 
   Wanted wanted_;
   FamilyHandle family_;
   DetectorHandle detector_;
   int max_hamming_;
+  Refinement refinement_;
+  TagFamily patterns_of_;
+  std::map<int, TagPattern> patterns_;  // of tags seen before
 };
 
 }  // namespace tagcal

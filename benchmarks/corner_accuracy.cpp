@@ -1,0 +1,148 @@
+// How accurate the corners of single tags are: the fit of the whole tag (refine_tag), with the lens
+// known to be straight and with its bend unknown, the fit of the sides, and AprilTag's own corners,
+// on the same rendered pixels, beside the Cramer-Rao bound of each fitted model.
+//   corner_accuracy [tags per row, default 200] [row]
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <vector>
+
+#include "rendered_tag.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/refine_tag.hpp"
+
+namespace {
+
+using namespace tagcal;
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+struct Row {
+  TagViewSpec spec;
+  double edge_bound_px;  // of step edges along the border alone
+};
+
+constexpr Row kRows[] = {
+    {{20, 30, .8, 2}, .0122}, {{30, 30, .8, 2}, .0081},  {{40, 30, .8, 2}, .0066},
+    {{80, 30, .8, 2}, .0045}, {{160, 30, .8, 2}, .0032}, {{40, 0, .8, 2}, .0062},
+    {{40, 60, .8, 2}, .0098}, {{40, 30, .3, 2}, .0044},  {{40, 30, 1.5, 2}, .0107},
+    {{40, 30, .8, 0}, .0009}, {{40, 30, .8, 8}, .026}};
+
+class Errors {
+ public:
+  void add(const Corners& found, const Corners& truth) {
+    const Eigen::Vector2d centre = 0.25 * (truth[0] + truth[1] + truth[2] + truth[3]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector2d e = found[i] - truth[i];
+      mean_ += e;
+      outwards_ += e.dot((truth[i] - centre).normalized());
+      squares_ += e.squaredNorm();
+      ++corners_;
+    }
+  }
+  int tags() const { return corners_ / 4; }
+  double rms() const { return std::sqrt(squares_ / (2 * corners_)); }
+  Eigen::Vector2d mean() const { return mean_ / corners_; }
+  double outwards() const { return outwards_ / corners_; }
+
+ private:
+  int corners_ = 0;
+  Eigen::Vector2d mean_ = Eigen::Vector2d::Zero();
+  double outwards_ = 0, squares_ = 0;
+};
+
+class FitTally {
+ public:
+  explicit FitTally(const TagFitOptions& options) : options_(options) {}
+
+  void add(const TagView& view, const TagPattern& pattern, const Corners& start, double noise) {
+    const std::clock_t begin = std::clock();
+    const TagFit fit = refine_tag(view.image, pattern, start, options_);
+    seconds_.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    // Without noise but that of rounding, the beliefs in proportion: the bound but for its scale.
+    const double scale = std::sqrt(noise * noise * 12 + 1);
+    TagFitOptions in_proportion = options_;
+    in_proportion.bend_sd_per_px /= scale;
+    in_proportion.twist_sd_per_px2 /= scale;
+    const TagFit exact = refine_tag(view.noiseless, pattern, view.corners, in_proportion);
+    if (fit.status != TagFitStatus::converged || exact.status != TagFitStatus::converged) return;
+    errors_.add(fit.corners, view.corners);
+    const double unit = scale / std::sqrt(12.0) / exact.noise_levels;
+    bound_ += exact.covariance_px2.trace() * unit * unit;
+    predicted_ += fit.covariance_px2.trace();
+    iterations_ += fit.iterations;
+  }
+
+  void print(const char* name, const Row& row) {
+    const double n = 8 * errors_.tags();
+    const double bound = std::sqrt(bound_ / n), rms = errors_.rms();
+    const auto middle = seconds_.begin() + static_cast<std::ptrdiff_t>(seconds_.size() / 2);
+    std::nth_element(seconds_.begin(), middle, seconds_.end());
+    std::printf(
+        "  %-8s %3d of %3d  rms %.4f  bound %.4f (%.2f)  edges' bound %.4f (%.2f)  mean %+.4f "
+        "%+.4f "
+        "out %+.4f  predicted/observed %.3f  %.1f steps  %.3f ms\n",
+        name, errors_.tags(), static_cast<int>(seconds_.size()), rms, bound, rms / bound,
+        row.edge_bound_px, rms / row.edge_bound_px, errors_.mean().x(), errors_.mean().y(),
+        errors_.outwards(), std::sqrt(predicted_ / n) / rms, iterations_ / errors_.tags(),
+        1e3 * *middle);
+  }
+
+ private:
+  TagFitOptions options_;
+  Errors errors_;
+  double bound_ = 0, predicted_ = 0, iterations_ = 0;
+  std::vector<double> seconds_;
+};
+
+void detect_with(Refinement refinement, const TagView& view, Errors& errors) {
+  PlacedBoard placed;
+  placed.board.border_bits = 1;
+  placed.board.corner_squares = false;
+  placed.board.tags.push_back({view.id, 1.0, Pose()});
+  DetectOptions options;
+  options.refinement = refinement;
+  const View found = detect(view.image, "", {placed}, options, nullptr);
+  if (found.observations.size() != 4) return;
+  Corners corners;
+  for (std::size_t i = 0; i < 4; ++i) corners[i] = found.observations[i].pixel;
+  errors.add(corners, view.corners);
+}
+
+void run(const Row& row, int count) {
+  Random random(9090);
+  const TagFamily family = tag_family("tag36h11", 1);
+  FitTally straight(TagFitOptions{0, 0, 12}), bent{TagFitOptions()};
+  Errors edges, stock;
+  for (int i = 0; i < count; ++i) {
+    const TagView view = rendered_tag(row.spec, random);
+    const TagPattern pattern = tag_pattern(family, view.id, 1);
+    Corners start = view.corners;
+    for (Eigen::Vector2d& corner : start)
+      corner += Eigen::Vector2d(random.uniform(-.2, .2), random.uniform(-.2, .2));
+    straight.add(view, pattern, start, row.spec.noise_levels);
+    bent.add(view, pattern, start, row.spec.noise_levels);
+    detect_with(Refinement::edges, view, edges);
+    detect_with(Refinement::stock, view, stock);
+  }
+  std::printf("%.0f px, tilt %.0f deg, blur %.1f px, noise %.0f\n", row.spec.side_px,
+              row.spec.tilt_deg, row.spec.blur_px, row.spec.noise_levels);
+  straight.print("straight", row);
+  bent.print("bent", row);
+  for (const auto& [name, errors] : {std::pair{"edges", &edges}, {"AprilTag", &stock}})
+    std::printf("  %-8s %3d of %3d  rms %.4f  mean %+.4f %+.4f out %+.4f\n", name, errors->tags(),
+                count, errors->rms(), errors->mean().x(), errors->mean().y(), errors->outwards());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int count = argc > 1 ? std::atoi(argv[1]) : 200;
+  const int only = argc > 2 ? std::atoi(argv[2]) : -1;
+  for (int i = 0; i < static_cast<int>(std::size(kRows)); ++i)
+    if (only < 0 || i == only) run(kRows[i], count);
+  return 0;
+}

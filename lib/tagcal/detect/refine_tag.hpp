@@ -1,0 +1,74 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "tagcal/scene/image.hpp"
+#include "tagcal/scene/tag_family.hpp"
+
+namespace tagcal {
+
+// What is printed on and around a tag, as far as it is known: a grid of black and white cells. The
+// tag's plane has its unit along the side between the corners; (0, 0) is the upper-left corner, x
+// right, y down on the upright tag. What lies outside of the outermost lines is not known.
+struct TagPattern {
+  enum Cell : std::uint8_t { black, white, unknown };
+  std::vector<double> lines;  // borders of the cells, ascending, the same in x and in y
+  std::vector<Cell> cells;    // (lines - 1)^2, row by row from above
+};
+
+// What surrounds a tag beyond its family's own frame.
+struct TagSurroundings {
+  double gap = 0;  // white to each side at least, in sides of the tag; 0: only the family's frame
+  bool corner_squares = false;  // Kalibr's: black squares `gap` wide touch the corners (where the
+                                // gap is 0, it is not known how wide)
+};
+
+// The pattern of a tag. The family's border may have any width: it is set to `border_bits`. Throws
+// Error where the id is not in the family, or the family cannot have the border or the squares.
+TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
+                       const TagSurroundings& surroundings = {});
+
+enum class TagFitStatus {
+  converged,
+  not_converged,  // the pixels do not look like this pattern near the start
+  out_of_image,   // a corner lies outside of the picture
+  too_small,      // cells so narrow against the blur, or so few pixels, that corners are not fixed
+};
+
+struct TagFitOptions {
+  // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px, and
+  // of its change along the line, 1/px^2. Either zero: the tag is the image under a homography.
+  double bend_sd_per_px = 8e-4;
+  double twist_sd_per_px2 = 3e-6;
+  int max_iterations = 12;
+};
+
+struct TagFit {
+  TagFitStatus status = TagFitStatus::not_converged;
+  // Only where converged:
+  std::array<Eigen::Vector2d, 4> corners{};  // 0..3 as in CornerId, pixel centres at whole numbers
+  Eigen::Matrix<double, 8, 8> covariance_px2 =
+      Eigen::Matrix<double, 8, 8>::Zero();  // of (x0, y0, x1, y1, ..), from the residuals
+  double blur_px = 0;                       // Gaussian before the pixels' squares; 0 if less
+  double black = 0;                         // grey levels at the tag's centre
+  double white = 0;
+  double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
+  int num_pixels = 0;       // that were used
+  int iterations = 0;
+};
+
+// Finds the corners of a tag whose pattern is known by fitting all of its pixels: grey level = the
+// pattern under a homography (8 parameters) and a slight bend (12), blurred by an isotropic
+// Gaussian and the pixel's square, times a gain that changes linearly over the tag, plus an offset.
+// Each straight-sided quadrant of the pattern has its exact Gaussian integral (bivariate normal);
+// the square beyond its second moment enters by the fourth cumulant along each edge's normal.
+// Gauss-Newton with analytic derivatives, from corners that must lie within about half a cell.
+TagFit refine_tag(const Image8& image, const TagPattern& pattern,
+                  const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
+TagFit refine_tag(const Image16& image, const TagPattern& pattern,
+                  const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
+
+}  // namespace tagcal

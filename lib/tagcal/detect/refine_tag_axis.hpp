@@ -1,0 +1,122 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+// Private to detect: one direction of the grid that refine_tag() fits, seen along a row of pixels.
+namespace tagcal {
+
+constexpr int kMaxTagLines = 24;
+
+// exp(-a) for 0 <= a <= 80, to 1e-6 of itself, without branches.
+inline float exp_minus(float a) {
+  const float t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
+  const auto whole = static_cast<std::int32_t>(t);
+  const float f = t - static_cast<float>(whole);
+  const float power =
+      1.0F +
+      f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
+                                                                     f * f * 0.000154035F))));
+  return power * std::bit_cast<float>((whole + 27) << 23);
+}
+
+// Normal integral (to 1e-7: Abramowitz & Stegun 7.1.26) and density, without branches, so that
+// loops over pixels are vectorised.
+struct NormalValue {
+  float integral;
+  float density;
+};
+
+inline NormalValue normal_value(float z) {
+  const float a = std::min(std::abs(z), 12.0F);
+  const float e = exp_minus(0.5F * a * a);
+  const float t = 1.0F / (1.0F + 0.231641888F * a);
+  const float tail =
+      0.5F * e * t *
+      (0.254829592F +
+       t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
+  const float sign = std::copysign(1.0F, z);
+  return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
+}
+
+// A quantity along a row of pixels: a polynomial in the pixel's number.
+struct AlongRow {
+  std::array<double, 4> by_power{};
+  double operator()(double c) const {
+    return by_power[0] + c * (by_power[1] + c * (by_power[2] + c * by_power[3]));
+  }
+  double second_derivative(double c) const { return 2 * by_power[2] + 6 * c * by_power[3]; }
+};
+
+// x a + y b + constant.
+inline AlongRow combined(const AlongRow& a, double x, const AlongRow& b, double y,
+                         double constant) {
+  AlongRow result;
+  for (std::size_t i = 0; i < 4; ++i) result.by_power[i] = x * a.by_power[i] + y * b.by_power[i];
+  result.by_power[0] += constant;
+  return result;
+}
+
+// A border between cells, as a line in the image.
+struct TagLine {
+  double at = 0;                                     // on the tag
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // towards larger places on the tag
+  double inv_length = 0;                             // of the line's normal part
+  double inv_spread = 0;  // distance in spreads = inv_spread (numerator - at w)
+  double box = 0;         // fourth cumulant of the pixel's square over 24 spread^4
+
+  // For the loop over pixels.
+  struct Single {
+    float at = 0, normal_x = 0, normal_y = 0, inv_spread = 0;
+  };
+  Single single;
+};
+
+// The profiles of all lines' steps along one row of pixels, where they are felt.
+class TagAxis {
+ public:
+  static constexpr float kReach = 3.8F;       // spreads at which a line is felt: 1e-4 of the step
+  static constexpr double kUnknownReach = 3;  // and beyond which the unknown is not: 0.14 % of it
+
+  explicit TagAxis(const std::vector<double>& places);
+  TagAxis(const TagAxis&) = delete;  // profiles point into it
+  TagAxis& operator=(const TagAxis&) = delete;
+
+  std::vector<TagLine> lines;
+
+  // Shrinks [begin, end) to the pixels that the unknown, beyond the outermost lines, does not
+  // reach: those nearer than `reach` spreads to it.
+  void clip(const AlongRow& numerator, const AlongRow& w, double reach, int& begin, int& end) const;
+  void set_row(const AlongRow& numerator, const AlongRow& w, int begin, int end);
+
+  // Lines [first, first + count) are felt at pixel c; before the first lies cell first - 1.
+  int first(int c) const { return first_[static_cast<std::size_t>(c)]; }
+  int count(int c) const { return count_[static_cast<std::size_t>(c)]; }
+
+  // For a line that is felt at a pixel: its distance in spreads, the Gaussian step and its density
+  // there, and the step and its derivative with the pixel's square.
+  struct Profile {
+    float* distance = nullptr;
+    float* normal = nullptr;
+    float* density = nullptr;
+    float* step = nullptr;
+    float* slope = nullptr;
+  };
+  const Profile& profile(int line) const { return profiles_[static_cast<std::size_t>(line)]; }
+
+ private:
+  AlongRow distance(int line, const AlongRow& numerator, const AlongRow& w) const;
+  void reserve(std::size_t size);
+  void set_line(int line, const AlongRow& distance, int begin, int end);
+
+  std::vector<Profile> profiles_;  // within values_
+  std::vector<float> values_;
+  std::vector<std::uint8_t> first_, count_;
+};
+
+}  // namespace tagcal

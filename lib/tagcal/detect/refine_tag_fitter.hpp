@@ -1,0 +1,110 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine_tag_model.hpp"
+
+// Private to detect: the least squares behind refine_tag().
+namespace tagcal {
+
+using TagCorners = std::array<Eigen::Vector2d, 4>;
+using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
+using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
+
+// The pixels about a tag.
+struct TagPatch {
+  int x0 = 0;
+  int y0 = 0;
+  int width = 0;
+  int height = 0;
+  std::vector<float> levels;
+
+  float at(int x, int y) const {
+    return levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+// Pixels [begin, end) of a row.
+struct PixelSpan {
+  int begin = 0;
+  int end = 0;
+};
+
+// Sums over pixels that one colour fills.
+struct FlatSums {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  double level = 0, x_level = 0, y_level = 0, square_level = 0;
+
+  void add(double px, double py, double value) {
+    n += 1;
+    x += px;
+    y += py;
+    xx += px * px;
+    xy += px * py;
+    yy += py * py;
+    level += value;
+    x_level += px * value;
+    y_level += py * value;
+    square_level += value * value;
+  }
+};
+
+// One tag's fit, from its start to its end.
+class TagFitter {
+ public:
+  TagFitter(const TagPattern& pattern, const TagCorners& start, const TagFitOptions& options);
+
+  // The pixels that the pattern reaches; false where the start is no view of a tag.
+  template <typename T>
+  bool cut(const Image<T>& image);
+  TagFit fit();
+
+ private:
+  static constexpr int kBlock = 256;  // pixels whose products are summed at once
+
+  bool start_parameters(TagParameters& parameters) const;
+  bool start_levels(TagParameters& parameters) const;
+  void set_prior();
+  void collect();
+  void collect_row(int row);
+  void add_block();
+  void add_flat(bool white);
+  bool step();
+  Eigen::Vector2d corner(std::size_t i) const;
+  TagCornerJacobian corner_jacobian() const;
+  TagFit result(int iterations) const;
+
+  const TagPattern pattern_;
+  const TagFitOptions& options_;
+  double scale_;
+  Eigen::Vector2d middle_;
+  TagModel model_;
+  Eigen::Matrix3d image_from_tag_;
+  TagPatch patch_;
+
+  // Of the present parameters: a row of derivatives and the residual for each graded pixel, sums
+  // over all.
+  Eigen::Matrix<float, tag_parameter::kCount + 1, kBlock> graded_;
+  Eigen::Matrix<double, tag_parameter::kCount + 1, tag_parameter::kCount + 1> sums_;
+  TagInformation information_;
+  TagParameters gradient_;
+  TagParameters prior_ = TagParameters::Zero();
+  double squares_ = 0;
+  double variance_ = 1;
+  std::array<FlatSums, 2> flat_;  // black, white
+  std::vector<PixelSpan> spans_;  // of known pixels, row by row
+  bool are_spans_fixed_ = false;
+  int row_step_ = 1;
+  int num_bends_ = tag_parameter::kNumBends;  // that are free
+  int num_graded_ = 0;
+  int num_pixels_ = 0;
+  double step_size_ = 1e-9;  // of the last step, squared, in standard deviations
+  double left_over_ = 0;     // what is left after it, likewise
+};
+
+}  // namespace tagcal

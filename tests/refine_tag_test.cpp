@@ -1,0 +1,288 @@
+#include "tagcal/detect/refine_tag.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "rendered_tag.hpp"
+#include "tag_patch.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_tag_model.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+constexpr TagFitOptions kStraight = {0, 0, 12};  // no lens bends the pictures of tag_patch()
+
+Corners moved(Corners corners, double px, Random& random) {
+  for (Eigen::Vector2d& corner : corners)
+    corner += Eigen::Vector2d(random.uniform(-px, px), random.uniform(-px, px));
+  return corners;
+}
+
+// Fits to many tags, started up to 0.2 px off.
+struct Trials {
+  int failed = 0;
+  double rms = 0;
+  double predicted = 0;  // rms of the standard deviations
+  double nees = 0;       // squared error in its covariance, over its dimension
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double outwards = 0;
+};
+
+class Tally {
+ public:
+  void add(const TagFit& fit, const Corners& truth) {
+    if (fit.status != TagFitStatus::converged) {
+      ++sums_.failed;
+      return;
+    }
+    const Eigen::Vector2d centre = 0.25 * (truth[0] + truth[1] + truth[2] + truth[3]);
+    Eigen::Matrix<double, 8, 1> error;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector2d e = fit.corners[k] - truth[k];
+      error.segment<2>(2 * static_cast<Eigen::Index>(k)) = e;
+      sums_.mean += e / 4;
+      sums_.outwards += e.dot((truth[k] - centre).normalized()) / 4;
+    }
+    sums_.rms += error.squaredNorm() / 8;
+    sums_.predicted += fit.covariance_px2.trace() / 8;
+    sums_.nees += error.dot(fit.covariance_px2.ldlt().solve(error)) / 8;
+    ++num_;
+  }
+
+  Trials result() const {
+    Trials result = sums_;
+    result.rms = std::sqrt(result.rms / num_);
+    result.predicted = std::sqrt(result.predicted / num_);
+    result.nees /= num_;
+    result.mean /= num_;
+    result.outwards /= num_;
+    return result;
+  }
+
+ private:
+  Trials sums_;
+  int num_ = 0;
+};
+
+// What the fit is told of the surroundings, and of the lens.
+struct Known {
+  TagSurroundings surroundings;
+  TagFitOptions options = kStraight;
+};
+
+Trials trials(const TagViewSpec& spec, int count, const Known& known = {}) {
+  Random random(31);
+  const TagFamily family = tag_family(spec.family, 1);
+  Tally tally;
+  for (int i = 0; i < count; ++i) {
+    const TagView view = rendered_tag(spec, random);
+    const TagPattern pattern = tag_pattern(family, view.id, spec.border_bits, known.surroundings);
+    tally.add(refine_tag(view.image, pattern, moved(view.corners, 0.2, random), known.options),
+              view.corners);
+  }
+  return tally.result();
+}
+
+TEST(RefineTag, PatternOfATag) {
+  const TagFamily family = tag_family("tag36h11", 1);
+  const TagPattern plain = tag_pattern(family, 3, 1);
+  ASSERT_EQ(plain.lines.size(), 11u);
+  EXPECT_DOUBLE_EQ(plain.lines.front(), -0.125);
+  EXPECT_DOUBLE_EQ(plain.lines.back(), 1.125);
+  const auto at = [](const TagPattern& pattern, std::size_t column, std::size_t row) {
+    return pattern.cells[row * (pattern.lines.size() - 1) + column];
+  };
+  EXPECT_EQ(at(plain, 0, 0), TagPattern::white);
+  EXPECT_EQ(at(plain, 1, 1), TagPattern::black);
+  for (std::size_t i = 0; i < family.bits.size(); ++i) {
+    const bool white = (family.codes[3] >> (family.bits.size() - 1 - i) & 1U) != 0;
+    EXPECT_EQ(at(plain, static_cast<std::size_t>(family.bits[i].x + 1),
+                 static_cast<std::size_t>(family.bits[i].y + 1)),
+              white ? TagPattern::white : TagPattern::black);
+  }
+  const TagPattern kalibr = tag_pattern(family, 3, 2, {0.3, true});
+  ASSERT_EQ(kalibr.lines.size(), 13u);
+  EXPECT_DOUBLE_EQ(kalibr.lines.front(), -0.3);
+  EXPECT_EQ(at(kalibr, 0, 0), TagPattern::black);
+  EXPECT_EQ(at(kalibr, 1, 0), TagPattern::white);
+  const TagPattern unknown_gap = tag_pattern(family, 3, 2, {0, true});
+  EXPECT_EQ(at(unknown_gap, 0, 0), TagPattern::unknown);
+  EXPECT_EQ(at(unknown_gap, 1, 0), TagPattern::white);
+  EXPECT_THROW(tag_pattern(family, 587, 1), Error);
+}
+
+// The derivatives of the model against differences of the model, under tilt, bend and shading.
+TEST(RefineTag, Derivatives) {
+  const TagPattern pattern = tag_pattern(tag_family("tag36h11", 1), 7, 2, {0.3, true});
+  constexpr double kScale = 25;
+  TagModel model(pattern, kScale);
+  TagParameters parameters;
+  parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4,  //
+      2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;
+  const auto level = [&](const TagParameters& at, const TagRow& row, int c) {
+    model.set(at);
+    int begin = 0, end = 60;
+    model.set_row(row, 2, begin, end);
+    TagPixel pixel;
+    model.evaluate(c, pixel);
+    const double x = row.left + c * row.step;
+    return at[9] + (at[10] + at[11] * x + at[12] * row.y) * pixel.white;
+  };
+  TagParameters differences = TagParameters::Zero(), squares = TagParameters::Zero();
+  for (double y = -0.9; y < 0.9; y += 0.07) {
+    const TagRow row{-1.2, 1 / kScale, y};
+    for (int c = 0; c < 60; ++c) {
+      model.set(parameters);
+      int begin = 0, end = 60;
+      model.set_row(row, 3, begin, end);
+      if (c < begin || c >= end || model.seen(c) != TagModel::Seen::both) continue;
+      TagPixel pixel;
+      model.evaluate(c, pixel);
+      for (int i = 0; i < tag_parameter::kCount; ++i) {
+        const TagParameters step = TagParameters::Unit(i) * (i >= 9 && i < 13 ? 0.1 : 1e-3);
+        const double slope =
+            (level(parameters + step, row, c) - level(parameters - step, row, c)) / (2 * step[i]);
+        differences[i] += std::pow(pixel.by_parameter[static_cast<std::size_t>(i)] - slope, 2);
+        squares[i] += slope * slope;
+      }
+    }
+  }
+  for (int i = 0; i < tag_parameter::kCount; ++i) {
+    EXPECT_GT(squares[i], 0) << i;
+    EXPECT_LT(std::sqrt(differences[i] / squares[i]), 0.01) << "parameter " << i;
+  }
+}
+
+// Bounds are 1.2 times the Cramer-Rao bound of the model (benchmarks/corner_accuracy).
+TEST(RefineTag, CornersAndTheirCovariance) {
+  struct Case {
+    TagViewSpec spec;
+    double rms_px;
+    int count;
+  };
+  for (const auto& [spec, rms_px, count] :
+       {Case{{20, 30, 0.8, 2}, 0.0134, 60}, Case{{40, 30, 0.8, 2}, 0.0060, 60},
+        Case{{40, 60, 0.8, 2}, 0.0085, 60}, Case{{40, 30, 0.3, 2}, 0.0039, 60},
+        Case{{40, 30, 1.5, 2}, 0.0098, 60}, Case{{40, 30, 0.8, 8}, 0.0238, 60},
+        Case{{100, 30, 0.8, 2}, 0.0036, 30}}) {
+    const Trials t = trials(spec, count);
+    EXPECT_EQ(t.failed, 0) << spec.side_px;
+    EXPECT_LT(t.rms, rms_px) << spec.side_px << " px, tilt " << spec.tilt_deg;
+    EXPECT_NEAR(t.predicted / t.rms, 1, 0.12) << spec.side_px << " px, tilt " << spec.tilt_deg;
+    EXPECT_NEAR(t.nees, 1, 0.25) << spec.side_px << " px, tilt " << spec.tilt_deg;
+    // Three standard deviations of a mean over four corners of each tag.
+    const double limit = 3 * rms_px / std::sqrt(count);
+    EXPECT_LT(t.mean.cwiseAbs().maxCoeff(), limit);
+    EXPECT_LT(std::abs(t.outwards), limit);
+  }
+}
+
+// The model draws what the renderer draws: what is left over of a picture without noise is its
+// rounding.
+TEST(RefineTag, TheModelIsTheRenderer) {
+  Random random(3);
+  const TagFamily family = tag_family("tag36h11", 1);
+  for (const double tilt : {0.0, 30.0, 60.0}) {
+    const TagView view = rendered_tag({60, tilt, 0.8, 0}, random);
+    const TagFit fit =
+        refine_tag(view.noiseless, tag_pattern(family, view.id, 1), view.corners, kStraight);
+    ASSERT_EQ(fit.status, TagFitStatus::converged);
+    EXPECT_LT(fit.noise_levels, 0.3);
+    EXPECT_NEAR(fit.blur_px, 0.8, 1e-3);
+    EXPECT_NEAR(fit.black, 30, 0.1);
+    EXPECT_NEAR(fit.white, 220, 0.1);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_LT((fit.corners[i] - view.corners[i]).norm(), 0.003) << tilt;
+  }
+}
+
+TEST(RefineTag, OtherPatterns) {
+  TagViewSpec spec;
+  for (const char* family : {"tag25h9", "tag16h5", "tagStandard41h12"}) {
+    spec.family = family;
+    const Trials t = trials(spec, 40);
+    EXPECT_EQ(t.failed, 0) << family;
+    EXPECT_NEAR(t.predicted / t.rms, 1, 0.12) << family;
+    EXPECT_NEAR(t.nees, 1, 0.25) << family;
+  }
+}
+
+TEST(RefineTag, KalibrsSquares) {
+  TagViewSpec spec;
+  spec.border_bits = 2;
+  spec.corner_squares = true;
+  const Trials known = trials(spec, 40, {{0.3, true}});
+  const Trials unknown = trials(spec, 40, {{0, true}});
+  EXPECT_EQ(known.failed + unknown.failed, 0);
+  EXPECT_NEAR(known.nees, 1, 0.25);
+  EXPECT_NEAR(unknown.nees, 1, 0.25);
+  EXPECT_LT(known.rms, 0.7 * unknown.rms);
+  EXPECT_LT(std::abs(unknown.outwards), 0.003);
+}
+
+// Not to know the lens costs accuracy, and the covariance says so.
+TEST(RefineTag, BendsThatAreNotThere) {
+  const TagViewSpec spec{60, 30, 0.8, 2};
+  const Trials straight = trials(spec, 30);
+  const Trials bent = trials(spec, 30, {{}, TagFitOptions()});
+  EXPECT_GT(bent.rms, straight.rms);
+  EXPECT_GT(bent.predicted, 1.2 * straight.predicted);
+  EXPECT_NEAR(bent.predicted / bent.rms, 1, 0.2);
+}
+
+TEST(RefineTag, WhatCannotBeFitted) {
+  Random random(5);
+  const TagFamily family = tag_family("tag36h11", 1);
+  const Patch patch = tag_patch(family, 0, PatchSpec(), random);
+  const auto status = [&](int id, const Corners& start) {
+    const TagFit fit = refine_tag(patch.image, tag_pattern(family, id, 1), start);
+    return fit.status;
+  };
+  EXPECT_EQ(status(0, patch.corners), TagFitStatus::converged);
+  EXPECT_EQ(status(1, patch.corners), TagFitStatus::not_converged);  // another tag's bits
+  Corners turned = patch.corners;
+  std::rotate(turned.begin(), turned.begin() + 1, turned.end());
+  EXPECT_EQ(status(0, turned), TagFitStatus::not_converged);
+  Corners outside = patch.corners;
+  for (Eigen::Vector2d& corner : outside) corner.x() -= 60;
+  EXPECT_EQ(status(0, outside), TagFitStatus::out_of_image);
+  Corners tiny;
+  for (std::size_t i = 0; i < 4; ++i)
+    tiny[i] = patch.corners[0] + 0.05 * (patch.corners[i] - patch.corners[0]);
+  EXPECT_NE(status(0, tiny), TagFitStatus::converged);
+  const Corners point = {patch.corners[0], patch.corners[0], patch.corners[0], patch.corners[0]};
+  EXPECT_NE(status(0, point), TagFitStatus::converged);
+
+  const Image8 flat(patch.image.size(), 128);
+  EXPECT_EQ(refine_tag(flat, tag_pattern(family, 0, 1), patch.corners).status,
+            TagFitStatus::not_converged);
+  TagPattern wrong = tag_pattern(family, 0, 1);
+  wrong.cells.pop_back();
+  EXPECT_THROW(refine_tag(flat, wrong, patch.corners), Error);
+}
+
+TEST(RefineTag, SixteenBits) {
+  Random random(6);
+  const TagFamily family = tag_family("tag36h11", 1);
+  const Patch patch = tag_patch(family, 2, PatchSpec(), random);
+  Image16 deep(patch.image.size());
+  for (int y = 0; y < deep.height(); ++y)
+    for (int x = 0; x < deep.width(); ++x)
+      deep(x, y) = static_cast<std::uint16_t>(200 * patch.image(x, y));
+  const TagPattern pattern = tag_pattern(family, 2, 1);
+  const TagFit shallow = refine_tag(patch.image, pattern, patch.corners);
+  const TagFit fit = refine_tag(deep, pattern, patch.corners);
+  ASSERT_EQ(fit.status, TagFitStatus::converged);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((fit.corners[i] - shallow.corners[i]).norm(), 1e-4);
+  EXPECT_NEAR(fit.noise_levels, 200 * shallow.noise_levels, 0.5);
+}
+
+}  // namespace
+}  // namespace tagcal
