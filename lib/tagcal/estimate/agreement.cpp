@@ -28,6 +28,11 @@ double robust_variance(std::span<const double> squares) {
   return *middle / (2 * std::log(2.0));
 }
 
+double chi_square_quantile(double k, double normal_quantile) {
+  const double root = 1 - 2 / (9 * k) + normal_quantile * std::sqrt(2 / (9 * k));
+  return k * root * root * root;
+}
+
 Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
                     std::span<const double> squares, int num_parameters) {
   constexpr double kOutlierSquare = kOutlierSigmas * kOutlierSigmas;

@@ -31,6 +31,10 @@ bool go_together(std::span<const Eigen::Vector2d> pixels,
 // (whitened) lengths of one or more: their median is 2 ln 2 variances.
 double robust_variance(std::span<const double> squares);
 
+// The value that a chi-square of k degrees of freedom exceeds as rarely as a normal variable its
+// quantile (Wilson & Hilferty 1931).
+double chi_square_quantile(double k, double normal_quantile);
+
 // Those within kOutlierSigmas, ascending.
 std::vector<std::size_t> within(std::span<const double> squares, double sigma);
 

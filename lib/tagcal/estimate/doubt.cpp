@@ -40,12 +40,10 @@ Bundle some_views(const Bundle& bundle, std::size_t count) {
 double cost_of(const Bundle& bundle) {
   double sum = 0;
   const Lens lens = bundle.lens();
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    const ViewProblem& view = bundle.views[v];
-    const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
-    for (std::size_t i = 0; i < residuals.size(); ++i)
-      sum += whitened_square(view, i, residuals[i]);
-  }
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const double square :
+         whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
+      sum += square;
   return sum;
 }
 

@@ -7,14 +7,14 @@
 #include <map>
 #include <set>
 
-#include "tagcal/estimate/closed_form.hpp"
+#include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRounds = 15;
@@ -35,16 +35,9 @@ Bundle select(const Bundle& base, const CalibrationInput& input, const Selection
   Bundle bundle{base.model, base.image_size, base.free_values, {}, {}};
   views.clear();
   for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const ViewProblem& all = input.views[v].problem;
     const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
     if (!selection.pose[v] || count < 4) continue;
-    ViewProblem some;
-    for (std::size_t i = 0; i < all.correspondences.size(); ++i) {
-      if (!selection.inlier[v][i]) continue;
-      some.correspondences.push_back(all.correspondences[i]);
-      if (!all.whitening.empty()) some.whitening.push_back(all.whitening[i]);
-    }
-    bundle.views.push_back(std::move(some));
+    bundle.views.push_back(chosen(input.views[v].problem, selection.inlier[v]));
     bundle.camera_from_target.push_back(*selection.pose[v]);
     views.push_back(v);
   }
@@ -57,25 +50,21 @@ std::vector<std::vector<double>> all_squares(const Lens& lens, const Calibration
   std::vector<std::vector<double>> squares(input.views.size());
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const ViewProblem& view = input.views[v].problem;
-    squares[v].assign(view.correspondences.size(), kInfinity);
-    if (!selection.pose[v]) continue;
-    const auto residuals = residuals_px(view.correspondences, lens, *selection.pose[v]);
-    for (std::size_t i = 0; i < residuals.size(); ++i)
-      squares[v][i] = whitened_square(view, i, residuals[i]);
+    if (selection.pose[v])
+      squares[v] = whitened_squares(view, lens, *selection.pose[v]);
+    else
+      squares[v].assign(view.correspondences.size(), kInfinity);
   }
   return squares;
 }
 
 // A robust standard deviation of the selected corners' coordinates.
 double robust_sigma(const std::vector<std::vector<double>>& squares, const Selection& selection) {
-  std::vector<double> chosen;
+  std::vector<double> taken;
   for (std::size_t v = 0; v < squares.size(); ++v)
     for (std::size_t i = 0; i < squares[v].size(); ++i)
-      if (selection.inlier[v][i] && std::isfinite(squares[v][i])) chosen.push_back(squares[v][i]);
-  if (chosen.empty()) return kInfinity;
-  const auto middle = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() / 2);
-  std::nth_element(chosen.begin(), middle, chosen.end());
-  return std::sqrt(*middle / (2 * std::log(2.0)));  // the median of a Rayleigh distribution
+      if (selection.inlier[v][i] && std::isfinite(squares[v][i])) taken.push_back(squares[v][i]);
+  return taken.empty() ? kInfinity : std::sqrt(robust_variance(taken));
 }
 
 // Corners within `bound` standard deviations; says whether any changed sides.
@@ -169,12 +158,7 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
 
 }  // namespace
 
-int CalibrationFit::num_inliers() const {
-  int count = 0;
-  for (const ViewProblem& view : bundle.views)
-    count += static_cast<int>(view.correspondences.size());
-  return count;
-}
+int CalibrationFit::num_inliers() const { return tagcal::num_corners(bundle); }
 
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/estimate/uncertainty.hpp"
 
@@ -13,13 +14,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kFewestViews = 6;
 constexpr double kLargestRatio = 2;
-
-// Whether chi-square with k degrees of freedom exceeds its 0.999 quantile (Wilson & Hilferty 1931).
-bool improbable(double chi_square, double k) {
-  constexpr double kNormalQuantile = 3.09;
-  const double quantile = 1 - 2 / (9 * k) + kNormalQuantile * std::sqrt(2 / (9 * k));
-  return chi_square > k * quantile * quantile * quantile;
-}
+constexpr double kNormalQuantile = 3.09;  // p = 0.001
 
 }  // namespace
 
@@ -46,7 +41,8 @@ std::optional<HalvesCheck> compare_halves(const Bundle& solved,
   check.ratio = check.predicted_px > 0 ? check.difference_px / check.predicted_px : 0;
   const auto inverse = exact_inverse(covariance);
   check.disagree = check.ratio > kLargestRatio && inverse &&
-                   improbable(difference.dot(*inverse * difference), static_cast<double>(k));
+                   difference.dot(*inverse * difference) >
+                       chi_square_quantile(static_cast<double>(k), kNormalQuantile);
   return check;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/pose_problem.hpp"
+
 #include "tagcal/estimate/settle.hpp"
 
 namespace tagcal {
@@ -10,8 +12,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSmallestNoisePx = 1e-6;
-constexpr double kAssumedSigmaPx = 0.5;
-constexpr int kEnoughDegreesOfFreedom = 50;
 
 // Squares in units of the noise, up to the bound beyond which corners are rejected: two fits that
 // reject different ones are compared fairly only where no corner costs more than a rejected one.
@@ -26,12 +26,10 @@ struct Count {
 double counted_misfit(const Bundle& bundle, const Count& count) {
   double sum = 0;
   const Lens lens = bundle.lens();
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    const ViewProblem& view = bundle.views[v];
-    const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
-    for (std::size_t i = 0; i < residuals.size(); ++i)
-      sum += count(whitened_square(view, i, residuals[i]));
-  }
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const double square :
+         whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
+      sum += count(square);
   return sum;
 }
 

@@ -8,8 +8,6 @@
 namespace tagcal {
 namespace {
 
-constexpr double kAssumedSigmaPx = 0.5;
-constexpr int kEnoughDegreesOfFreedom = 50;
 // What rounding leaves of pixels without noise is unlike noise.
 constexpr double kLeastSigmaPx = 1e-6;
 

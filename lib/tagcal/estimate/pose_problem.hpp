@@ -12,6 +12,11 @@
 
 namespace tagcal {
 
+// Where no noise is stated: it is estimated from residuals of at least so many degrees of freedom,
+// else this is assumed.
+inline constexpr int kEnoughDegreesOfFreedom = 50;
+inline constexpr double kAssumedSigmaPx = 0.5;
+
 // The correspondences of a view that an estimate uses, moved to the centre of the points and turned
 // to their best plane: neither the place nor the attitude of the target in its own frame matters.
 // Few enough (a tag) need no heap.

@@ -63,6 +63,25 @@ double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& r
   return std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
 }
 
+std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
+                                     const Pose& camera_from_target) {
+  std::vector<double> squares;
+  squares.reserve(view.correspondences.size());
+  for (const Vector2d& r : residuals_px(view.correspondences, lens, camera_from_target))
+    squares.push_back(whitened_square(view, squares.size(), r));
+  return squares;
+}
+
+ViewProblem chosen(const ViewProblem& view, std::span<const std::uint8_t> takes_part) {
+  ViewProblem some;
+  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
+    if (!takes_part[i]) continue;
+    some.correspondences.push_back(view.correspondences[i]);
+    if (!view.whitening.empty()) some.whitening.push_back(view.whitening[i]);
+  }
+  return some;
+}
+
 std::vector<Vector2d> residuals_px(std::span<const Correspondence> correspondences,
                                    const Lens& lens, const Pose& camera_from_target) {
   std::vector<Vector3d> points;

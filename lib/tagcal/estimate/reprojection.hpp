@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -50,6 +51,13 @@ std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& le
 
 // The squared length of a corner's residual (pixels), whitened; infinite where it has none.
 double whitened_square(const ViewProblem& view, std::size_t i, const Eigen::Vector2d& residual);
+
+// The same of all corners of a view.
+std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
+                                     const Pose& camera_from_target);
+
+// The corners of a view that take part (1; one number for each).
+ViewProblem chosen(const ViewProblem& view, std::span<const std::uint8_t> takes_part);
 
 // The plain residuals in pixels, not whitened; NaN for points outside of the domain.
 std::vector<Eigen::Vector2d> residuals_px(std::span<const Correspondence> correspondences,

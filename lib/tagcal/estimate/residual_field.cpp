@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/camera/parameter_index.hpp"
+#include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
@@ -81,9 +82,9 @@ ResidualField field_of(const std::vector<Group>& groups, int coordinates, double
   if (taken < kFewestGroups || rest < 2 * k) return field;
   const double variance = std::max((total - between) / rest, least_sigma * least_sigma);
   const double chi_square = between / variance;
-  // Wilson & Hilferty (1931), and the noise is known no better than from the rest.
-  const double root = 1 - 2 / (9 * k) + kNormalQuantile * std::sqrt(2 / (9 * k));
-  const double bound = k * root * root * root * (1 + kNormalQuantile * std::sqrt(2 / rest));
+  // The noise is known no better than from the rest.
+  const double bound =
+      chi_square_quantile(k, kNormalQuantile) * (1 + kNormalQuantile * std::sqrt(2 / rest));
   const double share = std::max(0.0, 1 - k / chi_square);  // that is not noise
   field.rms_px = chi_square > 0 ? std::sqrt(share * square_px / corners) : 0;
   field.disagree = chi_square > bound && field.rms_px > kSmallestFieldPx;

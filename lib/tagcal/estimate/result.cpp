@@ -7,18 +7,15 @@
 #include <limits>
 
 #include "tagcal/estimate/advice.hpp"
-#include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/observability.hpp"
+#include "tagcal/estimate/pose_problem.hpp"
 
 namespace tagcal {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr double kAssumedSigmaPx = 0.5;
-constexpr int kEnoughDegreesOfFreedom = 50;
 
 void fill_sigmas(Calibration& c, const Model& model) {
   c.sigmas.assign(parameters(c.camera->lens).size(), 0.0);

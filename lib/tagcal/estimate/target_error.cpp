@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tagcal/camera/parameter_index.hpp"
+#include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/reprojection.hpp"
 
 namespace tagcal {
@@ -198,14 +199,9 @@ std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
   return all;
 }
 
-// Beyond which a chi-square of k degrees of freedom is no chance (Wilson & Hilferty 1931).
-double chi_square_bound(double k) {
-  const double root = 1 - 2 / (9 * k) + kNormalQuantile * std::sqrt(2 / (9 * k));
-  return k * root * root * root;
-}
-
 bool outstanding(const TagShift& tag, double median_mm, double variance, int dimensions) {
-  return tag.explained > variance * chi_square_bound(dimensions * tag.corners) &&
+  return tag.explained >
+             variance * chi_square_quantile(dimensions * tag.corners, kNormalQuantile) &&
          tag.mm() > kOutstanding * median_mm;
 }
 
@@ -248,7 +244,7 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
   error.share = total.square > 0 ? excess / total.square : 0;
   error.shift_px = std::sqrt(excess / std::max(1, total.count));
   const bool all = error.share > kShareSaid && error.shift_px > kSaidPx &&
-                   total.explained > variance * chi_square_bound(k);
+                   total.explained > variance * chi_square_quantile(k, kNormalQuantile);
   const double median_mm = tags[tags.size() / 2].mm();
   std::size_t wrong = 0;
   for (const TagShift& tag : tags) {

@@ -140,17 +140,6 @@ struct Rounds {
   std::vector<std::vector<Vector2d>> residuals;
   std::vector<std::vector<double>> squares;
 
-  ViewProblem chosen(std::size_t v) const {
-    const ViewProblem& all = input.views[v].problem;
-    ViewProblem some;
-    for (std::size_t i = 0; i < all.correspondences.size(); ++i) {
-      if (!inlier[v][i]) continue;
-      some.correspondences.push_back(all.correspondences[i]);
-      if (!all.whitening.empty()) some.whitening.push_back(all.whitening[i]);
-    }
-    return some;
-  }
-
   void fit_view(std::size_t v) {
     const Vector2d centre = image_centre(input.image_size);
     const ViewProblem& all = input.views[v].problem;
@@ -158,7 +147,7 @@ struct Rounds {
     residuals[v].assign(all.correspondences.size(), {unknown, unknown});
     squares[v].assign(all.correspondences.size(), kInfinity);
     views[v].reset();
-    if (near[v]) views[v] = fit_weak_view(chosen(v), centre, *near[v]);
+    if (near[v]) views[v] = fit_weak_view(chosen(all, inlier[v]), centre, *near[v]);
     if (!views[v]) return;
     const double s = views[v]->scale_px_per_m;
     residuals[v] = residuals_px(all.correspondences, Parallel({s, s, centre.x(), centre.y()}),
@@ -216,7 +205,7 @@ void fill(const Rounds& rounds, WeakFit& weak) {
     const CalibrationView& view = rounds.input.views[v];
     fit.num_corners += static_cast<int>(view.ids.size());
     if (const auto& answer = rounds.views[v]) {
-      fit.bundle.views.push_back(rounds.chosen(v));
+      fit.bundle.views.push_back(chosen(view.problem, rounds.inlier[v]));
       fit.bundle.camera_from_target.push_back(answer->camera_from_target);
       fit.images.push_back(view.image);
       fit.summary.cost += answer->cost;
