@@ -4,30 +4,13 @@
 #include <algorithm>
 #include <array>
 
+#include "tagcal/detect/quad.hpp"
+
 namespace tagcal {
 namespace {
 
-constexpr double kBorderMargin = 1.5;    // px: a tag nearer to the edge of the picture may be cut
 constexpr double kSamePlace = 3;         // px
 constexpr std::array kShrinks = {1, 2};  // px
-
-bool is_inside(const Quad& quad, const ImageSize& size) {
-  return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector2d& corner) {
-    return corner.minCoeff() >= -0.5 + kBorderMargin &&
-           corner.x() <= size.width - 0.5 - kBorderMargin &&
-           corner.y() <= size.height - 0.5 - kBorderMargin;
-  });
-}
-
-// Convex, and not mirrored: seen, the corners run counter-clockwise (the image's y points down).
-bool is_face(const Quad& quad) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector2d a = quad[(i + 1) % 4] - quad[i];
-    const Eigen::Vector2d b = quad[(i + 2) % 4] - quad[(i + 1) % 4];
-    if (!(a.x() * b.y() - a.y() * b.x() < 0)) return false;
-  }
-  return true;
-}
 
 // The brightest of each pixel's neighbours up to `radius` away: black shrinks by so much. The
 // corner squares of a Kalibr board, which touch the tags' corners, then no longer hang together
@@ -66,12 +49,6 @@ Quad grown(const Quad& quad, double distance) {
     result[i] = side((i + 3) % 4).cross(side(i)).hnormalized();
   }
   return result;
-}
-
-double largest_distance(const Quad& a, const Quad& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < 4; ++i) largest = std::max(largest, (a[i] - b[i]).norm());
-  return largest;
 }
 
 // The same tag, seen in another pass, is kept once.
@@ -137,6 +114,14 @@ std::optional<FoundTag> FamilyDetector::named(const apriltag_detection_t& detect
   const FoundTag tag{detection.id, corners.value_or(start), corners.has_value()};
   if (!is_face(tag.corners) || !is_inside(tag.corners, image.size())) return std::nullopt;
   return tag;
+}
+
+std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id,
+                                                const Quad& start) const {
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  const std::optional<Quad> corners = refine_edges(image, start, shape);
+  if (!corners) return std::nullopt;
+  return FoundTag{id, *corners, true};
 }
 
 }  // namespace tagcal

@@ -36,6 +36,9 @@ class FamilyDetector {
   // All tags of the family whole in the picture, wanted or not, which must be 8x8 at least.
   std::vector<FoundTag> find(const Image8& image);
 
+  // A tag known to be there, its corners to 2 px. No value where its edges cannot be fitted.
+  std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start) const;
+
  private:
   void look(const Image8& image, const Image8& shrunk, int shrink, std::vector<FoundTag>& found);
   std::optional<FoundTag> named(const apriltag_detection_t& detection, const Image8& image,
