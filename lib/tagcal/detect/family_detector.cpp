@@ -76,6 +76,7 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, int max_hamming)
 
 std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
   std::vector<FoundTag> found;
+  num_quads_ = 0;
   look(image, image, 0, found);
   if (wanted_.corner_squares) {
     for (const int radius : kShrinks) look(image, brightest(image, radius), radius, found);
@@ -90,6 +91,7 @@ void FamilyDetector::look(const Image8& image, const Image8& shrunk, int shrink,
   image_u8_t view = {shrunk.width(), shrunk.height(), shrunk.width(),
                      const_cast<std::uint8_t*>(shrunk.row(0))};
   const DetectionsHandle detections(apriltag_detector_detect(detector_.get(), &view));
+  num_quads_ = std::max(num_quads_, static_cast<int>(detector_->nquads));
   for (int i = 0; i < zarray_size(detections.get()); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections.get(), i, &detection);

@@ -36,6 +36,9 @@ class FamilyDetector {
   // All tags of the family whole in the picture, wanted or not, which must be 8x8 at least.
   std::vector<FoundTag> find(const Image8& image);
 
+  // Four-sided black shapes in the last picture, tags or not.
+  int num_quads() const { return num_quads_; }
+
   // A tag known to be there, its corners to 2 px. No value where its edges cannot be fitted.
   std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start) const;
 
@@ -48,6 +51,7 @@ class FamilyDetector {
   FamilyHandle family_;
   DetectorHandle detector_;
   int max_hamming_;
+  int num_quads_ = 0;
 };
 
 }  // namespace tagcal
