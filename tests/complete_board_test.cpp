@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "false_tag_pictures.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -234,6 +235,18 @@ TEST(CompleteBoard, NothingFromNothing) {
   for (const MissingTag& tag : completion.missing) EXPECT_EQ(tag.why, WhyNot::no_neighbour);
   EXPECT_TRUE(
       complete_board(sight.image(), Board(), tag_family("tag36h11", 2), {}, {}).tags.empty());
+}
+
+// studies/false_tags.cpp looks at more.
+TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
+  std::vector<ImageSource> images;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed)
+    images.push_back({std::to_string(seed), [seed] { return picture_without_tags(seed); }});
+  for (const Board& board : {kalibr_board(), grid_board({6, 6, 0.04, 1, 0}, "tag36h11", 1, false),
+                             grid_board({5, 5, 0.04, 1, 0}, "tag25h9", 1, false)}) {
+    for (const View& view : detect_all(images, {{board, Pose()}}, {}).views)
+      EXPECT_TRUE(view.observations.empty()) << view.image;
+  }
 }
 
 // Photographs that are not part of the project.
