@@ -38,6 +38,7 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/estimate/status.hpp
     tagcal/estimate/weak_perspective.hpp
     tagcal/detect/detector.hpp
+    tagcal/detect/explain.hpp
     tagcal/detect/families.hpp
     tagcal/detect/refine_tag.hpp
     tagcal/io/calibration_file.hpp

@@ -1,13 +1,23 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "output_folder.hpp"
+#include "tag_drawing.hpp"
+#include "tagcal/detect/explain.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
@@ -16,12 +26,60 @@ namespace {
 struct Arguments {
   InputArguments input;
   std::string out;
+  std::string draw;  // a folder
+  bool explain = false;
   int threads = 0;
 };
+
+// A picture is drawn under its own name, whatever its folder and format.
+std::vector<std::string> drawing_names(const Input& input) {
+  std::vector<std::string> names;
+  std::set<std::string> taken;
+  for (const ImageSource& image : input.images) {
+    names.push_back(std::filesystem::path(image.name).stem().string() + ".png");
+    if (!taken.insert(names.back()).second) {
+      throw Error(fmt::format("--draw: two pictures would be drawn as {}", names.back()));
+    }
+  }
+  return names;
+}
+
+void draw(const Input& input, const std::vector<std::string>& names, OutputFolder& folder) {
+  for (std::size_t i = 0; i < input.images.size(); ++i) {
+    const ImageRgb drawing = draw_tags(input.images[i].load(), input.dataset.views[i]);
+    write_png(folder.path() / names[i], drawing);
+  }
+  folder.publish();
+}
+
+std::string ids_text(const std::vector<int>& ids) {
+  return ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, " "));
+}
+
+std::string explanation_text(const std::string& name, const Explanation& e) {
+  std::string text = fmt::format("{}: {}x{} pixels, {} four-sided black shapes\n", name,
+                                 e.size.width, e.size.height, e.quads);
+  for (const SeenKind& kind : e.decoded) {
+    text += fmt::format("  can be read as {}, border_bits {}: {} tags: {}\n", kind.family,
+                        kind.border_bits, kind.ids.size(), ids_text(kind.ids));
+  }
+  text += fmt::format("  reported: {} tags: {}\n", e.reported.size(), ids_text(e.reported));
+  std::map<std::string, std::vector<int>> by_reason;
+  for (const NotReported& tag : e.not_reported) by_reason[tag.why].push_back(tag.id);
+  for (const auto& [why, ids] : by_reason) {
+    text += fmt::format("  not reported, {}: {}\n", why, ids_text(ids));
+  }
+  for (const std::string& mistake : e.mistakes) text += fmt::format("  {}\n", mistake);
+  return text;
+}
 
 int run(const Arguments& arguments) {
   check_writable(arguments.out);
   Input input = read_input(arguments.input);
+  std::optional<OutputFolder> drawings;
+  const std::vector<std::string> names =
+      arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
+  if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   detect_views(input, arguments.threads);
   const std::vector<View>& views = input.dataset.views;
   const std::string csv = observations_csv(views);
@@ -29,6 +87,13 @@ int run(const Arguments& arguments) {
     print_result(csv);
   } else {
     write_whole(arguments.out, csv);
+  }
+  if (drawings) draw(input, names, *drawings);
+  if (arguments.explain) {
+    for (const ImageSource& image : input.images) {
+      fmt::print(stderr, "{}",
+                 explanation_text(image.name, explain(image.load(), input.dataset.boards)));
+    }
   }
   if (num_corners(views) == 0) input.warnings.push_back("no tag found in any picture");
   print_warnings(input.warnings);
@@ -46,10 +111,20 @@ Command add_detect(CLI::App& app) {
   add_input(*command, arguments->input);
   command->add_option("--out", arguments->out, "file for the corners, instead of stdout")
       ->option_text("CSV");
+  command
+      ->add_option("--draw", arguments->draw,
+                   fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
+                               "ellipses of {} standard deviations where they are known",
+                               kEllipseScale))
+      ->option_text("DIR");
+  command->add_flag("--explain", arguments->explain,
+                    "per picture, on stderr: what was seen, why tags are not reported, and what "
+                    "is probably wrong with the target");
   add_threads(*command, arguments->threads);
   command->footer(
       "Example: tagcal detect desk --out corners.csv\n"
-      "         tagcal detect --target board.yaml photos/*.jpg > corners.csv");
+      "         tagcal detect --target board.yaml photos/*.jpg > corners.csv\n"
+      "         tagcal detect --target board.yaml photo.jpg --explain --draw drawn");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -12,12 +12,15 @@
 #include <set>
 #include <thread>
 
+#include "tagcal/detect/complete_board.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/detect/family_detector.hpp"
 
 namespace tagcal {
 namespace {
 
 constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
+
 std::vector<Wanted> wanted_tags(const std::vector<PlacedBoard>& boards) {
   std::map<std::pair<std::string, int>, Wanted> by_family;
   for (const PlacedBoard& placed : boards) {
@@ -44,9 +47,11 @@ std::vector<Wanted> wanted_tags(const std::vector<PlacedBoard>& boards) {
 // All that one thread needs.
 class Worker {
  public:
-  Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
+  Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
+      : boards_(boards), max_hamming_(options.max_hamming) {
     for (const Wanted& wanted : wanted_tags(boards)) {
       detectors_.push_back(std::make_unique<FamilyDetector>(wanted, options));
+      families_.push_back(tag_family(wanted.family, wanted.border_bits));
     }
   }
 
@@ -57,7 +62,11 @@ class Worker {
           fmt::format("{}: smaller than {}x{}, holds no tag", name, kMinImageSide, kMinImageSide));
       return view;
     }
-    for (const auto& detector : detectors_) add_tags(*detector, image, view, warnings);
+    for (std::size_t i = 0; i < detectors_.size(); ++i) {
+      const SeenTags seen = sorted(*detectors_[i], image);
+      warn_of(seen, detectors_[i]->wanted().family, name, warnings);
+      complete(i, image, seen, view);
+    }
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
     if (view.observations.empty()) warnings.push_back(name + ": no tag of the boards found");
@@ -65,29 +74,37 @@ class Worker {
   }
 
  private:
-  static void add_tags(FamilyDetector& detector, const Image8& image, View& view,
-                       std::vector<std::string>& warnings) {
+  struct SeenTags {
+    std::vector<FoundTag> found;
+    std::set<int> strange;   // on no board
+    std::set<int> repeated;  // seen more than once
+  };
+
+  static SeenTags sorted(FamilyDetector& detector, const Image8& image) {
     std::map<int, std::vector<FoundTag>> by_id;
     for (const FoundTag& tag : detector.find(image)) by_id[tag.id].push_back(tag);
-    std::vector<int> strange;
-    std::vector<int> repeated;
+    SeenTags seen;
     for (const auto& [id, tags] : by_id) {
       if (!detector.wanted().ids.contains(id)) {
-        strange.push_back(id);
+        seen.strange.insert(id);
       } else if (tags.size() > 1) {
-        repeated.push_back(id);
+        seen.repeated.insert(id);
       } else {
-        add_corners(tags[0], view);
+        seen.found.push_back(tags[0]);
       }
     }
-    const std::string& family = detector.wanted().family;
-    if (!strange.empty()) {
-      warnings.push_back(fmt::format("{}: left out {} tags that are on no board: {}", view.image,
-                                     family, fmt::join(strange, ", ")));
+    return seen;
+  }
+
+  static void warn_of(const SeenTags& seen, const std::string& family, const std::string& name,
+                      std::vector<std::string>& warnings) {
+    if (!seen.strange.empty()) {
+      warnings.push_back(fmt::format("{}: left out {} tags that are on no board: {}", name, family,
+                                     fmt::join(seen.strange, ", ")));
     }
-    if (!repeated.empty()) {
-      warnings.push_back(fmt::format("{}: left out {} tags seen more than once: {}", view.image,
-                                     family, fmt::join(repeated, ", ")));
+    if (!seen.repeated.empty()) {
+      warnings.push_back(fmt::format("{}: left out {} tags seen more than once: {}", name, family,
+                                     fmt::join(seen.repeated, ", ")));
     }
   }
 
@@ -99,6 +116,24 @@ class Worker {
     }
   }
 
+  // Adds the tags of the i-th detector's boards, with those that it missed.
+  void complete(std::size_t i, const Image8& image, const SeenTags& seen, View& view) {
+    FamilyDetector& detector = *detectors_[i];
+    const CompletionRules rules{max_hamming_, seen.repeated, [&](int id, const Quad& start) {
+                                  return detector.refined(image, id, start);
+                                }};
+    for (const PlacedBoard& placed : boards_) {
+      const Board& board = placed.board;
+      if (board.family != detector.wanted().family) continue;
+      if (board.border_bits != detector.wanted().border_bits) continue;
+      const Completion completion = complete_board(image, board, families_[i], seen.found, rules);
+      for (const FoundTag& tag : completion.tags) add_corners(tag, view);
+    }
+  }
+
+  const std::vector<PlacedBoard>& boards_;
+  int max_hamming_;
+  std::vector<TagFamily> families_;  // of the detectors
   std::vector<std::unique_ptr<FamilyDetector>> detectors_;
 };
 

@@ -5,32 +5,14 @@
 #include <array>
 
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/quad.hpp"
 
 namespace tagcal {
 namespace {
 
-constexpr double kBorderMargin = 1.5;    // px: a tag nearer to the edge of the picture may be cut
 constexpr double kSamePlace = 3;         // px
 constexpr double kMaxMove = 2;           // px, of a corner by its fit
 constexpr std::array kShrinks = {1, 2};  // px
-
-bool is_inside(const Quad& quad, const ImageSize& size) {
-  return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector2d& corner) {
-    return corner.minCoeff() >= -0.5 + kBorderMargin &&
-           corner.x() <= size.width - 0.5 - kBorderMargin &&
-           corner.y() <= size.height - 0.5 - kBorderMargin;
-  });
-}
-
-// Convex, and not mirrored: seen, the corners run counter-clockwise (the image's y points down).
-bool is_face(const Quad& quad) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector2d a = quad[(i + 1) % 4] - quad[i];
-    const Eigen::Vector2d b = quad[(i + 2) % 4] - quad[(i + 1) % 4];
-    if (!(a.x() * b.y() - a.y() * b.x() < 0)) return false;
-  }
-  return true;
-}
 
 // The brightest of each pixel's neighbours up to `radius` away: black shrinks by so much. The
 // corner squares of a Kalibr board, which touch the tags' corners, then no longer hang together
@@ -71,12 +53,6 @@ Quad grown(const Quad& quad, double distance) {
   return result;
 }
 
-double largest_distance(const Quad& a, const Quad& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < 4; ++i) largest = std::max(largest, (a[i] - b[i]).norm());
-  return largest;
-}
-
 // The same tag, seen in another pass, is kept once.
 void keep(const FoundTag& tag, std::vector<FoundTag>& found) {
   for (FoundTag& other : found) {
@@ -104,6 +80,7 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
 
 std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
   std::vector<FoundTag> found;
+  num_quads_ = 0;
   look(image, image, 0, found);
   if (wanted_.corner_squares) {
     for (const int radius : kShrinks) look(image, brightest(image, radius), radius, found);
@@ -118,6 +95,7 @@ void FamilyDetector::look(const Image8& image, const Image8& shrunk, int shrink,
   image_u8_t view = {shrunk.width(), shrunk.height(), shrunk.width(),
                      const_cast<std::uint8_t*>(shrunk.row(0))};
   const DetectionsHandle detections(apriltag_detector_detect(detector_.get(), &view));
+  num_quads_ = std::max(num_quads_, static_cast<int>(detector_->nquads));
   for (int i = 0; i < zarray_size(detections.get()); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections.get(), i, &detection);
@@ -136,22 +114,22 @@ std::optional<FoundTag> FamilyDetector::named(const apriltag_detection_t& detect
   if (!is_face(start)) return std::nullopt;
   if (shrink > 0) start = grown(start, shrink);
   if (!is_inside(start, image.size())) return std::nullopt;
-  const FoundTag tag = refined(detection.id, start, image);
+  FoundTag tag{detection.id, start, false};
+  if (refinement_ != Refinement::stock) tag = refined(image, tag.id, start).value_or(tag);
   if (!tag.refined && shrink > 0) return std::nullopt;  // where black shrank, so did the corners
   if (!is_face(tag.corners) || !is_inside(tag.corners, image.size())) return std::nullopt;
   return tag;
 }
 
-FoundTag FamilyDetector::refined(int id, const Quad& start, const Image8& image) {
-  FoundTag tag{id, start, false, {}};
-  if (refinement_ == Refinement::stock) return tag;
+std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, const Quad& start) {
+  FoundTag tag{id, start, false};
   if (refinement_ == Refinement::fit && fit(tag, image)) return tag;
   const QuadShape shape{family_->width_at_border, !family_->reversed_border};
-  if (const std::optional<Quad> corners = refine_edges(image, start, shape)) {
-    tag.corners = *corners;
-    tag.refined = true;
-    if (refinement_ == Refinement::fit) fit(tag, image);  // from nearer
-  }
+  const std::optional<Quad> corners = refine_edges(image, start, shape);
+  if (!corners) return std::nullopt;
+  tag.corners = *corners;
+  tag.refined = true;
+  if (refinement_ == Refinement::fit) fit(tag, image);  // from nearer
   return tag;
 }
 

@@ -1,0 +1,243 @@
+#include "tagcal/detect/explain.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "tagcal/detect/complete_board.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/quad.hpp"
+#include "tagcal/detect/tag_cells.hpp"
+#include "tagcal/estimate/planar.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr int kMinImageSide = 8;
+constexpr int kSmallImageSide = 160;        // px: a board of readable tags hardly fits in
+constexpr std::size_t kFewestTags = 2;      // that speak for another family (noise gives one)
+constexpr double kSureShare = 0.1;          // of the cells of border and frame that may be wrong
+constexpr double kSpacingTolerance = 0.04;  // sides of a tag
+constexpr double kSameRatio = 0.2;          // relative
+
+std::vector<int> ids_of(const std::vector<FoundTag>& tags) {
+  std::vector<int> ids;
+  for (const FoundTag& tag : tags) ids.push_back(tag.id);
+  std::ranges::sort(ids);
+  return ids;
+}
+
+Image8 mirrored(const Image8& image) {
+  Image8 result(image.size());
+  for (int y = 0; y < image.height(); ++y)
+    std::reverse_copy(image.row(y), image.row(y) + image.width(), result.row(y));
+  return result;
+}
+
+Image8 inverted(const Image8& image) {
+  Image8 result(image.size());
+  for (int y = 0; y < image.height(); ++y)
+    std::transform(image.row(y), image.row(y) + image.width(), result.row(y),
+                   [](std::uint8_t level) { return static_cast<std::uint8_t>(255 - level); });
+  return result;
+}
+
+// Small families are read out of anything that has four sides.
+bool is_sure(const Image8& image, const FoundTag& tag, const TagFamily& family) {
+  const TagAnswer answer =
+      read_tag(image, tag.corners, TagCells(family, tag.id, {.corner_squares = true}));
+  return answer.wrong_bits <= 1 && answer.wrong_fixed < kSureShare;
+}
+
+// All tags of every kind that the library knows.
+std::vector<SeenKind> all_kinds(const Image8& image, int& quads) {
+  std::vector<SeenKind> kinds;
+  for (const std::string& family : tag_family_names()) {
+    const int widest = tag_family(family, 1).reversed_border ? 1 : 2;
+    for (int border = 1; border <= widest; ++border) {
+      FamilyDetector detector({family, border, {}, border == 2}, {.max_hamming = 0});
+      std::vector<FoundTag> tags = detector.find(image);
+      quads = std::max(quads, detector.num_quads());
+      const TagFamily patterns = tag_family(family, border);
+      std::erase_if(tags, [&](const FoundTag& tag) { return !is_sure(image, tag, patterns); });
+      if (!tags.empty()) kinds.push_back({family, border, ids_of(tags)});
+    }
+  }
+  return kinds;
+}
+
+bool is_kind(const SeenKind& kind, const Board& board) {
+  return kind.family == board.family && kind.border_bits == board.border_bits;
+}
+
+// How many tags of the board's kind a picture shows.
+std::size_t count_in(const Image8& image, const Board& board) {
+  FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares},
+                          {.max_hamming = 0});
+  return detector.find(image).size();
+}
+
+// The other tag's centre, seen from this one: along x and y, in sides of this one.
+std::optional<Vector2d> centre_seen_from(const Quad& from, const Quad& other) {
+  const Vector2d corners[4] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  Eigen::Vector3d rays[4];
+  const Vector2d middle = centre_of(from);
+  for (std::size_t i = 0; i < 4; ++i) rays[i] = (from[i] - middle).homogeneous();
+  const auto pixels_from_tag = homography(corners, rays);
+  if (!pixels_from_tag) return std::nullopt;
+  // Where the diagonals meet: the centre under perspective.
+  const auto line = [&](std::size_t a, std::size_t b) {
+    return Eigen::Vector3d((other[a] - middle).homogeneous())
+        .cross(Eigen::Vector3d((other[b] - middle).homogeneous()));
+  };
+  return (pixels_from_tag->inverse() * line(0, 2).cross(line(1, 3))).hnormalized();
+}
+
+// The gap between tags side by side, in sides of a tag, as the picture has it.
+std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Quad>& seen) {
+  std::vector<double> gaps;
+  for (const auto& [id, quad] : seen) {
+    const int place = id - grid.first_id;
+    const auto add = [&](int next, Eigen::Index along) {
+      const auto it = seen.find(next);
+      if (it == seen.end()) return;
+      if (const auto there = centre_seen_from(quad, it->second))
+        gaps.push_back((*there)[along] - 1);
+    };
+    if (place % grid.columns != grid.columns - 1) add(id + 1, 0);
+    add(id + grid.columns, 1);
+  }
+  if (gaps.size() < 3) return std::nullopt;
+  const auto half = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::ranges::nth_element(gaps, half);
+  return *half;
+}
+
+class Explainer {
+ public:
+  Explainer(const Image8& image, const std::vector<PlacedBoard>& boards)
+      : image_(image), boards_(boards) {
+    result_.size = image.size();
+  }
+
+  Explanation run() {
+    if (image_.width() < kMinImageSide || image_.height() < kMinImageSide) {
+      result_.mistakes.push_back(small_text());
+      return result_;
+    }
+    result_.decoded = all_kinds(image_, result_.quads);
+    for (const PlacedBoard& placed : boards_) {
+      if (!placed.board.tags.empty()) explain_board(placed.board);
+    }
+    std::ranges::sort(result_.reported);
+    std::ranges::sort(result_.not_reported, {}, &NotReported::id);
+    if (result_.reported.empty() && std::min(image_.width(), image_.height()) < kSmallImageSide)
+      result_.mistakes.push_back(small_text());
+    return result_;
+  }
+
+ private:
+  void explain_board(const Board& board) {
+    FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares}, {});
+    std::map<int, std::vector<FoundTag>> by_id;
+    for (const FoundTag& tag : detector.find(image_)) by_id[tag.id].push_back(tag);
+    std::vector<FoundTag> single;
+    CompletionRules rules{
+        1, {}, [&](int id, const Quad& start) { return detector.refined(image_, id, start); }};
+    for (const auto& [id, tags] : by_id) {
+      if (tags.size() == 1)
+        single.push_back(tags[0]);
+      else
+        rules.left_out.insert(id);
+    }
+    const Completion completion =
+        complete_board(image_, board, tag_family(board.family, board.border_bits), single, rules);
+    report(board, completion, rules.left_out);
+    name_mistakes(board, completion, by_id.size());
+  }
+
+  void report(const Board& board, const Completion& completion, const std::set<int>& repeated) {
+    for (const FoundTag& tag : completion.tags) result_.reported.push_back(tag.id);
+    for (const MissingTag& tag : completion.missing)
+      result_.not_reported.push_back({tag.id, std::string(why_not_text(tag.why))});
+    for (const Tag& tag : board.tags) {
+      if (repeated.contains(tag.id))
+        result_.not_reported.push_back({tag.id, "seen more than once"});
+    }
+  }
+
+  void name_mistakes(const Board& board, const Completion& completion, std::size_t of_kind) {
+    if (completion.tags.empty() && of_kind > 0) {
+      result_.mistakes.push_back(
+          fmt::format("wrong ids: {} tags of {} are there, none of them is on the target", of_kind,
+                      board.family));
+    } else {
+      name_wrong_kind(board, completion.tags.empty());
+    }
+    if (board.grid) name_wrong_spacing(*board.grid, completion);
+  }
+
+  // Tags with one border can often be read as ones with the other, though not as surely.
+  void name_wrong_kind(const Board& board, bool nothing_found) {
+    std::size_t of_target = 0;
+    for (const SeenKind& kind : result_.decoded)
+      if (is_kind(kind, board)) of_target = kind.ids.size();
+    bool named = false;
+    for (const SeenKind& kind : result_.decoded) {
+      const std::size_t n = kind.ids.size();
+      const bool border = kind.family == board.family;
+      if (is_kind(kind, board) || n < kFewestTags || n < 2 * of_target) continue;
+      if (!nothing_found && !border) continue;  // of something else in the picture
+      named = true;
+      result_.mistakes.push_back(
+          fmt::format("wrong {}: {} tags of {} with border_bits {} are there; the target says {}",
+                      border ? "border" : "family", n, kind.family, kind.border_bits,
+                      border ? fmt::format("border_bits {}", board.border_bits) : board.family));
+    }
+    if (named || !nothing_found) return;
+    if (const std::size_t n = count_in(mirrored(image_), board); n >= kFewestTags)
+      result_.mistakes.push_back(
+          fmt::format("mirrored picture: {} tags can be read in a mirror", n));
+    if (const std::size_t n = count_in(inverted(image_), board); n >= kFewestTags)
+      result_.mistakes.push_back(
+          fmt::format("inverted picture: {} tags can be read with black and white exchanged", n));
+  }
+
+  void name_wrong_spacing(const Grid& grid, const Completion& completion) {
+    std::map<int, Quad> seen;
+    for (const FoundTag& tag : completion.tags) seen[tag.id] = tag.corners;
+    const std::optional<double> spacing = measured_spacing(grid, seen);
+    if (!spacing || std::abs(*spacing - grid.tag_spacing) < kSpacingTolerance) return;
+    const double in_metres = *spacing * grid.tag_size;
+    const bool metres = std::abs(grid.tag_spacing - in_metres) < kSameRatio * std::abs(in_metres);
+    result_.mistakes.push_back(fmt::format(
+        "wrong tag spacing: the gap is {:.2f} of a tag's side in the picture, {:.4g} in the "
+        "target{}",
+        *spacing, grid.tag_spacing,
+        metres ? ", which looks like metres: it must be gap / tag size" : ""));
+  }
+
+  std::string small_text() const {
+    return fmt::format("picture too small: {}x{} pixels, and a tag needs 20 or so along a side",
+                       image_.width(), image_.height());
+  }
+
+  const Image8& image_;
+  const std::vector<PlacedBoard>& boards_;
+  Explanation result_;
+};
+
+}  // namespace
+
+Explanation explain(const Image8& image, const std::vector<PlacedBoard>& boards) {
+  return Explainer(image, boards).run();
+}
+
+}  // namespace tagcal

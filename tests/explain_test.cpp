@@ -1,0 +1,99 @@
+#include "tagcal/detect/explain.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "tagcal/detect/families.hpp"
+#include "tagcal/scene/render.hpp"
+
+namespace tagcal {
+namespace {
+
+Board grid_of(const std::string& family, int border_bits, double spacing = 0.3) {
+  return grid_board({4, 3, 0.06, spacing, 0}, family, border_bits, border_bits == 2);
+}
+
+Image8 picture_of(const Board& board) {
+  Scene scene;
+  scene.camera = {pinhole(500, 500, 239.5, 179.5), {480, 360}};
+  scene.boards = {{board, Pose()}};
+  scene.sensor = {1, 0.7, 2};
+  const Eigen::Quaterniond facing(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.5, 1, 0).normalized()));
+  const Eigen::Quaterniond rotation = tilt * facing;
+  const Pose pose(rotation, Eigen::Vector3d(0, 0, 0.5) - rotation * Eigen::Vector3d(0.15, 0.11, 0));
+  const TagFamilies families = {{board.family, tag_family(board.family, board.border_bits)}};
+  return expose(render_light(scene, families, pose), scene.sensor, 3);
+}
+
+Explanation explained(const Image8& image, const Board& board) {
+  return explain(image, {{board, Pose()}});
+}
+
+Image8 changed(const Image8& image, bool mirror, bool invert) {
+  Image8 result(image.size());
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) {
+      const std::uint8_t level = image(mirror ? image.width() - 1 - x : x, y);
+      result(x, y) = invert ? static_cast<std::uint8_t>(255 - level) : level;
+    }
+  return result;
+}
+
+void expect_one_mistake(const Explanation& e, const std::string& start) {
+  ASSERT_EQ(e.mistakes.size(), 1u) << start;
+  EXPECT_TRUE(e.mistakes[0].starts_with(start)) << e.mistakes[0];
+}
+
+TEST(Explain, NothingIsWrongWithAGoodPicture) {
+  for (const int border : {1, 2}) {
+    const Board board = grid_of("tag36h11", border);
+    const Explanation e = explained(picture_of(board), board);
+    EXPECT_EQ(e.reported.size(), 12u);
+    EXPECT_TRUE(e.not_reported.empty());
+    EXPECT_TRUE(e.mistakes.empty()) << e.mistakes[0];
+    EXPECT_GE(e.quads, 12);
+    ASSERT_EQ(e.decoded.size(), 1u);
+    EXPECT_EQ(e.decoded[0].family, "tag36h11");
+    EXPECT_EQ(e.decoded[0].border_bits, border);
+  }
+}
+
+TEST(Explain, WrongFamilyBorderAndIds) {
+  const Image8 plain = picture_of(grid_of("tag36h11", 1));
+  expect_one_mistake(explained(plain, grid_of("tag25h9", 1)), "wrong family: 12 tags of tag36h11");
+  expect_one_mistake(explained(plain, grid_of("tag36h11", 2)), "wrong border: 12 tags of tag36h11");
+  const Image8 kalibr = picture_of(grid_of("tag36h11", 2));
+  expect_one_mistake(explained(kalibr, grid_of("tag36h11", 1)), "wrong border: ");
+  Board other = grid_board({4, 3, 0.06, 0.3, 100}, "tag36h11", 1, false);
+  expect_one_mistake(explained(plain, other), "wrong ids: 12 tags");
+}
+
+TEST(Explain, MirroredAndInverted) {
+  const Board board = grid_of("tag36h11", 1);
+  const Image8 image = picture_of(board);
+  expect_one_mistake(explained(changed(image, true, false), board), "mirrored picture: 12 tags");
+  expect_one_mistake(explained(changed(image, false, true), board), "inverted picture: ");
+}
+
+TEST(Explain, SpacingInMetresIsNamed) {
+  const Image8 image = picture_of(grid_of("tag36h11", 2));
+  const Explanation e = explained(image, grid_of("tag36h11", 2, 0.018));
+  ASSERT_EQ(e.mistakes.size(), 1u);
+  EXPECT_NE(e.mistakes[0].find("0.30 of a tag's side"), std::string::npos) << e.mistakes[0];
+  EXPECT_NE(e.mistakes[0].find("looks like metres"), std::string::npos) << e.mistakes[0];
+  const Explanation other = explained(image, grid_of("tag36h11", 2, 0.5));
+  ASSERT_EQ(other.mistakes.size(), 1u);
+  EXPECT_EQ(other.mistakes[0].find("metres"), std::string::npos) << other.mistakes[0];
+}
+
+TEST(Explain, SmallPictures) {
+  const Board board = grid_of("tag36h11", 1);
+  for (const ImageSize size : {ImageSize{3, 3}, ImageSize{100, 80}})
+    expect_one_mistake(explained(Image8(size, 128), board), "picture too small");
+}
+
+}  // namespace
+}  // namespace tagcal

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/image.hpp"
+
+namespace tagcal::tools {
+
+// How much larger than one standard deviation the ellipses are drawn.
+inline constexpr double kEllipseScale = 100;
+
+// The picture with the outline of every tag, a disc at its corner 0, its id in the middle, a cross
+// at each corner and, where its covariance is known, the ellipse of kEllipseScale standard
+// deviations.
+ImageRgb draw_tags(const Image8& picture, const View& view);
+
+}  // namespace tagcal::tools
