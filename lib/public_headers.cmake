@@ -49,4 +49,5 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/io/text_file.hpp
     tagcal/study/method.hpp
     tagcal/study/pose_methods.hpp
+    tagcal/study/stability.hpp
     tagcal/study/validate.hpp)

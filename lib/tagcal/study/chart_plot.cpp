@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tagcal/study/pareto.hpp"
+#include "tagcal/study/plot_text.hpp"
 
 namespace tagcal {
 namespace {
@@ -26,27 +27,6 @@ constexpr double kWidth = 900, kLeft = 58, kRight = 12, kGapX = 34, kPanel = 168
 constexpr double kHead = 92, kAxisTitle = 34, kLegendLine = 19, kFoot = 15;
 constexpr int kLegendColumns = 3;
 constexpr double kMostOverBound = 20;  // more is drawn at the upper border
-
-std::string quoted(std::string text) {
-  for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2)
-    text.insert(at, "'");
-  return "'" + text + "'";
-}
-
-// Words up to so many letters a line.
-std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
-  std::vector<std::string> lines(1);
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > width)
-      lines.emplace_back();
-    lines.back() += (lines.back().empty() ? "" : " ") + word;
-    begin = end + 1;
-  }
-  return lines;
-}
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = 0;

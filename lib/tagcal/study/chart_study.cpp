@@ -3,29 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <mutex>
-#include <opencv2/core/utility.hpp>
-#include <thread>
 
 #include "tagcal/error.hpp"
 #include "tagcal/study/processor_time.hpp"
+#include "tagcal/study/study_threads.hpp"
 
 namespace tagcal {
 namespace {
-
-// OpenCV's own threads would not be seen by the clock of the calling one.
-class OneOpenCvThread {
- public:
-  OneOpenCvThread() : before_(cv::getNumThreads()) { cv::setNumThreads(1); }
-  ~OneOpenCvThread() { cv::setNumThreads(before_); }
-  OneOpenCvThread(const OneOpenCvThread&) = delete;
-  OneOpenCvThread& operator=(const OneOpenCvThread&) = delete;
-
- private:
-  int before_;
-};
 
 void check(const ChartOptions& options) {
   const Shard& shard = options.shard;
@@ -69,18 +55,6 @@ std::vector<ChartTrial> attempt_all(const ChartStudy& study, int panel, int tria
     done[m].panel = panel, done[m].method = what.methods[m], done[m].trial = trial;
   }
   return done;
-}
-
-// Calls work(0) .. work(n - 1), each once, in any order.
-void in_threads(int n, int threads, const std::function<void(int)>& work) {
-  std::atomic<int> next = 0;
-  const auto drain = [&] {
-    for (int i = next++; i < n; i = next++) work(i);
-  };
-  if (threads == 0) threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  std::vector<std::jthread> others;
-  for (int i = 1; i < std::min(threads, n); ++i) others.emplace_back(drain);
-  drain();
 }
 
 }  // namespace

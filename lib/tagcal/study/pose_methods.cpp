@@ -23,8 +23,10 @@ PoseAnswer answer_of(const Estimate& estimate) {
   answer.success = is_answer(estimate.status);
   if (!answer.success) return answer;
   answer.camera_from_target = estimate.camera_from_target();
-  if (estimate.hypotheses.size() > 1)
+  if (estimate.hypotheses.size() > 1) {
     answer.alternative = estimate.hypotheses[1].camera_from_target;
+    answer.alternative_covariance = estimate.hypotheses[1].covariance;
+  }
   return answer;
 }
 

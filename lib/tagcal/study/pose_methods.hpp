@@ -27,6 +27,7 @@ struct PoseAnswer {
   std::optional<Matrix7> covariance_with_focal;
   std::optional<Status> status;
   std::optional<Pose> alternative;
+  Matrix6 alternative_covariance = Matrix6::Zero();
 };
 
 using PreparedPose = Prepared<PoseAnswer>;
