@@ -22,7 +22,7 @@ constexpr std::array<StabilityOutcome, kNumOutcomes> kStack = {
     StabilityOutcome::right_but_refused, StabilityOutcome::wrong_and_silent};
 
 // Pixels of the picture.
-constexpr double kWidth = 900, kRight = 12, kGapX = 16, kHead = 92, kCellHeight = 24;
+constexpr double kWidth = 900, kRight = 12, kGapX = 16, kHead = 84, kCellHeight = 24;
 constexpr double kLetter = 5.6, kLegendLine = 18, kFoot = 14, kLeastHeight = 84;
 
 class Picture {
@@ -154,7 +154,7 @@ class Picture {
     for (std::size_t k = 0; k < kNumOutcomes; ++k) {
       const auto outcome = static_cast<std::size_t>(kStack[k]);
       script +=
-          text(12 + 14 + (k % 2 ? 170.0 : 0.0), y + kLegendLine * static_cast<double>(k / 2),
+          text(12 + 14 + (k % 2 ? 230.0 : 0.0), y + kLegendLine * static_cast<double>(k / 2),
                kWords[outcome],
                fmt::format("left offset 1,0 point pt 5 ps 1.6 lc rgb '{}'", kColours[outcome]));
     }

@@ -56,7 +56,7 @@ StabilityMap focal_distance_map() {
   StabilityMap map;
   map.name = "focal-distance";
   map.title = "Focal length and distance: a board tilted by 40°, 0.5 px of noise";
-  map.axes = {{"distance", "board widths", {1, 1.5, 3, 6, 12, 25, 50, 100, 200, 600}, {}},
+  map.axes = {{"distance", "board widths", {1.5, 3, 6, 12, 25, 50, 100, 200, 600}, {}},
               {"width in the picture", "px", {30, 60, 125, 250, 500, 1000}, {}}};
   map.what =
       "From far away, with a long lens or of a small target, perspective fades, and focal length "

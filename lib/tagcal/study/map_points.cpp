@@ -108,7 +108,7 @@ StabilityMap near_camera_map() {
   StabilityMap map;
   map.name = "near-camera";
   map.title = "Points next to the camera, 20 in all, 0.5 px of noise";
-  map.axes = {{"nearest depth", "m", {1e-4, 1e-3, 0.003, 0.01, 0.03, 0.1, 0.3}, {}},
+  map.axes = {{"nearest depth", "m", {1e-3, 0.003, 0.01, 0.03, 0.1, 0.3}, {}},
               {"share of points that near", "", {0.05, 0.25, 0.5}, {}}};
   map.what =
       "Some points are at arm's length and others next to the lens, so that a small step of a "

@@ -98,7 +98,7 @@ PoseQuestion mixed_up(Mixup mixup, int tags_across, Random& random) {
   }
   std::sort(wrong.begin(), wrong.end());
   question.right = other_corners(corners.size(), wrong);
-  question.knowable = question.right.size() >= 8;  // two tags against single ones
+  question.knowable = question.right.size() >= 4 * kLeastRightTags;
   return question;
 }
 

@@ -23,10 +23,9 @@ PoseAnswer answer_of(const Estimate& estimate) {
   answer.success = is_answer(estimate.status);
   if (!answer.success) return answer;
   answer.camera_from_target = estimate.camera_from_target();
-  if (estimate.hypotheses.size() > 1) {
-    answer.alternative = estimate.hypotheses[1].camera_from_target;
-    answer.alternative_covariance = estimate.hypotheses[1].covariance;
-  }
+  for (std::size_t i = 1; i < estimate.hypotheses.size(); ++i)
+    answer.alternatives.push_back(
+        {estimate.hypotheses[i].camera_from_target, estimate.hypotheses[i].covariance});
   return answer;
 }
 

@@ -26,8 +26,11 @@ struct PoseAnswer {
   std::optional<Matrix6> covariance;
   std::optional<Matrix7> covariance_with_focal;
   std::optional<Status> status;
-  std::optional<Pose> alternative;
-  Matrix6 alternative_covariance = Matrix6::Zero();
+  struct Alternative {
+    Pose camera_from_target;
+    Matrix6 covariance;
+  };
+  std::vector<Alternative> alternatives;  // the other poses that it names
 };
 
 using PreparedPose = Prepared<PoseAnswer>;

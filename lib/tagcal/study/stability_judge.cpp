@@ -102,10 +102,9 @@ PoseAnswer PoseJudge::about_centre(const PoseAnswer& answer) const {
   if (answer.covariance) centred.covariance = with_origin(*answer.covariance, lever(pose));
   if (answer.covariance_with_focal)
     centred.covariance_with_focal = with_origin(*answer.covariance_with_focal, lever(pose));
-  if (answer.alternative) {
-    centred.alternative = moved(*answer.alternative);
-    centred.alternative_covariance =
-        with_origin(answer.alternative_covariance, lever(*answer.alternative));
+  for (auto& [other, covariance] : centred.alternatives) {
+    covariance = with_origin(covariance, lever(other));
+    other = moved(other);
   }
   return centred;
 }
@@ -143,17 +142,18 @@ bool PoseJudge::right_by_bound(const PoseAnswer& centred) const {
 }
 
 bool PoseJudge::right_by_claim(const PoseAnswer& centred) const {
-  return in_front(centred.camera_from_target) &&
-         claimed_square(centred) <= five_sigma_square(dof());
+  return claimed_square(centred) <= five_sigma_square(dof());
 }
 
-bool PoseJudge::alternative_is_right(const PoseAnswer& centred) const {
-  if (!centred.alternative || !in_front(*centred.alternative)) return false;
-  PoseAnswer other;
-  other.camera_from_target = *centred.alternative;
-  if (question_.by_bound) return !question_.focal && right_by_bound(other);
-  return mahalanobis_square(pose_error(other, truth_), centred.alternative_covariance) <=
-         five_sigma_square(6);
+bool PoseJudge::an_alternative_is_right(const PoseAnswer& centred) const {
+  return std::any_of(
+      centred.alternatives.begin(), centred.alternatives.end(), [&](const auto& alternative) {
+        PoseAnswer other;
+        other.camera_from_target = alternative.camera_from_target;
+        if (question_.by_bound) return !question_.focal && right_by_bound(other);
+        return mahalanobis_square(pose_error(other, truth_), alternative.covariance) <=
+               five_sigma_square(6);
+      });
 }
 
 StabilityVerdict PoseJudge::judge(const PoseAnswer& answer) const {
@@ -177,7 +177,7 @@ StabilityVerdict PoseJudge::judge(const PoseAnswer& answer) const {
   const bool claims = answer.covariance || answer.covariance_with_focal;
   if (claims && !question_.by_bound ? right_by_claim(centred) : right_by_bound(centred))
     verdict.outcome = StabilityOutcome::right_and_said;
-  else if (alternative_is_right(centred))
+  else if (an_alternative_is_right(centred))
     verdict.outcome = StabilityOutcome::wrong_and_said;
   return verdict;
 }

@@ -47,7 +47,7 @@ class PoseJudge {
   bool gross(const PoseAnswer& centred) const;
   bool right_by_bound(const PoseAnswer& centred) const;
   bool right_by_claim(const PoseAnswer& centred) const;
-  bool alternative_is_right(const PoseAnswer& centred) const;
+  bool an_alternative_is_right(const PoseAnswer& centred) const;
   int dof() const { return question_.focal ? 7 : 6; }
 
   PoseQuestion question_;
