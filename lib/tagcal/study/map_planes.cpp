@@ -83,6 +83,8 @@ StabilityMap turns_map() {
   map.answer =
       "tagcal keeps rotations as quaternions and steps on the manifold, and its closed forms are "
       "exact where the two poses are one";
+  map.exempt = {
+      "OpenCV IPPE takes planes only: that it refuses points in space is no fault of its"};
   ask_pose(map,
            {our_pose(), peer(opencv_pose("IPPE")), peer(opencv_pose("EPNP")),
             peer(opencv_pose("ITERATIVE")), aside(opencv_pose("SQPNP"))},

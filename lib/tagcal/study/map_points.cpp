@@ -39,6 +39,8 @@ StabilityMap flatness_map() {
   map.answer =
       "tagcal picks its start by the measured spread of the points and ends at the same maximum of "
       "likelihood from each";
+  map.exempt = {
+      "OpenCV IPPE takes planes only: that it refuses points in space is no fault of its"};
   ask_pose(map,
            {our_pose(), peer(opencv_pose("EPNP")), peer(opencv_pose("ITERATIVE")),
             peer(opencv_pose("SQPNP")), aside(opencv_pose("IPPE"))},
