@@ -233,6 +233,8 @@ int run(const Arguments& arguments) {
   std::optional<OutputFolder> folder;
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   find_views(input, arguments.threads);
+  if (camera.camera && input.observations.empty() && input.refinement == Refinement::fit)
+    refine_views(input, *camera.camera, arguments.threads);
   if (input.dataset.views.empty())
     throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
   const std::vector<PoseReport> reports =
