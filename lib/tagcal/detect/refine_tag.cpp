@@ -1,6 +1,7 @@
 #include "tagcal/detect/refine_tag.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/detect/refine_tag_fitter.hpp"
 #include "tagcal/error.hpp"
@@ -9,6 +10,8 @@ namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
+
+constexpr double kWholePx = 64;  // beyond it, what lenses do to a tag has more than third order
 
 bool is_inside(const TagCorners& corners, const ImageSize& size) {
   return std::ranges::all_of(corners, [&](const Vector2d& corner) {
@@ -26,15 +29,44 @@ void check(const TagPattern& pattern) {
 }
 
 template <typename T>
+TagFit fit_region(const Image<T>& image, const TagRegion& region, const TagCorners& start,
+                  const TagFitOptions& options) {
+  TagFitter fitter(region, start, options);
+  return fitter.cut(image) ? fitter.fit() : TagFit();
+}
+
+// Each corner of a large tag by itself, from pixels of its own.
+template <typename T>
+TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+                 const TagFitOptions& options) {
+  TagFit fit;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const TagFit part = fit_region(image, part_of_tag(pattern, start, i), start, options);
+    if (part.status != TagFitStatus::converged) return {part.status};
+    fit.corners[i] = part.corners[i];
+    fit.covariance_px2 += part.covariance_px2;
+    fit.blur_px += part.blur_px / 4;
+    fit.black += part.black / 4;
+    fit.white += part.white / 4;
+    fit.noise_levels = std::hypot(fit.noise_levels, part.noise_levels / 2);
+    fit.num_pixels += part.num_pixels;
+    fit.iterations = std::max(fit.iterations, part.iterations);
+  }
+  fit.status = TagFitStatus::converged;
+  return fit;
+}
+
+template <typename T>
 TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
               const TagFitOptions& options) {
   check(pattern);
   TagFit fit;
   fit.status = TagFitStatus::out_of_image;
   if (!is_inside(start, image.size())) return fit;
-  TagFitter fitter(pattern, start, options);
-  if (!fitter.cut(image)) return {};
-  fit = fitter.fit();
+  const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0;
+  const bool in_parts = is_bent && 2 * mean_half_side(start) > kWholePx;
+  fit = in_parts ? fit_parts(image, pattern, start, options)
+                 : fit_region(image, whole_tag(pattern, start), start, options);
   if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size()))
     fit.status = TagFitStatus::out_of_image;
   return fit;

@@ -41,8 +41,8 @@ enum class TagFitStatus {
 struct TagFitOptions {
   // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px, and
   // of its change along the line, 1/px^2. Either zero: the tag is the image under a homography.
-  double bend_sd_per_px = 8e-4;
-  double twist_sd_per_px2 = 3e-6;
+  double bend_sd_per_px = 1.6e-3;
+  double twist_sd_per_px2 = 1.2e-5;
   int max_iterations = 12;
 };
 

@@ -18,31 +18,20 @@ constexpr double kStartBlur = 0.8;         // px
 constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
 constexpr double kMinSpread = 0.3;         // a little more than the square's own
 constexpr double kMaxSpread = 6;
-constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
-constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;     // no corner needs a smaller step
-constexpr double kSmallStep = 0.03;      // squared, in standard deviations
-constexpr double kMinContrast = 8;       // grey levels
-constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
-constexpr double kMaxSdPx = 0.5;         // of a corner
-constexpr double kLeastGain = 1e-3;      // squared, of a step's size over that of the one before
-constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
-constexpr double kBeyondPx = 16;         // around a tag, that is looked at
+constexpr double kMaxLogStep = 0.4;       // of the spread in one iteration
+constexpr double kMaxStepPx = 0.7;        // of a corner in one iteration
+constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
+constexpr double kSmallStep = 0.03;       // squared, in standard deviations
+constexpr double kMinContrast = 8;        // grey levels
+constexpr double kMaxNoiseShare = 0.15;   // of the contrast, in what the model leaves over
+constexpr double kMaxSdPx = 0.5;          // of a corner
+constexpr double kLeastGain = 1e-3;       // squared, of a step's size over that of the one before
+constexpr double kHeld = 1e18;            // the prior's weight of what is held at zero
+constexpr double kPlaneSd = 0.15;         // of the start's homography, over a region
+constexpr double kWindowsPx[] = {9, 18};  // about one corner, that are looked at before the whole
 constexpr int kManyRows = 24;
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
-
-constexpr std::array<std::array<double, 2>, 4> kTagCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
-
-// Far from the corners, what is printed around a large tag would only say how the lens bends there.
-TagPattern trimmed(TagPattern pattern, double side_px) {
-  std::vector<double>& lines = pattern.lines;
-  const std::size_t n = lines.size();
-  const double beyond = kBeyondPx / side_px;
-  if (-beyond < lines[1]) lines[0] = std::max(lines[0], -beyond);
-  if (1 + beyond > lines[n - 2]) lines[n - 1] = std::min(lines[n - 1], 1 + beyond);
-  return pattern;
-}
 
 // Image from the tag's plane.
 Matrix3d homography(const TagCorners& corners) {
@@ -61,21 +50,15 @@ Matrix3d homography(const TagCorners& corners) {
   return result;
 }
 
-double mean_half_side(const TagCorners& corners) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) sum += (corners[(i + 1) % 4] - corners[i]).norm();
-  return sum / 8;
-}
-
 }  // namespace
 
-TagFitter::TagFitter(const TagPattern& pattern, const TagCorners& start,
-                     const TagFitOptions& options)
-    : pattern_(trimmed(pattern, 2 * mean_half_side(start))),
+TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options)
+    : region_(region),
       options_(options),
-      scale_(mean_half_side(start)),
-      middle_((start[0] + start[1] + start[2] + start[3]) / 4),
-      model_(pattern_, scale_) {
+      start_(start),
+      scale_(region.scale),
+      middle_(region.middle),
+      model_(region.grid, region.scale) {
   TagCorners scaled;
   for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
   image_from_tag_ = homography(scaled);
@@ -84,9 +67,8 @@ TagFitter::TagFitter(const TagPattern& pattern, const TagCorners& start,
 template <typename T>
 bool TagFitter::cut(const Image<T>& image) {
   Eigen::AlignedBox2d box;
-  const double ends[] = {pattern_.lines.front(), pattern_.lines.back()};
-  for (const double u : ends) {
-    for (const double v : ends) {
+  for (const double u : {region_.grid.columns.front(), region_.grid.columns.back()}) {
+    for (const double v : {region_.grid.rows.front(), region_.grid.rows.back()}) {
       const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
       if (!(p.z() > 0)) return false;
       box.extend(middle_ + scale_ * p.hnormalized());
@@ -125,17 +107,18 @@ bool TagFitter::start_parameters(TagParameters& parameters) const {
 bool TagFitter::start_levels(TagParameters& parameters) const {
   double sum[2] = {0, 0};
   int count[2] = {0, 0};
-  const std::size_t n = pattern_.lines.size() - 1;
-  for (std::size_t i = 0; i < n * n; ++i) {
+  const TagGrid& grid = region_.grid;
+  const std::size_t n = grid.columns.size() - 1;
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     const std::size_t column = i % n, row = i / n;
-    const double u = 0.5 * (pattern_.lines[column] + pattern_.lines[column + 1]);
-    const double v = 0.5 * (pattern_.lines[row] + pattern_.lines[row + 1]);
+    const double u = 0.5 * (grid.columns[column] + grid.columns[column + 1]);
+    const double v = 0.5 * (grid.rows[row] + grid.rows[row + 1]);
     const Vector2d place = middle_ + scale_ * (image_from_tag_ * Vector3d(u, v, 1)).hnormalized();
     const int x = static_cast<int>(std::lround(place.x())) - patch_.x0;
     const int y = static_cast<int>(std::lround(place.y())) - patch_.y0;
     if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
-    if (pattern_.cells[i] == TagPattern::unknown) continue;
-    const int white = pattern_.cells[i] == TagPattern::white ? 1 : 0;
+    if (grid.cells[i] == TagPattern::unknown) continue;
+    const int white = grid.cells[i] == TagPattern::white ? 1 : 0;
     sum[white] += patch_.at(x, y);
     ++count[white];
   }
@@ -150,7 +133,8 @@ bool TagFitter::step() {
   variance_ = std::max(kBoxVariance, squares_ / std::max(1, num_pixels_ - kCount));
   TagInformation system = information_;
   system.diagonal() += variance_ * prior_;
-  const TagParameters right = gradient_ - variance_ * prior_.cwiseProduct(model_.parameters());
+  const TagParameters right =
+      gradient_ - variance_ * prior_.cwiseProduct(model_.parameters() - prior_mean_);
   TagParameters change = system.ldlt().solve(right);
   if (!change.allFinite()) return false;
   // Gauss-Newton at a small residual: every step about the square of the one before. What the next
@@ -188,6 +172,7 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
   const TagParameters& p = model_.parameters();
   TagCornerJacobian result = TagCornerJacobian::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
+    if (!is_in_region(i)) continue;
     const auto [u, v] = kTagCorners[i];
     const Vector2d place = corner(i);
     const Eigen::Matrix<double, kNumBends, 1> bend = p.segment<kNumBends>(kBend);
@@ -226,7 +211,8 @@ TagFit TagFitter::result(int iterations) const {
   fit.black = p[kBlack];
   fit.white = p[kBlack] + p[kGain];
   fit.blur_px = std::sqrt(std::max(0.0, std::pow(model_.spread(), 2) - kBoxVariance));
-  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = middle_ + scale_ * corner(i);
+  for (std::size_t i = 0; i < 4; ++i)
+    if (is_in_region(i)) fit.corners[i] = middle_ + scale_ * corner(i);
   TagInformation system = information_ / variance_;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
@@ -240,7 +226,17 @@ TagFit TagFitter::result(int iterations) const {
   return fit;
 }
 
-void TagFitter::set_prior() {
+bool TagFitter::is_in_region(std::size_t corner) const {
+  return !region_.corner || *region_.corner == corner;
+}
+
+void TagFitter::set_prior(const TagParameters& start) {
+  // About one corner, few lines may be seen.
+  prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
+  const double plane_sd =
+      kPlaneSd * std::hypot(start.segment<2>(kM1).norm(), start.segment<2>(kM2).norm());
+  prior_.head<kLogSpread>().setConstant(1 / (plane_sd * plane_sd));
+  prior_.segment<2>(kM3).setConstant(1 / (kPlaneSd * kPlaneSd));
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
   num_bends_ = bend_sd > 0 && twist_sd > 0 ? kNumBends : 0;
@@ -253,8 +249,17 @@ void TagFitter::set_prior() {
 TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
-  set_prior();
+  set_prior(parameters);
   model_.set(parameters);
+  if (region_.corner) {
+    for (const double window : kWindowsPx) {
+      window_px_ = window;
+      collect();
+      if (num_pixels_ < kMinPixels || !step()) return {};
+    }
+    window_px_ = 0;
+    step_size_ = 1e-9;  // of another problem
+  }
   for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
     // From the third on, so that no pixel comes and goes with every step.
     are_spans_fixed_ = iteration > kFreeIterations;

@@ -7,11 +7,11 @@
 
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/detect/refine_tag_model.hpp"
+#include "tagcal/detect/refine_tag_region.hpp"
 
 // Private to detect: the least squares behind refine_tag().
 namespace tagcal {
 
-using TagCorners = std::array<Eigen::Vector2d, 4>;
 using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
 using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
 
@@ -54,14 +54,15 @@ struct FlatSums {
   }
 };
 
-// One tag's fit, from its start to its end.
+// The fit of one region of a tag, from its start to its end.
 class TagFitter {
  public:
-  TagFitter(const TagPattern& pattern, const TagCorners& start, const TagFitOptions& options);
+  TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options);
 
   // The pixels that the pattern reaches; false where the start is no view of a tag.
   template <typename T>
   bool cut(const Image<T>& image);
+  // Of a region about one corner, the others and their covariance stay zero.
   TagFit fit();
 
  private:
@@ -69,7 +70,9 @@ class TagFitter {
 
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
-  void set_prior();
+  void set_prior(const TagParameters& start);
+  bool is_in_region(std::size_t corner) const;
+  PixelSpan in_window(int row) const;
   void collect();
   void collect_row(int row);
   void add_block();
@@ -79,8 +82,9 @@ class TagFitter {
   TagCornerJacobian corner_jacobian() const;
   TagFit result(int iterations) const;
 
-  const TagPattern pattern_;
+  const TagRegion& region_;
   const TagFitOptions& options_;
+  const TagCorners start_;
   double scale_;
   Eigen::Vector2d middle_;
   TagModel model_;
@@ -93,12 +97,14 @@ class TagFitter {
   Eigen::Matrix<double, tag_parameter::kCount + 1, tag_parameter::kCount + 1> sums_;
   TagInformation information_;
   TagParameters gradient_;
-  TagParameters prior_ = TagParameters::Zero();
+  TagParameters prior_ = TagParameters::Zero();  // weights
+  TagParameters prior_mean_ = TagParameters::Zero();
   double squares_ = 0;
   double variance_ = 1;
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
+  double window_px_ = 0;  // about the region's corner, that is looked at; 0: all
   int row_step_ = 1;
   int num_bends_ = tag_parameter::kNumBends;  // that are free
   int num_graded_ = 0;
