@@ -34,11 +34,12 @@ constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 
 // Image from the tag's plane.
-Matrix3d homography(const TagCorners& corners) {
+Matrix3d homography(const TagCorners& on_tag, const TagCorners& corners) {
   Eigen::Matrix<double, 8, 8> system;
   Eigen::Matrix<double, 8, 1> right;
   for (int i = 0; i < 4; ++i) {
-    const auto [u, v] = kTagCorners[static_cast<std::size_t>(i)];
+    const double u = on_tag[static_cast<std::size_t>(i)].x();
+    const double v = on_tag[static_cast<std::size_t>(i)].y();
     const Vector2d& c = corners[static_cast<std::size_t>(i)];
     system.row(2 * i) << u, v, 1, 0, 0, 0, -c.x() * u, -c.x() * v;
     system.row(2 * i + 1) << 0, 0, 0, u, v, 1, -c.y() * u, -c.y() * v;
@@ -61,7 +62,7 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
       model_(region.grid, region.scale) {
   TagCorners scaled;
   for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
-  image_from_tag_ = homography(scaled);
+  image_from_tag_ = homography(region.corners_on_tag, scaled);
 }
 
 template <typename T>
@@ -154,14 +155,14 @@ bool TagFitter::step() {
 
 Vector2d TagFitter::corner(std::size_t i) const {
   const TagParameters& p = model_.parameters();
-  const auto [u, v] = kTagCorners[i];
+  const Vector2d& on_tag = region_.corners_on_tag[i];
   const auto line = [&](int row, double at) {
     Vector3d result = p.segment<3>(row);
     result.head<2>() -= at * p.segment<2>(kM3);
     result.z() -= at;
     return result;
   };
-  const Vector2d bent = line(kM1, u).cross(line(kM2, v)).hnormalized();
+  const Vector2d bent = line(kM1, on_tag.x()).cross(line(kM2, on_tag.y())).hnormalized();
   Vector2d place = bent;
   for (int k = 0; k < 5; ++k)
     place = bent - bend_basis(place.x(), place.y()) * p.segment<kNumBends>(kBend);
@@ -173,7 +174,7 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
   TagCornerJacobian result = TagCornerJacobian::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
     if (!is_in_region(i)) continue;
-    const auto [u, v] = kTagCorners[i];
+    const double u = region_.corners_on_tag[i].x(), v = region_.corners_on_tag[i].y();
     const Vector2d place = corner(i);
     const Eigen::Matrix<double, kNumBends, 1> bend = p.segment<kNumBends>(kBend);
     const BendBasis basis = bend_basis(place.x(), place.y());
@@ -231,12 +232,9 @@ bool TagFitter::is_in_region(std::size_t corner) const {
 }
 
 void TagFitter::set_prior(const TagParameters& start) {
-  // About one corner, few lines may be seen.
+  // About one corner, the lines that are seen may say nothing of a scale or of the perspective.
   prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
-  const double plane_sd =
-      kPlaneSd * std::hypot(start.segment<2>(kM1).norm(), start.segment<2>(kM2).norm());
-  prior_.head<kLogSpread>().setConstant(1 / (plane_sd * plane_sd));
-  prior_.segment<2>(kM3).setConstant(1 / (kPlaneSd * kPlaneSd));
+  prior_.head<kLogSpread>().setConstant(1 / (kPlaneSd * kPlaneSd));
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
   num_bends_ = bend_sd > 0 && twist_sd > 0 ? kNumBends : 0;

@@ -8,6 +8,9 @@ namespace {
 
 using Eigen::Vector2d;
 
+// Of corners 0..3 on the tag's plane.
+constexpr std::array<std::array<double, 2>, 4> kCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
+
 constexpr double kOutsidePx = 16;  // around a tag, that is looked at
 constexpr double kInsidePx = 40;   // of a side from its corner on, likewise, of large tags
 
@@ -49,6 +52,16 @@ Range about(double corner, double side_px) {
   return corner == 0 ? Range{-outside, inside} : Range{1 - inside, 1 + outside};
 }
 
+// The places on the tag counted from an origin in other units.
+void count(TagRegion& region, const Vector2d& origin, const Vector2d& per_side) {
+  for (double& at : region.grid.columns) at = (at - origin.x()) * per_side.x();
+  for (double& at : region.grid.rows) at = (at - origin.y()) * per_side.y();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector2d place(kCorners[i][0], kCorners[i][1]);
+    region.corners_on_tag[i] = (place - origin).cwiseProduct(per_side);
+  }
+}
+
 }  // namespace
 
 double mean_half_side(const TagCorners& corners) {
@@ -61,12 +74,14 @@ TagRegion whole_tag(const TagPattern& pattern, const TagCorners& corners) {
   const double scale = mean_half_side(corners);
   const double outside = 0.5 * kOutsidePx / scale;
   const Range range{-outside, 1 + outside};
-  return {cut(pattern, range, range), (corners[0] + corners[1] + corners[2] + corners[3]) / 4,
-          scale, std::nullopt};
+  TagRegion region{cut(pattern, range, range), {}, Vector2d::Zero(), scale, std::nullopt};
+  for (const Vector2d& corner : corners) region.middle += corner / 4;
+  count(region, Vector2d(0.5, 0.5), Vector2d(2, 2));
+  return region;
 }
 
 TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std::size_t corner) {
-  const auto [u, v] = kTagCorners[corner];
+  const auto [u, v] = kCorners[corner];
   // Corners 0 and 1, 2 and 3 are apart in u; 1 and 2, 3 and 0 in v.
   const Vector2d along_u = corners[corner ^ 1U] - corners[corner];
   const Vector2d along_v = corners[3 - corner] - corners[corner];
@@ -76,7 +91,9 @@ TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std:
                           std::abs(0.5 * (across.low + across.high) - u) * along_u +
                           std::abs(0.5 * (down.low + down.high) - v) * along_v;
   const double scale = 0.25 * (share_u * along_u.norm() + share_v * along_v.norm());
-  return {cut(pattern, across, down), middle, scale, corner};
+  TagRegion region{cut(pattern, across, down), {}, middle, scale, corner};
+  count(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
+  return region;
 }
 
 }  // namespace tagcal

@@ -13,11 +13,11 @@ namespace tagcal {
 
 using TagCorners = std::array<Eigen::Vector2d, 4>;
 
-// Of corners 0..3 on the tag's plane.
-constexpr std::array<std::array<double, 2>, 4> kTagCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
-
+// Its places on the tag are counted in units of about `scale`, from its middle or from its corner:
+// then the homography has no entry that is large beside the others, and single precision will do.
 struct TagRegion {
   TagGrid grid;
+  TagCorners corners_on_tag;
   Eigen::Vector2d middle;             // about which bends are counted, px
   double scale = 1;                   // half of the region's side, px
   std::optional<std::size_t> corner;  // the only one that it is about; else all
