@@ -11,7 +11,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kWholePx = 64;  // beyond it, what lenses do to a tag has more than third order
+// What lenses do to a tag has more than third order beyond this length, or where the third is many
+// standard deviations of a corner and the tag large enough for parts.
+constexpr double kWholePx = 110;
+constexpr double kPartsPx = 36;
+constexpr double kThirdOrderSds = 8;
 
 bool is_inside(const TagCorners& corners, const ImageSize& size) {
   return std::ranges::all_of(corners, [&](const Vector2d& corner) {
@@ -28,20 +32,15 @@ void check(const TagPattern& pattern) {
     throw Error("refine_tag: pattern: lines must ascend");
 }
 
-template <typename T>
-TagFit fit_region(const Image<T>& image, const TagRegion& region, const TagCorners& start,
-                  const TagFitOptions& options) {
-  TagFitter fitter(region, start, options);
-  return fitter.cut(image) ? fitter.fit() : TagFit();
-}
-
 // Each corner of a large tag by itself, from pixels of its own.
 template <typename T>
 TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
                  const TagFitOptions& options) {
   TagFit fit;
   for (std::size_t i = 0; i < 4; ++i) {
-    const TagFit part = fit_region(image, part_of_tag(pattern, start, i), start, options);
+    const TagRegion region = part_of_tag(pattern, start, i);
+    TagFitter fitter(region, start, options);
+    const TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
     if (part.status != TagFitStatus::converged) return {part.status};
     fit.corners[i] = part.corners[i];
     fit.covariance_px2 += part.covariance_px2;
@@ -57,16 +56,29 @@ TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorn
 }
 
 template <typename T>
+TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+               const TagFitOptions& options) {
+  const double side_px = 2 * mean_half_side(start);
+  const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0;
+  if (is_bent && side_px > kWholePx) return fit_parts(image, pattern, start, options);
+  const TagRegion region = whole_tag(pattern, start);
+  TagFitter fitter(region, start, options);
+  if (!fitter.cut(image)) return {};
+  const TagFit fit = fitter.fit();
+  if (!is_bent || side_px < kPartsPx || fit.status != TagFitStatus::converged) return fit;
+  const double sd_px = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
+  if (fitter.third_order_px() < kThirdOrderSds * sd_px) return fit;
+  return fit_parts(image, pattern, fit.corners, options);
+}
+
+template <typename T>
 TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
               const TagFitOptions& options) {
   check(pattern);
   TagFit fit;
   fit.status = TagFitStatus::out_of_image;
   if (!is_inside(start, image.size())) return fit;
-  const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0;
-  const bool in_parts = is_bent && 2 * mean_half_side(start) > kWholePx;
-  fit = in_parts ? fit_parts(image, pattern, start, options)
-                 : fit_region(image, whole_tag(pattern, start), start, options);
+  fit = fit_tag(image, pattern, start, options);
   if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size()))
     fit.status = TagFitStatus::out_of_image;
   return fit;

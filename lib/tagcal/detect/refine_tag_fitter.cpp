@@ -136,15 +136,26 @@ bool TagFitter::step() {
   system.diagonal() += variance_ * prior_;
   const TagParameters right =
       gradient_ - variance_ * prior_.cwiseProduct(model_.parameters() - prior_mean_);
-  TagParameters change = system.ldlt().solve(right);
+  const Eigen::LDLT<TagInformation> inverse(system);
+  const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return false;
   // Gauss-Newton at a small residual: every step about the square of the one before. What the next
   // would do is known before it is made.
   const double size = change.dot(right) / variance_;
   left_over_ = std::max(size * size * size / (step_size_ * step_size_), kLeastGain * size);
   step_size_ = size;
-  const double move = (corner_jacobian() * change).cwiseAbs().maxCoeff();
+  const TagCornerJacobian by = corner_jacobian();
+  const Eigen::Matrix<double, 8, 1> moves = by * change;
+  const double move = moves.cwiseAbs().maxCoeff();
   if (move < kRoundingPx) left_over_ = 0;
+  if (region_.corner && row_step_ == 1) {
+    // What else a few lines leave open may wander.
+    const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
+    const auto by_corner = by.middleRows<2>(at);
+    const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
+    const Vector2d of_corner = moves.segment<2>(at);
+    left_over_ = std::min(left_over_, of_corner.dot(covariance.inverse() * of_corner));
+  }
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
                                  kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
@@ -229,6 +240,17 @@ TagFit TagFitter::result(int iterations) const {
 
 bool TagFitter::is_in_region(std::size_t corner) const {
   return !region_.corner || *region_.corner == corner;
+}
+
+double TagFitter::third_order_px() const {
+  double largest = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector2d place = corner(i);
+    const Vector2d moved =
+        bend_basis(place.x(), place.y()).rightCols<8>() * model_.parameters().segment<8>(kBend + 4);
+    largest = std::max(largest, scale_ * moved.norm());
+  }
+  return largest;
 }
 
 void TagFitter::set_prior(const TagParameters& start) {

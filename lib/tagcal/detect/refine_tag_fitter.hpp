@@ -64,6 +64,8 @@ class TagFitter {
   bool cut(const Image<T>& image);
   // Of a region about one corner, the others and their covariance stay zero.
   TagFit fit();
+  // How far the bends of third order move a corner, at most, of the whole tag.
+  double third_order_px() const;
 
  private:
   static constexpr int kBlock = 256;  // pixels whose products are summed at once
