@@ -2,7 +2,7 @@
 // known to be straight and with its bend unknown, the fit of the sides, and AprilTag's own corners,
 // on the same rendered pixels, beside the Cramer-Rao bound of each fitted model.
 //   corner_accuracy [tags per row, default 200] [row]
-// And of tags of all sizes anywhere in the picture of a lens that the fit does not know:
+// And of tags of all sizes anywhere in the picture of a lens, not known to the fit and known:
 //   corner_accuracy lens [tags per row, default 200]
 
 #include <Eigen/Cholesky>
@@ -156,46 +156,66 @@ std::vector<NamedCamera> lens_cameras() {
   return cameras;
 }
 
+// Of fits of one kind: against the truth, and against their own covariance.
+class LensTally {
+ public:
+  void add(const TagView& view, const TagPattern& pattern, const Corners& start,
+           const TagFitOptions& options) {
+    const std::clock_t begin = std::clock();
+    const TagFit fit = refine_tag(view.image, pattern, start, options);
+    seconds_.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    if (fit.status != TagFitStatus::converged) return;
+    errors_.add(fit.corners, view.corners);
+    Eigen::Matrix<double, 8, 1> error;
+    for (std::size_t k = 0; k < 4; ++k)
+      error.segment<2>(2 * static_cast<Eigen::Index>(k)) = fit.corners[k] - view.corners[k];
+    const double squares = error.dot(fit.covariance_px2.ldlt().solve(error)) / 8;
+    nees_ += squares;
+    worst_nees_ = std::max(worst_nees_, squares);
+    predicted_ += fit.covariance_px2.trace() / 8;
+    worst_px_ = std::max(worst_px_, error.cwiseAbs().maxCoeff());
+    noise_ += fit.noise_levels;
+    iterations_ += fit.iterations;
+  }
+
+  void print(const char* name) {
+    const int n = errors_.tags();
+    const auto middle = seconds_.begin() + static_cast<std::ptrdiff_t>(seconds_.size() / 2);
+    std::nth_element(seconds_.begin(), middle, seconds_.end());
+    std::printf(
+        "  %-8s %3d of %3d  NEES/dim %6.3f (worst %6.2f)  rms %.4f  predicted/observed %.3f  mean "
+        "%+.4f %+.4f out %+.4f  worst %.3f px  noise %.2f  %.1f steps  %.3f ms\n",
+        name, n, static_cast<int>(seconds_.size()), nees_ / n, worst_nees_, errors_.rms(),
+        std::sqrt(predicted_ / n) / errors_.rms(), errors_.mean().x(), errors_.mean().y(),
+        errors_.outwards(), worst_px_, noise_ / n, iterations_ / n, 1e3 * *middle);
+  }
+
+ private:
+  Errors errors_;
+  double nees_ = 0, worst_nees_ = 0, predicted_ = 0, worst_px_ = 0, noise_ = 0, iterations_ = 0;
+  std::vector<double> seconds_;
+};
+
 void run_lens(const NamedCamera& lens, int count) {
   const TagFamily family = tag_family("tag36h11", 1);
   for (const double side : {15., 20., 30., 40., 60., 100., 160., 250.}) {
     Random random(77);
-    Errors errors;
-    double nees = 0, predicted = 0, worst = 0, worst_sigmas = 0, steps = 0;
-    int proud = 0;
-    std::vector<double> seconds;
+    LensTally unknown, known;
     for (int i = 0; i < count; ++i) {
       const TagViewSpec spec{side, random.uniform(0, 50), random.uniform(.6, 1), 2};
       const TagView view = tag_through_lens(spec, lens.camera, random);
+      const TagPattern pattern = tag_pattern(family, view.id, 1);
       Corners start = view.corners;
       for (Eigen::Vector2d& corner : start)
         corner += Eigen::Vector2d(random.uniform(-.3, .3), random.uniform(-.3, .3));
-      const std::clock_t begin = std::clock();
-      const TagFit fit = refine_tag(view.image, tag_pattern(family, view.id, 1), start);
-      seconds.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-      if (fit.status != TagFitStatus::converged) continue;
-      steps += fit.iterations;
-      errors.add(fit.corners, view.corners);
-      Eigen::Matrix<double, 8, 1> error;
-      for (std::size_t k = 0; k < 4; ++k)
-        error.segment<2>(2 * static_cast<Eigen::Index>(k)) = fit.corners[k] - view.corners[k];
-      const double squares = error.dot(fit.covariance_px2.ldlt().solve(error)) / 8;
-      nees += squares;
-      predicted += fit.covariance_px2.trace() / 8;
-      const double largest = error.cwiseAbs().maxCoeff();
-      worst = std::max(worst, largest);
-      worst_sigmas = std::max(worst_sigmas, squares);
-      if (largest > 1) ++proud;
+      unknown.add(view, pattern, start, {});
+      TagFitOptions options;
+      options.camera = &view.camera;
+      known.add(view, pattern, start, options);
     }
-    const int n = errors.tags();
-    std::nth_element(seconds.begin(), seconds.begin() + count / 2, seconds.end());
-    std::printf(
-        "%-13s %3.0f px  %3d of %3d  NEES/dim %6.3f (worst %6.2f)  rms %.4f  predicted/observed "
-        "%.3f  mean %+.4f %+.4f out %+.4f  worst %.3f px, %d > 1 px  %.1f steps  %.3f ms\n",
-        lens.name, side, n, count, nees / n, worst_sigmas, errors.rms(),
-        std::sqrt(predicted / n) / errors.rms(), errors.mean().x(), errors.mean().y(),
-        errors.outwards(), worst, proud, steps / n,
-        1e3 * seconds[static_cast<std::size_t>(count / 2)]);
+    std::printf("%s, %.0f px\n", lens.name, side);
+    unknown.print("unknown");
+    known.print("known");
   }
 }
 

@@ -59,7 +59,8 @@ template <typename T>
 TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
                const TagFitOptions& options) {
   const double side_px = 2 * mean_half_side(start);
-  const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0;
+  const bool is_bent =
+      options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 && !options.camera;
   if (is_bent && side_px > kWholePx) return fit_parts(image, pattern, start, options);
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, options);
@@ -75,6 +76,8 @@ template <typename T>
 TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
               const TagFitOptions& options) {
   check(pattern);
+  if (options.camera && options.camera->image_size != image.size())
+    throw Error("refine_tag: camera: its image must have the size of the picture");
   TagFit fit;
   fit.status = TagFitStatus::out_of_image;
   if (!is_inside(start, image.size())) return fit;

@@ -59,25 +59,59 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
       start_(start),
       scale_(region.scale),
       middle_(region.middle),
-      model_(region.grid, region.scale) {
-  TagCorners scaled;
-  for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
-  image_from_tag_ = homography(region.corners_on_tag, scaled);
+      model_(region.grid, region.scale) {}
+
+std::optional<Vector2d> TagFitter::straight_place(const Vector2d& pixel) const {
+  if (view_) return view_->place(pixel);
+  return (pixel - middle_) / scale_;
+}
+
+std::optional<Vector2d> TagFitter::pixel(const Vector2d& straight_place) const {
+  if (view_) return view_->pixel(straight_place);
+  return middle_ + scale_ * straight_place;
+}
+
+bool TagFitter::look() {
+  if (options_.camera && !std::holds_alternative<Parallel>(options_.camera->lens)) {
+    view_ = StraightView::about(options_.camera->lens, middle_, scale_);
+    if (!view_) return false;
+  }
+  TagCorners places;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto place = straight_place(start_[i]);
+    if (!place) return false;
+    places[i] = *place;
+  }
+  image_from_tag_ = homography(region_.corners_on_tag, places);
+  return true;
+}
+
+// The pixels that the region may cover.
+std::optional<Eigen::AlignedBox2d> TagFitter::box() const {
+  constexpr int kSteps = 4;  // along each side, which the lens may bend
+  const auto& [columns, rows, cells] = region_.grid;
+  Eigen::AlignedBox2d box;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double u = columns.front() + i * (columns.back() - columns.front()) / kSteps;
+      const double v = rows.front() + j * (rows.back() - rows.front()) / kSteps;
+      const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
+      if (!(p.z() > 0)) return std::nullopt;
+      if (const auto at = pixel(p.hnormalized())) box.extend(*at);
+    }
+  }
+  if (box.isEmpty()) return std::nullopt;
+  return box;
 }
 
 template <typename T>
 bool TagFitter::cut(const Image<T>& image) {
-  Eigen::AlignedBox2d box;
-  for (const double u : {region_.grid.columns.front(), region_.grid.columns.back()}) {
-    for (const double v : {region_.grid.rows.front(), region_.grid.rows.back()}) {
-      const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
-      if (!(p.z() > 0)) return false;
-      box.extend(middle_ + scale_ * p.hnormalized());
-    }
-  }
+  if (!look()) return false;
+  const auto covered = box();
+  if (!covered) return false;
   const Vector2d last(image.width() - 1, image.height() - 1);
-  const Vector2d low = box.min().cwiseMax(0.0).cwiseMin(last);
-  const Vector2d high = box.max().cwiseMax(0.0).cwiseMin(last);
+  const Vector2d low = covered->min().cwiseMax(0.0).cwiseMin(last);
+  const Vector2d high = covered->max().cwiseMax(0.0).cwiseMin(last);
   patch_.x0 = static_cast<int>(std::floor(low.x()));
   patch_.y0 = static_cast<int>(std::floor(low.y()));
   patch_.width = static_cast<int>(std::ceil(high.x())) - patch_.x0 + 1;
@@ -87,6 +121,7 @@ bool TagFitter::cut(const Image<T>& image) {
     patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
   }
   spans_.resize(static_cast<std::size_t>(patch_.height));
+  if (view_) places_.emplace(*view_, patch_.x0, patch_.y0, ImageSize{patch_.width, patch_.height});
   return true;
 }
 
@@ -114,9 +149,10 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
     const std::size_t column = i % n, row = i / n;
     const double u = 0.5 * (grid.columns[column] + grid.columns[column + 1]);
     const double v = 0.5 * (grid.rows[row] + grid.rows[row + 1]);
-    const Vector2d place = middle_ + scale_ * (image_from_tag_ * Vector3d(u, v, 1)).hnormalized();
-    const int x = static_cast<int>(std::lround(place.x())) - patch_.x0;
-    const int y = static_cast<int>(std::lround(place.y())) - patch_.y0;
+    const auto place = pixel((image_from_tag_ * Vector3d(u, v, 1)).hnormalized());
+    if (!place) continue;
+    const int x = static_cast<int>(std::lround(place->x())) - patch_.x0;
+    const int y = static_cast<int>(std::lround(place->y())) - patch_.y0;
     if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
     if (grid.cells[i] == TagPattern::unknown) continue;
     const int white = grid.cells[i] == TagPattern::white ? 1 : 0;
@@ -164,7 +200,7 @@ bool TagFitter::step() {
   return true;
 }
 
-Vector2d TagFitter::corner(std::size_t i) const {
+Vector2d TagFitter::straight_corner(std::size_t i) const {
   const TagParameters& p = model_.parameters();
   const Vector2d& on_tag = region_.corners_on_tag[i];
   const auto line = [&](int row, double at) {
@@ -173,7 +209,13 @@ Vector2d TagFitter::corner(std::size_t i) const {
     result.z() -= at;
     return result;
   };
-  const Vector2d bent = line(kM1, on_tag.x()).cross(line(kM2, on_tag.y())).hnormalized();
+  return line(kM1, on_tag.x()).cross(line(kM2, on_tag.y())).hnormalized();
+}
+
+// Without what the lens, if known, does.
+Vector2d TagFitter::corner(std::size_t i) const {
+  const TagParameters& p = model_.parameters();
+  const Vector2d bent = straight_corner(i);
   Vector2d place = bent;
   for (int k = 0; k < 5; ++k)
     place = bent - bend_basis(place.x(), place.y()) * p.segment<kNumBends>(kBend);
@@ -209,7 +251,9 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
           Vector2d::Unit(k) +
           (bend_basis(more.x(), more.y()) - bend_basis(less.x(), less.y())) * bend / (2 * kDelta);
     }
-    result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = scale_ * straight.inverse() * by;
+    Eigen::Matrix2d pixels = scale_ * Eigen::Matrix2d::Identity();
+    if (view_) pixels = view_->pixel_by_place(place).value_or(pixels);
+    result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = pixels * straight.inverse() * by;
   }
   return result;
 }
@@ -223,8 +267,12 @@ TagFit TagFitter::result(int iterations) const {
   fit.black = p[kBlack];
   fit.white = p[kBlack] + p[kGain];
   fit.blur_px = std::sqrt(std::max(0.0, std::pow(model_.spread(), 2) - kBoxVariance));
-  for (std::size_t i = 0; i < 4; ++i)
-    if (is_in_region(i)) fit.corners[i] = middle_ + scale_ * corner(i);
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!is_in_region(i)) continue;
+    const auto at = pixel(corner(i));
+    if (!at) return fit;
+    fit.corners[i] = *at;
+  }
   TagInformation system = information_ / variance_;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
@@ -259,7 +307,7 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.head<kLogSpread>().setConstant(1 / (kPlaneSd * kPlaneSd));
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
-  num_bends_ = bend_sd > 0 && twist_sd > 0 ? kNumBends : 0;
+  num_bends_ = bend_sd > 0 && twist_sd > 0 && !view_ ? kNumBends : 0;
   prior_.segment<kNumBends>(kBend).setConstant(kHeld);
   if (num_bends_ == 0) return;
   prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));

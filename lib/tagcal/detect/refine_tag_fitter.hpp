@@ -1,11 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine_tag_lens.hpp"
 #include "tagcal/detect/refine_tag_model.hpp"
 #include "tagcal/detect/refine_tag_region.hpp"
 
@@ -57,6 +60,7 @@ struct FlatSums {
 // The fit of one region of a tag, from its start to its end.
 class TagFitter {
  public:
+  // The region and the options must outlive it.
   TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options);
 
   // The pixels that the pattern reaches; false where the start is no view of a tag.
@@ -70,6 +74,8 @@ class TagFitter {
  private:
   static constexpr int kBlock = 256;  // pixels whose products are summed at once
 
+  bool look();
+  std::optional<Eigen::AlignedBox2d> box() const;
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
   void set_prior(const TagParameters& start);
@@ -80,6 +86,10 @@ class TagFitter {
   void add_block();
   void add_flat(bool white);
   bool step();
+  // The tag's homography lies between the tag and the places that the lens, if known, straightens.
+  std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
+  std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
+  Eigen::Vector2d straight_corner(std::size_t i) const;
   Eigen::Vector2d corner(std::size_t i) const;
   TagCornerJacobian corner_jacobian() const;
   TagFit result(int iterations) const;
@@ -90,6 +100,8 @@ class TagFitter {
   double scale_;
   Eigen::Vector2d middle_;
   TagModel model_;
+  std::optional<StraightView> view_;  // where the lens is known
+  std::optional<StraightPlaces> places_;
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
 
