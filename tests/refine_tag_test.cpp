@@ -122,7 +122,7 @@ TEST(RefineTag, PatternOfATag) {
 TEST(RefineTag, Derivatives) {
   const TagPattern pattern = tag_pattern(tag_family("tag36h11", 1), 7, 2, {0.3, true});
   constexpr double kScale = 25;
-  TagModel model(pattern, kScale);
+  TagModel model({pattern.lines, pattern.lines, pattern.cells}, kScale);
   TagParameters parameters;
   parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4,  //
       2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;
