@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tagcal/camera/clip.hpp"
 #include "tagcal/error.hpp"
@@ -187,6 +188,22 @@ int raster_scale(double blur_px) {
   return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
 }
 
+template <typename Level>
+Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
+  constexpr double kWhite = std::numeric_limits<Level>::max();
+  const double noise = sensor.noise_levels * (kWhite / 255);
+  Image<Level> image(light.size());
+  for (int y = 0; y < light.height(); ++y) {
+    Random random(seed, static_cast<std::uint64_t>(y));
+    for (int x = 0; x < light.width(); ++x) {
+      double level = kWhite * static_cast<double>(light(x, y));
+      if (noise > 0) level += noise * random.normal();
+      image(x, y) = static_cast<Level>(std::lround(std::clamp(level, 0.0, kWhite)));
+    }
+  }
+  return image;
+}
+
 }  // namespace
 
 ImageF render_light(const Scene& scene, const TagFamilies& families,
@@ -220,16 +237,11 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
 }
 
 Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
-  Image8 image(light.size());
-  for (int y = 0; y < light.height(); ++y) {
-    Random random(seed, static_cast<std::uint64_t>(y));
-    for (int x = 0; x < light.width(); ++x) {
-      double level = 255.0 * static_cast<double>(light(x, y));
-      if (sensor.noise_levels > 0) level += sensor.noise_levels * random.normal();
-      image(x, y) = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, 255.0)));
-    }
-  }
-  return image;
+  return exposed<std::uint8_t>(light, sensor, seed);
+}
+
+Image16 expose16(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
+  return exposed<std::uint16_t>(light, sensor, seed);
 }
 
 }  // namespace tagcal
