@@ -3,21 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
-#include "tagcal/camera/clip.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/coverage.hpp"
 #include "tagcal/scene/sheets.hpp"
+#include "tagcal/scene/tracer.hpp"
 
 namespace tagcal {
 namespace {
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kChordErrorPx = 1e-4;
-constexpr int kDeepestCut = 12;  // an edge is cut into at most 2^12 pieces
 constexpr int kBandRows = 16;    // of the output, worked on at once
 
 // Something painted over what is behind it: `fill` where `over` covers, then `ink` on it.
@@ -28,83 +26,52 @@ struct Layer {
   float ink_level = 0;
 };
 
-// Follows the image of polygons through the lens, in cells of a raster `scale` times the image's.
-class Tracer {
- public:
-  Tracer(const Lens& lens, const Pose& camera_from_world, int scale)
-      : lens_(lens), camera_from_world_(camera_from_world), scale_(scale) {}
-
-  void trace(const std::vector<Vector3d>& polygon_in_world, Outlines& outlines) const {
-    std::vector<Vector3d> polygon;
-    for (const Vector3d& corner : polygon_in_world) polygon.push_back(camera_from_world_ * corner);
-    const double size = (polygon[0] - polygon[polygon.size() / 2]).norm();
-    for (const auto& part : clip_to_domain(polygon, lens_, 1e-6 * size)) {
-      std::vector<Vector2d> traced;
-      bool whole = true;
-      for (std::size_t i = 0; i < part.size() && whole; ++i)
-        whole = follow(part[i], part[(i + 1) % part.size()], kDeepestCut, traced);
-      if (whole && traced.size() >= 3) outlines.add(traced);
-    }
-  }
-
- private:
-  // Appends the image of a and of what lies between a and b, to the chord error.
-  bool follow(const Vector3d& a, const Vector3d& b, int depth, std::vector<Vector2d>& out) const {
-    const std::optional<Vector2d> pixel_a = project(lens_, a), pixel_b = project(lens_, b);
-    if (!pixel_a || !pixel_b) return false;
-    bool straight = true;
-    for (const double share : {0.25, 0.5, 0.75}) {
-      const std::optional<Vector2d> between = project(lens_, (1 - share) * a + share * b);
-      if (!between) return false;
-      straight &= off_chord(*pixel_a, *pixel_b, *between) < kChordErrorPx;
-    }
-    if (straight || depth == 0) {
-      out.push_back(scale_ * (*pixel_a + Vector2d(0.5, 0.5)));
-      return true;
-    }
-    const Vector3d middle = 0.5 * (a + b);
-    return follow(a, middle, depth - 1, out) && follow(middle, b, depth - 1, out);
-  }
-
-  static double off_chord(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
-    const Vector2d chord = b - a, offset = p - a;
-    const double length = chord.norm();
-    if (length < 1e-12) return offset.norm();
-    return std::abs(chord.x() * offset.y() - chord.y() * offset.x()) / length;
-  }
-
-  const Lens& lens_;
-  const Pose& camera_from_world_;
-  double scale_;
-};
-
 const TagFamily& family_of(const Board& board, const TagFamilies& families) {
   const auto family = families.find(board.family);
   if (family == families.end()) throw Error("render: family " + board.family + " is not known");
   return family->second;
 }
 
-Layer layer_of(const Sheet& sheet, const Scene& scene, const TagFamilies& families,
-               const Tracer& tracer, bool front) {
-  Layer layer;
-  if (!sheet.panel) {
-    tracer.trace(sheet.corners, layer.paper);
-    layer.paper_level = static_cast<float>(scene.occluders[sheet.occluder].level);
+std::vector<Vector3d> moved(const Pose& target_from_source, std::span<const Vector3d> corners) {
+  std::vector<Vector3d> result;
+  for (const Vector3d& corner : corners) result.push_back(target_from_source * corner);
+  return result;
+}
+
+// A view's camera, and what is needed to know the print on a board.
+struct Painter {
+  const Scene& scene;
+  const TagFamilies& families;
+  const Pose& camera_from_world;
+  Tracer tracer;
+
+  Layer layer_of(const Sheet& sheet, bool front) const {
+    Layer layer;
+    const std::vector<Vector3d> outline = moved(camera_from_world, sheet.corners);
+    tracer.trace(outline, layer.paper);
+    if (!sheet.panel) {
+      layer.paper_level = static_cast<float>(scene.occluders[sheet.occluder].level);
+      return layer;
+    }
+    layer.paper_level = static_cast<float>(scene.paper_level);
+    layer.ink_level = static_cast<float>(scene.ink_level);
+    if (front) print(sheet, tracer.sees_whole(outline), layer.ink);
     return layer;
   }
-  tracer.trace(sheet.corners, layer.paper);
-  layer.paper_level = static_cast<float>(scene.paper_level);
-  layer.ink_level = static_cast<float>(scene.ink_level);
-  if (!front) return layer;
-  const PlacedBoard& placed = scene.boards[sheet.board];
-  for (const Rectangle& cell :
-       ink_cells(placed.board, *sheet.panel, family_of(placed.board, families))) {
-    std::vector<Vector3d> corners;
-    for (const Vector3d& corner : cell) corners.push_back(placed.world_from_board * corner);
-    tracer.trace(corners, layer.ink);
+
+  void print(const Sheet& sheet, bool whole, Outlines& ink) const {
+    const PlacedBoard& placed = scene.boards[sheet.board];
+    const Pose camera_from_board = camera_from_world * placed.world_from_board;
+    for (const Rectangle& cell :
+         ink_cells(placed.board, *sheet.panel, family_of(placed.board, families))) {
+      const std::vector<Vector3d> corners = moved(camera_from_board, cell);
+      if (whole)
+        tracer.trace_whole(corners, ink);
+      else
+        tracer.trace(corners, ink);
+    }
   }
-  return layer;
-}
+};
 
 // Light in the rows [first, first + rows) of the raster.
 ImageF paint_band(const std::vector<Layer>& layers, float background, int width, int first,
@@ -211,12 +178,12 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
   const ImageSize& size = scene.camera.image_size;
   const double blur = scene.sensor.blur_px;
   const int scale = raster_scale(blur);
-  const Tracer tracer(scene.camera.lens, camera_from_world, scale);
+  const Painter painter{scene, families, camera_from_world, {scene.camera.lens, scale * 1.0}};
   const Eye at = eye(scene.camera.lens, camera_from_world);
   const std::vector<Sheet> all = sheets(scene);
   std::vector<Layer> layers;
   for (const std::size_t i : painting_order(all, at))
-    layers.push_back(layer_of(all[i], scene, families, tracer, faces(all[i], at)));
+    layers.push_back(painter.layer_of(all[i], faces(all[i], at)));
 
   const Taps t = taps(blur, scale);
   ImageF rows({size.width, size.height * scale}, 0.0f);
