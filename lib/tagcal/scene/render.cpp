@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
+#include "tagcal/scene/blur.hpp"
 #include "tagcal/scene/coverage.hpp"
 #include "tagcal/scene/sheets.hpp"
 #include "tagcal/scene/tracer.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kBandRows = 16;    // of the output, worked on at once
+constexpr int kBandRows = 16;  // of the output, worked on at once
 
 // Something painted over what is behind it: `fill` where `over` covers, then `ink` on it.
 struct Layer {
@@ -73,80 +74,75 @@ struct Painter {
   }
 };
 
-// Light in the rows [first, first + rows) of the raster.
-ImageF paint_band(const std::vector<Layer>& layers, float background, int width, int first,
-                  int rows) {
-  ImageF light({width, rows}, background);
-  CoverageBand band(width, first, rows);
-  for (const Layer& layer : layers) {
-    band.accumulate(layer.paper);
-    band.drain([&](int r, int c, float share) {
-      float& value = light(c, r);
-      value += share * (layer.paper_level - value);
-    });
-    band.accumulate(layer.ink);
-    const float step = layer.ink_level - layer.paper_level;
-    band.drain([&](int r, int c, float share) { light(c, r) += share * step; });
+// Paints layers over each other in a band of the raster, kept from band to band.
+class Canvas {
+ public:
+  Canvas(const std::vector<Layer>& layers, float background, const ImageSize& size, int band_rows)
+      : background_(background), size_(size), band_rows_(band_rows) {
+    for (const Layer& layer : layers)
+      layers_.push_back({by_band(layer.paper), by_band(layer.ink), layer.paper_level,
+                         layer.ink_level - layer.paper_level});
   }
-  return light;
-}
 
-// Weights by which the `scale` finer cells about a pixel make its value: the pixel's box is a sum
-// of `scale` cells' boxes, the Gaussian is sampled (its spectrum ends far below the cells'
-// frequency).
-struct Taps {
-  int first = 0;  // relative to the pixel's first cell
-  std::vector<float> weights;
-};
-
-Taps taps(double blur_px, int scale) {
-  if (blur_px <= 0)
-    return {0,
-            std::vector<float>(static_cast<std::size_t>(scale), 1.0f / static_cast<float>(scale))};
-  const double sigma = blur_px * scale;
-  const int reach = static_cast<int>(std::ceil(5 * sigma));
-  std::vector<double> weights(static_cast<std::size_t>(2 * reach + scale), 0.0);
-  double sum = 0;
-  for (int i = -reach; i <= reach; ++i) {
-    const double g = std::exp(-0.5 * i * i / (sigma * sigma));
-    for (int j = 0; j < scale; ++j) weights[static_cast<std::size_t>(i + reach + j)] += g;
-    sum += scale * g;
-  }
-  Taps result{-reach, {}};
-  for (const double w : weights) result.weights.push_back(static_cast<float>(w / sum));
-  return result;
-}
-
-// One row of finer cells to pixels; cells beyond the border repeat the last one.
-void filter_row(const float* cells, int num_cells, const Taps& t, int scale,
-                std::vector<float>& padded, float* pixels, int num_pixels) {
-  const int before = -t.first;
-  const int after = static_cast<int>(t.weights.size());
-  padded.resize(static_cast<std::size_t>(before + num_cells + after));
-  std::fill_n(padded.begin(), before, cells[0]);
-  std::copy_n(cells, num_cells, padded.begin() + before);
-  std::fill_n(padded.begin() + before + num_cells, after, cells[num_cells - 1]);
-  for (int x = 0; x < num_pixels; ++x) {
-    const float* from =
-        padded.data() + static_cast<std::size_t>(x) * static_cast<std::size_t>(scale);
-    float sum = 0;
-    for (std::size_t i = 0; i < t.weights.size(); ++i) sum += t.weights[i] * from[i];
-    pixels[x] = sum;
-  }
-}
-
-ImageF filter_columns(const ImageF& rows, const Taps& t, int scale, int height) {
-  ImageF result({rows.width(), height}, 0.0f);
-  for (int y = 0; y < height; ++y) {
-    float* out = result.row(y);
-    for (std::size_t i = 0; i < t.weights.size(); ++i) {
-      const int r = std::clamp(y * scale + t.first + static_cast<int>(i), 0, rows.height() - 1);
-      const float* in = rows.row(r);
-      for (int x = 0; x < rows.width(); ++x) out[x] += t.weights[i] * in[x];
+  // Calls use(row, levels) for every row of the raster, from the top.
+  template <typename Use>
+  void paint(Use&& use) const {
+    ImageF light({size_.width, band_rows_});
+    CoverageBand coverage(size_.width, band_rows_);
+    for (int band = 0; band * band_rows_ < size_.height; ++band) {
+      coverage.move_to(band * band_rows_);
+      std::fill_n(light.row(0), light.pixels().size(), background_);
+      for (const BandedLayer& layer : layers_) add(layer, band, coverage, light);
+      const int rows = std::min(band_rows_, size_.height - band * band_rows_);
+      for (int r = 0; r < rows; ++r) use(band * band_rows_ + r, light.row(r));
     }
   }
-  return result;
-}
+
+ private:
+  // The edges that reach into each band.
+  using Bands = std::vector<std::vector<Outlines::Edge>>;
+
+  struct BandedLayer {
+    Bands paper;
+    Bands ink;
+    float paper_level;
+    float ink_step;  // from the paper
+  };
+
+  Bands by_band(const Outlines& outlines) const {
+    const int count = (size_.height + band_rows_ - 1) / band_rows_;
+    Bands bands(static_cast<std::size_t>(count));
+    const auto band_at = [&](double y) {
+      return static_cast<int>(std::clamp(y / band_rows_, 0.0, count - 1.0));
+    };
+    for (const Outlines::Edge& edge : outlines.edges()) {
+      const auto [top, bottom] = std::minmax(edge.from.y(), edge.to.y());
+      if (bottom <= 0 || top >= size_.height) continue;
+      for (int band = band_at(top); band <= band_at(bottom); ++band)
+        bands[static_cast<std::size_t>(band)].push_back(edge);
+    }
+    return bands;
+  }
+
+  static void add(const BandedLayer& layer, int band, CoverageBand& coverage, ImageF& light) {
+    coverage.accumulate(layer.paper[static_cast<std::size_t>(band)]);
+    coverage.drain([&](int r, int first, int last, float share) {
+      float* levels = light.row(r);
+      for (int c = first; c < last; ++c) levels[c] += share * (layer.paper_level - levels[c]);
+    });
+    coverage.accumulate(layer.ink[static_cast<std::size_t>(band)]);
+    coverage.drain([&](int r, int first, int last, float share) {
+      float* levels = light.row(r);
+      const float step = share * layer.ink_step;
+      for (int c = first; c < last; ++c) levels[c] += step;
+    });
+  }
+
+  float background_;
+  ImageSize size_;
+  int band_rows_;
+  std::vector<BandedLayer> layers_;
+};
 
 // How much finer than the image the raster is: exact areas need no more without blur; with it, the
 // Gaussian must be wide against the cells.
@@ -185,21 +181,24 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
   for (const std::size_t i : painting_order(all, at))
     layers.push_back(painter.layer_of(all[i], faces(all[i], at)));
 
-  const Taps t = taps(blur, scale);
-  ImageF rows({size.width, size.height * scale}, 0.0f);
-  std::vector<float> padded;
-  for (int first = 0; first < rows.height(); first += kBandRows * scale) {
-    const int count = std::min(kBandRows * scale, rows.height() - first);
-    const ImageF light = paint_band(layers, static_cast<float>(scene.background_level),
-                                    size.width * scale, first, count);
-    for (int r = 0; r < count; ++r)
-      filter_row(light.row(r), light.width(), t, scale, padded, rows.row(first + r), size.width);
-  }
-  ImageF result = filter_columns(rows, t, scale, size.height);
+  const Canvas canvas(layers, static_cast<float>(scene.background_level),
+                      {size.width * scale, size.height * scale}, kBandRows * scale);
   const auto exposure = static_cast<float>(scene.sensor.exposure);
+  ImageF rows({size.width, size.height * scale});
+  if (blur <= 0) {
+    canvas.paint([&](int y, const float* levels) {
+      std::transform(levels, levels + size.width, rows.row(y),
+                     [exposure](float level) { return exposure * level; });
+    });
+    return rows;
+  }
+  Blur filter(blur, scale);
+  canvas.paint(
+      [&](int y, const float* levels) { filter.filter_row(levels, size.width, rows.row(y)); });
+  ImageF result = filter.filter_columns(rows);
   for (int y = 0; y < size.height; ++y)
     std::transform(result.row(y), result.row(y) + size.width, result.row(y),
-                   [exposure](float value) { return value * exposure; });
+                   [exposure](float level) { return exposure * level; });
   return result;
 }
 
