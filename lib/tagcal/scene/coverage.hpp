@@ -50,8 +50,8 @@ class CoverageBand {
   template <typename Visit>
   void drain(Visit&& visit) {
     for (int r = 0; r < num_rows_; ++r) {
-      float share = 0;
-      int done = 0;  // cells
+      double share = 0;  // of many terms: in float it would drift by 1e-5 along a row
+      int done = 0;      // cells
       for (int word = 0; word < words_; ++word) {
         std::uint64_t& touched = touched_[static_cast<std::size_t>(r * words_ + word)];
         for (; touched != 0; touched &= touched - 1) {
@@ -60,8 +60,8 @@ class CoverageBand {
           done = std::min(first + kBlock, width_);
           float* cells = row(r);
           for (int c = first; c < done; ++c) {
-            share += std::exchange(cells[c], 0.0f);
-            visit(r, c, c + 1, share);
+            share += static_cast<double>(std::exchange(cells[c], 0.0f));
+            visit(r, c, c + 1, static_cast<float>(share));
           }
           // What was added right of the border.
           if (done == width_) std::fill(cells + done, row(r) + stride_, 0.0f);
@@ -73,14 +73,14 @@ class CoverageBand {
 
  private:
   static constexpr int kBlock = 8;           // cells for which one bit says whether any is touched
-  static constexpr float kRounding = 1e-6f;  // shares so close to 0 and 1 are these
+  static constexpr double kRounding = 5e-7;  // shares so close to 0 and 1 are these
 
   // Cells [first, last), in which no edge passes.
   template <typename Visit>
-  static void visit_flat(Visit& visit, int r, int first, int last, float& share) {
+  static void visit_flat(Visit& visit, int r, int first, int last, double share) {
     if (std::abs(share) < kRounding) share = 0;
     if (std::abs(share - 1) < kRounding) share = 1;
-    if (share != 0 && first < last) visit(r, first, last, share);
+    if (share != 0 && first < last) visit(r, first, last, static_cast<float>(share));
   }
 
   float* row(int r) { return cells_.data() + static_cast<std::size_t>(r) * stride_; }

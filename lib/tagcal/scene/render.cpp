@@ -151,6 +151,13 @@ int raster_scale(double blur_px) {
   return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
 }
 
+// As std::lround does it (a half goes up), for level >= 0; that is a call for every pixel.
+template <typename Level>
+Level rounded(double level) {
+  const int whole = static_cast<int>(level);
+  return static_cast<Level>(whole + (level - whole >= 0.5 ? 1 : 0));
+}
+
 template <typename Level>
 Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
   constexpr double kWhite = std::numeric_limits<Level>::max();
@@ -161,7 +168,7 @@ Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t se
     for (int x = 0; x < light.width(); ++x) {
       double level = kWhite * static_cast<double>(light(x, y));
       if (noise > 0) level += noise * random.normal();
-      image(x, y) = static_cast<Level>(std::lround(std::clamp(level, 0.0, kWhite)));
+      image(x, y) = rounded<Level>(std::clamp(level, 0.0, kWhite));
     }
   }
   return image;
