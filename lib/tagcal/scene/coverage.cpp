@@ -30,7 +30,7 @@ void Outlines::add(const std::vector<Vector2d>& polygon) {
   }
 }
 
-// A row ends in room for what an edge at the right border adds beyond it.
+// A row ends in room for what an edge at the right border adds beyond it, which nobody reads.
 CoverageBand::CoverageBand(int width, int num_rows)
     : width_(width),
       num_rows_(num_rows),

@@ -63,8 +63,6 @@ class CoverageBand {
             share += static_cast<double>(std::exchange(cells[c], 0.0f));
             visit(r, c, c + 1, static_cast<float>(share));
           }
-          // What was added right of the border.
-          if (done == width_) std::fill(cells + done, row(r) + stride_, 0.0f);
         }
       }
       visit_flat(visit, r, done, width_, share);
