@@ -61,7 +61,7 @@ class CoverageBand {
           float* cells = row(r);
           for (int c = first; c < done; ++c) {
             share += static_cast<double>(std::exchange(cells[c], 0.0f));
-            visit(r, c, c + 1, static_cast<float>(share));
+            visit(r, c, c + 1, rounded(share));
           }
         }
       }
@@ -73,12 +73,17 @@ class CoverageBand {
   static constexpr int kBlock = 8;           // cells for which one bit says whether any is touched
   static constexpr double kRounding = 5e-7;  // shares so close to 0 and 1 are these
 
+  // Flat ground has one level, which rounding to 8 bits must not find on both sides of a half.
+  static float rounded(double share) {
+    if (std::abs(share) < kRounding) return 0;
+    if (std::abs(share - 1) < kRounding) return 1;
+    return static_cast<float>(share);
+  }
+
   // Cells [first, last), in which no edge passes.
   template <typename Visit>
   static void visit_flat(Visit& visit, int r, int first, int last, double share) {
-    if (std::abs(share) < kRounding) share = 0;
-    if (std::abs(share - 1) < kRounding) share = 1;
-    if (share != 0 && first < last) visit(r, first, last, static_cast<float>(share));
+    if (rounded(share) != 0 && first < last) visit(r, first, last, rounded(share));
   }
 
   float* row(int r) { return cells_.data() + static_cast<std::size_t>(r) * stride_; }
