@@ -187,6 +187,15 @@ auto naming(const std::filesystem::path& file, Function function) {
   }
 }
 
+template <typename Picture>
+std::string encoded(const std::filesystem::path& file, const Picture& image,
+                    double pixels_per_inch = 0) {
+  return naming(file, [&] {
+    check_size(image.width(), image.height());
+    return encode_png(image, pixels_per_inch);
+  });
+}
+
 }  // namespace
 
 Image8 read_image(const std::filesystem::path& file) {
@@ -202,19 +211,15 @@ ImageSize read_image_size(const std::filesystem::path& file) {
 }
 
 void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch) {
-  const std::string bytes = naming(file, [&] {
-    check_size(image.width(), image.height());
-    return encode_png(image, pixels_per_inch);
-  });
-  write_whole(file, bytes);
+  write_whole(file, encoded(file, image, pixels_per_inch));
+}
+
+void write_png(const std::filesystem::path& file, const Image16& image) {
+  write_whole(file, encoded(file, image));
 }
 
 void write_png(const std::filesystem::path& file, const ImageRgb& image) {
-  const std::string bytes = naming(file, [&] {
-    check_size(image.width(), image.height());
-    return encode_png(image);
-  });
-  write_whole(file, bytes);
+  write_whole(file, encoded(file, image));
 }
 
 }  // namespace tagcal

@@ -19,6 +19,9 @@ ImageSize read_image_size(const std::filesystem::path& file);
 // is noted in the file, for printing true to scale.
 void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch = 0);
 
+// The same with 16-bit values, as they are.
+void write_png(const std::filesystem::path& file, const Image16& image);
+
 // The same in colour.
 void write_png(const std::filesystem::path& file, const ImageRgb& image);
 
