@@ -121,7 +121,9 @@ bool TagFitter::cut(const Image<T>& image) {
     patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
   }
   spans_.resize(static_cast<std::size_t>(patch_.height));
-  if (view_) places_.emplace(*view_, patch_.x0, patch_.y0, ImageSize{patch_.width, patch_.height});
+  if (view_)
+    places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),
+                    ImageSize{patch_.width, patch_.height}, scale_);
   return true;
 }
 

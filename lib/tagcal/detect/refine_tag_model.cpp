@@ -123,15 +123,23 @@ void TagModel::bend_row(int begin, int end) {
                                      b[4]};
   const std::array<float, 4> by_y = {yy * (y * b[11] - b[3]), y * (y * b[10] - b[2]),
                                      b[1] + y * b[9], b[8]};
-  const bool is_known = row_.straight_x != nullptr;
+  const bool is_known = row_.straight.x != nullptr;
   for (int c = begin; c < end; ++c) {
     const float x = left + static_cast<float>(c) * step;
     const auto k = static_cast<std::size_t>(c);
     bent_x_[k] =
-        (is_known ? row_.straight_x[c] : x) + by_x[0] + x * (by_x[1] + x * (by_x[2] + x * by_x[3]));
+        (is_known ? row_.straight.x[c] : x) + by_x[0] + x * (by_x[1] + x * (by_x[2] + x * by_x[3]));
     bent_y_[k] =
-        (is_known ? row_.straight_y[c] : y) + by_y[0] + x * (by_y[1] + x * (by_y[2] + x * by_y[3]));
+        (is_known ? row_.straight.y[c] : y) + by_y[0] + x * (by_y[1] + x * (by_y[2] + x * by_y[3]));
   }
+}
+
+RowPlaces TagModel::places() const {
+  RowPlaces places = row_.straight;
+  places.x = bent_x_.data();
+  places.y = bent_y_.data();
+  places.bulge = bulge_;
+  return places;
 }
 
 void TagModel::set_row(const TagRow& row, double reach, int& begin, int& end) {
