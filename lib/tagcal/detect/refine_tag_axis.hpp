@@ -49,6 +49,12 @@ struct RowPlaces {
   const float* x = nullptr;
   const float* y = nullptr;
   double bulge = 0;  // how far they stray from a straight line with even steps, at most
+  // Squares and product of the slopes of x and y over the picture, in px per px, where places are
+  // stretched against pixels; and their largest stretch.
+  const float* xx = nullptr;
+  const float* xy = nullptr;
+  const float* yy = nullptr;
+  double stretch = 1;
 };
 
 // A border between cells, as a line in the image.
@@ -103,10 +109,12 @@ class TagAxis {
 
  private:
   void reserve(std::size_t size);
+  void set_factors(const TagLine& line, const RowPlaces& places, int from, int to);
   void set_line(int line, const RowPlaces& places, int begin, int end);
 
   std::vector<Profile> profiles_;  // within values_
   std::vector<float> values_;
+  std::vector<float> factor_;  // px per stretched px across the line at hand
   std::vector<std::uint8_t> first_, count_;
 };
 

@@ -18,6 +18,8 @@ namespace tagcal {
 using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
 using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
 
+constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
+
 // The pixels about a tag.
 struct TagPatch {
   int x0 = 0;

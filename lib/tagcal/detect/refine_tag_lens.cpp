@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace tagcal {
@@ -82,17 +84,65 @@ std::optional<Eigen::Matrix2d> StraightView::pixel_by_place(const Vector2d& plac
   return result;
 }
 
-StraightPlaces::StraightPlaces(const StraightView& view, int x0, int y0, const ImageSize& size)
-    : width(size.width) {
+StraightPlaces::StraightPlaces(const StraightView& view, const Eigen::Vector2i& first,
+                               const ImageSize& size, double scale)
+    : width_(size.width) {
+  place(view, first, size);
+  stretch(size, scale);
+}
+
+RowPlaces StraightPlaces::row(int row) const {
+  const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
+  return {x_.data() + at,  y_.data() + at,  0,       xx_.data() + at,
+          xy_.data() + at, yy_.data() + at, stretch_};
+}
+
+// From differences of neighbours.
+void StraightPlaces::stretch(const ImageSize& size, double scale) {
+  for (std::vector<float>* values : {&xx_, &xy_, &yy_}) values->resize(x_.size());
+  float largest = 1;
+  for (int r = 0; r < size.height; ++r) {
+    const int above = std::max(0, r - 1), below = std::min(size.height - 1, r + 1);
+    const float per_row =
+        static_cast<float>(scale) / static_cast<float>(std::max(1, below - above));
+    for (int c = 0; c < width_; ++c) {
+      const int before = std::max(0, c - 1), after = std::min(width_ - 1, c + 1);
+      const float per_column =
+          static_cast<float>(scale) / static_cast<float>(std::max(1, after - before));
+      const auto index = [&](int row, int column) {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) +
+               static_cast<std::size_t>(column);
+      };
+      const auto across = [&](const std::vector<float>& v) {
+        return per_column * (v[index(r, after)] - v[index(r, before)]);
+      };
+      const auto down = [&](const std::vector<float>& v) {
+        return per_row * (v[index(below, c)] - v[index(above, c)]);
+      };
+      const float x_c = across(x_), x_r = down(x_), y_c = across(y_), y_r = down(y_);
+      const std::size_t k = index(r, c);
+      xx_[k] = x_c * x_c + x_r * x_r;
+      xy_[k] = x_c * y_c + x_r * y_r;
+      yy_[k] = y_c * y_c + y_r * y_r;
+      // Not where there is no place.
+      const float bound = std::max(xx_[k], yy_[k]) + std::abs(xy_[k]);
+      if (bound > largest) largest = bound;
+    }
+  }
+  stretch_ = std::sqrt(static_cast<double>(largest));
+}
+
+void StraightPlaces::place(const StraightView& view, const Eigen::Vector2i& first,
+                           const ImageSize& size) {
   const auto pixels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
-  x.reserve(pixels);
-  y.reserve(pixels);
+  x_.reserve(pixels);
+  y_.reserve(pixels);
   const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   std::vector<Row> nodes(static_cast<std::size_t>((size.height - 1) / kSpacing + 4));
   for (std::size_t j = 0; j < nodes.size(); ++j) {
-    const double at_y = y0 + kSpacing * (static_cast<double>(j) - 1);
+    const double at_y = first.y() + kSpacing * (static_cast<double>(j) - 1);
     for (int i = -1; i < (size.width - 1) / kSpacing + 3; ++i)
-      nodes[j].push_back(view.place({x0 + kSpacing * i, at_y}).value_or(nowhere));
+      nodes[j].push_back(view.place({first.x() + kSpacing * i, at_y}).value_or(nowhere));
   }
   std::array<std::array<double, 4>, kSpacing> weights;
   for (std::size_t k = 0; k < kSpacing; ++k)
@@ -101,13 +151,13 @@ StraightPlaces::StraightPlaces(const StraightView& view, int x0, int y0, const I
     const auto j = static_cast<std::size_t>(r / kSpacing);
     const Row row = blended({&nodes[j], &nodes[j + 1], &nodes[j + 2], &nodes[j + 3]},
                             weights[static_cast<std::size_t>(r % kSpacing)]);
-    for (int c = 0; c < size.width; ++c) {
+    for (int c = 0; c < width_; ++c) {
       const auto i = static_cast<std::size_t>(c / kSpacing);
       const std::array<double, 4>& w = weights[static_cast<std::size_t>(c % kSpacing)];
       const Vector2d place =
           w[0] * row[i] + w[1] * row[i + 1] + w[2] * row[i + 2] + w[3] * row[i + 3];
-      x.push_back(static_cast<float>(place.x()));
-      y.push_back(static_cast<float>(place.y()));
+      x_.push_back(static_cast<float>(place.x()));
+      y_.push_back(static_cast<float>(place.y()));
     }
   }
 }

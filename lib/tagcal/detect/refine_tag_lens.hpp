@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
+#include "tagcal/detect/refine_tag_axis.hpp"
 
 // Private to detect: what refine_tag() knows of a lens.
 namespace tagcal {
@@ -33,13 +34,20 @@ class StraightView {
 
 // The places of a block of pixels, row by row, from those of every eighth by cubics; NaN where
 // there are none.
-struct StraightPlaces {
-  int width = 0;
-  std::vector<float> x, y;
+class StraightPlaces {
+ public:
+  // One unit of the places is `scale` px.
+  StraightPlaces(const StraightView& view, const Eigen::Vector2i& first, const ImageSize& size,
+                 double scale);
+  RowPlaces row(int row) const;
 
-  StraightPlaces(const StraightView& view, int x0, int y0, const ImageSize& size);
-  const float* row_x(int row) const { return x.data() + static_cast<std::ptrdiff_t>(row) * width; }
-  const float* row_y(int row) const { return y.data() + static_cast<std::ptrdiff_t>(row) * width; }
+ private:
+  void place(const StraightView& view, const Eigen::Vector2i& first, const ImageSize& size);
+  void stretch(const ImageSize& size, double scale);
+
+  int width_;
+  double stretch_ = 1;
+  std::vector<float> x_, y_, xx_, xy_, yy_;  // as in RowPlaces
 };
 
 }  // namespace tagcal

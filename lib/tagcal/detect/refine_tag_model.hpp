@@ -51,8 +51,7 @@ struct TagRow {
   double step = 1;
   double y = 0;
   // Where the pixels are without the lens, if it is known; else as above.
-  const float* straight_x = nullptr;
-  const float* straight_y = nullptr;
+  RowPlaces straight;
 };
 
 // The part of a pattern that is fitted.
@@ -101,7 +100,7 @@ class TagModel {
   void add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel);
   void differentiate(int c, TagPixel& pixel) const;
   void bend_row(int begin, int end);
-  RowPlaces places() const { return {bent_x_.data(), bent_y_.data(), bulge_}; }
+  RowPlaces places() const;
 
   double scale_;
   int num_columns_;  // of cells

@@ -52,10 +52,7 @@ void TagFitter::collect_row(int row) {
   const TagParameters& p = model_.parameters();
   TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
                (patch_.y0 + row - middle_.y()) / scale_};
-  if (places_) {
-    place.straight_x = places_->row_x(row);
-    place.straight_y = places_->row_y(row);
-  }
+  if (places_) place.straight = places_->row(row);
   PixelSpan& span = spans_[static_cast<std::size_t>(row)];
   if (!are_spans_fixed_) span = in_window(row);
   int begin = span.begin, end = span.end;
