@@ -21,6 +21,9 @@ constexpr double kTwistPerPx2 = 2e-6;  // and of its change along the edge, 1/px
 constexpr double kLogBlurSd = 0.5;     // how far the blur is believed to be from its start
 constexpr int kSelections = 3;         // times the pixels are chosen anew about the edge
 constexpr int kSteps = 4;              // Gauss-Newton steps for each
+constexpr double kSettledPx = 2e-3;    // a smaller step is the last one
+constexpr double kSettledLogBlur = 0.02;
+constexpr double kSameStripPx = 0.05;  // moves that need no new choice of pixels
 
 // A pixel near an edge: its place along it, in [-1, 1], its signed distance outwards, its level.
 struct Sample {
@@ -96,44 +99,91 @@ void start_levels(Edge& edge, const std::vector<Sample>& samples) {
   edge.fit[4] = sum[1] / std::max(1, count[1]) - inside;
 }
 
-// One Gauss-Newton step of level = inside + step Phi((outwards - offset(along)) / blur). Bend,
-// twist and blur have priors, weighed against the noise that the residuals show: short edges say
-// too little of them.
-bool step(Edge& edge, const std::vector<Sample>& samples) {
+// The normal distribution and its density, interpolated between places 1/64 apart: to 1e-5.
+class NormalTable {
+ public:
+  struct Value {
+    double below = 0;
+    double density = 0;
+  };
+
+  NormalTable() {
+    for (int i = 0; i <= kCount; ++i) {
+      const double z = static_cast<double>(i) / kPerUnit - kEnd;
+      values_[static_cast<std::size_t>(i)] = {
+          0.5 * std::erfc(-z / std::numbers::sqrt2),
+          std::exp(-0.5 * z * z) * std::numbers::inv_sqrtpi / std::numbers::sqrt2};
+    }
+  }
+
+  Value at(double z) const {
+    const double place = (std::clamp(z, -kEnd, kEnd) + kEnd) * kPerUnit;
+    const int i = std::min(static_cast<int>(place), kCount - 1);
+    const double share = place - i;
+    const Value& a = values_[static_cast<std::size_t>(i)];
+    const Value& b = values_[static_cast<std::size_t>(i + 1)];
+    return {a.below + share * (b.below - a.below), a.density + share * (b.density - a.density)};
+  }
+
+ private:
+  static constexpr double kEnd = 5;
+  static constexpr int kPerUnit = 64;
+  static constexpr int kCount = 2 * 5 * kPerUnit;
+  std::array<Value, kCount + 1> values_;
+};
+
+const NormalTable kNormal;
+
+enum class Step { failed, taken, settled };
+
+struct NormalEquations {
   Matrix7 information = Matrix7::Zero();
   Vector7 gradient = Vector7::Zero();
   double squares = 0;
-  const double blur = edge.blur();
+};
+
+// Of level = inside + step Phi((outwards - offset(along)) / blur).
+NormalEquations equations_of(const Edge& edge, const std::vector<Sample>& samples) {
+  NormalEquations sums;
+  const double per_blur = 1 / edge.blur();
   for (const Sample& sample : samples) {
-    const double z = (sample.outwards - edge.offset(sample.along)) / blur;
-    const double share = 0.5 * std::erfc(-z / std::numbers::sqrt2);
-    const double density = std::exp(-0.5 * z * z) * std::numbers::inv_sqrtpi / std::numbers::sqrt2;
+    const double z = (sample.outwards - edge.offset(sample.along)) * per_blur;
+    const auto [share, density] = kNormal.at(z);
     const double residual = sample.level - edge.fit[3] - edge.fit[4] * share;
-    const double by_offset = -edge.fit[4] * density / blur;
+    const double by_offset = -edge.fit[4] * density * per_blur;
+    const double by_slope = by_offset * sample.along, by_bend = by_slope * sample.along;
     Vector7 row;
-    row << by_offset, by_offset * sample.along, by_offset * sample.along * sample.along, 1, share,
-        -edge.fit[4] * density * z, by_offset * sample.along * sample.along * sample.along;
-    information.noalias() += row * row.transpose();
-    gradient += row * residual;
-    squares += residual * residual;
+    row << by_offset, by_slope, by_bend, 1, share, -edge.fit[4] * density * z,
+        by_bend * sample.along;
+    sums.information.noalias() += row * row.transpose();
+    sums.gradient += row * residual;
+    sums.squares += residual * residual;
   }
-  const double variance = std::max(0.1, squares / static_cast<double>(samples.size() - 7));
-  const double bend_weight = variance / std::pow(0.5 * kBendPerPx * edge.half * edge.half, 2);
-  const double twist_weight = variance / std::pow(kTwistPerPx2 * std::pow(edge.half, 3) / 6, 2);
-  const double blur_weight = variance / (kLogBlurSd * kLogBlurSd);
-  information(2, 2) += bend_weight;
-  gradient[2] -= bend_weight * edge.fit[2];
-  information(6, 6) += twist_weight;
-  gradient[6] -= twist_weight * edge.fit[6];
-  information(5, 5) += blur_weight;
-  gradient[5] -= blur_weight * (edge.fit[5] - std::log(kStartBlur));
-  Vector7 change = information.ldlt().solve(gradient);
-  if (!change.allFinite()) return false;
+  return sums;
+}
+
+// One Gauss-Newton step. Bend, twist and blur have priors, weighed against the noise that the
+// residuals show: short edges say too little of them.
+Step step(Edge& edge, const std::vector<Sample>& samples) {
+  NormalEquations sums = equations_of(edge, samples);
+  const double variance = std::max(0.1, sums.squares / static_cast<double>(samples.size() - 7));
+  const auto believe = [&](int i, double value, double sd) {
+    const double weight = variance / (sd * sd);
+    sums.information(i, i) += weight;
+    sums.gradient[i] -= weight * (edge.fit[i] - value);
+  };
+  believe(2, 0, 0.5 * kBendPerPx * edge.half * edge.half);
+  believe(6, 0, kTwistPerPx2 * std::pow(edge.half, 3) / 6);
+  believe(5, std::log(kStartBlur), kLogBlurSd);
+  Vector7 change = sums.information.ldlt().solve(sums.gradient);
+  if (!change.allFinite()) return Step::failed;
   change[0] = std::clamp(change[0], -0.5, 0.5);
   change[1] = std::clamp(change[1], -0.5, 0.5);
   change[5] = std::clamp(change[5], -0.5, 0.5);
   edge.fit += change;
-  return std::abs(edge.fit[0]) < kMaxMove && std::abs(edge.fit[5]) < 3;
+  if (!(std::abs(edge.fit[0]) < kMaxMove && std::abs(edge.fit[5]) < 3)) return Step::failed;
+  const double moved = std::abs(change[0]) + std::abs(change[1]) + std::abs(change[2]);
+  return moved < kSettledPx && std::abs(change[5]) < kSettledLogBlur ? Step::settled : Step::taken;
 }
 
 bool fit_edge(Edge& edge, const Image8& image, double cell, bool dark_inside) {
@@ -142,9 +192,12 @@ bool fit_edge(Edge& edge, const Image8& image, double cell, bool dark_inside) {
     const std::vector<Sample> samples = samples_about(edge, image);
     if (samples.size() < 16) return false;
     if (selection == 0) start_levels(edge, samples);
-    for (int i = 0; i < kSteps; ++i) {
-      if (!step(edge, samples)) return false;
-    }
+    const Vector7 before = edge.fit;
+    Step taken = Step::taken;
+    for (int i = 0; i < kSteps && taken == Step::taken; ++i) taken = step(edge, samples);
+    if (taken == Step::failed) return false;
+    const Vector7 change = (edge.fit - before).cwiseAbs();
+    if (selection > 0 && change[0] + change[1] + change[2] < kSameStripPx) break;
   }
   return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kMinContrast;
 }
