@@ -37,13 +37,6 @@ bool overlap(const Quad& a, const Quad& b) {
   return (centre_of(a) - centre_of(b)).norm() < 0.5 * std::min(shortest_side(a), shortest_side(b));
 }
 
-// A quad of a part of a picture, `scale` times smaller, in the picture.
-Quad enlarged(Quad quad, double scale, const Eigen::Vector2d& offset) {
-  const Eigen::Vector2d half(0.5, 0.5);
-  for (Eigen::Vector2d& corner : quad) corner = scale * (corner + half) - half + offset;
-  return quad;
-}
-
 }  // namespace
 
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
@@ -75,16 +68,20 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   const bool whole = search.box.size == image.size();
   Image8 part;
   if (!whole) part = part_of(image, search.box);
-  for (int i = 0; i < search.halvings; ++i) part = halved(i == 0 && whole ? image : part);
-  const Image8& searched = whole && search.halvings == 0 ? image : part;
+  std::vector<Image8> halves;
+  for (int i = 0; i < search.halvings; ++i)
+    halves.push_back(halved(i > 0 ? halves.back() : whole ? image : part));
+  const Image8& searched = !halves.empty() ? halves.back() : whole ? image : part;
   num_quads_ = 0;
   if (std::min(searched.width(), searched.height()) < kMinImageSide) return;
   const std::vector<std::vector<Sighting>> sightings = look(searched);
+  const Eigen::Vector2d offset(search.box.left, search.box.top);
   for (std::size_t i = 0; i < passes_.size(); ++i) {
     num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
     for (const Sighting& seen : sightings[i]) {
-      const Quad corners = in_picture(searched, search, seen.corners);
-      add(image, {seen.id, corners}, search.halvings == 0 && passes_[i].shrink == 0, found);
+      Quad corners = unhalved(halves, seen.corners);
+      for (Eigen::Vector2d& corner : corners) corner += offset;
+      add(image, {seen.id, corners}, halves.empty() && passes_[i].shrink == 0, found);
     }
   }
 }
@@ -132,13 +129,15 @@ std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searche
   return sightings;
 }
 
-// Corners seen in a search, where they are in the picture.
-Quad FamilyDetector::in_picture(const Image8& searched, const Search& search, Quad corners) const {
-  if (search.halvings > 0) {
-    const QuadShape shape{family_->width_at_border, !family_->reversed_border};
-    corners = refine_edges(searched, corners, shape).value_or(corners);
+// Corners seen in the last of the halves, in the picture that these were made from. They are made
+// finer on the way, so that they stay as near as the next fit needs them.
+Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners) const {
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  for (std::size_t i = halves.size(); i-- > 0;) {
+    corners = refine_edges(halves[i], corners, shape).value_or(corners);
+    for (Eigen::Vector2d& corner : corners) corner = 2 * corner + Eigen::Vector2d(0.5, 0.5);
   }
-  return enlarged(corners, 1 << search.halvings, Eigen::Vector2d(search.box.left, search.box.top));
+  return corners;
 }
 
 // The same tag, seen in another pass, is kept once. Corners that are not `exact` are nothing

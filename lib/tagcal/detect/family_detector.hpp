@@ -75,7 +75,7 @@ class FamilyDetector {
   std::vector<std::vector<Sighting>> look(const Image8& searched) const;
   void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const Image8& image);
-  Quad in_picture(const Image8& searched, const Search& search, Quad corners) const;
+  Quad unhalved(const std::vector<Image8>& halves, Quad corners) const;
 
   Wanted wanted_;
   FamilyHandle family_;
