@@ -25,6 +25,7 @@ constexpr double kMinContrast = 8;      // grey levels
 constexpr double kNoSettling = 0.93;    // likeness of a found tag that is not looked into
 constexpr double kLessLike = 0.02;      // likeness lost by a refinement that went astray: so much
 constexpr double kAstrayCells = 0.35;   // and so far: lenses that bend a tag cost some, too
+constexpr double kAstrayPx = 1;         // the search is no finer
 constexpr double kMaxWrongFixed = 0.1;  // of the cells of border and frame
 constexpr double kMaxWrongFixedIfFound = 0.25;
 constexpr double kCutShare = 0.15;  // of a tag's side: nearer to the edge, it may be whole
@@ -93,8 +94,8 @@ class PanelCompletion {
     const double before = likeness(image_, found.corners, cells);
     if (!found.refined || before < kNoSettling) {
       const Quad settled = settle(image_, found.corners, cells, 0);
-      const double best = likeness(image_, settled, cells);
-      if (best > before + kLessLike) {
+      if (found.refined ? is_astray(found.corners, settled, cells)
+                        : likeness(image_, settled, cells) > before + kLessLike) {
         kept = rules_.refine(tag.id, settled).value_or(FoundTag{tag.id, settled, false});
         if (is_astray(kept.corners, settled, cells)) kept = {tag.id, settled, false};
       }
@@ -206,7 +207,7 @@ class PanelCompletion {
 
   bool is_astray(const Quad& refined, const Quad& settled, const TagCells& cells) const {
     const double cell = shortest_side(settled) / cells.width_at_border();
-    return largest_distance(refined, settled) > kAstrayCells * cell &&
+    return largest_distance(refined, settled) > std::max(kAstrayCells * cell, kAstrayPx) &&
            likeness(image_, refined, cells) < likeness(image_, settled, cells) - kLessLike;
   }
 
