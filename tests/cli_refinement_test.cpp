@@ -1,5 +1,6 @@
 // How corners are found in pictures, from outside: --refinement, --refine-corners, detect --camera.
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "cli_fixture.hpp"
 #include "tagcal/io/dataset_file.hpp"
@@ -48,8 +49,11 @@ TEST_F(Cli, RefiningNeedsPicturesAndACameraOfTheirSize) {
   expect_bad_input("detect " + path("set") + " --camera " + path("wide.yaml"),
                    {"wide.yaml", "640x400", "800x400"});
   expect_bad_input("detect " + path("set") + " --camera " + path("none.yaml"), {"none.yaml"});
-  fs::copy(root() / "set", root() / "corners-only", fs::copy_options::recursive);
-  fs::remove_all(root() / "corners-only/images");
+  const fs::path folder = root() / "corners-only";
+  fs::copy(root() / "set", folder, fs::copy_options::recursive);
+  fs::remove_all(folder / "images");
+  spill(folder / "dataset.yaml", replaced(slurp(folder / "dataset.yaml"), "images: images",
+                                          "observations: observations_exact.csv"));
   expect_bad_input("calibrate " + path("corners-only") + " --refine-corners",
                    {"corners-only", "no pictures"});
 }
