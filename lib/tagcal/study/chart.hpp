@@ -66,6 +66,7 @@ struct ChartResult {
   std::string job;
   std::string error_unit;  // what `error` is: "rotation, degrees"
   std::string bound_name;  // what over_bound is a multiple of
+  std::string failure;     // when a trial fails: "no answer, or .."
   std::uint64_t seed = 0;
   bool quick = false;
   int num_trials = 0;               // of each panel, all shards together

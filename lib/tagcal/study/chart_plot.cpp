@@ -23,7 +23,7 @@ constexpr Marker kPeers[] = {{4, "#D55E00"},  {6, "#009E73"},  {8, "#CC79A7"}, {
 
 // Pixels of the picture.
 constexpr double kWidth = 900, kLeft = 58, kRight = 12, kGapX = 34, kPanel = 168, kGapY = 74;
-constexpr double kHead = 92, kAxisTitle = 34, kLegendLine = 19, kFoot = 15;
+constexpr double kHead = 92, kLegendLine = 19, kFoot = 15;
 constexpr int kLegendColumns = 3;
 constexpr double kMostOverBound = 20;  // more is drawn at the upper border
 
@@ -77,8 +77,8 @@ class Page {
     error_.low = std::clamp(error_.low, 0.3, 0.9);
     error_.high = std::clamp(1.25 * error_.high, 3.0, kMostOverBound * 1.25);
     time_ = {time_.low / 1.3, time_.high * 1.3};
-    height_ = kHead + static_cast<double>(rows_.size()) * (kPanel + kGapY) + kAxisTitle +
-              kLegendLine * legend_lines() + kFoot * static_cast<double>(foot().size()) + 14;
+    height_ = legend_top() + kLegendLine * legend_lines() +
+              kFoot * static_cast<double>(foot().size()) + 8;
   }
 
   std::string svg() const {
@@ -102,6 +102,10 @@ class Page {
     if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
   }
 
+  double panels_bottom() const {
+    return kHead + static_cast<double>(rows_.size()) * (kPanel + kGapY) - kGapY;
+  }
+  double legend_top() const { return panels_bottom() + 68; }
   int legend_lines() const {
     return (static_cast<int>(methods_.size()) + kLegendColumns - 1) / kLegendColumns;
   }
@@ -154,12 +158,12 @@ class Page {
                    "Pareto front. Solid line at 1: the " +
                        result_.bound_name + ".",
                    "left textcolor rgb '#444444' font ',9'");
-    double y = kHead + static_cast<double>(rows_.size()) * (kPanel + kGapY) - kGapY + 38;
-    script += text(kWidth / 2, y, "processor time of one call, median", "center");
+    script +=
+        text(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
     script += fmt::format("set label {} at screen {:.5f},{:.5f} center rotate by 90\n",
                           quoted("error, multiple of the bound (RMS)"), across(12),
-                          up(0.5 * (kHead + y - 38)));
-    y += 30;
+                          up(0.5 * (kHead + panels_bottom())));
+    double y = legend_top();
     for (std::size_t i = 0; i < methods_.size(); ++i) script += legend_entry(i, y);
     y += kLegendLine * legend_lines() + 4;
     for (const std::string& line : foot()) {
@@ -187,23 +191,35 @@ class Page {
                     .c_str());
   }
 
-  // "fails: A 12 %, B 3 %" of those that fail in half a percent or more, the most first.
-  std::string failures(const std::vector<ChartPoint>& points) const {
-    std::vector<ChartPoint> some;
-    for (const ChartPoint& p : points)
-      if (p.failed_share() >= 0.005) some.push_back(p);
-    std::stable_sort(some.begin(), some.end(), [](const ChartPoint& a, const ChartPoint& b) {
+  static std::string percent(double share) {
+    return fmt::format("{:.{}f} %", 100 * share, share < 0.1 ? 1 : 0);
+  }
+
+  std::string short_name(const ChartPoint& p) const {
+    std::string name = result_.methods[static_cast<std::size_t>(p.method)].name;
+    if (name.starts_with("OpenCV ")) name = name.substr(7);
+    return name.substr(0, name.find(" ("));
+  }
+
+  // "fails: A 12 %, B 3 %, the others 1 %" of those that fail in half a percent or more.
+  std::string failures(std::vector<ChartPoint> points) const {
+    std::stable_sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) {
       return a.failed_share() > b.failed_share();
     });
-    std::string all;
-    for (const ChartPoint& p : some) {
-      std::string name = result_.methods[static_cast<std::size_t>(p.method)].name;
-      if (name.starts_with("OpenCV ")) name = name.substr(7);
-      name = name.substr(0, name.find(" ("));
-      all += fmt::format("{}{} {:.{}f} %", all.empty() ? "fails: " : ", ", name,
-                         100 * p.failed_share(), p.failed_share() < 0.1 ? 1 : 0);
+    if (points.empty() || points.front().failed_share() < 0.005) return "";
+    const std::string least = percent(points.back().failed_share());
+    std::string all = "fails: ";
+    int with_least = 0;
+    for (const ChartPoint& p : points) {
+      if (percent(p.failed_share()) == least && points.size() > 1)
+        ++with_least;
+      else if (p.failed_share() >= 0.005)
+        all += fmt::format("{} {}, ", short_name(p), percent(p.failed_share()));
     }
-    return all;
+    if (with_least > 0 && points.back().failed_share() >= 0.005)
+      all +=
+          fmt::format("{} {}, ", with_least == 1 ? short_name(points.back()) : "the others", least);
+    return all.substr(0, all.size() - 2);
   }
 
   std::string panel_script(int number) const {

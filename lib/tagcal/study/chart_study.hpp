@@ -28,7 +28,7 @@ struct StudyPanel {
 };
 
 struct ChartStudy {
-  std::string error_unit, bound_name;
+  std::string error_unit, bound_name, failure;
   int trials = 0, quick_trials = 0;
   std::vector<ChartMethod> methods;
   std::vector<StudyPanel> panels;
