@@ -12,9 +12,9 @@
 
 namespace tagcal {
 
-enum class ChartJob { pose, focal };
+enum class ChartJob { pose, focal, project, calibrate };
 
-// pose, focal: in the order of ChartJob.
+// pose, focal, project, calibrate: in the order of ChartJob.
 std::span<const std::string_view> chart_job_names();
 std::optional<ChartJob> chart_job(std::string_view name);
 

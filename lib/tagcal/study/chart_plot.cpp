@@ -30,7 +30,7 @@ constexpr double kMostOverBound = 20;  // more is drawn at the upper border
 std::string quoted(std::string text) {
   for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2)
     text.insert(at, "'");
-  return "'" + text + "'";
+  return fmt::format("'{}'", text);
 }
 
 // Words up to so many letters a line.

@@ -39,6 +39,8 @@ struct ChartStudy {
 
 ChartStudy pose_study();
 ChartStudy focal_study();
+ChartStudy project_study();
+ChartStudy calibrate_study(bool quick);
 
 ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
                       const std::function<void(int, int)>& progress);
