@@ -18,7 +18,7 @@
 namespace tagcal {
 namespace {
 
-constexpr std::string_view kJobNames[] = {"pose", "focal", "project", "calibrate"};
+constexpr std::string_view kJobNames[] = {"pose", "focal", "project", "calibrate", "corners"};
 
 ChartStudy study_of(ChartJob job, bool quick) {
   switch (job) {
@@ -30,6 +30,8 @@ ChartStudy study_of(ChartJob job, bool quick) {
       return project_study();
     case ChartJob::calibrate:
       return calibrate_study(quick);
+    case ChartJob::corners:
+      return corners_study();
   }
   return {};
 }

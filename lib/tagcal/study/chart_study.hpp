@@ -41,6 +41,7 @@ ChartStudy pose_study();
 ChartStudy focal_study();
 ChartStudy project_study();
 ChartStudy calibrate_study(bool quick);
+ChartStudy corners_study();
 
 ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
                       const std::function<void(int, int)>& progress);
