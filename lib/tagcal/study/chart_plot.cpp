@@ -42,7 +42,8 @@ std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
     const std::string word = text.substr(begin, end - begin);
     if (!lines.back().empty() && lines.back().size() + 1 + word.size() > width)
       lines.emplace_back();
-    lines.back() += (lines.back().empty() ? "" : " ") + word;
+    if (!lines.back().empty()) lines.back() += ' ';
+    lines.back() += word;
     begin = end + 1;
   }
   return lines;
@@ -128,7 +129,10 @@ class Page {
 
   std::vector<std::string> foot() const {
     std::string all;
-    for (const std::string& line : result_.origin) all += (all.empty() ? "" : " · ") + line;
+    for (const std::string& line : result_.origin) {
+      if (!all.empty()) all += " · ";
+      all += line;
+    }
     return wrapped(all, 150);
   }
 
@@ -153,11 +157,12 @@ class Page {
         "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
         "set bmargin at screen 0\nset xrange [0:1]\nset yrange [0:1]\n";
     script += text(kLeft, 18, headline(), "left font ',13'");
-    script += text(kLeft, 37,
-                   "Lower left is better. Whiskers: 5 to 95 % of the trials. Dotted line: the "
-                   "Pareto front. Solid line at 1: the " +
-                       result_.bound_name + ".",
-                   "left textcolor rgb '#444444' font ',9'");
+    script +=
+        text(kLeft, 37,
+             "Lower left is better. Whiskers: 5-95 % of the trials. Dotted: Pareto front. Line "
+             "at 1: " +
+                 result_.bound_name + ".",
+             "left textcolor rgb '#444444' font ',9'");
     script +=
         text(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
     script += fmt::format("set label {} at screen {:.5f},{:.5f} center rotate by 90\n",
@@ -174,7 +179,7 @@ class Page {
   }
 
   std::string headline() const {
-    return "tagcal chart " + result_.job + (title_.empty() ? "" : ": " + title_);
+    return fmt::format("tagcal chart {}{}{}", result_.job, title_.empty() ? "" : ": ", title_);
   }
 
   std::string legend_entry(std::size_t i, double top) const {
@@ -214,11 +219,11 @@ class Page {
       if (percent(p.failed_share()) == least && points.size() > 1)
         ++with_least;
       else if (p.failed_share() >= 0.005)
-        all += fmt::format("{} {}, ", short_name(p), percent(p.failed_share()));
+        all += fmt::format("{} {}; ", short_name(p), percent(p.failed_share()));
     }
     if (with_least > 0 && points.back().failed_share() >= 0.005)
       all +=
-          fmt::format("{} {}, ", with_least == 1 ? short_name(points.back()) : "the others", least);
+          fmt::format("{} {}; ", with_least == 1 ? short_name(points.back()) : "the others", least);
     return all.substr(0, all.size() - 2);
   }
 
@@ -237,8 +242,10 @@ class Page {
         "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
         "set bmargin at screen {:.5f}\n",
         across(left), across(left + width), up(top), up(top + kPanel));
-    script += text(left, top - 32, panel.column + (panel.row.empty() ? "" : ", " + panel.row),
-                   "left font ',9'");
+    script +=
+        text(left, top - 32,
+             panel.row.empty() ? panel.column : fmt::format("{}, {}", panel.column, panel.row),
+             "left font ',9'");
     const auto lines = wrapped(failures(points), static_cast<std::size_t>(width / 4.9));
     for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), 2); ++i)
       script += text(left, top - 18 + 10 * static_cast<double>(i),
@@ -250,14 +257,16 @@ class Page {
   // Arrows of what lies above the picture.
   std::string off_scale(const std::vector<ChartPoint>& points) const {
     std::string script;
+    double lines = 0;  // below each other
     for (const ChartPoint& p : points) {
       if (!(p.rms_over_bound > kMostOverBound)) continue;
       const bool right = p.time_us.median * p.time_us.median > time_.low * time_.high;
       script += fmt::format(
-          "set label '{}' at first {:.5g},{:.5g} {} offset {},0 textcolor rgb '#444444' font "
+          "set label '{}' at first {:.5g},{:.5g} {} offset {},{} textcolor rgb '#444444' font "
           "',7'\n",
           p.rms_over_bound > 1000 ? "↑ over 1000" : fmt::format("↑ {:.0f}", p.rms_over_bound),
-          p.time_us.median, kMostOverBound, right ? "right" : "left", right ? -0.9 : 0.9);
+          p.time_us.median, kMostOverBound, right ? "right" : "left", right ? -0.9 : 0.9,
+          -0.9 * lines++);
     }
     return script;
   }
