@@ -229,7 +229,7 @@ TEST(ChartPlot, writesEveryPageTwice) {
   EXPECT_EQ(pictures[2].file_name, "chart-2.svg");
   EXPECT_NE(pictures[1].script.find("pngcairo"), std::string::npos);
   EXPECT_NE(pictures[2].script.find("it''s another"), std::string::npos);
-  EXPECT_NE(pictures[0].script.find("fails: peer fails 100 %"), std::string::npos);
+  EXPECT_NE(pictures[0].script.find("fails: peer fails 100\u00a0%"), std::string::npos);
 }
 
 }  // namespace

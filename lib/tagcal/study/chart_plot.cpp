@@ -197,7 +197,7 @@ class Page {
   }
 
   static std::string percent(double share) {
-    return fmt::format("{:.{}f} %", 100 * share, share < 0.1 ? 1 : 0);
+    return fmt::format("{:.{}f}\u00a0%", 100 * share, share < 0.1 ? 1 : 0);  // not to be broken
   }
 
   std::string short_name(const ChartPoint& p) const {
