@@ -157,12 +157,12 @@ class Page {
         "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
         "set bmargin at screen 0\nset xrange [0:1]\nset yrange [0:1]\n";
     script += text(kLeft, 18, headline(), "left font ',13'");
-    script +=
-        text(kLeft, 37,
-             "Lower left is better. Whiskers: 5-95 % of the trials. Dotted: Pareto front. Line "
-             "at 1: " +
-                 result_.bound_name + ".",
-             "left textcolor rgb '#444444' font ',9'");
+    script += text(
+        kLeft, 37,
+        fmt::format("Lower left is better. Whiskers: 5-95 % of the trials. Dotted: Pareto front. "
+                    "Line at 1: {}.",
+                    result_.bound_name),
+        "left textcolor rgb '#444444' font ',9'");
     script +=
         text(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
     script += fmt::format("set label {} at screen {:.5f},{:.5f} center rotate by 90\n",
