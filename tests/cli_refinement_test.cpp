@@ -52,7 +52,7 @@ TEST_F(Cli, RefiningNeedsPicturesAndACameraOfTheirSize) {
   const fs::path folder = root() / "corners-only";
   fs::copy(root() / "set", folder, fs::copy_options::recursive);
   fs::remove_all(folder / "images");
-  spill(folder / "dataset.yaml", replaced(slurp(folder / "dataset.yaml"), "images: images",
+  spill(folder / "dataset.yaml", replaced(slurp(folder / "dataset.yaml"), "images: \"images\"",
                                           "observations: observations_exact.csv"));
   expect_bad_input("calibrate " + path("corners-only") + " --refine-corners",
                    {"corners-only", "no pictures"});
