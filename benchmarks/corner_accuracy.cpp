@@ -2,6 +2,8 @@
 // known to be straight and with its bend unknown, the fit of the sides, and AprilTag's own corners,
 // on the same rendered pixels, beside the Cramer-Rao bound of each fitted model.
 //   corner_accuracy [tags per row, default 200] [row]
+// And of tags of all sizes anywhere in the picture of a lens, not known to the fit and known:
+//   corner_accuracy lens [tags per row, default 200]
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -9,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <string>
 #include <vector>
 
 #include "rendered_tag.hpp"
@@ -137,9 +140,93 @@ void run(const Row& row, int count) {
                 count, errors->rms(), errors->mean().x(), errors->mean().y(), errors->outwards());
 }
 
+struct NamedCamera {
+  const char* name;
+  Camera camera;
+};
+
+std::vector<NamedCamera> lens_cameras() {
+  std::vector<NamedCamera> cameras;
+  const ImageSize size{1280, 800};
+  for (const auto& [name, k1] :
+       {std::pair{"k1 -.40", -.4}, {"k1 -.25", -.25}, {"k1 0", 0.}, {"k1 +.20", .2}})
+    cameras.push_back({name, {Perspective({900, 900, 652, 391, k1}), size}});
+  cameras.push_back({"k1 -.4 k2 .2", {Perspective({900, 900, 652, 391, -.4, .2}), size}});
+  cameras.push_back({"fisheye4", {Fisheye({400, 400, 652, 391, -.02, .004, -.002, 0}), size}});
+  return cameras;
+}
+
+// Of fits of one kind: against the truth, and against their own covariance.
+class LensTally {
+ public:
+  void add(const TagView& view, const TagPattern& pattern, const Corners& start,
+           const TagFitOptions& options) {
+    const std::clock_t begin = std::clock();
+    const TagFit fit = refine_tag(view.image, pattern, start, options);
+    seconds_.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    if (fit.status != TagFitStatus::converged) return;
+    errors_.add(fit.corners, view.corners);
+    Eigen::Matrix<double, 8, 1> error;
+    for (std::size_t k = 0; k < 4; ++k)
+      error.segment<2>(2 * static_cast<Eigen::Index>(k)) = fit.corners[k] - view.corners[k];
+    const double squares = error.dot(fit.covariance_px2.ldlt().solve(error)) / 8;
+    nees_ += squares;
+    worst_nees_ = std::max(worst_nees_, squares);
+    predicted_ += fit.covariance_px2.trace() / 8;
+    worst_px_ = std::max(worst_px_, error.cwiseAbs().maxCoeff());
+    noise_ += fit.noise_levels;
+    iterations_ += fit.iterations;
+  }
+
+  void print(const char* name) {
+    const int n = errors_.tags();
+    const auto middle = seconds_.begin() + static_cast<std::ptrdiff_t>(seconds_.size() / 2);
+    std::nth_element(seconds_.begin(), middle, seconds_.end());
+    std::printf(
+        "  %-8s %3d of %3d  NEES/dim %6.3f (worst %6.2f)  rms %.4f  predicted/observed %.3f  mean "
+        "%+.4f %+.4f out %+.4f  worst %.3f px  noise %.2f  %.1f steps  %.3f ms\n",
+        name, n, static_cast<int>(seconds_.size()), nees_ / n, worst_nees_, errors_.rms(),
+        std::sqrt(predicted_ / n) / errors_.rms(), errors_.mean().x(), errors_.mean().y(),
+        errors_.outwards(), worst_px_, noise_ / n, iterations_ / n, 1e3 * *middle);
+  }
+
+ private:
+  Errors errors_;
+  double nees_ = 0, worst_nees_ = 0, predicted_ = 0, worst_px_ = 0, noise_ = 0, iterations_ = 0;
+  std::vector<double> seconds_;
+};
+
+void run_lens(const NamedCamera& lens, int count) {
+  const TagFamily family = tag_family("tag36h11", 1);
+  for (const double side : {15., 20., 30., 40., 60., 100., 160., 250.}) {
+    Random random(77);
+    LensTally unknown, known;
+    for (int i = 0; i < count; ++i) {
+      const TagViewSpec spec{side, random.uniform(0, 50), random.uniform(.6, 1), 2};
+      const TagView view = tag_through_lens(spec, lens.camera, random);
+      const TagPattern pattern = tag_pattern(family, view.id, 1);
+      Corners start = view.corners;
+      for (Eigen::Vector2d& corner : start)
+        corner += Eigen::Vector2d(random.uniform(-.3, .3), random.uniform(-.3, .3));
+      unknown.add(view, pattern, start, {});
+      TagFitOptions options;
+      options.camera = &view.camera;
+      known.add(view, pattern, start, options);
+    }
+    std::printf("%s, %.0f px\n", lens.name, side);
+    unknown.print("unknown");
+    known.print("known");
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "lens") {
+    for (const NamedCamera& lens : lens_cameras())
+      run_lens(lens, argc > 2 ? std::atoi(argv[2]) : 200);
+    return 0;
+  }
   const int count = argc > 1 ? std::atoi(argv[1]) : 200;
   const int only = argc > 2 ? std::atoi(argv[2]) : -1;
   for (int i = 0; i < static_cast<int>(std::size(kRows)); ++i)

@@ -18,7 +18,11 @@ PlacedBoard board_of(const std::string& family, int border_bits, int first_id, i
   placed.board.family = family;
   placed.board.border_bits = border_bits;
   placed.board.corner_squares = border_bits == 2;
-  for (int id = first_id; id < first_id + count; ++id) placed.board.tags.push_back({id, 0.1, {}});
+  // Each on a plane of its own: no tag says where another one is.
+  for (int id = first_id; id < first_id + count; ++id) {
+    const Pose pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, id));
+    placed.board.tags.push_back({id, 0.1, pose});
+  }
   return placed;
 }
 
@@ -308,7 +312,9 @@ TEST(Detector, NoBoardsNoTags) {
 
 // Photographs that are not part of the project.
 TEST(Detector, RealPhotographs) {
-  const auto folder = std::filesystem::path(TAGCAL_SOURCE_DIR) / ".." / "shared" / "real";
+  const std::filesystem::path source = TAGCAL_SOURCE_DIR;
+  const bool beside = std::filesystem::exists(source / "../shared/real");
+  const auto folder = source / (beside ? "../shared/real" : "../../shared/real");
   if (!std::filesystem::exists(folder / "two_boards.png")) {
     GTEST_SKIP() << "no photographs beside the project";
   }

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "corner_tally.hpp"
 #include "rendered_tag.hpp"
 #include "tag_patch.hpp"
 #include "tagcal/detect/families.hpp"
@@ -15,61 +15,8 @@
 namespace tagcal {
 namespace {
 
-using Corners = std::array<Eigen::Vector2d, 4>;
-
-constexpr TagFitOptions kStraight = {0, 0, 12};  // no lens bends the pictures of tag_patch()
-
-Corners moved(Corners corners, double px, Random& random) {
-  for (Eigen::Vector2d& corner : corners)
-    corner += Eigen::Vector2d(random.uniform(-px, px), random.uniform(-px, px));
-  return corners;
-}
-
-// Fits to many tags, started up to 0.2 px off.
-struct Trials {
-  int failed = 0;
-  double rms = 0;
-  double predicted = 0;  // rms of the standard deviations
-  double nees = 0;       // squared error in its covariance, over its dimension
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  double outwards = 0;
-};
-
-class Tally {
- public:
-  void add(const TagFit& fit, const Corners& truth) {
-    if (fit.status != TagFitStatus::converged) {
-      ++sums_.failed;
-      return;
-    }
-    const Eigen::Vector2d centre = 0.25 * (truth[0] + truth[1] + truth[2] + truth[3]);
-    Eigen::Matrix<double, 8, 1> error;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Eigen::Vector2d e = fit.corners[k] - truth[k];
-      error.segment<2>(2 * static_cast<Eigen::Index>(k)) = e;
-      sums_.mean += e / 4;
-      sums_.outwards += e.dot((truth[k] - centre).normalized()) / 4;
-    }
-    sums_.rms += error.squaredNorm() / 8;
-    sums_.predicted += fit.covariance_px2.trace() / 8;
-    sums_.nees += error.dot(fit.covariance_px2.ldlt().solve(error)) / 8;
-    ++num_;
-  }
-
-  Trials result() const {
-    Trials result = sums_;
-    result.rms = std::sqrt(result.rms / num_);
-    result.predicted = std::sqrt(result.predicted / num_);
-    result.nees /= num_;
-    result.mean /= num_;
-    result.outwards /= num_;
-    return result;
-  }
-
- private:
-  Trials sums_;
-  int num_ = 0;
-};
+constexpr TagFitOptions kStraight = {0, 0, 12,
+                                     nullptr};  // no lens bends the pictures of tag_patch()
 
 // What the fit is told of the surroundings, and of the lens.
 struct Known {
@@ -122,7 +69,7 @@ TEST(RefineTag, PatternOfATag) {
 TEST(RefineTag, Derivatives) {
   const TagPattern pattern = tag_pattern(tag_family("tag36h11", 1), 7, 2, {0.3, true});
   constexpr double kScale = 25;
-  TagModel model(pattern, kScale);
+  TagModel model({pattern.lines, pattern.lines, pattern.cells}, kScale);
   TagParameters parameters;
   parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4,  //
       2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;

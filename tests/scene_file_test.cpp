@@ -25,7 +25,7 @@ const std::string kScene =
     "path:\n  type: dome\n  min_distance_m: 0.5\n  max_distance_m: 1.5\n  min_elevation_deg: 30\n"
     "views: 7\n"
     "jitter: {position_m: 0.1, target_m: 0.2, roll_deg: 90}\n"
-    "sensor: {exposure: 1.1, blur_px: 0.7, noise_levels: 2}\n"
+    "sensor: {exposure: 1.1, blur_px: 0.7, noise_levels: 2, bits: 16}\n"
     "background_level: 0.1\npaper_level: 1\nink_level: 0\npaper_margin_m: 0.05\n";
 
 class SceneFile : public FileTest {
@@ -76,6 +76,7 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(scene.sensor.exposure, 1.1);
   EXPECT_EQ(scene.sensor.blur_px, 0.7);
   EXPECT_EQ(scene.sensor.noise_levels, 2);
+  EXPECT_EQ(scene.sensor.bits, 16);
   EXPECT_EQ(scene.background_level, 0.1);
   EXPECT_EQ(scene.paper_level, 1);
   EXPECT_EQ(scene.ink_level, 0);
@@ -92,6 +93,7 @@ TEST_F(SceneFile, DefaultsAreThoseOfTheHeader) {
   EXPECT_EQ(scene.ink_level, 0.1);
   EXPECT_EQ(scene.sensor.exposure, 1);
   EXPECT_EQ(scene.sensor.noise_levels, 0);
+  EXPECT_EQ(scene.sensor.bits, 8);
   EXPECT_TRUE(scene.occluders.empty());
   EXPECT_EQ(std::get<RingPath>(scene.path).end_rad, 2 * std::numbers::pi);
   EXPECT_EQ(parameters(scene.camera.lens)[2], 319.5);
@@ -195,6 +197,9 @@ TEST_F(SceneFile, BadScenes) {
       {"exposure: 1.1", "exposure: 0", "scene.yaml: sensor.exposure: must be > 0, got 0"},
       {"blur_px: 0.7", "blur_px: -1", "scene.yaml: sensor.blur_px: must be from 0 to 100, got -1"},
       {"noise_levels: 2", "noise_levels: x", "scene.yaml: sensor.noise_levels: must be a finite"},
+      {"bits: 16", "bits: 12", "scene.yaml: sensor.bits: must be 8 or 16, got 12"},
+      {"bits: 16", "bits: 32", "scene.yaml: sensor.bits: must be 8 or 16, got 32"},
+      {"bits: 16", "bits: 8.5", "scene.yaml: sensor.bits: must be 8 or 16, got 8.5"},
       {"ink_level: 0", "ink_level: -1", "scene.yaml: ink_level: must be from 0 to 1, got -1"},
       {"paper_margin_m: 0.05", "paper_margin_m: -1",
        "scene.yaml: paper_margin_m: must be >= 0, go"},

@@ -129,6 +129,9 @@ Command add_calibrate(CLI::App& app) {
                "corners' median");
   command->add_flag("--board-warp", arguments->job.options.board_warp,
                     "let the board be bent, by two parameters; needs one flat board");
+  command->add_flag("--refine-corners", arguments->job.refine_corners,
+                    "fit the corners in their pictures again under the lens that was found, and "
+                    "calibrate again");
   command->add_flag("--advise", arguments->job.advise,
                     "the next view that would teach most, and what to expect of it");
   command->add_flag("--json", arguments->json,

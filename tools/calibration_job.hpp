@@ -13,6 +13,7 @@ struct CalibrationJob {
   InputArguments input;
   CalibrateOptions options;
   bool advise = false;
+  bool refine_corners = false;  // fit them again under the first lens, and calibrate again
   int threads = 0;             // of detection and solver; 0: one per core
   bool shows_progress = true;  // on stderr
 };

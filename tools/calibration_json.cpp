@@ -173,6 +173,8 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"sigma", camera_json(calibration, &Shown::sigma)},
                {"rms_px", known ? Json(calibration.rms_px) : Json()},
                {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
+               {"sigma_of_corners", calibration.sigma_of_corners},
+               {"model_error_px", known ? Json(calibration.model_error_px) : Json()},
                {"num_views", calibration.views.size()},
                {"num_corners", calibration.num_corners},
                {"num_outliers", calibration.outliers.size()},

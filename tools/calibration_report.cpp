@@ -75,8 +75,16 @@ std::string steps_text(const std::vector<ModelStep>& steps) {
 }
 
 std::string_view noise_source(const Calibration& calibration) {
-  if (calibration.sigma_of_corners) return "in units of each corner's own";
   return calibration.sigma_from_residuals ? "from the residuals" : "as stated";
+}
+
+std::string noise_text(const Calibration& calibration) {
+  if (!calibration.sigma_of_corners)
+    return fmt::format("{:.4f} px per coordinate ({})", calibration.sigma_px,
+                       noise_source(calibration));
+  if (calibration.model_error_px == 0) return "each corner's own, which explains the residuals";
+  return fmt::format("each corner's own, and {:.4f} px per coordinate of lens and target",
+                     calibration.model_error_px);
 }
 
 }  // namespace
@@ -95,8 +103,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
     for (std::size_t i = 0; i < num_shown(calibration); ++i) text += parameter_line(shown[i]);
     text += fmt::format("rms        {:.4f} px over {} corners in {} views\n", calibration.rms_px,
                         calibration.num_corners, calibration.views.size());
-    text += fmt::format("noise      {:.4f} px per coordinate ({})\n", calibration.sigma_px,
-                        noise_source(calibration));
+    text += fmt::format("noise      {}\n", noise_text(calibration));
   }
   text += scales_text(calibration) + projection_text(calibration);
   text += steps_text(calibration.steps) + dropped_corners_text(calibration);

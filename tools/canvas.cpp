@@ -132,10 +132,12 @@ void Canvas::draw(const std::vector<Polyline>& lines, const Pen& pen) {
            pen.dash_px > 0 ? dashes(part, pen.dash_px) : std::vector<Polyline>{part})
         outlines.add(outline_of(stroke, pen.width_px));
   for (int row = 0; row < image_.height(); row += kBandRows) {
-    CoverageBand band(image_.width(), row, std::min(kBandRows, image_.height() - row));
-    band.accumulate(outlines);
-    band.drain([&](int r, int x, float share) {
-      blend(image_(x, row + r), pen.colour, pen.opacity * std::min(1.0F, std::abs(share)));
+    CoverageBand band(image_.width(), std::min(kBandRows, image_.height() - row));
+    band.move_to(row);
+    band.accumulate(outlines.edges());
+    band.drain([&](int r, int first, int last, float share) {
+      for (int x = first; x < last; ++x)
+        blend(image_(x, row + r), pen.colour, pen.opacity * std::min(1.0F, std::abs(share)));
     });
   }
 }

@@ -28,8 +28,7 @@ namespace fs = std::filesystem;
 struct Arguments {
   std::string job, out, shard;
   std::vector<std::string> merge;
-  int trials = 0, threads = 1;
-  std::uint64_t seed = 1;
+  int trials = 0, threads = 1, seed = 1;
   bool quick = false;
 };
 
@@ -54,8 +53,7 @@ std::string shown_command(const Arguments& a, const std::string& job) {
 }
 
 // Where the pictures, the tables and the trials of a result go, all of them or none.
-void write_result(const ChartResult& result, const fs::path& place) {
-  OutputFolder folder(place, OutputFolder::Taken::by_any_folder);
+void write_result(const ChartResult& result, const fs::path& place, OutputFolder& folder) {
   const std::vector<ChartPoint> points = chart_points(result);
   write_whole(folder.path() / "trials.csv", trials_text(result));
   write_whole(folder.path() / "chart.csv", points_csv(result, points));
@@ -77,7 +75,8 @@ void write_result(const ChartResult& result, const fs::path& place) {
 }
 
 ChartResult run_job(const Arguments& a, const std::string& name) {
-  const ChartOptions options{a.trials, a.seed, a.threads, a.quick, shard_of(a.shard)};
+  const ChartOptions options{a.trials, static_cast<std::uint64_t>(a.seed), a.threads, a.quick,
+                             shard_of(a.shard)};
   Progress progress("chart " + name, 1000);
   ChartResult result = run_chart(*chart_job(name), options, [&](int done, int total) {
     progress.update(static_cast<int>(1000LL * done / total));
@@ -85,6 +84,12 @@ ChartResult run_job(const Arguments& a, const std::string& name) {
   result.origin = {shown_command(a, name), "tagcal " TAGCAL_VERSION, peers_versions(),
                    processor_name(), today()};
   return result;
+}
+
+// A folder that cannot be written is said before the work, not after it.
+void chart(const Arguments& a, const std::string& name, const fs::path& place) {
+  OutputFolder folder(place, OutputFolder::Taken::by_any_folder);
+  write_result(run_job(a, name), place, folder);
 }
 
 ChartResult read_part(const fs::path& place) {
@@ -101,6 +106,7 @@ void check(const Arguments& a) {
                             fmt::join(chart_job_names(), ", ")));
   if (!a.merge.empty() && (a.quick || !a.shard.empty() || a.trials > 0))
     throw Error("--merge: takes no --trials, --quick or --shard: the parts say them");
+  shard_of(a.shard);
 }
 
 int run(const Arguments& a) {
@@ -108,12 +114,14 @@ int run(const Arguments& a) {
   if (!a.merge.empty()) {
     std::vector<ChartResult> parts;
     for (const std::string& place : a.merge) parts.push_back(read_part(place));
-    write_result(merge_charts(parts), a.out);
+    const ChartResult merged = merge_charts(parts);
+    OutputFolder folder(a.out, OutputFolder::Taken::by_any_folder);
+    write_result(merged, a.out, folder);
   } else if (a.job == "all") {
     for (const std::string_view name : chart_job_names())
-      write_result(run_job(a, std::string(name)), fs::path(a.out) / name);
+      chart(a, std::string(name), fs::path(a.out) / name);
   } else {
-    write_result(run_job(a, a.job), a.out);
+    chart(a, a.job, a.out);
   }
   return kAnswer;
 }
@@ -134,8 +142,7 @@ Command add_chart(CLI::App& app) {
       ->required();
   add_integer(*command, "--trials", a->trials, 1,
               "trials of each panel; default: what the job takes");
-  command->add_option("--seed", a->seed, "of the problems; equal seeds, equal errors")
-      ->option_text("N");
+  add_integer(*command, "--seed", a->seed, 0, "of the problems (1); equal seeds, equal errors");
   add_integer(*command, "--threads", a->threads, 0,
               "problems worked on side by side; 0: one per core; times are best with 1");
   command->add_flag("--quick", a->quick, "fewer trials and smaller problems: under a minute");

@@ -16,6 +16,7 @@
 #include "tag_drawing.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -26,7 +27,8 @@ namespace {
 struct Arguments {
   InputArguments input;
   std::string out;
-  std::string draw;  // a folder
+  std::string camera;  // a file
+  std::string draw;    // a folder
   bool explain = false;
   int threads = 0;
 };
@@ -80,7 +82,13 @@ int run(const Arguments& arguments) {
   const std::vector<std::string> names =
       arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
+  std::optional<CalibrationFile> camera;
+  if (!arguments.camera.empty()) {
+    camera = read_calibration(arguments.camera);
+    check_image_size(camera->camera.image_size, arguments.camera, input);
+  }
   detect_views(input, arguments.threads);
+  if (camera) refine_views(input, camera->camera, arguments.threads);
   const std::vector<View>& views = input.dataset.views;
   const std::string csv = observations_csv(views);
   if (arguments.out.empty()) {
@@ -111,6 +119,10 @@ Command add_detect(CLI::App& app) {
   add_input(*command, arguments->input);
   command->add_option("--out", arguments->out, "file for the corners, instead of stdout")
       ->option_text("CSV");
+  command
+      ->add_option("--camera", arguments->camera,
+                   "the camera's calibration, where it is known: tags are fitted under its lens")
+      ->option_text("C.yaml");
   command
       ->add_option("--draw", arguments->draw,
                    fmt::format("folder for the pictures with tags, ids and corners drawn in, and "

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "progress.hpp"
+#include "tagcal/detect/refine_corners.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -20,6 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMinCorners = 12;
+
+const std::map<std::string, Refinement> kRefinements = {
+    {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
 
 // Pictures are known by their file name, or by the path as given where two share a name.
 std::vector<ImageSource> image_sources(const std::vector<fs::path>& files) {
@@ -98,6 +102,13 @@ void add_input(CLI::App& command, InputArguments& arguments) {
       ->required();
   command.add_option("--target", arguments.target, "the board in the pictures: a target file")
       ->option_text("T.yaml");
+  command
+      .add_option(
+          "--refinement", arguments.refinement,
+          "how corners are found in pictures: fit (the whole printed tag, with covariances; "
+          "the usual one), edges (its four sides) or stock (AprilTag's own)")
+      ->check(CLI::IsMember({"fit", "edges", "stock"}))
+      ->option_text("R");
 }
 
 void add_observations(CLI::App& command, InputArguments& arguments) {
@@ -108,7 +119,9 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 }
 
 Input read_input(const InputArguments& arguments) {
-  return arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
+  Input input = arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
+  if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
+  return input;
 }
 
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
@@ -127,6 +140,7 @@ void detect_views(Input& input, int threads, bool shows_progress) {
   }
   DetectOptions options;
   options.threads = threads;
+  options.refinement = input.refinement;
   std::optional<Progress> progress;
   if (shows_progress) progress.emplace("detecting", static_cast<int>(input.images.size()));
   DetectResult result = detect_all(input.images, boards, options, [&](int done, int) {
@@ -134,6 +148,21 @@ void detect_views(Input& input, int threads, bool shows_progress) {
   });
   input.dataset.views = std::move(result.views);
   input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
+}
+
+void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress) {
+  if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
+  std::optional<Progress> progress;
+  if (shows_progress) progress.emplace("refining", static_cast<int>(input.dataset.views.size()));
+  RefinedCorners refined = refine_corners(input.images, input.dataset.boards, input.dataset.views,
+                                          camera, threads, [&](int done, int) {
+                                            if (progress) progress->update(done);
+                                          });
+  input.dataset.views = std::move(refined.views);
+  if (refined.num_refined < refined.num_tags)
+    input.warnings.push_back(
+        fmt::format("the corners of {} of {} tags stay as they were found: no fit under the lens",
+                    refined.num_tags - refined.num_refined, refined.num_tags));
 }
 
 void find_views(Input& input, int threads, bool shows_progress) {

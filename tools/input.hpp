@@ -16,9 +16,10 @@ struct InputArguments {
   std::string target;               // a target file; "" for a data set
   std::vector<std::string> inputs;  // one folder, or pictures
   std::string observations;         // a CSV file that stands for those of the data set
+  std::string refinement;           // of corners that are found in pictures; "" for the usual one
 };
 
-// `DATASET` or `IMAGE...`, and `--target`.
+// `DATASET` or `IMAGE...`, `--target` and `--refinement`.
 void add_input(CLI::App& command, InputArguments& arguments);
 void add_observations(CLI::App& command, InputArguments& arguments);
 
@@ -27,6 +28,7 @@ struct Input {
   Dataset dataset;           // with views where there are observations
   std::string observations;  // the file that the views were read from; "" where there is none
   std::vector<ImageSource> images;
+  Refinement refinement = DetectOptions().refinement;
   std::vector<std::string> warnings;
 };
 
@@ -46,6 +48,11 @@ void find_views(Input& input, int threads, bool shows_progress = true);
 
 // The same for a calibration: throws Error for fewer than 12 corners in all.
 void need_views(Input& input, int threads, bool shows_progress = true);
+
+// The corners of the views once more, in their pictures, with the lens that is known now; those of
+// tags that cannot be fitted stay as they were, and a warning says how many. Throws Error without
+// pictures.
+void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress = true);
 
 // Throws Error where a file could not be written for a plain reason (a folder of that name, no
 // folder to hold it), before any work is done for it.

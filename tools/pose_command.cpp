@@ -16,6 +16,7 @@
 #include "pose_report.hpp"
 #include "progress.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/corner_noise.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
 
@@ -31,6 +32,7 @@ struct Arguments {
   bool unknown_focal = false;
   double prior_focal_px = 0;
   double sigma_px = 0;
+  double model_error_px = 0;  // 0: what the camera's file says
   std::vector<std::string> views;
   std::string draw;
   int threads = 0;
@@ -44,12 +46,20 @@ void check_usage(const Arguments& arguments) {
     throw Error("--prior-focal: goes with --unknown-focal");
 }
 
-// The camera of the file, where one is given.
-std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
-  if (arguments.camera.empty()) return std::nullopt;
-  const Camera camera = read_calibration(arguments.camera).camera;
-  check_image_size(camera.image_size, arguments.camera, input);
-  return camera;
+struct KnownCamera {
+  std::optional<Camera> camera;          // none: its focal length is looked for
+  std::optional<double> model_error_px;  // where it is known
+};
+
+KnownCamera known_camera(const Arguments& arguments, const Input& input) {
+  KnownCamera known;
+  if (!arguments.camera.empty()) {
+    const CalibrationFile file = read_calibration(arguments.camera);
+    check_image_size(file.camera.image_size, arguments.camera, input);
+    known = {file.camera, file.model_error_px};
+  }
+  if (arguments.model_error_px > 0) known.model_error_px = arguments.model_error_px;
+  return known;
 }
 
 bool is_chosen(const Arguments& arguments, const std::string& name) {
@@ -72,7 +82,7 @@ struct PoseProblem {
   std::vector<CornerId> ids;
   std::vector<Correspondence> correspondences;
   std::vector<int> groups;
-  std::vector<Matrix2> covariance_px2;  // empty unless every corner has one
+  std::vector<Matrix2> covariance_px2;  // empty where they do not count
 };
 
 using TargetPoints = std::map<CornerId, Vector3d>;
@@ -83,15 +93,22 @@ TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
                             : points_in_world(boards);
 }
 
-PoseProblem problem_of(const View& view, const TargetPoints& points) {
+// The corners' covariances say nothing of the lens and of the target: they count where the error of
+// these is known, too.
+PoseProblem problem_of(const View& view, const TargetPoints& points,
+                       const std::optional<double>& model_error_px) {
   PoseProblem problem;
+  CornerNoise noise;
+  noise.add(view);
   for (const Observation& seen : view.observations) {
     problem.ids.push_back(seen.id);
     problem.correspondences.push_back({points.at(seen.id), seen.pixel});
     problem.groups.push_back(seen.id.tag_id);
-    if (seen.covariance_px2) problem.covariance_px2.push_back(*seen.covariance_px2);
+    if (!model_error_px || !noise.counts()) continue;
+    const Matrix2 own = covariance_or_assumed(seen);
+    problem.covariance_px2.emplace_back(own +
+                                        *model_error_px * *model_error_px * Matrix2::Identity());
   }
-  if (problem.covariance_px2.size() < problem.ids.size()) problem.covariance_px2.clear();
   return problem;
 }
 
@@ -162,10 +179,11 @@ std::vector<std::vector<Vector3d>> tag_outlines(const TargetPoints& points) {
 // Everything for all views: the estimates, and the drawings where they are asked for.
 class Poses {
  public:
-  Poses(const Arguments& arguments, const Input& input, std::optional<Camera> camera)
+  Poses(const Arguments& arguments, const Input& input, const KnownCamera& known)
       : arguments_(arguments),
         input_(input),
-        camera_(std::move(camera)),
+        camera_(known.camera),
+        model_error_px_(known.model_error_px),
         points_(points_in_target(input.dataset.boards)) {}
 
   std::vector<PoseReport> run(const OutputFolder* folder) const {
@@ -175,7 +193,7 @@ class Poses {
     Progress progress("poses", static_cast<int>(views.size()));
     const auto work = [&](int index) {
       const auto i = static_cast<std::size_t>(index);
-      const PoseProblem problem = problem_of(views[i], points_);
+      const PoseProblem problem = problem_of(views[i], points_, model_error_px_);
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
@@ -203,6 +221,7 @@ class Poses {
   const Arguments& arguments_;
   const Input& input_;
   std::optional<Camera> camera_;
+  std::optional<double> model_error_px_;
   TargetPoints points_;
 };
 
@@ -210,10 +229,12 @@ int run(const Arguments& arguments) {
   check_usage(arguments);
   Input input = read_input(arguments.input);
   choose_views(input, arguments);
-  const std::optional<Camera> camera = known_camera(arguments, input);
+  const KnownCamera camera = known_camera(arguments, input);
   std::optional<OutputFolder> folder;
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   find_views(input, arguments.threads);
+  if (camera.camera && input.observations.empty() && input.refinement == Refinement::fit)
+    refine_views(input, *camera.camera, arguments.threads);
   if (input.dataset.views.empty())
     throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
   const std::vector<PoseReport> reports =
@@ -243,8 +264,11 @@ Command add_pose(CLI::App& app) {
   add_positive(*command, "--prior-focal", arguments->prior_focal_px,
                "focal length to take, px, where a view does not show it");
   add_positive(*command, "--sigma-px", arguments->sigma_px,
-               "noise of the corners per coordinate; without it, their covariances, else from the "
-               "residuals");
+               "noise of the corners per coordinate; without it, their covariances where the model "
+               "error is known, else from the residuals");
+  add_positive(*command, "--model-error-px", arguments->model_error_px,
+               "what lens and target are wrong by, per coordinate, beside the corners' own "
+               "covariances; without it, what the camera's file says");
   command->add_option("--view", arguments->views, "only this picture, by its name; may be repeated")
       ->option_text("NAME")
       ->expected(1)

@@ -90,7 +90,11 @@ int run(const Arguments& arguments) {
         [&](int i) {  // a seed per view, so that the order of the work does not show
           const std::uint64_t seed = Random(arguments.seed, i).next();
           const ImageF light = render_light(scene, families, poses[i]);
-          write_png(folder.path() / kImages / image_name(i), expose(light, scene.sensor, seed));
+          const fs::path file = folder.path() / kImages / image_name(i);
+          if (scene.sensor.bits == 16)
+            write_png(file, expose16(light, scene.sensor, seed));
+          else
+            write_png(file, expose(light, scene.sensor, seed));
         },
         [&](int done) { progress.update(done); });
   }

@@ -1,6 +1,7 @@
 #include "tagcal/detect/refine_tag.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/detect/refine_tag_fitter.hpp"
 #include "tagcal/error.hpp"
@@ -9,6 +10,12 @@ namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
+
+// What lenses do to a tag has more than third order beyond this length, or where the third is many
+// standard deviations of a corner and the tag large enough for parts.
+constexpr double kWholePx = 110;
+constexpr double kPartsPx = 36;
+constexpr double kThirdOrderSds = 8;
 
 bool is_inside(const TagCorners& corners, const ImageSize& size) {
   return std::ranges::all_of(corners, [&](const Vector2d& corner) {
@@ -25,16 +32,56 @@ void check(const TagPattern& pattern) {
     throw Error("refine_tag: pattern: lines must ascend");
 }
 
+// Each corner of a large tag by itself, from pixels of its own.
+template <typename T>
+TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+                 const TagFitOptions& options) {
+  TagFit fit;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const TagRegion region = part_of_tag(pattern, start, i);
+    TagFitter fitter(region, start, options);
+    const TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
+    if (part.status != TagFitStatus::converged) return {part.status};
+    fit.corners[i] = part.corners[i];
+    fit.covariance_px2 += part.covariance_px2;
+    fit.blur_px += part.blur_px / 4;
+    fit.black += part.black / 4;
+    fit.white += part.white / 4;
+    fit.noise_levels = std::hypot(fit.noise_levels, part.noise_levels / 2);
+    fit.num_pixels += part.num_pixels;
+    fit.iterations = std::max(fit.iterations, part.iterations);
+  }
+  fit.status = TagFitStatus::converged;
+  return fit;
+}
+
+template <typename T>
+TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+               const TagFitOptions& options) {
+  const double side_px = 2 * mean_half_side(start);
+  const bool is_bent =
+      options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 && !options.camera;
+  if (is_bent && side_px > kWholePx) return fit_parts(image, pattern, start, options);
+  const TagRegion region = whole_tag(pattern, start);
+  TagFitter fitter(region, start, options);
+  if (!fitter.cut(image)) return {};
+  const TagFit fit = fitter.fit();
+  if (!is_bent || side_px < kPartsPx || fit.status != TagFitStatus::converged) return fit;
+  const double sd_px = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
+  if (fitter.third_order_px() < kThirdOrderSds * sd_px) return fit;
+  return fit_parts(image, pattern, fit.corners, options);
+}
+
 template <typename T>
 TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
               const TagFitOptions& options) {
   check(pattern);
+  if (options.camera && options.camera->image_size != image.size())
+    throw Error("refine_tag: camera: its image must have the size of the picture");
   TagFit fit;
   fit.status = TagFitStatus::out_of_image;
   if (!is_inside(start, image.size())) return fit;
-  TagFitter fitter(pattern, start, options);
-  if (!fitter.cut(image)) return {};
-  fit = fitter.fit();
+  fit = fit_tag(image, pattern, start, options);
   if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size()))
     fit.status = TagFitStatus::out_of_image;
   return fit;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tagcal/camera/camera.hpp"
 #include "tagcal/scene/image.hpp"
 #include "tagcal/scene/tag_family.hpp"
 
@@ -41,9 +42,14 @@ enum class TagFitStatus {
 struct TagFitOptions {
   // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px, and
   // of its change along the line, 1/px^2. Either zero: the tag is the image under a homography.
-  double bend_sd_per_px = 8e-4;
-  double twist_sd_per_px2 = 3e-6;
+  double bend_sd_per_px = 1.6e-3;
+  double twist_sd_per_px2 = 1.2e-5;
   int max_iterations = 12;
+  // The camera of the picture, if it is known; it must outlive the call. Then nothing else is
+  // believed to bend lines, and a tag of any size is fitted as a whole. What has no ray is not
+  // looked at. Error unless its image has the picture's size. Of no use for parallel rays, under
+  // which lines are straight.
+  const Camera* camera = nullptr;
 };
 
 struct TagFit {
@@ -66,6 +72,9 @@ struct TagFit {
 // Each straight-sided quadrant of the pattern has its exact Gaussian integral (bivariate normal);
 // the square beyond its second moment enters by the fourth cumulant along each edge's normal.
 // Gauss-Newton with analytic derivatives, from corners that must lie within about half a cell.
+// Lenses bend a large tag beyond third order: of one longer than 110 px, or found to be strongly
+// bent, each corner is fitted by itself from the 40 px of both sides that are next to it; then
+// corners of one tag are not correlated.
 TagFit refine_tag(const Image8& image, const TagPattern& pattern,
                   const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
 TagFit refine_tag(const Image16& image, const TagPattern& pattern,

@@ -44,35 +44,33 @@ inline NormalValue normal_value(float z) {
   return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
 }
 
-// A quantity along a row of pixels: a polynomial in the pixel's number.
-struct AlongRow {
-  std::array<double, 4> by_power{};
-  double operator()(double c) const {
-    return by_power[0] + c * (by_power[1] + c * (by_power[2] + c * by_power[3]));
-  }
-  double second_derivative(double c) const { return 2 * by_power[2] + 6 * c * by_power[3]; }
+// Where the pixels of a row are before the homography, by their number.
+struct RowPlaces {
+  const float* x = nullptr;
+  const float* y = nullptr;
+  double bulge = 0;  // how far they stray from a straight line with even steps, at most
+  // Squares and product of the slopes of x and y over the picture, in px per px, where places are
+  // stretched against pixels; and their largest stretch.
+  const float* xx = nullptr;
+  const float* xy = nullptr;
+  const float* yy = nullptr;
+  double stretch = 1;
 };
-
-// x a + y b + constant.
-inline AlongRow combined(const AlongRow& a, double x, const AlongRow& b, double y,
-                         double constant) {
-  AlongRow result;
-  for (std::size_t i = 0; i < 4; ++i) result.by_power[i] = x * a.by_power[i] + y * b.by_power[i];
-  result.by_power[0] += constant;
-  return result;
-}
 
 // A border between cells, as a line in the image.
 struct TagLine {
   double at = 0;                                     // on the tag
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // towards larger places on the tag
   double inv_length = 0;                             // of the line's normal part
-  double inv_spread = 0;  // distance in spreads = inv_spread (numerator - at w)
+  double inv_spread = 0;  // distance in spreads = inv_spread (numerator - at denominator)
   double box = 0;         // fourth cumulant of the pixel's square over 24 spread^4
 
   // For the loop over pixels.
   struct Single {
     float at = 0, normal_x = 0, normal_y = 0, inv_spread = 0;
+    float by_x = 0, by_y = 0, by_1 = 0;  // of the distance in spreads
+
+    float distance(float x, float y) const { return by_x * x + by_y * y + by_1; }
   };
   Single single;
 };
@@ -91,8 +89,8 @@ class TagAxis {
 
   // Shrinks [begin, end) to the pixels that the unknown, beyond the outermost lines, does not
   // reach: those nearer than `reach` spreads to it.
-  void clip(const AlongRow& numerator, const AlongRow& w, double reach, int& begin, int& end) const;
-  void set_row(const AlongRow& numerator, const AlongRow& w, int begin, int end);
+  void clip(const RowPlaces& places, double reach, int& begin, int& end) const;
+  void set_row(const RowPlaces& places, int begin, int end);
 
   // Lines [first, first + count) are felt at pixel c; before the first lies cell first - 1.
   int first(int c) const { return first_[static_cast<std::size_t>(c)]; }
@@ -110,12 +108,13 @@ class TagAxis {
   const Profile& profile(int line) const { return profiles_[static_cast<std::size_t>(line)]; }
 
  private:
-  AlongRow distance(int line, const AlongRow& numerator, const AlongRow& w) const;
   void reserve(std::size_t size);
-  void set_line(int line, const AlongRow& distance, int begin, int end);
+  void set_factors(const TagLine& line, const RowPlaces& places, int from, int to);
+  void set_line(int line, const RowPlaces& places, int begin, int end);
 
   std::vector<Profile> profiles_;  // within values_
   std::vector<float> values_;
+  std::vector<float> factor_;  // px per stretched px across the line at hand
   std::vector<std::uint8_t> first_, count_;
 };
 

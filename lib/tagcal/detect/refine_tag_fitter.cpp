@@ -14,152 +14,60 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using namespace tag_parameter;
 
-constexpr double kStartBlur = 0.8;         // px
-constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
-constexpr double kMinSpread = 0.3;         // a little more than the square's own
+constexpr double kMinSpread = 0.3;  // a little more than the square's own
 constexpr double kMaxSpread = 6;
-constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
-constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;     // no corner needs a smaller step
-constexpr double kSmallStep = 0.03;      // squared, in standard deviations
-constexpr double kMinContrast = 8;       // grey levels
-constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
-constexpr double kMaxSdPx = 0.5;         // of a corner
-constexpr double kLeastGain = 1e-3;      // squared, of a step's size over that of the one before
-constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
-constexpr double kBeyondPx = 16;         // around a tag, that is looked at
+constexpr double kMaxLogStep = 0.4;       // of the spread in one iteration
+constexpr double kMaxStepPx = 0.7;        // of a corner in one iteration
+constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
+constexpr double kSmallStep = 0.03;       // squared, in standard deviations
+constexpr double kMinContrast = 8;        // grey levels
+constexpr double kMaxNoiseShare = 0.15;   // of the contrast, in what the model leaves over
+constexpr double kMaxSdPx = 0.5;          // of a corner
+constexpr double kLeastGain = 1e-3;       // squared, of a step's size over that of the one before
+constexpr double kHeld = 1e18;            // the prior's weight of what is held at zero
+constexpr double kPlaneSd = 0.15;         // of the start's homography, over a region
+constexpr double kWindowsPx[] = {9, 18};  // about one corner, that are looked at before the whole
 constexpr int kManyRows = 24;
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 
-constexpr std::array<std::array<double, 2>, 4> kTagCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
-
-// Far from the corners, what is printed around a large tag would only say how the lens bends there.
-TagPattern trimmed(TagPattern pattern, double side_px) {
-  std::vector<double>& lines = pattern.lines;
-  const std::size_t n = lines.size();
-  const double beyond = kBeyondPx / side_px;
-  if (-beyond < lines[1]) lines[0] = std::max(lines[0], -beyond);
-  if (1 + beyond > lines[n - 2]) lines[n - 1] = std::min(lines[n - 1], 1 + beyond);
-  return pattern;
-}
-
-// Image from the tag's plane.
-Matrix3d homography(const TagCorners& corners) {
-  Eigen::Matrix<double, 8, 8> system;
-  Eigen::Matrix<double, 8, 1> right;
-  for (int i = 0; i < 4; ++i) {
-    const auto [u, v] = kTagCorners[static_cast<std::size_t>(i)];
-    const Vector2d& c = corners[static_cast<std::size_t>(i)];
-    system.row(2 * i) << u, v, 1, 0, 0, 0, -c.x() * u, -c.x() * v;
-    system.row(2 * i + 1) << 0, 0, 0, u, v, 1, -c.y() * u, -c.y() * v;
-    right.segment<2>(2 * i) = c;
-  }
-  const Eigen::Matrix<double, 8, 1> h = system.partialPivLu().solve(right);
-  Matrix3d result;
-  result << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
-  return result;
-}
-
-double mean_half_side(const TagCorners& corners) {
-  double sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) sum += (corners[(i + 1) % 4] - corners[i]).norm();
-  return sum / 8;
-}
-
 }  // namespace
 
-TagFitter::TagFitter(const TagPattern& pattern, const TagCorners& start,
-                     const TagFitOptions& options)
-    : pattern_(trimmed(pattern, 2 * mean_half_side(start))),
+TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options)
+    : region_(region),
       options_(options),
-      scale_(mean_half_side(start)),
-      middle_((start[0] + start[1] + start[2] + start[3]) / 4),
-      model_(pattern_, scale_) {
-  TagCorners scaled;
-  for (std::size_t i = 0; i < 4; ++i) scaled[i] = (start[i] - middle_) / scale_;
-  image_from_tag_ = homography(scaled);
-}
-
-template <typename T>
-bool TagFitter::cut(const Image<T>& image) {
-  Eigen::AlignedBox2d box;
-  const double ends[] = {pattern_.lines.front(), pattern_.lines.back()};
-  for (const double u : ends) {
-    for (const double v : ends) {
-      const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
-      if (!(p.z() > 0)) return false;
-      box.extend(middle_ + scale_ * p.hnormalized());
-    }
-  }
-  const Vector2d last(image.width() - 1, image.height() - 1);
-  const Vector2d low = box.min().cwiseMax(0.0).cwiseMin(last);
-  const Vector2d high = box.max().cwiseMax(0.0).cwiseMin(last);
-  patch_.x0 = static_cast<int>(std::floor(low.x()));
-  patch_.y0 = static_cast<int>(std::floor(low.y()));
-  patch_.width = static_cast<int>(std::ceil(high.x())) - patch_.x0 + 1;
-  patch_.height = static_cast<int>(std::ceil(high.y())) - patch_.y0 + 1;
-  for (int y = 0; y < patch_.height; ++y) {
-    const T* row = image.row(patch_.y0 + y) + patch_.x0;
-    patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
-  }
-  spans_.resize(static_cast<std::size_t>(patch_.height));
-  return true;
-}
-
-template bool TagFitter::cut(const Image8& image);
-template bool TagFitter::cut(const Image16& image);
-
-bool TagFitter::start_parameters(TagParameters& parameters) const {
-  Matrix3d tag_from_image = image_from_tag_.inverse();
-  tag_from_image /= tag_from_image(2, 2);
-  parameters.setZero();
-  parameters.segment<3>(kM1) = tag_from_image.row(0);
-  parameters.segment<3>(kM2) = tag_from_image.row(1);
-  parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
-  parameters[kLogSpread] = 0.5 * std::log(kStartBlur * kStartBlur + kBoxVariance);
-  return parameters.allFinite() && start_levels(parameters);
-}
-
-// Mean levels at the middles of black and of white cells.
-bool TagFitter::start_levels(TagParameters& parameters) const {
-  double sum[2] = {0, 0};
-  int count[2] = {0, 0};
-  const std::size_t n = pattern_.lines.size() - 1;
-  for (std::size_t i = 0; i < n * n; ++i) {
-    const std::size_t column = i % n, row = i / n;
-    const double u = 0.5 * (pattern_.lines[column] + pattern_.lines[column + 1]);
-    const double v = 0.5 * (pattern_.lines[row] + pattern_.lines[row + 1]);
-    const Vector2d place = middle_ + scale_ * (image_from_tag_ * Vector3d(u, v, 1)).hnormalized();
-    const int x = static_cast<int>(std::lround(place.x())) - patch_.x0;
-    const int y = static_cast<int>(std::lround(place.y())) - patch_.y0;
-    if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
-    if (pattern_.cells[i] == TagPattern::unknown) continue;
-    const int white = pattern_.cells[i] == TagPattern::white ? 1 : 0;
-    sum[white] += patch_.at(x, y);
-    ++count[white];
-  }
-  if (count[0] == 0 || count[1] == 0) return false;
-  parameters[kBlack] = sum[0] / count[0];
-  parameters[kGain] = sum[1] / count[1] - parameters[kBlack];
-  return parameters[kGain] > 0;
-}
+      start_(start),
+      scale_(region.scale),
+      middle_(region.middle),
+      model_(region.grid, region.scale) {}
 
 // One step from the sums; false where it is not a number.
 bool TagFitter::step() {
   variance_ = std::max(kBoxVariance, squares_ / std::max(1, num_pixels_ - kCount));
   TagInformation system = information_;
   system.diagonal() += variance_ * prior_;
-  const TagParameters right = gradient_ - variance_ * prior_.cwiseProduct(model_.parameters());
-  TagParameters change = system.ldlt().solve(right);
+  const TagParameters right =
+      gradient_ - variance_ * prior_.cwiseProduct(model_.parameters() - prior_mean_);
+  const Eigen::LDLT<TagInformation> inverse(system);
+  const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return false;
   // Gauss-Newton at a small residual: every step about the square of the one before. What the next
   // would do is known before it is made.
   const double size = change.dot(right) / variance_;
   left_over_ = std::max(size * size * size / (step_size_ * step_size_), kLeastGain * size);
   step_size_ = size;
-  const double move = (corner_jacobian() * change).cwiseAbs().maxCoeff();
+  const TagCornerJacobian by = corner_jacobian();
+  const Eigen::Matrix<double, 8, 1> moves = by * change;
+  const double move = moves.cwiseAbs().maxCoeff();
   if (move < kRoundingPx) left_over_ = 0;
+  if (region_.corner && row_step_ == 1) {
+    // What else a few lines leave open may wander.
+    const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
+    const auto by_corner = by.middleRows<2>(at);
+    const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
+    const Vector2d of_corner = moves.segment<2>(at);
+    left_over_ = std::min(left_over_, of_corner.dot(covariance.inverse() * of_corner));
+  }
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
                                  kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
@@ -168,16 +76,22 @@ bool TagFitter::step() {
   return true;
 }
 
-Vector2d TagFitter::corner(std::size_t i) const {
+Vector2d TagFitter::straight_corner(std::size_t i) const {
   const TagParameters& p = model_.parameters();
-  const auto [u, v] = kTagCorners[i];
+  const Vector2d& on_tag = region_.corners_on_tag[i];
   const auto line = [&](int row, double at) {
     Vector3d result = p.segment<3>(row);
     result.head<2>() -= at * p.segment<2>(kM3);
     result.z() -= at;
     return result;
   };
-  const Vector2d bent = line(kM1, u).cross(line(kM2, v)).hnormalized();
+  return line(kM1, on_tag.x()).cross(line(kM2, on_tag.y())).hnormalized();
+}
+
+// Without what the lens, if known, does.
+Vector2d TagFitter::corner(std::size_t i) const {
+  const TagParameters& p = model_.parameters();
+  const Vector2d bent = straight_corner(i);
   Vector2d place = bent;
   for (int k = 0; k < 5; ++k)
     place = bent - bend_basis(place.x(), place.y()) * p.segment<kNumBends>(kBend);
@@ -188,7 +102,8 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
   const TagParameters& p = model_.parameters();
   TagCornerJacobian result = TagCornerJacobian::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
-    const auto [u, v] = kTagCorners[i];
+    if (!is_in_region(i)) continue;
+    const double u = region_.corners_on_tag[i].x(), v = region_.corners_on_tag[i].y();
     const Vector2d place = corner(i);
     const Eigen::Matrix<double, kNumBends, 1> bend = p.segment<kNumBends>(kBend);
     const BendBasis basis = bend_basis(place.x(), place.y());
@@ -212,7 +127,9 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
           Vector2d::Unit(k) +
           (bend_basis(more.x(), more.y()) - bend_basis(less.x(), less.y())) * bend / (2 * kDelta);
     }
-    result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = scale_ * straight.inverse() * by;
+    Eigen::Matrix2d pixels = scale_ * Eigen::Matrix2d::Identity();
+    if (view_) pixels = view_->pixel_by_place(place).value_or(pixels);
+    result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = pixels * straight.inverse() * by;
   }
   return result;
 }
@@ -226,7 +143,12 @@ TagFit TagFitter::result(int iterations) const {
   fit.black = p[kBlack];
   fit.white = p[kBlack] + p[kGain];
   fit.blur_px = std::sqrt(std::max(0.0, std::pow(model_.spread(), 2) - kBoxVariance));
-  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = middle_ + scale_ * corner(i);
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!is_in_region(i)) continue;
+    const auto at = pixel(corner(i));
+    if (!at) return fit;
+    fit.corners[i] = *at;
+  }
   TagInformation system = information_ / variance_;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
@@ -240,10 +162,28 @@ TagFit TagFitter::result(int iterations) const {
   return fit;
 }
 
-void TagFitter::set_prior() {
+bool TagFitter::is_in_region(std::size_t corner) const {
+  return !region_.corner || *region_.corner == corner;
+}
+
+double TagFitter::third_order_px() const {
+  double largest = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector2d place = corner(i);
+    const Vector2d moved =
+        bend_basis(place.x(), place.y()).rightCols<8>() * model_.parameters().segment<8>(kBend + 4);
+    largest = std::max(largest, scale_ * moved.norm());
+  }
+  return largest;
+}
+
+void TagFitter::set_prior(const TagParameters& start) {
+  // About one corner, the lines that are seen may say nothing of a scale or of the perspective.
+  prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
+  prior_.head<kLogSpread>().setConstant(1 / (kPlaneSd * kPlaneSd));
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
-  num_bends_ = bend_sd > 0 && twist_sd > 0 ? kNumBends : 0;
+  num_bends_ = bend_sd > 0 && twist_sd > 0 && !view_ ? kNumBends : 0;
   prior_.segment<kNumBends>(kBend).setConstant(kHeld);
   if (num_bends_ == 0) return;
   prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
@@ -253,8 +193,17 @@ void TagFitter::set_prior() {
 TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
-  set_prior();
+  set_prior(parameters);
   model_.set(parameters);
+  if (region_.corner) {
+    for (const double window : kWindowsPx) {
+      window_px_ = window;
+      collect();
+      if (num_pixels_ < kMinPixels || !step()) return {};
+    }
+    window_px_ = 0;
+    step_size_ = 1e-9;  // of another problem
+  }
   for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
     // From the third on, so that no pixel comes and goes with every step.
     are_spans_fixed_ = iteration > kFreeIterations;

@@ -1,19 +1,24 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine_tag_lens.hpp"
 #include "tagcal/detect/refine_tag_model.hpp"
+#include "tagcal/detect/refine_tag_region.hpp"
 
 // Private to detect: the least squares behind refine_tag().
 namespace tagcal {
 
-using TagCorners = std::array<Eigen::Vector2d, 4>;
 using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
 using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
+
+constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
 
 // The pixels about a tag.
 struct TagPatch {
@@ -54,36 +59,51 @@ struct FlatSums {
   }
 };
 
-// One tag's fit, from its start to its end.
+// The fit of one region of a tag, from its start to its end.
 class TagFitter {
  public:
-  TagFitter(const TagPattern& pattern, const TagCorners& start, const TagFitOptions& options);
+  // The region and the options must outlive it.
+  TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options);
 
   // The pixels that the pattern reaches; false where the start is no view of a tag.
   template <typename T>
   bool cut(const Image<T>& image);
+  // Of a region about one corner, the others and their covariance stay zero.
   TagFit fit();
+  // How far the bends of third order move a corner, at most, of the whole tag.
+  double third_order_px() const;
 
  private:
   static constexpr int kBlock = 256;  // pixels whose products are summed at once
 
+  bool look();
+  std::optional<Eigen::AlignedBox2d> box() const;
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
-  void set_prior();
+  void set_prior(const TagParameters& start);
+  bool is_in_region(std::size_t corner) const;
+  PixelSpan in_window(int row) const;
   void collect();
   void collect_row(int row);
   void add_block();
   void add_flat(bool white);
   bool step();
+  // The tag's homography lies between the tag and the places that the lens, if known, straightens.
+  std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
+  std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
+  Eigen::Vector2d straight_corner(std::size_t i) const;
   Eigen::Vector2d corner(std::size_t i) const;
   TagCornerJacobian corner_jacobian() const;
   TagFit result(int iterations) const;
 
-  const TagPattern pattern_;
+  const TagRegion& region_;
   const TagFitOptions& options_;
+  const TagCorners start_;
   double scale_;
   Eigen::Vector2d middle_;
   TagModel model_;
+  std::optional<StraightView> view_;  // where the lens is known
+  std::optional<StraightPlaces> places_;
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
 
@@ -93,12 +113,14 @@ class TagFitter {
   Eigen::Matrix<double, tag_parameter::kCount + 1, tag_parameter::kCount + 1> sums_;
   TagInformation information_;
   TagParameters gradient_;
-  TagParameters prior_ = TagParameters::Zero();
+  TagParameters prior_ = TagParameters::Zero();  // weights
+  TagParameters prior_mean_ = TagParameters::Zero();
   double squares_ = 0;
   double variance_ = 1;
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
+  double window_px_ = 0;  // about the region's corner, that is looked at; 0: all
   int row_step_ = 1;
   int num_bends_ = tag_parameter::kNumBends;  // that are free
   int num_graded_ = 0;

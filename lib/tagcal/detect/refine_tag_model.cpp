@@ -1,5 +1,6 @@
 #include "tagcal/detect/refine_tag_model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -14,34 +15,28 @@ constexpr double kBoxCumulant = -1.0 / 120;  // fourth, of the square of a pixel
 constexpr float kLeastCorrelation = 1e-3F;   // below it, quadrants are products of steps
 constexpr float kInvTwoPi = 0.159154943F;
 
-// A polynomial in x, with x = left + step c.
-AlongRow along_row(const std::array<double, 4>& p, double left, double step) {
-  return {p[0] + left * (p[1] + left * (p[2] + left * p[3])),
-          step * (p[1] + left * (2 * p[2] + left * 3 * p[3])),
-          step * step * (p[2] + 3 * left * p[3]), step * step * step * p[3]};
-}
-
 }  // namespace
 
-TagModel::TagModel(const TagPattern& pattern, double scale)
+TagModel::TagModel(const TagGrid& grid, double scale)
     : scale_(scale),
-      num_cells_(static_cast<int>(pattern.lines.size()) - 1),
-      cells_(pattern.lines.size() - 1, 0),
-      unknown_(pattern.lines.size() - 1, 0),
-      columns_(pattern.lines),
-      rows_(pattern.lines),
-      junctions_(pattern.lines.size() * pattern.lines.size()) {
-  const std::size_t n = cells_.size();
-  for (std::size_t i = 0; i < n * n; ++i) {
-    if (pattern.cells[i] == TagPattern::white) cells_[i / n] |= 1U << (i % n);
-    if (pattern.cells[i] == TagPattern::unknown) unknown_[i / n] |= 1U << (i % n);
+      num_columns_(static_cast<int>(grid.columns.size()) - 1),
+      num_rows_(static_cast<int>(grid.rows.size()) - 1),
+      cells_(grid.rows.size() - 1, 0),
+      unknown_(grid.rows.size() - 1, 0),
+      columns_(grid.columns),
+      rows_(grid.rows),
+      junctions_(grid.columns.size() * grid.rows.size()) {
+  const std::size_t n = grid.columns.size() - 1;
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+    if (grid.cells[i] == TagPattern::white) cells_[i / n] |= 1U << (i % n);
+    if (grid.cells[i] == TagPattern::unknown) unknown_[i / n] |= 1U << (i % n);
   }
   const auto cell = [&](int column, int row) {
     return static_cast<float>(cells_[static_cast<std::size_t>(row)] >> column & 1U);
   };
-  for (int j = 1; j < num_cells_; ++j) {
-    for (int i = 1; i < num_cells_; ++i)
-      junctions_[static_cast<std::size_t>(j * num_cells_ + i)].contrast =
+  for (int j = 1; j < num_rows_; ++j) {
+    for (int i = 1; i < num_columns_; ++i)
+      junctions_[static_cast<std::size_t>(j * num_columns_ + i)].contrast =
           cell(i, j) - cell(i - 1, j) - cell(i, j - 1) + cell(i - 1, j - 1);
   }
 }
@@ -65,6 +60,11 @@ void TagModel::set_axis(TagAxis& axis, int row_of_m) {
     line.box = kBoxCumulant * (x2 * x2 + y2 * y2) / (24 * std::pow(spread_, 4));
     line.single = {static_cast<float>(line.at), static_cast<float>(line.normal.x()),
                    static_cast<float>(line.normal.y()), static_cast<float>(line.inv_spread)};
+    const double by_place = scale_ / spread_;
+    line.single.by_x = static_cast<float>(by_place * line.normal.x());
+    line.single.by_y = static_cast<float>(by_place * line.normal.y());
+    const double constant = parameters_[row_of_m + 2] - line.at;
+    line.single.by_1 = static_cast<float>(line.inv_spread * constant);
   }
 }
 
@@ -74,9 +74,9 @@ void TagModel::set_junctions() {
                                                  0.6699905217924281, 0.9305681557970263};
   constexpr std::array<double, kNodes> weights = {0.1739274225687269, 0.3260725774312731,
                                                   0.3260725774312731, 0.1739274225687269};
-  for (int j = 1; j < num_cells_; ++j) {
-    for (int i = 1; i < num_cells_; ++i) {
-      Junction& junction = junctions_[static_cast<std::size_t>(j * num_cells_ + i)];
+  for (int j = 1; j < num_rows_; ++j) {
+    for (int i = 1; i < num_columns_; ++i) {
+      Junction& junction = junctions_[static_cast<std::size_t>(j * num_columns_ + i)];
       if (junction.contrast == 0) continue;
       const TagLine& column = columns_.lines[static_cast<std::size_t>(i)];
       const TagLine& row = rows_.lines[static_cast<std::size_t>(j)];
@@ -94,46 +94,6 @@ void TagModel::set_junctions() {
       }
     }
   }
-}
-
-// As bend_basis() has it.
-void TagModel::bend_row(const TagRow& row) {
-  const auto b = parameters_.segment<kNumBends>(kBend);
-  const double y = row.y, yy = y * y;
-  bent_x_ = along_row({yy * (b[0] + y * b[7]), 1 + y * (b[3] + y * b[6]), b[2] + y * b[5], b[4]},
-                      row.left, row.step);
-  bent_y_ = along_row({y + yy * (y * b[11] - b[3]), y * (y * b[10] - b[2]), b[1] + y * b[9], b[8]},
-                      row.left, row.step);
-}
-
-void TagModel::set_row(const TagRow& row, double reach, int& begin, int& end) {
-  row_ = row;
-  bend_row(row);
-  const TagParameters& p = parameters_;
-  const AlongRow u = combined(bent_x_, p[kM1], bent_y_, p[kM1 + 1], p[kM1 + 2]);
-  const AlongRow v = combined(bent_x_, p[kM2], bent_y_, p[kM2 + 1], p[kM2 + 2]);
-  const AlongRow w = combined(bent_x_, p[kM3], bent_y_, p[kM3 + 1], 1);
-  columns_.clip(u, w, reach, begin, end);
-  rows_.clip(v, w, reach, begin, end);
-  if (begin >= end) return;
-  columns_.set_row(u, w, begin, end);
-  rows_.set_row(v, w, begin, end);
-}
-
-TagModel::Seen TagModel::seen(int c) const {
-  const int column = columns_.first(c) - 1;
-  const std::uint32_t all = (2U << columns_.count(c)) - 1;
-  const auto row = static_cast<std::size_t>(rows_.first(c) - 1);
-  const auto num_rows = static_cast<std::size_t>(rows_.count(c)) + 1;
-  std::uint32_t any_white = 0, all_white = all, unknown = 0;
-  for (std::size_t j = row; j < row + num_rows; ++j) {
-    any_white |= cells_[j] >> column;
-    all_white &= cells_[j] >> column;
-    unknown |= unknown_[j] >> column;
-  }
-  if ((unknown & all) != 0) return Seen::unknown;
-  if (all_white == all) return Seen::white;
-  return (any_white & all) == 0 ? Seen::black : Seen::both;
 }
 
 void TagModel::evaluate(int c, TagPixel& pixel) {
@@ -193,7 +153,7 @@ void TagModel::add_junctions(int c, TagPixel& pixel) {
   for (int j = 0; j < rows_.count(c); ++j) {
     for (int i = 0; i < columns_.count(c); ++i) {
       const Junction& junction = junctions_[static_cast<std::size_t>(
-          (rows_.first(c) + j) * num_cells_ + columns_.first(c) + i)];
+          (rows_.first(c) + j) * num_columns_ + columns_.first(c) + i)];
       if (junction.contrast == 0 || std::abs(junction.correlation) < kLeastCorrelation) continue;
       add_junction(junction, c, i, j, pixel);
     }
@@ -231,7 +191,8 @@ void TagModel::differentiate(int c, TagPixel& pixel) const {
   const auto x = static_cast<float>(row_.left + c * row_.step), y = static_cast<float>(row_.y);
   const auto gain = static_cast<float>(parameters_[kGain] + parameters_[kGainSlope] * x +
                                        parameters_[kGainSlope + 1] * y);
-  const auto place_x = static_cast<float>(bent_x_(c)), place_y = static_cast<float>(bent_y_(c));
+  const float place_x = bent_x_[static_cast<std::size_t>(c)],
+              place_y = bent_y_[static_cast<std::size_t>(c)];
   const auto unit = static_cast<float>(spread_ / scale_);
   float by_log_spread = 0, by_x = 0, by_y = 0, by_m3_x = 0, by_m3_y = 0;
   std::array<float, kCount>& out = pixel.by_parameter;

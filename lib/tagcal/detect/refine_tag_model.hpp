@@ -50,11 +50,19 @@ struct TagRow {
   double left = 0;
   double step = 1;
   double y = 0;
+  // Where the pixels are without the lens, if it is known; else as above.
+  RowPlaces straight;
+};
+
+// The part of a pattern that is fitted.
+struct TagGrid {
+  std::vector<double> columns, rows;    // borders of the cells; unknown beyond the outermost
+  std::vector<TagPattern::Cell> cells;  // (columns - 1) x (rows - 1), row by row
 };
 
 class TagModel {
  public:
-  TagModel(const TagPattern& pattern, double scale);
+  TagModel(const TagGrid& grid, double scale);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }
@@ -91,10 +99,12 @@ class TagModel {
   void add_junctions(int c, TagPixel& pixel);
   void add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel);
   void differentiate(int c, TagPixel& pixel) const;
-  void bend_row(const TagRow& row);
+  void bend_row(int begin, int end);
+  RowPlaces places() const;
 
   double scale_;
-  int num_cells_;
+  int num_columns_;  // of cells
+  int num_rows_;
   std::vector<std::uint32_t> cells_;    // per row of cells, bit i: cell i is white
   std::vector<std::uint32_t> unknown_;  // likewise
   TagAxis columns_;
@@ -103,7 +113,8 @@ class TagModel {
   TagParameters parameters_;
   double spread_ = 1;
   TagRow row_;
-  AlongRow bent_x_, bent_y_;
+  std::vector<float> bent_x_, bent_y_;  // of the row's pixels
+  double bulge_ = 0;
   ByLines by_columns_, by_rows_;
 };
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/detect/refine_tag_fitter.hpp"
 
@@ -39,12 +40,21 @@ void TagFitter::add_block() {
   num_graded_ = 0;
 }
 
+PixelSpan TagFitter::in_window(int row) const {
+  if (window_px_ == 0) return {0, patch_.width};
+  const Eigen::Vector2d corner = start_[*region_.corner] - Eigen::Vector2d(patch_.x0, patch_.y0);
+  if (std::abs(row - corner.y()) > window_px_) return {};
+  return {std::max(0, static_cast<int>(std::ceil(corner.x() - window_px_))),
+          std::min(patch_.width, static_cast<int>(std::floor(corner.x() + window_px_)) + 1)};
+}
+
 void TagFitter::collect_row(int row) {
   const TagParameters& p = model_.parameters();
-  const TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
-                     (patch_.y0 + row - middle_.y()) / scale_};
+  TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
+               (patch_.y0 + row - middle_.y()) / scale_};
+  if (places_) place.straight = places_->row(row);
   PixelSpan& span = spans_[static_cast<std::size_t>(row)];
-  if (!are_spans_fixed_) span = {0, patch_.width};
+  if (!are_spans_fixed_) span = in_window(row);
   int begin = span.begin, end = span.end;
   model_.set_row(place, are_spans_fixed_ ? 0.5 * TagAxis::kUnknownReach : TagAxis::kUnknownReach,
                  begin, end);

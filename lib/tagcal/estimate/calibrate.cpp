@@ -7,6 +7,7 @@
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/misfit.hpp"
+#include "tagcal/estimate/model_error.hpp"
 #include "tagcal/estimate/result.hpp"
 #include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/settle.hpp"
@@ -66,7 +67,25 @@ Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions
   return report_weak(*weak, options);
 }
 
-constexpr int kMostRounds = 4;  // of leaving out what stands out
+constexpr int kMostRounds = 4;        // of leaving out what stands out
+constexpr int kModelErrorRounds = 3;  // until it stays the same
+
+// The smallest model that explains the data, with what the lens and the target are wrong by.
+std::optional<ModelChoice> choose_with_model_error(CalibrationInput& input,
+                                                   const CalibrateOptions& options) {
+  std::optional<ModelChoice> choice = choose_model(input, options);
+  for (int i = 0; choice && i < kModelErrorRounds && count_model_error(input, choice->fit); ++i)
+    choice = choose_model(input, options);
+  return choice;
+}
+
+std::optional<CalibrationFit> fit_with_model_error(const Model& model, CalibrationInput& input,
+                                                   const CalibrateOptions& options) {
+  std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  for (int i = 0; fit && i < kModelErrorRounds && count_model_error(input, *fit); ++i)
+    fit = fit_model(model, input, options);
+  return fit;
+}
 
 // A large lens bends to a wrong view, so that this no longer stands out: a smaller one is asked,
 // too, wherever a large one was chosen or more than a few corners were rejected.
@@ -83,10 +102,10 @@ bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
 
 Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,
                            const FlatBoard* board) {
-  std::optional<ModelChoice> choice = choose_model(input, options);
+  std::optional<ModelChoice> choice = choose_with_model_error(input, options);
   for (int round = 0; choice && options.reject_outliers && round < kMostRounds; ++round) {
     if (!leave_out_of_choice(input, choice->fit, options)) break;
-    choice = choose_model(input, options);
+    choice = choose_with_model_error(input, options);
   }
   if (!choice) return without_answer(input, "");
   Calibration c =
@@ -110,10 +129,10 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
 Calibration calibrate_model(const Model& model, CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
   if (is_weak(model)) return calibrate_weak(input, options);
-  std::optional<CalibrationFit> fit = fit_model(model, input, options);
+  std::optional<CalibrationFit> fit = fit_with_model_error(model, input, options);
   for (int round = 0; fit && options.reject_outliers && round < kMostRounds; ++round) {
     if (!leave_out_what_stands_out(input, *fit, options)) break;
-    fit = fit_model(model, input, options);
+    fit = fit_with_model_error(model, input, options);
   }
   if (!fit) return without_answer(input, std::string(model.name()));
   settle(fit->bundle, fit->summary, options.max_iterations);
@@ -145,6 +164,7 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
   Calibration c = is_auto(options)
                       ? calibrate_auto(input, options, board)
                       : calibrate_model(Model::named(options.model), input, options, board);
+  c.model_error_px = input.model_error_px;
   c.outliers.insert(c.outliers.end(), input.dropped.begin(), input.dropped.end());
   return c;
 }

@@ -16,8 +16,8 @@ namespace tagcal {
 
 struct CalibrateOptions {
   std::string model;  // a name of the ladder; "" or "auto": the smallest that explains the data
-  // Noise per coordinate; 0: each corner's own covariance where all of them have one, else
-  // estimated from the residuals.
+  // Noise per coordinate; 0: each corner's own covariance where at least half of them have one (and
+  // 0.5 px for the others), with what residuals hold beyond it; else estimated from the residuals.
   double sigma_px = 0;
   bool reject_outliers = true;
   bool board_warp = false;      // let the board be bent; needs one flat board
@@ -110,7 +110,10 @@ struct Calibration {
   double rms_px = 0;                              // sqrt(sum |r|^2 / corners), inliers
   double sigma_px = 0;  // noise per coordinate that the covariance was computed with
   bool sigma_from_residuals = false;
-  bool sigma_of_corners = false;  // sigma_px is 1, in units of each corner's own
+  bool sigma_of_corners = false;  // sigma_px is 1, in units of each corner's own and model_error_px
+  // Noise per coordinate beyond the corners' own covariances, as the residuals show it: what lens
+  // and target are not as modelled.
+  double model_error_px = 0;
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;

@@ -1,10 +1,14 @@
 #include "tagcal/estimate/calibration_input.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <unordered_map>
 
+#include "tagcal/estimate/corner_noise.hpp"
 #include "tagcal/estimate/point_spread.hpp"
+#include "tagcal/estimate/pose_problem.hpp"
 #include "tagcal/estimate/wrong_views.hpp"
 
 namespace tagcal {
@@ -26,13 +30,6 @@ std::map<CornerId, WorldPoint> world_points(const std::vector<PlacedBoard>& boar
   return points;
 }
 
-bool all_have_covariances(const std::vector<View>& views) {
-  for (const View& view : views)
-    for (const Observation& o : view.observations)
-      if (!o.covariance_px2) return false;
-  return true;
-}
-
 CalibrationView calibration_view(const View& view, const std::map<CornerId, WorldPoint>& points,
                                  bool whitened) {
   CalibrationView result;
@@ -49,7 +46,7 @@ CalibrationView calibration_view(const View& view, const std::map<CornerId, Worl
     by_board[point->second.board].push_back(result.ids.size());
     result.ids.push_back(o.id);
     result.problem.correspondences.push_back({point->second.position, o.pixel});
-    if (whitened) result.problem.whitening.push_back(whitening_of(*o.covariance_px2));
+    if (whitened) result.problem.whitening.push_back(whitening_of(covariance_or_assumed(o)));
   }
   for (const auto& [board, indices] : by_board)
     if (indices.size() > result.seed.size()) result.seed = indices;
@@ -87,7 +84,13 @@ CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
   CalibrationInput input;
   input.image_size = dataset.image_size;
   const auto points = world_points(dataset.boards);
-  input.whitened = !sigma_stated && all_have_covariances(dataset.views);
+  CornerNoise noise;
+  for (const View& view : dataset.views) noise.add(view);
+  input.whitened = !sigma_stated && noise.counts();
+  if (input.whitened && noise.num_assumed() > 0)
+    input.warnings.push_back(fmt::format(
+        "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
+        noise.num_assumed(), noise.num_corners, kAssumedSigmaPx));
   Twins twins;
   for (const View& view : dataset.views) {
     CalibrationView prepared = calibration_view(view, points, input.whitened);

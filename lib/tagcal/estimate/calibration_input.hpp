@@ -13,11 +13,13 @@ namespace tagcal {
 struct CalibrationInput {
   ImageSize image_size;
   std::vector<CalibrationView> views;
-  bool whitened = false;  // every corner has its covariance, and residuals are whitened by it
+  bool whitened = false;      // residuals are whitened by the corners' own covariances,
+  double model_error_px = 0;  // with so much more noise per coordinate
   std::vector<std::string> warnings;
   std::vector<Outlier> dropped;  // corners of views that were taken out as wrong
 };
-// `sigma_stated`: one noise for all corners; their own covariances do not count.
+// The corners' own covariances count where half of them and more have one (0.5 px of noise is
+// assumed for the rest) and no noise for all of them is stated.
 CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated);
 
 }  // namespace tagcal

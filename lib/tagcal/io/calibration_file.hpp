@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "tagcal/estimate/calibrate.hpp"
@@ -14,6 +15,11 @@ struct CalibrationFile {
   std::vector<double> sigmas;  // of the lens parameters, empty where the file does not say
   Eigen::MatrixXd covariance;  // of the free parameters, empty where the file does not say
   SeenRegion seen;             // where the corners were, empty where the file does not say
+  // What a projection by this camera is wrong by, per coordinate, besides the noise of a corner:
+  // the error of lens and target that the residuals showed (all of the residuals, where corners had
+  // no covariances of their own) and the projection's uncertainty. None where the file does not
+  // say.
+  std::optional<double> model_error_px = std::nullopt;
 };
 
 // YAML that cv::FileStorage reads, with OpenCV's keys (image_width, image_height, camera_matrix,

@@ -36,7 +36,9 @@ class ImageDecoder {
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
 
+// A resolution above 0 is noted in the file.
 std::string encode_png(const Image8& image, double pixels_per_inch);
-std::string encode_png(const ImageRgb& image);
+std::string encode_png(const Image16& image, double pixels_per_inch);
+std::string encode_png(const ImageRgb& image, double pixels_per_inch);
 
 }  // namespace tagcal

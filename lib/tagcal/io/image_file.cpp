@@ -146,10 +146,27 @@ Image8 scaled(const Image16& image, int white) {
   for (int y = 0; y < image.height(); ++y) {
     const std::uint16_t* in = image.row(y);
     std::transform(in, in + image.width(), result.row(y), [&](int value) {
-      return static_cast<std::uint8_t>((value * 255 + white / 2) / white);
+      return static_cast<std::uint8_t>(std::min(255, (value * 255 + white / 2) / white));
     });
   }
   return result;
+}
+
+// What becomes white of 16-bit values. Sensors of 10 to 14 bits store theirs unscaled, and nothing
+// says so: the brightest pixel counts; but where that is a lamp or a hot pixel in the dark, twice
+// the value that 999 of 1000 pixels keep below.
+int white_of(const Image16& image) {
+  std::vector<std::uint32_t> count(65536, 0);
+  for (const std::uint16_t value : image.pixels()) ++count[value];
+  int brightest = 0;
+  for (int value = 65535; value > 0 && brightest == 0; --value)
+    if (count[static_cast<std::size_t>(value)] > 0) brightest = value;
+  std::size_t above = 0;
+  int usual = brightest;
+  while (usual > 0 &&
+         (above += count[static_cast<std::size_t>(usual)]) <= image.pixels().size() / 1000)
+    --usual;
+  return std::clamp(2 * usual, 1, std::max(1, brightest));
 }
 
 Image8 decode(std::string_view bytes) {
@@ -168,13 +185,7 @@ Image8 decode(std::string_view bytes) {
   decoder->decode([&](int y, const std::uint16_t* row) {
     std::copy_n(row, static_cast<std::size_t>(size.width), image.row(y));
   });
-  // Sensors of 10 to 14 bits store their values in 16-bit files unscaled, and nothing says so: the
-  // brightest pixel becomes white.
-  const int white =
-      header.sixteen_bit
-          ? std::max<int>(1, *std::max_element(image.pixels().begin(), image.pixels().end()))
-          : header.white;
-  return scaled(image, white);
+  return scaled(image, header.sixteen_bit ? white_of(image) : header.white);
 }
 
 // Runs a reader and puts the file's name before what it complains about.
@@ -185,6 +196,15 @@ auto naming(const std::filesystem::path& file, Function function) {
   } catch (const Error& error) {
     throw Error(file.string() + ": " + error.what());
   }
+}
+
+template <typename Picture>
+std::string encoded(const std::filesystem::path& file, const Picture& image,
+                    double pixels_per_inch = 0) {
+  return naming(file, [&] {
+    check_size(image.width(), image.height());
+    return encode_png(image, pixels_per_inch);
+  });
 }
 
 }  // namespace
@@ -202,19 +222,15 @@ ImageSize read_image_size(const std::filesystem::path& file) {
 }
 
 void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch) {
-  const std::string bytes = naming(file, [&] {
-    check_size(image.width(), image.height());
-    return encode_png(image, pixels_per_inch);
-  });
-  write_whole(file, bytes);
+  write_whole(file, encoded(file, image, pixels_per_inch));
+}
+
+void write_png(const std::filesystem::path& file, const Image16& image) {
+  write_whole(file, encoded(file, image));
 }
 
 void write_png(const std::filesystem::path& file, const ImageRgb& image) {
-  const std::string bytes = naming(file, [&] {
-    check_size(image.width(), image.height());
-    return encode_png(image);
-  });
-  write_whole(file, bytes);
+  write_whole(file, encoded(file, image));
 }
 
 }  // namespace tagcal

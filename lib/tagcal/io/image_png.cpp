@@ -1,9 +1,11 @@
 #include <png.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <csetjmp>
 #include <cstring>
+#include <type_traits>
 #include <vector>
 
 #include "tagcal/error.hpp"
@@ -144,17 +146,19 @@ class PngDecoder : public ImageDecoder {
   std::vector<std::uint16_t> grey_;
 };
 
-// A picture of 8-bit values, grey or colour, as libpng takes it.
+// A picture, grey or colour, as libpng takes it.
 struct Rows {
   template <typename T>
   Rows(const Image<T>& image, int png_colour)
       : size(image.size()),
         colour(png_colour),
+        bits(std::is_same_v<T, std::uint16_t> ? 16 : 8),
         first(reinterpret_cast<png_const_bytep>(image.pixels().data())),
         row_bytes(static_cast<std::size_t>(image.width()) * sizeof(T)) {}
 
   ImageSize size;
   int colour;
+  int bits;  // of a value
   png_const_bytep first;
   std::size_t row_bytes;
 };
@@ -162,7 +166,7 @@ static_assert(sizeof(Rgb) == 3);
 
 class PngEncoder {
  public:
-  explicit PngEncoder(const Rows& rows, double pixels_per_inch = 0)
+  PngEncoder(const Rows& rows, double pixels_per_inch)
       : rows_(rows),
         pixels_per_m_(static_cast<png_uint_32>(std::lround(pixels_per_inch / 0.0254))) {
     png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
@@ -189,12 +193,14 @@ class PngEncoder {
     png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);
     png_set_compression_level(png_, 3);
     png_set_IHDR(png_, info_, static_cast<png_uint_32>(rows_.size.width),
-                 static_cast<png_uint_32>(rows_.size.height), 8, rows_.colour, PNG_INTERLACE_NONE,
-                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+                 static_cast<png_uint_32>(rows_.size.height), rows_.bits, rows_.colour,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     if (pixels_per_m_ > 0) {
       png_set_pHYs(png_, info_, pixels_per_m_, pixels_per_m_, PNG_RESOLUTION_METER);
     }
     png_write_info(png_, info_);
+    // A PNG has the high byte first.
+    if (rows_.bits == 16 && std::endian::native == std::endian::little) png_set_swap(png_);
     for (int y = 0; y < rows_.size.height; ++y)
       png_write_row(png_, rows_.first + static_cast<std::size_t>(y) * rows_.row_bytes);
     png_write_end(png_, info_);
@@ -219,8 +225,12 @@ std::string encode_png(const Image8& image, double pixels_per_inch) {
   return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
 }
 
-std::string encode_png(const ImageRgb& image) {
-  return PngEncoder(Rows(image, PNG_COLOR_TYPE_RGB)).encode();
+std::string encode_png(const Image16& image, double pixels_per_inch) {
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
+}
+
+std::string encode_png(const ImageRgb& image, double pixels_per_inch) {
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_RGB), pixels_per_inch).encode();
 }
 
 }  // namespace tagcal

@@ -199,13 +199,18 @@ PathJitter read_jitter(const YamlValue& value) {
 }
 
 Sensor read_sensor(const YamlValue& value) {
-  value.allow_only({"exposure", "blur_px", "noise_levels"});
+  value.allow_only({"exposure", "blur_px", "noise_levels", "bits"});
   Sensor sensor;
   const auto exposure = value.find("exposure");
   if (exposure) sensor.exposure = exposure->positive();
   const auto blur = value.find("blur_px");
   if (blur) sensor.blur_px = blur->number_in(0, 100);
   sensor.noise_levels = not_negative_or(value.find("noise_levels"), sensor.noise_levels);
+  if (const auto bits = value.find("bits")) {
+    const double count = bits->number();
+    if (count != 8 && count != 16) bits->fail("must be 8 or 16");
+    sensor.bits = static_cast<int>(count);
+  }
   return sensor;
 }
 

@@ -1,12 +1,12 @@
 #include "tagcal/scene/coverage.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
+
+// Edges that climb by less cover nothing: the area that they leave out is below rounding.
+constexpr double kFlat = 1e-10;
 
 double signed_area(const std::vector<Vector2d>& polygon) {
   double sum = 0;
@@ -16,10 +16,6 @@ double signed_area(const std::vector<Vector2d>& polygon) {
     sum += a.x() * b.y() - a.y() * b.x();
   }
   return sum / 2;
-}
-
-double x_at(const Vector2d& a, const Vector2d& b, double y) {
-  return a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
 }
 
 }  // namespace
@@ -34,16 +30,18 @@ void Outlines::add(const std::vector<Vector2d>& polygon) {
   }
 }
 
-CoverageBand::CoverageBand(int width, int first_row, int num_rows)
+// A row ends in room for what an edge at the right border adds beyond it, which nobody reads.
+CoverageBand::CoverageBand(int width, int num_rows)
     : width_(width),
-      first_row_(first_row),
       num_rows_(num_rows),
-      cells_(static_cast<std::size_t>(num_rows) * static_cast<std::size_t>(width + 2)),
-      touched_(static_cast<std::size_t>(num_rows)) {}
+      words_((width + 2 + 64 * kBlock - 1) / (64 * kBlock)),
+      stride_(static_cast<std::size_t>(width) + 2),
+      cells_(static_cast<std::size_t>(num_rows) * stride_),
+      touched_(static_cast<std::size_t>(num_rows * words_)) {}
 
-void CoverageBand::accumulate(const Outlines& outlines) {
+void CoverageBand::accumulate(std::span<const Outlines::Edge> edges) {
   const double top = first_row_, bottom = first_row_ + num_rows_;
-  for (const Outlines::Edge& edge : outlines.edges()) {
+  for (const Outlines::Edge& edge : edges) {
     if (std::min(edge.from.y(), edge.to.y()) >= bottom) continue;
     if (std::max(edge.from.y(), edge.to.y()) <= top) continue;
     add_edge(edge.from, edge.to);
@@ -51,17 +49,26 @@ void CoverageBand::accumulate(const Outlines& outlines) {
 }
 
 void CoverageBand::add_edge(Vector2d from, Vector2d to) {
-  if (from.y() == to.y()) return;
+  if (std::abs(from.y() - to.y()) < kFlat) return;
+  if (std::min(from.x(), to.x()) >= width_) return;
   const double sign = from.y() < to.y() ? 1 : -1;
   if (sign < 0) std::swap(from, to);
-  const double begin = std::max(from.y(), static_cast<double>(first_row_));
   const double end = std::min(to.y(), static_cast<double>(first_row_ + num_rows_));
-  double y = begin;
-  while (y < end) {
-    const double next = std::min(end, std::floor(y) + 1);
-    const int r = static_cast<int>(std::floor(y)) - first_row_;
-    add_in_row(r, {x_at(from, to, y), y}, {x_at(from, to, next), next}, sign);
+  const double slope = (to.x() - from.x()) / (to.y() - from.y());
+  const auto [left, right] = std::minmax(from.x(), to.x());
+  const bool inside = left >= 0 && right <= width_;
+  const auto x_at = [&](double y) {
+    return std::clamp(from.x() + (y - from.y()) * slope, left, right);
+  };
+  double y = std::max(from.y(), static_cast<double>(first_row_)), x = x_at(y);
+  for (int r = static_cast<int>(y) - first_row_; y < end; ++r) {
+    const double next = std::min(end, first_row_ + r + 1.0), next_x = x_at(next);
+    if (inside)
+      add_inside(r, x, next_x, sign * (next - y));
+    else
+      add_in_row(r, {x, y}, {next_x, next}, sign);
     y = next;
+    x = next_x;
   }
 }
 
@@ -83,25 +90,27 @@ void CoverageBand::add_in_row(int r, Vector2d from, Vector2d to, double sign) {
 // The area `area` (of the row's height) that begins between x0 and x1, spread over the cells.
 void CoverageBand::add_inside(int r, double x0, double x1, double area) {
   if (x0 > x1) std::swap(x0, x1);
-  const int first = static_cast<int>(std::floor(x0));
-  const int last = std::max(first, static_cast<int>(std::ceil(x1)) - 1);  // cell that x1 ends in
-  Touched& touched = touched_[static_cast<std::size_t>(r)];
-  touched.first = std::min(touched.first, first);
-  touched.last = std::max(touched.last, last + 1);
+  const int first = static_cast<int>(x0);
+  const int end = static_cast<int>(x1);
+  const int last = std::max(first, x1 > end ? end : end - 1);  // the cell that x1 ends in
+  for (int block = first / kBlock; block <= (last + 1) / kBlock; ++block)
+    touched_[static_cast<std::size_t>(r * words_ + block / 64)] |= std::uint64_t{1} << block % 64;
   float* cells = row(r);
-  // Covered share of each cell, differences of which go into the running sum.
+  if (first == last) {
+    const double share = 1 - ((x0 + x1) / 2 - first);
+    cells[first] += static_cast<float>(area * share);
+    cells[first + 1] += static_cast<float>(area * (1 - share));
+    return;
+  }
+  // Covered share of each cell, the mean over it of (x - x0) / (x1 - x0), clamped to [0, 1];
+  // differences of which go into the running sum.
+  const double half = 1 / (2 * (x1 - x0));
   double before = 0;
   for (int c = first; c <= last; ++c) {
-    double share;
-    if (first == last) {
-      share = 1 - ((x0 + x1) / 2 - c);
-    } else {
-      // The mean over the cell of (x - x0) / (x1 - x0), clamped to [0, 1].
-      const double low = std::max(x0, static_cast<double>(c)) - x0;
-      const double high = std::min(x1, c + 1.0) - x0;
-      const double beyond = std::max(0.0, c + 1.0 - x1);
-      share = (high * high - low * low) / (2 * (x1 - x0)) + beyond;
-    }
+    const double low = std::max(x0, static_cast<double>(c)) - x0;
+    const double high = std::min(x1, c + 1.0) - x0;
+    const double beyond = std::max(0.0, c + 1.0 - x1);
+    const double share = (high * high - low * low) * half + beyond;
     cells[c] += static_cast<float>(area * (share - before));
     before = share;
   }

@@ -19,7 +19,12 @@ using TagFamilies = std::map<std::string, TagFamily>;
 // Throws Error where a family, or a tag's id in it, is not known.
 ImageF render_light(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world);
 
-// Sensor noise, rounding and clipping. Equal seeds give equal bytes.
+// Sensor noise, rounding and clipping. Equal seeds give equal bytes. `sensor.bits` is what the
+// caller chooses between the two by.
 Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed);
+
+// The same, noise included, on a scale 257 times as fine: white is 65535, and noise of
+// `noise_levels` (8-bit levels) has a standard deviation of 257 * noise_levels.
+Image16 expose16(const ImageF& light, const Sensor& sensor, std::uint64_t seed);
 
 }  // namespace tagcal

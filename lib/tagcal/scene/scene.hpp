@@ -66,7 +66,8 @@ struct PathJitter {
 struct Sensor {
   double exposure = 1;
   double blur_px = 0;       // standard deviation of a Gaussian, before the sampling by pixels
-  double noise_levels = 0;  // standard deviation, in levels of an 8-bit picture
+  double noise_levels = 0;  // standard deviation, in levels of an 8-bit picture (white is 255)
+  int bits = 8;             // of the pictures' values: 8, or 16 (white is 65535)
 };
 
 struct Scene {

@@ -12,19 +12,26 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/study/chart_study.hpp"
+#include "tagcal/study/mrcal_peer.hpp"
 #include "tagcal/study/quantile.hpp"
 
 namespace tagcal {
 namespace {
 
-constexpr std::string_view kJobNames[] = {"pose", "focal"};
+constexpr std::string_view kJobNames[] = {"pose", "focal", "project", "calibrate", "corners"};
 
-ChartStudy study_of(ChartJob job) {
+ChartStudy study_of(ChartJob job, bool quick) {
   switch (job) {
     case ChartJob::pose:
       return pose_study();
     case ChartJob::focal:
       return focal_study();
+    case ChartJob::project:
+      return project_study();
+    case ChartJob::calibrate:
+      return calibrate_study(quick);
+    case ChartJob::corners:
+      return corners_study();
   }
   return {};
 }
@@ -90,7 +97,9 @@ std::optional<ChartJob> chart_job(std::string_view name) {
   return static_cast<ChartJob>(found - std::begin(kJobNames));
 }
 
-std::string peers_versions() { return "OpenCV " CV_VERSION; }
+std::string peers_versions() {
+  return has_mrcal() ? "OpenCV " CV_VERSION ", mrcal" : "OpenCV " CV_VERSION;
+}
 
 std::string ChartPanel::name() const {
   std::string all;
@@ -104,7 +113,7 @@ std::string ChartPanel::name() const {
 
 ChartResult run_chart(ChartJob job, const ChartOptions& options,
                       const std::function<void(int, int)>& progress) {
-  ChartResult result = run_study(study_of(job), options, progress);
+  ChartResult result = run_study(study_of(job, options.quick), options, progress);
   result.job = kJobNames[static_cast<std::size_t>(job)];
   return result;
 }

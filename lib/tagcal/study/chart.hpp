@@ -12,9 +12,9 @@
 
 namespace tagcal {
 
-enum class ChartJob { pose, focal };
+enum class ChartJob { pose, focal, project, calibrate, corners };
 
-// pose, focal: in the order of ChartJob.
+// pose, focal, project, calibrate, corners: in the order of ChartJob.
 std::span<const std::string_view> chart_job_names();
 std::optional<ChartJob> chart_job(std::string_view name);
 
@@ -58,14 +58,17 @@ struct ChartTrial {
   int panel = 0, method = 0, trial = 0;
   double time_us = 0;  // of the thread's processor, preparation left out
   bool failed = false;
-  double error = 0;       // in ChartResult::error_unit; 0 where it failed
-  double over_bound = 0;  // sqrt(e' F e / p) of its p errors e, F the information at the truth
+  double error = 0;  // in ChartResult::error_unit; 0 where it failed
+  // sqrt(e' F e / p) of its p errors e, F the information at the truth; where the errors all are
+  // pixels (project, corners), their RMS over that of the bound
+  double over_bound = 0;
 };
 
 struct ChartResult {
   std::string job;
   std::string error_unit;  // what `error` is: "rotation, degrees"
   std::string bound_name;  // what over_bound is a multiple of
+  std::string failure;     // when a trial fails: "no answer, or .."
   std::uint64_t seed = 0;
   bool quick = false;
   int num_trials = 0;               // of each panel, all shards together

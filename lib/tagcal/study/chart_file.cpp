@@ -106,6 +106,8 @@ class TrialsReader {
       result_.error_unit = value;
     } else if (key == "bound") {
       result_.bound_name = value;
+    } else if (key == "failure") {
+      result_.failure = value;
     } else if (key == "seed") {
       result_.seed = number<std::uint64_t>(value);
     } else if (key == "quick") {
@@ -164,8 +166,9 @@ class TrialsReader {
 
 std::string trials_text(const ChartResult& result) {
   std::string text = fmt::format(
-      "{}\n# job: {}\n# error: {}\n# bound: {}\n# seed: {}\n# quick: {}\n# trials: {}\n",
-      kFirstLine, result.job, result.error_unit, result.bound_name, result.seed,
+      "{}\n# job: {}\n# error: {}\n# bound: {}\n# failure: {}\n# seed: {}\n# quick: {}\n# trials: "
+      "{}\n",
+      kFirstLine, result.job, result.error_unit, result.bound_name, result.failure, result.seed,
       result.quick ? 1 : 0, result.num_trials);
   for (const Shard& s : result.shards) text += fmt::format("# shard: {}/{}\n", s.index, s.count);
   for (const std::string& line : result.origin) text += fmt::format("# origin: {}\n", line);

@@ -24,7 +24,7 @@ constexpr Marker kPeers[] = {{4, "#D55E00"},  {6, "#009E73"},  {8, "#CC79A7"}, {
 
 // Pixels of the picture.
 constexpr double kWidth = 900, kLeft = 58, kRight = 12, kGapX = 34, kPanel = 168, kGapY = 74;
-constexpr double kHead = 92, kAxisTitle = 34, kLegendLine = 19, kFoot = 15;
+constexpr double kHead = 92, kLegendLine = 19, kFoot = 15;
 constexpr int kLegendColumns = 3;
 constexpr double kMostOverBound = 20;  // more is drawn at the upper border
 
@@ -57,8 +57,8 @@ class Page {
     error_.low = std::clamp(error_.low, 0.3, 0.9);
     error_.high = std::clamp(1.25 * error_.high, 3.0, kMostOverBound * 1.25);
     time_ = {time_.low / 1.3, time_.high * 1.3};
-    height_ = kHead + static_cast<double>(rows_.size()) * (kPanel + kGapY) + kAxisTitle +
-              kLegendLine * legend_lines() + kFoot * static_cast<double>(foot().size()) + 14;
+    height_ = legend_top() + kLegendLine * legend_lines() +
+              kFoot * static_cast<double>(foot().size()) + 8;
   }
 
   std::string svg() const {
@@ -82,6 +82,10 @@ class Page {
     if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
   }
 
+  double panels_bottom() const {
+    return kHead + static_cast<double>(rows_.size()) * (kPanel + kGapY) - kGapY;
+  }
+  double legend_top() const { return panels_bottom() + 68; }
   int legend_lines() const {
     return (static_cast<int>(methods_.size()) + kLegendColumns - 1) / kLegendColumns;
   }
@@ -104,7 +108,10 @@ class Page {
 
   std::vector<std::string> foot() const {
     std::string all;
-    for (const std::string& line : result_.origin) all += (all.empty() ? "" : " · ") + line;
+    for (const std::string& line : result_.origin) {
+      if (!all.empty()) all += " · ";
+      all += line;
+    }
     return wrapped(all, 150);
   }
 
@@ -129,17 +136,18 @@ class Page {
         "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
         "set bmargin at screen 0\nset xrange [0:1]\nset yrange [0:1]\n";
     script += text(kLeft, 18, headline(), "left font ',13'");
-    script += text(kLeft, 37,
-                   "Lower left is better. Whiskers: 5 to 95 % of the trials. Dotted line: the "
-                   "Pareto front. Solid line at 1: the " +
-                       result_.bound_name + ".",
-                   "left textcolor rgb '#444444' font ',9'");
-    double y = kHead + static_cast<double>(rows_.size()) * (kPanel + kGapY) - kGapY + 38;
-    script += text(kWidth / 2, y, "processor time of one call, median", "center");
+    script += text(
+        kLeft, 37,
+        fmt::format("Lower left is better. Whiskers: 5-95 % of the trials. Dotted: Pareto front. "
+                    "Line at 1: {}.",
+                    result_.bound_name),
+        "left textcolor rgb '#444444' font ',9'");
+    script +=
+        text(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
     script += fmt::format("set label {} at screen {:.5f},{:.5f} center rotate by 90\n",
                           quoted("error, multiple of the bound (RMS)"), across(12),
-                          up(0.5 * (kHead + y - 38)));
-    y += 30;
+                          up(0.5 * (kHead + panels_bottom())));
+    double y = legend_top();
     for (std::size_t i = 0; i < methods_.size(); ++i) script += legend_entry(i, y);
     y += kLegendLine * legend_lines() + 4;
     for (const std::string& line : foot()) {
@@ -150,7 +158,7 @@ class Page {
   }
 
   std::string headline() const {
-    return "tagcal chart " + result_.job + (title_.empty() ? "" : ": " + title_);
+    return fmt::format("tagcal chart {}{}{}", result_.job, title_.empty() ? "" : ": ", title_);
   }
 
   std::string legend_entry(std::size_t i, double top) const {
@@ -167,23 +175,35 @@ class Page {
                     .c_str());
   }
 
-  // "fails: A 12 %, B 3 %" of those that fail in half a percent or more, the most first.
-  std::string failures(const std::vector<ChartPoint>& points) const {
-    std::vector<ChartPoint> some;
-    for (const ChartPoint& p : points)
-      if (p.failed_share() >= 0.005) some.push_back(p);
-    std::stable_sort(some.begin(), some.end(), [](const ChartPoint& a, const ChartPoint& b) {
+  static std::string percent(double share) {
+    return fmt::format("{:.{}f}\u00a0%", 100 * share, share < 0.1 ? 1 : 0);  // not to be broken
+  }
+
+  std::string short_name(const ChartPoint& p) const {
+    std::string name = result_.methods[static_cast<std::size_t>(p.method)].name;
+    if (name.starts_with("OpenCV ")) name = name.substr(7);
+    return name.substr(0, name.find(" ("));
+  }
+
+  // "fails: A 12 %, B 3 %, the others 1 %" of those that fail in half a percent or more.
+  std::string failures(std::vector<ChartPoint> points) const {
+    std::stable_sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) {
       return a.failed_share() > b.failed_share();
     });
-    std::string all;
-    for (const ChartPoint& p : some) {
-      std::string name = result_.methods[static_cast<std::size_t>(p.method)].name;
-      if (name.starts_with("OpenCV ")) name = name.substr(7);
-      name = name.substr(0, name.find(" ("));
-      all += fmt::format("{}{} {:.{}f} %", all.empty() ? "fails: " : ", ", name,
-                         100 * p.failed_share(), p.failed_share() < 0.1 ? 1 : 0);
+    if (points.empty() || points.front().failed_share() < 0.005) return "";
+    const std::string least = percent(points.back().failed_share());
+    std::string all = "fails: ";
+    int with_least = 0;
+    for (const ChartPoint& p : points) {
+      if (percent(p.failed_share()) == least && points.size() > 1)
+        ++with_least;
+      else if (p.failed_share() >= 0.005)
+        all += fmt::format("{} {}; ", short_name(p), percent(p.failed_share()));
     }
-    return all;
+    if (with_least > 0 && points.back().failed_share() >= 0.005)
+      all +=
+          fmt::format("{} {}; ", with_least == 1 ? short_name(points.back()) : "the others", least);
+    return all.substr(0, all.size() - 2);
   }
 
   std::string panel_script(int number) const {
@@ -201,8 +221,10 @@ class Page {
         "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
         "set bmargin at screen {:.5f}\n",
         across(left), across(left + width), up(top), up(top + kPanel));
-    script += text(left, top - 32, panel.column + (panel.row.empty() ? "" : ", " + panel.row),
-                   "left font ',9'");
+    script +=
+        text(left, top - 32,
+             panel.row.empty() ? panel.column : fmt::format("{}, {}", panel.column, panel.row),
+             "left font ',9'");
     const auto lines = wrapped(failures(points), static_cast<std::size_t>(width / 4.9));
     for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), 2); ++i)
       script += text(left, top - 18 + 10 * static_cast<double>(i),
@@ -214,14 +236,16 @@ class Page {
   // Arrows of what lies above the picture.
   std::string off_scale(const std::vector<ChartPoint>& points) const {
     std::string script;
+    double lines = 0;  // below each other
     for (const ChartPoint& p : points) {
       if (!(p.rms_over_bound > kMostOverBound)) continue;
       const bool right = p.time_us.median * p.time_us.median > time_.low * time_.high;
       script += fmt::format(
-          "set label '{}' at first {:.5g},{:.5g} {} offset {},0 textcolor rgb '#444444' font "
+          "set label '{}' at first {:.5g},{:.5g} {} offset {},{} textcolor rgb '#444444' font "
           "',7'\n",
           p.rms_over_bound > 1000 ? "↑ over 1000" : fmt::format("↑ {:.0f}", p.rms_over_bound),
-          p.time_us.median, kMostOverBound, right ? "right" : "left", right ? -0.9 : 0.9);
+          p.time_us.median, kMostOverBound, right ? "right" : "left", right ? -0.9 : 0.9,
+          -0.9 * lines++);
     }
     return script;
   }

@@ -73,6 +73,7 @@ ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
   ChartResult result;
   result.error_unit = study.error_unit;
   result.bound_name = study.bound_name;
+  result.failure = study.failure;
   result.seed = options.seed;
   result.quick = options.quick;
   result.num_trials = options.trials > 0 ? options.trials

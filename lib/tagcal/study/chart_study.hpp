@@ -28,7 +28,7 @@ struct StudyPanel {
 };
 
 struct ChartStudy {
-  std::string error_unit, bound_name;
+  std::string error_unit, bound_name, failure;
   int trials = 0, quick_trials = 0;
   std::vector<ChartMethod> methods;
   std::vector<StudyPanel> panels;
@@ -39,6 +39,9 @@ struct ChartStudy {
 
 ChartStudy pose_study();
 ChartStudy focal_study();
+ChartStudy project_study();
+ChartStudy calibrate_study(bool quick);
+ChartStudy corners_study();
 
 ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
                       const std::function<void(int, int)>& progress);

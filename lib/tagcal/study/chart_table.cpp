@@ -23,8 +23,8 @@ class Page {
                "not fail, as a multiple of the {} (1.00); in [chart.csv](chart.csv) also as {}. {} "
                "trials "
                "a panel, seed {}. Every trial is in `trials.csv`.\n\n",
-               result_.job, result_.bound_name, result_.error_unit, result_.num_trials,
-               result_.seed) +
+               result_.job, result_.bound_name, result_.error_unit, result_.failure,
+               result_.num_trials, result_.seed) +
            against_peers() + off_front() + not_drawn() + settings() + origin();
   }
 

@@ -1,5 +1,7 @@
 #include "tagcal/study/plot_text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace tagcal {
@@ -7,7 +9,7 @@ namespace tagcal {
 std::string quoted(std::string text) {
   for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2)
     text.insert(at, "'");
-  return "'" + text + "'";
+  return fmt::format("'{}'", text);
 }
 
 std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
@@ -18,7 +20,8 @@ std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
     const std::string word = text.substr(begin, end - begin);
     if (!lines.back().empty() && lines.back().size() + 1 + word.size() > width)
       lines.emplace_back();
-    lines.back() += (lines.back().empty() ? "" : " ") + word;
+    if (!lines.back().empty()) lines.back() += ' ';
+    lines.back() += word;
     begin = end + 1;
   }
   return lines;

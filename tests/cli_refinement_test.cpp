@@ -1,0 +1,62 @@
+// How corners are found in pictures, from outside: --refinement, --refine-corners, detect --camera.
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.hpp"
+#include "tagcal/io/dataset_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST_F(Cli, EachRefinementGivesItsOwnCorners) {
+  const std::string detect = "detect " + path("set") + " --refinement ";
+  std::map<std::string, std::string> csv;
+  for (const std::string name : {"stock", "edges", "fit"}) {
+    const Outcome outcome = run(detect + name);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    csv[name] = outcome.out;
+  }
+  EXPECT_NE(csv["stock"], csv["edges"]);
+  EXPECT_NE(csv["edges"], csv["fit"]);
+  EXPECT_EQ(csv["edges"].find("sxx_px2"), std::string::npos);
+  EXPECT_NE(csv["fit"].find("sxx_px2"), std::string::npos);
+  EXPECT_EQ(run("detect " + path("set")).out, csv["fit"]);  // the usual one
+  expect_bad_input(detect + "best", {"--refinement", "best"});
+}
+
+TEST_F(Cli, CornersAreRefinedUnderTheLensThatWasFound) {
+  const std::string calibrate = "calibrate " + path("set") + " --model radial1 --json";
+  const Outcome once = run(calibrate + " --out " + path("once.yaml"));
+  const Outcome twice = run(calibrate + " --refine-corners --out " + path("twice.yaml"));
+  ASSERT_EQ(once.exit_code, 0) << once.err;
+  ASSERT_EQ(twice.exit_code, 0) << twice.err;
+  const Json first = Json::parse(once.out), second = Json::parse(twice.out);
+  EXPECT_NE(first["camera"]["fx"], second["camera"]["fx"]);
+  EXPECT_LE(second["sigma"]["fx"].get<double>(), first["sigma"]["fx"].get<double>());
+  EXPECT_NEAR(second["camera"]["fx"].get<double>(), 520, 5 * second["sigma"]["fx"].get<double>());
+  const Outcome corners = run("detect " + path("set") + " --camera " + path("twice.yaml"));
+  ASSERT_EQ(corners.exit_code, 0) << corners.err;
+  EXPECT_NE(corners.out, run("detect " + path("set")).out);
+}
+
+TEST_F(Cli, RefiningNeedsPicturesAndACameraOfTheirSize) {
+  const Outcome camera = run("calibrate " + path("set") + " --out " + path("camera.yaml"));
+  ASSERT_EQ(camera.exit_code, 0) << camera.err;
+  spill(root() / "wide.yaml",
+        replaced(slurp(root() / "camera.yaml"), "image_width: 640", "image_width: 800"));
+  expect_bad_input("detect " + path("set") + " --camera " + path("wide.yaml"),
+                   {"wide.yaml", "640x400", "800x400"});
+  expect_bad_input("detect " + path("set") + " --camera " + path("none.yaml"), {"none.yaml"});
+  const fs::path folder = root() / "corners-only";
+  fs::copy(root() / "set", folder, fs::copy_options::recursive);
+  fs::remove_all(folder / "images");
+  spill(folder / "dataset.yaml", replaced(slurp(folder / "dataset.yaml"), "images: \"images\"",
+                                          "observations: observations_exact.csv"));
+  expect_bad_input("calibrate " + path("corners-only") + " --refine-corners",
+                   {"corners-only", "no pictures"});
+}
+
+}  // namespace
+}  // namespace tagcal::tools

@@ -1,0 +1,78 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "corner_tally.hpp"
+#include "rendered_tag.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+const ImageSize kPicture{1280, 800};
+const Camera kBarrel = {Perspective({900, 900, 652, 391, -0.25}), kPicture};
+const Camera kStrongBarrel = {Perspective({900, 900, 652, 391, -0.4}), kPicture};
+const Camera kFisheye = {Fisheye({400, 400, 652, 391, -0.02, 0.004, -0.002, 0}), kPicture};
+
+enum class LensIs { unknown, known };
+
+// Anywhere in the picture, to its border.
+Trials lens_trials(const Camera& camera, double side_px, LensIs lens) {
+  constexpr int kCount = 16;
+  Random random(41);
+  const TagFamily family = tag_family("tag36h11", 1);
+  Tally tally;
+  for (int i = 0; i < kCount; ++i) {
+    const TagViewSpec spec{side_px, random.uniform(0, 50), 0.8, 2};
+    const TagView view = tag_through_lens(spec, camera, random);
+    TagFitOptions options;
+    if (lens == LensIs::known) options.camera = &view.camera;
+    const TagPattern pattern = tag_pattern(family, view.id, 1);
+    tally.add(refine_tag(view.image, pattern, moved(view.corners, 0.3, random), options),
+              view.corners);
+  }
+  return tally.result();
+}
+
+TEST(RefineTagLens, NotKnown) {
+  for (const auto& [camera, side_px] : {std::pair{&kBarrel, 30.0},
+                                        {&kBarrel, 90.0},
+                                        {&kBarrel, 200.0},
+                                        {&kFisheye, 50.0},
+                                        {&kFisheye, 200.0}}) {
+    const Trials t = lens_trials(*camera, side_px, LensIs::unknown);
+    EXPECT_LE(t.failed, 1) << side_px;
+    EXPECT_NEAR(t.nees, 1, 0.4) << side_px;  // three sds of the mean over so few
+    EXPECT_LT(t.rms, 0.02) << side_px;
+  }
+}
+
+// Bounds are 1.3 times that of the straight model at 30 deg.
+TEST(RefineTagLens, Known) {
+  for (const auto& [camera, side_px, rms_px] : {std::tuple{&kBarrel, 40.0, 0.0066},
+                                                {&kStrongBarrel, 150.0, 0.0031},
+                                                {&kFisheye, 40.0, 0.0066},
+                                                {&kFisheye, 150.0, 0.0031}}) {
+    const Trials t = lens_trials(*camera, side_px, LensIs::known);
+    EXPECT_EQ(t.failed, 0) << side_px;
+    EXPECT_NEAR(t.nees, 1, 0.4) << side_px;
+    EXPECT_LT(t.rms, rms_px) << side_px;
+    EXPECT_LT(t.mean.cwiseAbs().maxCoeff(), 0.002) << side_px;
+    EXPECT_LT(std::abs(t.outwards), 0.002) << side_px;
+  }
+}
+
+TEST(RefineTagLens, CameraOfAnotherPicture) {
+  const Image8 flat({100, 100}, 128);
+  TagFitOptions options;
+  options.camera = &kBarrel;
+  const Corners corners = {Eigen::Vector2d(20, 80), {80, 80}, {80, 20}, {20, 20}};
+  EXPECT_THROW(refine_tag(flat, tag_pattern(tag_family("tag36h11", 1), 0, 1), corners, options),
+               Error);
+}
+
+}  // namespace
+}  // namespace tagcal
