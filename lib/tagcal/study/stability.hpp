@@ -28,7 +28,7 @@ namespace tagcal {
 // Cramer-Rao bound at the truth, or gross.
 enum class StabilityOutcome {
   right_and_said,     // an answer, and the truth is where it says
-  wrong_and_said,     // refused where nothing could be known; or several answers, not the first is true
+  wrong_and_said,     // refused where nothing could be known; or another than its first is true
   wrong_and_silent,   // an answer, and none of what it says is true
   right_but_refused,  // refused what could be known
 };
