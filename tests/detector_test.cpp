@@ -211,6 +211,34 @@ TEST(Detector, TagsAtTheEdgeOfThePictureAreLeftOut) {
   EXPECT_FALSE(found_with_margin(0));
 }
 
+TEST(Detector, WhatIsLeftOfATagThatTheEdgeCutsIsNoTag) {
+  Random random(9);
+  int found = 0;
+  PatchSpec spec;
+  spec.side_px = 90;
+  for (int i = 0; i < 20; ++i) {
+    const Patch patch = tag_patch(tag_family("tag36h11", 1), 0, spec, random);
+    double left = 1e9;
+    for (const Eigen::Vector2d& corner : patch.corners) left = std::min(left, corner.x());
+    for (int cut = -6; cut <= 4; ++cut) {
+      const int skip = static_cast<int>(std::floor(left)) + cut;
+      if (skip < 0) continue;
+      Image8 image({patch.image.width() - skip, patch.image.height()});
+      for (int y = 0; y < image.height(); ++y)
+        std::copy_n(patch.image.row(y) + skip, image.width(), image.row(y));
+      const View view = detect(image, "a", {board_of("tag36h11", 1, 0, 1)}, {}, nullptr);
+      found += !view.observations.empty();
+      for (const Observation& o : view.observations) {
+        const Eigen::Vector2d truth =
+            patch.corners[static_cast<std::size_t>(o.id.corner)] - Eigen::Vector2d(skip, 0);
+        EXPECT_LT((o.pixel - truth).norm(), 0.5)
+            << "cut by " << cut << " px: " << o.pixel.transpose() << " for " << truth.transpose();
+      }
+    }
+  }
+  EXPECT_GT(found, 40);
+}
+
 TEST(Detector, ThreadsDoNotChangeTheAnswer) {
   auto patches = patches_of(tag_family("tag36h11", 2), 12, {});
   patches[4].image = Image8({3, 3});

@@ -106,7 +106,7 @@ class PanelCompletion {
     }
     // The detector has read the bits once, and hands may hide the frame.
     const auto why = doubt(kept.corners, cells, {rules_.max_hamming + 2, kMaxWrongFixedIfFound});
-    if (why || !is_inside(kept.corners, image_.size())) {
+    if (why || !is_whole(kept, image_.size())) {
       missing = {tag.id, why.value_or(WhyNot::outside), kept.corners};
       return;
     }
@@ -174,7 +174,7 @@ class PanelCompletion {
     if (!is_inside(settled, image_.size())) return WhyNot::outside;
     const std::optional<FoundTag> refined = rules_.refine(tag.id, settled);
     if (!refined || !is_face(refined->corners)) return WhyNot::no_edges;
-    if (!is_inside(refined->corners, image_.size())) return WhyNot::outside;
+    if (!is_whole(*refined, image_.size())) return WhyNot::outside;
     if (is_astray(refined->corners, settled, cells)) return WhyNot::no_edges;
     if (const auto why = doubt(refined->corners, cells, tolerance)) return why;
     tag.seen = refined->corners;

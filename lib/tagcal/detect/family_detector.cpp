@@ -12,6 +12,8 @@
 namespace tagcal {
 namespace {
 
+constexpr double kUnsureMargin = 6;  // px, from the edge of the picture
+
 constexpr double kMaxMove = 2;  // px, of a corner by its fit
 // Black shrinks by so many px before a look. The corner squares of a Kalibr board, which touch the
 // tags' corners, then no longer hang together with them.
@@ -38,6 +40,11 @@ bool overlap(const Quad& a, const Quad& b) {
 }
 
 }  // namespace
+
+bool is_whole(const FoundTag& tag, const ImageSize& size) {
+  return tag.covariance_px2 ? is_inside(tag.corners, size)
+                            : is_inside(tag.corners, size, kUnsureMargin);
+}
 
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
     : wanted_(wanted),
@@ -152,7 +159,7 @@ void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exa
   FoundTag tag{sighting.id, sighting.corners, false};
   if (refinement_ != Refinement::stock) tag = refined(image, tag.id, tag.corners).value_or(tag);
   if (!tag.refined && (!exact || same != found.end())) return;
-  if (!is_face(tag.corners) || !is_inside(tag.corners, image.size())) return;
+  if (!is_face(tag.corners) || !is_whole(tag, image.size())) return;
   if (same != found.end()) {
     *same = tag;
   } else {

@@ -33,6 +33,10 @@ struct FoundTag {
       std::nullopt;  // of (x0, y0, x1, y1, ..)
 };
 
+// Whether all of a tag lies in a picture. What is found along the edge of the picture and was not
+// fitted as a whole may be what is left of a tag that it cuts.
+bool is_whole(const FoundTag& tag, const ImageSize& size);
+
 // What is searched for tags: a part of a picture, halved so many times before.
 struct Search {
   PixelBox box;
