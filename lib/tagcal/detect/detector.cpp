@@ -55,7 +55,7 @@ class Worker {
   static void add_corners(const FoundTag& tag, View& view) {
     for (int i = 0; i < 4; ++i) {
       Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
-      if (tag.covariance_px2) seen.covariance_px2 = tag.covariance_px2->block<2, 2>(2 * i, 2 * i);
+      if (tag.fitted) seen.covariance_px2 = tag.covariance_px2.block<2, 2>(2 * i, 2 * i);
       view.observations.push_back(seen);
     }
   }

@@ -42,8 +42,7 @@ bool overlap(const Quad& a, const Quad& b) {
 }  // namespace
 
 bool is_whole(const FoundTag& tag, const ImageSize& size) {
-  return tag.covariance_px2 ? is_inside(tag.corners, size)
-                            : is_inside(tag.corners, size, kUnsureMargin);
+  return tag.fitted ? is_inside(tag.corners, size) : is_inside(tag.corners, size, kUnsureMargin);
 }
 
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
@@ -195,6 +194,7 @@ bool FamilyDetector::fit(FoundTag& tag, const Image8& image) {
     return false;
   tag.corners = fit.corners;
   tag.covariance_px2 = fit.covariance_px2;
+  tag.fitted = true;
   tag.refined = true;
   return true;
 }

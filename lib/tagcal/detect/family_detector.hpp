@@ -29,8 +29,8 @@ struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
-  std::optional<Eigen::Matrix<double, 8, 8>> covariance_px2 =
-      std::nullopt;  // of (x0, y0, x1, y1, ..)
+  bool fitted = false;  // as a whole: then the covariance of (x0, y0, x1, y1, ..) is known
+  Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
 };
 
 // Whether all of a tag lies in a picture. What is found along the edge of the picture and was not
