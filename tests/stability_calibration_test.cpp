@@ -44,6 +44,7 @@ TEST(CalibrationJudge, RefusedWhatCouldBeKnownAndWhatNot) {
   const CalibrationJudge good(ask_all(eight_views(45))), frontal(ask_all(eight_views(0)));
   EXPECT_TRUE(good.knowable());
   EXPECT_FALSE(frontal.knowable());
+  EXPECT_FALSE(CalibrationJudge(ask_all(eight_views(2))).knowable());  // held, but weakly
   EXPECT_EQ(good.judge({}).outcome, StabilityOutcome::right_but_refused);
   EXPECT_EQ(good.judge({}, true).outcome, StabilityOutcome::wrong_and_said);
   EXPECT_EQ(frontal.judge({}).outcome, StabilityOutcome::wrong_and_said);

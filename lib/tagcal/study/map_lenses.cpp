@@ -34,7 +34,7 @@ StabilityMap extrapolation_map() {
   map.name = "calibrate-extrapolation";
   map.title = "Calibration: corners in the middle of the image only, judged at its corners";
   map.axes = {{"distortion k1", "", {0, -0.03, -0.1, -0.28}, {}},
-              {"reach of the corners", "half diagonals", {0.2, 0.35, 0.5, 0.7, 1}, {}}};
+              {"reach", "half diagonals", {0.2, 0.35, 0.5, 0.7, 1}, {}}};
   map.what = "Where there were no corners, distortion is anything that a polynomial makes of noise";
   map.why =
       "Powers of the radius trade with one another, and the difference grows with the highest "
@@ -70,7 +70,7 @@ StabilityMap fold_map() {
   map.name = "calibrate-fold";
   map.title = "Calibration: corners up to the fold of the distortion, 0.3 px of noise";
   map.axes = {{"fold at", "half diagonals", {0.6, 0.8, 1, 1.3, 2}, {}},
-              {"corners up to", "of the fold's radius", {0.5, 0.8, 0.95, 1}, {}}};
+              {"reach", "fold radii", {0.5, 0.8, 0.95, 1}, {}}};
   map.what = "Beyond its fold a polynomial lens puts points back into the image";
   map.why =
       "1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6 = 0 has a root within the picture (Leotta et al., WACV "
