@@ -40,6 +40,18 @@ TEST(CalibrationJudge, TheCameraMatrixIsHeldToItsClaim) {
   EXPECT_EQ(judge.judge(no_claim).outcome, StabilityOutcome::right_and_said);
 }
 
+TEST(CalibrationJudge, AnotherLensWithoutAClaimIsHeldToTheBoundOfTheProjection) {
+  const CalibrationJudge judge(ask_all(eight_views(45), JudgedLens::projection));
+  LensAnswer other = off_by(0);
+  other.covariance.resize(0, 0);
+  other.model = "fisheye4";
+  // tan(a) = a + a^3 / 3 + 2 a^5 / 15 + 17 a^7 / 315 + 62 a^9 / 2835
+  other.lens = Fisheye({900, 900, 651, 392, 1.0 / 3, 2.0 / 15, 17.0 / 315, 62.0 / 2835});
+  EXPECT_EQ(judge.judge(other).outcome, StabilityOutcome::right_and_said);
+  other.lens = Fisheye({900, 900, 651, 392, 0, 0, 0, 0});
+  EXPECT_EQ(judge.judge(other).outcome, StabilityOutcome::wrong_and_silent);
+}
+
 TEST(CalibrationJudge, RefusedWhatCouldBeKnownAndWhatNot) {
   const CalibrationJudge good(ask_all(eight_views(45))), frontal(ask_all(eight_views(0)));
   EXPECT_TRUE(good.knowable());

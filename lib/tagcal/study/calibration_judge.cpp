@@ -110,7 +110,12 @@ bool CalibrationJudge::right_at_corners(const LensAnswer& answer) const {
 }
 
 bool CalibrationJudge::right_by_bound(const LensAnswer& answer) const {
-  if (!same_lens(answer.lens, truth_.lens) || gross(answer.lens, truth_.lens)) return false;
+  if (!same_lens(answer.lens, truth_.lens)) {  // no parameters in common: by projections
+    const auto difference =
+        lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);
+    return difference && difference->rms_px <= 5 * bound_px_;
+  }
+  if (gross(answer.lens, truth_.lens)) return false;
   CalibrationTask asked = question_.good;
   asked.model = answer.model;
   const Model& model = Model::named(answer.model);
