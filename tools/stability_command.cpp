@@ -67,13 +67,6 @@ StabilityResult run_shown(const StabilityMap& map, const Arguments& a) {
   });
 }
 
-int misses_of(const AtlasSheet& sheet) {
-  const auto& tallies = sheet.result.tallies;
-  return static_cast<int>(std::count_if(tallies.begin(), tallies.end(), [&](const auto& tally) {
-    return sheet.map.methods[tally.method].ours && misses_mark(tally);
-  }));
-}
-
 int run(const Arguments& a) {
   std::vector<StabilityMap> maps = chosen_maps(a.maps);
   if (a.list) {
@@ -92,12 +85,12 @@ int run(const Arguments& a) {
     if (can_draw)
       draw_with_gnuplot(atlas_picture(map, result, origin), folder.path() / (map.name + ".png"));
     sheets.push_back({std::move(map), std::move(result), can_draw});
-    misses += misses_of(sheets.back());
+    misses += static_cast<int>(missing_marks(sheets.back().map, sheets.back().result).size());
   }
   write_whole(folder.path() / "atlas.md", atlas_page(sheets, origin));
   folder.publish();
-  fmt::print("{}: {} maps, {} cells of ours miss the marks; see atlas.md\n", a.out, sheets.size(),
-             misses);
+  fmt::print("{}: {} maps, {} cells or maps of ours miss the marks; see atlas.md\n", a.out,
+             sheets.size(), misses);
   if (!can_draw)
     fmt::print(stderr,
                "tagcal: warning: no gnuplot here: the tables and atlas.md are written, pictures "

@@ -27,8 +27,15 @@ constexpr const char* kIntroduction =
     "length; of a pose below 0.05 rad and 5 % of the distance; of data that are wrong in part, the "
     "right ones agree better than wrong ones would by chance. Refused between the two rules is "
     "neither right nor wrong, and counts as said so.\n\n"
-    "The marks: in each cell ours is wrong and silent in fewer than 1 of 1,000 trials, and refuses "
-    "fewer than 2 % of what can be known. The columns of the tables behind the pictures are "
+    "Of calibrations focal length and principal point are judged, of maps of lenses the projection "
+    "at infinity (RMS, a turned camera taken out), of extrapolation that at the image's corners; "
+    "coefficients never are. OpenCV claims its standard deviations, taken as independent. *Could "
+    "be known*: the bound has below 5 % of the focal length and 1 px RMS of the projection. An "
+    "answer with a warning that lens, board or centre of the image may not be as stated has said "
+    "so.\n\n"
+    "The marks: in each cell of a map of poses, and over each map of calibrations, ours is wrong "
+    "and silent in fewer than 1 of 1,000 trials, and refuses fewer than 2 % of what can be known. "
+    "The columns of the tables behind the pictures are "
     "explained in `tagcal/study/stability_file.hpp`.\n";
 
 std::string percent(double share) {
@@ -54,10 +61,12 @@ class Sheet {
 
   std::string misses() const {
     std::string text;
-    for (const StabilityTally& t : result_.tallies) {
-      if (!map_.methods[t.method].ours || !misses_mark(t)) continue;
+    for (const StabilityTally& t : missing_marks(map_, result_)) {
+      const std::string where =
+          map_.mark_over_map ? fmt::format("over the map (trials of {})", map_.cell_label(t.cell))
+                             : map_.cell_label(t.cell);
       text += fmt::format("- {}: {}, {}: wrong and silent {} of {}{}, refused {}{}\n", map_.name,
-                          map_.methods[t.method].name, map_.cell_label(t.cell),
+                          map_.methods[t.method].name, where,
                           t.of(StabilityOutcome::wrong_and_silent), t.trials, trial(t.first_silent),
                           t.of(StabilityOutcome::right_but_refused), trial(t.first_refused));
     }

@@ -14,7 +14,7 @@ namespace {
 constexpr std::array<const char*, kNumOutcomes> kColours = {"#0072B2", "#D0D0D0", "#D55E00",
                                                             "#F0E442"};
 constexpr std::array<const char*, kNumOutcomes> kWords = {
-    "right and said so", "refused, or both poses given: nothing false is said", "wrong and silent",
+    "right and said so", "refused, both poses given, or with a warning", "wrong and silent",
     "refused what could be known"};
 // From below to above in a cell.
 constexpr std::array<StabilityOutcome, kNumOutcomes> kStack = {

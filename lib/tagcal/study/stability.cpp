@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
+#include "tagcal/study/map_calibration.hpp"
 #include "tagcal/study/map_pose.hpp"
 #include "tagcal/study/processor_time.hpp"
 #include "tagcal/study/quantile.hpp"
@@ -139,7 +140,11 @@ std::string StabilityMap::cell_label(std::size_t cell) const {
   return text;
 }
 
-std::vector<StabilityMap> stability_maps() { return pose_maps(); }
+std::vector<StabilityMap> stability_maps() {
+  std::vector<StabilityMap> maps = pose_maps();
+  for (StabilityMap& map : calibration_maps()) maps.push_back(std::move(map));
+  return maps;
+}
 
 StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options,
                         const std::function<void(int, int)>& progress) {
@@ -158,6 +163,34 @@ StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options
 bool misses_mark(const StabilityTally& tally) {
   return tally.share(StabilityOutcome::wrong_and_silent) >= kMostSilent ||
          tally.share(StabilityOutcome::right_but_refused) >= kMostRefused;
+}
+
+StabilityTally over_all_cells(const StabilityResult& result, std::size_t method) {
+  StabilityTally all;
+  all.method = method;
+  for (const StabilityTally& t : result.tallies) {
+    if (t.method != method) continue;
+    const bool first = (all.first_silent < 0 && t.first_silent >= 0) ||
+                       (all.first_silent < 0 && all.first_refused < 0 && t.first_refused >= 0);
+    if (first)
+      all.cell = t.cell, all.first_silent = t.first_silent, all.first_refused = t.first_refused;
+    all.trials += t.trials;
+    all.flips += t.flips;
+    for (std::size_t i = 0; i < kNumOutcomes; ++i) all.count[i] += t.count[i];
+    for (const auto& [what, times] : t.said) all.said[what] += times;
+  }
+  return all;
+}
+
+std::vector<StabilityTally> missing_marks(const StabilityMap& map, const StabilityResult& result) {
+  std::vector<StabilityTally> missing;
+  for (const StabilityTally& t : result.tallies)
+    if (!map.mark_over_map && map.methods[t.method].ours && misses_mark(t)) missing.push_back(t);
+  for (std::size_t m = 0; map.mark_over_map && m < map.methods.size(); ++m) {
+    const StabilityTally all = over_all_cells(result, m);
+    if (map.methods[m].ours && misses_mark(all)) missing.push_back(all);
+  }
+  return missing;
 }
 
 }  // namespace tagcal

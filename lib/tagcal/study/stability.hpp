@@ -69,7 +69,8 @@ struct StabilityMap {
   std::vector<StabilityMethod> methods;
   int trials = 3000;  // of a cell, of ours
   int peer_trials = 200;
-  int quick_trials = 20;  // of all methods
+  int quick_trials = 20;       // of all methods
+  bool mark_over_map = false;  // the marks are for the whole map, not for each cell
 
   // Three sentences for the page: what happens, why (with the reference), what ours does about it.
   std::string what, why, answer;
@@ -87,7 +88,7 @@ struct StabilityMap {
   std::string cell_label(std::size_t cell) const;  // "tilt 10 deg, distance 2 m"
 };
 
-// Of poses, in the order of the page.
+// Of poses, then of calibrations, in the order of the page.
 std::vector<StabilityMap> stability_maps();
 
 struct StabilityOptions {
@@ -127,9 +128,15 @@ struct StabilityResult {
 StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options,
                         const std::function<void(int, int)>& progress = {});
 
-// The marks: of ours, in each cell, wrong and silent in fewer than 1 of 1,000 trials, and refused
-// in fewer than 2 of 100 what could be known.
+// The marks: of ours, in each cell (of calibrations: over each map), wrong and silent in fewer than
+// 1 of 1,000 trials, and refused in fewer than 2 of 100 what could be known.
 inline constexpr double kMostSilent = 1e-3, kMostRefused = 0.02;
 bool misses_mark(const StabilityTally& tally);
+
+// All cells of a method as one; `cell` is that of the first silent trial, or of the first refused.
+StabilityTally over_all_cells(const StabilityResult& result, std::size_t method);
+
+// What misses: cells of ours; of a map whose marks are for the whole, ours that miss over it.
+std::vector<StabilityTally> missing_marks(const StabilityMap& map, const StabilityResult& result);
 
 }  // namespace tagcal
