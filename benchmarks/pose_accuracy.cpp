@@ -99,9 +99,10 @@ struct Tally {
     silently_wrong += answer.status == Status::ok && of_claimed > k5Sigma[N - 6];
     if (planar && is_flip(answer.camera_from_target, task.camera_from_target)) {
       ++flips;
-      flips_with_both +=
-          answer.alternative && !is_flip(*answer.alternative, task.camera_from_target);
-      uncovered_flips += !answer.alternative && of_claimed > k95[0];
+      flips_with_both += std::ranges::any_of(answer.alternatives, [&](const auto& other) {
+        return !is_flip(other.camera_from_target, task.camera_from_target);
+      });
+      uncovered_flips += answer.alternatives.empty() && of_claimed > k95[0];
       return;
     }
     of_truth.back() = error.dot(information * error);

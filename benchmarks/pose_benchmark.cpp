@@ -47,8 +47,9 @@ double success(const std::vector<PreparedPose>& prepared, const std::vector<Pose
     const PoseAnswer answer = prepared[i].answer();
     if (!answer.success) continue;
     double angle = angle_between_rad(answer.camera_from_target, tasks[i].camera_from_target);
-    if (answer.alternative)
-      angle = std::min(angle, angle_between_rad(*answer.alternative, tasks[i].camera_from_target));
+    for (const PoseAnswer::Alternative& other : answer.alternatives)
+      angle =
+          std::min(angle, angle_between_rad(other.camera_from_target, tasks[i].camera_from_target));
     const bool focal_right = !with_focal || std::abs(answer.focal_px / 900 - 1) < 0.2;
     right += angle < 5 * kDegree && focal_right;
   }
