@@ -3,6 +3,7 @@
 
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/study/calibration_tasks.hpp"
+#include "tagcal/study/opencv_views.hpp"
 
 namespace tagcal {
 namespace {
@@ -25,54 +26,23 @@ Prepared<CalibrationAnswer> prepare_ours(const CalibrationTask& task) {
           }};
 }
 
-struct OpenCvViews {
-  explicit OpenCvViews(const CalibrationTask& task)
-      : size(task.dataset.image_size.width, task.dataset.image_size.height) {
-    const std::vector<TargetPoint>& board = task.dataset.boards[0].board.points;
-    for (const View& view : task.dataset.views) {
-      points.emplace_back();
-      pixels.emplace_back();
-      for (const Observation& o : view.observations) {
-        const Eigen::Vector3f x =
-            board[static_cast<std::size_t>(o.id.tag_id)].position.cast<float>();
-        const Eigen::Vector2f u = o.pixel.cast<float>();
-        points.back().emplace_back(x.x(), x.y(), x.z());
-        pixels.back().emplace_back(u.x(), u.y());
-      }
-    }
-  }
-
-  // fx fy cx cy and the coefficients.
-  CalibrationAnswer answer() const {
-    if (!success) return {};
-    CalibrationAnswer all = {k.at<double>(0, 0), k.at<double>(1, 1), k.at<double>(0, 2),
-                             k.at<double>(1, 2)};
-    for (int i = 0; i < static_cast<int>(distortion.total()); ++i)
-      all.push_back(distortion.at<double>(i));
-    return all;
-  }
-
-  std::vector<std::vector<cv::Point3f>> points;
-  std::vector<std::vector<cv::Point2f>> pixels;
-  cv::Size size;
-  cv::Mat k, distortion, deviations;
-  std::vector<cv::Mat> turns, moves;
-  bool success = false;
-};
-
 template <typename Solve>
 CalibrationMethod opencv_method(const std::string& name, const std::string& settings, Solve solve) {
   return {name,
           [solve](const CalibrationTask& task) -> Prepared<CalibrationAnswer> {
-            auto views = std::make_shared<OpenCvViews>(task);
-            return {[views, solve] {
-                      views->k = cv::Mat();
-                      views->distortion = cv::Mat();
-                      views->success = false;
-                      solve(*views);  // what it throws is a failure
-                      views->success = true;
+            struct State {
+              OpenCvViews views;
+              CalibrationAnswer found;
+            };
+            auto state = std::make_shared<State>(State{OpenCvViews(task.dataset), {}});
+            return {[state, solve] {
+                      state->found.clear();
+                      state->views.k = cv::Mat();
+                      state->views.distortion = cv::Mat();
+                      solve(state->views);  // what it throws is a failure
+                      state->found = state->views.values();
                     },
-                    [views] { return views->answer(); }};
+                    [state] { return state->found; }};
           },
           settings};
 }
@@ -99,38 +69,15 @@ CalibrationMethod fisheye_calibrate() {
       });
 }
 
-// Poses by cv::solvePnP of a pinhole with the true focal length.
-MrcalProblem mrcal_problem(const CalibrationTask& task, const OpenCvViews& views) {
-  const double focal_px = parameters(task.lens)[0];
-  MrcalProblem problem{views.size.width, views.size.height, kGridPoints, kGridPoints,
-                       kGridSpacingM,    focal_px,          {},          {}};
-  const cv::Matx33d k(focal_px, 0, 0.5 * (views.size.width - 1), 0, focal_px,
-                      0.5 * (views.size.height - 1), 0, 0, 1);
-  for (std::size_t v = 0; v < views.points.size(); ++v) {
-    std::vector<double> pixels;
-    for (int i = 0; i < kGridPoints * kGridPoints; ++i) pixels.insert(pixels.end(), {0, 0, -1});
-    for (const Observation& o : task.dataset.views[v].observations) {
-      double* corner = &pixels[static_cast<std::size_t>(3 * o.id.tag_id)];
-      corner[0] = o.pixel.x(), corner[1] = o.pixel.y(), corner[2] = 1;
-    }
-    problem.pixels.insert(problem.pixels.end(), pixels.begin(), pixels.end());
-    cv::Vec3d turn, move;
-    cv::solvePnP(views.points[v], views.pixels[v], k, cv::noArray(), turn, move);
-    problem.poses.insert(problem.poses.end(),
-                         {turn[0], turn[1], turn[2], move[0], move[1], move[2]});
-  }
-  return problem;
-}
-
 struct MrcalState {
   CalibrationTask task;
-  OpenCvViews views;
   MrcalStages stages;
   MrcalProblem problem{};
   std::array<double, 9> found{};
 
+  void pose_views() { problem = mrcal_problem(task.dataset, parameters(task.lens)[0]); }
   void solve() {
-    if (stages == MrcalStages::three) problem = mrcal_problem(task, views);
+    if (stages == MrcalStages::three) pose_views();
     found = mrcal_intrinsics(problem, stages);
   }
 };
@@ -140,8 +87,8 @@ struct MrcalState {
 CalibrationMethod mrcal_calibration(MrcalStages stages) {
   return {stages == MrcalStages::three ? "mrcal" : "mrcal, its optimiser",
           [stages](const CalibrationTask& task) -> Prepared<CalibrationAnswer> {
-            auto state = std::make_shared<MrcalState>(MrcalState{task, OpenCvViews(task), stages});
-            if (stages == MrcalStages::one) state->problem = mrcal_problem(task, state->views);
+            auto state = std::make_shared<MrcalState>(MrcalState{task, stages});
+            if (stages == MrcalStages::one) state->pose_views();
             return {
                 [state] { state->solve(); },
                 [state] { return CalibrationAnswer(state->found.begin(), state->found.end()); }};

@@ -18,24 +18,13 @@ constexpr int kQuickTrials = 2;
 // A method that throws has no answer.
 Prepared<StabilityVerdict> judged(const std::shared_ptr<const CalibrationJudge>& judge,
                                   const CalibrationSolver& solver) {
-  struct State {
-    Prepared<LensAnswer> prepared;
-    bool may_refuse = false, threw = false;
-  };
   const bool fisheye = std::holds_alternative<Fisheye>(judge->question().good.lens);
   const bool may_refuse = !solver.lens.empty() && (solver.lens == "fisheye") != fisheye;
-  auto state = std::make_shared<State>(State{solver.prepare(judge->question()), may_refuse});
-  return {[state] {
-            try {
-              state->prepared.solve();
-            } catch (const std::exception&) {
-              state->threw = true;
-            }
-          },
-          [state, judge] {
+  auto prepared = guarded(solver.prepare(judge->question()));
+  return {std::move(prepared.solve), [judge, may_refuse, answer = std::move(prepared.answer)] {
             LensAnswer none;
             none.said = "no answer";
-            return judge->judge(state->threw ? none : state->prepared.answer(), state->may_refuse);
+            return judge->judge(answer().value_or(none), may_refuse);
           }};
 }
 

@@ -8,7 +8,7 @@
 
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/study/map_calibration.hpp"
-#include "tagcal/study/mrcal_peer.hpp"
+#include "tagcal/study/opencv_views.hpp"
 
 namespace tagcal {
 namespace {
@@ -70,48 +70,16 @@ CalibrationSolver ours(const std::string& name, const std::string& settings, con
   return solver;
 }
 
-struct CvState {
-  explicit CvState(const CalibrationQuestion& question)
-      : size(question.dataset.image_size.width, question.dataset.image_size.height) {
-    const auto where = points_in_world(question.dataset.boards);
-    for (const View& view : question.dataset.views) {
-      if (view.observations.size() < 4) continue;
-      points.emplace_back();
-      pixels.emplace_back();
-      for (const Observation& o : view.observations) {
-        const Eigen::Vector3f x = where.at(o.id).cast<float>();
-        const Eigen::Vector2f u = o.pixel.cast<float>();
-        points.back().emplace_back(x.x(), x.y(), x.z());
-        pixels.back().emplace_back(u.x(), u.y());
-      }
-    }
-  }
-
-  std::vector<double> values(const cv::Mat& coefficients) const {
-    std::vector<double> all = {k.at<double>(0, 0), k.at<double>(1, 1), k.at<double>(0, 2),
-                               k.at<double>(1, 2)};
-    for (int i = 0; i < static_cast<int>(coefficients.total()); ++i)
-      all.push_back(coefficients.at<double>(i));
-    return all;
-  }
-
-  std::vector<std::vector<cv::Point3f>> points;
-  std::vector<std::vector<cv::Point2f>> pixels;
-  cv::Size size;
-  cv::Mat k, distortion, deviations;
-  std::vector<cv::Mat> turns, moves;
-};
-
 bool finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
 LensAnswer lens_answer(const std::string& model, const std::vector<double>& free,
-                       const cv::Size& size) {
+                       const ImageSize& size) {
   LensAnswer answer;
   answer.said = "no answer";
   if (!finite(free)) return answer;
-  const auto lens = Model::named(model).lens(free, {size.width, size.height});
+  const auto lens = Model::named(model).lens(free, size);
   if (!lens) return answer;
   answer.success = true;
   answer.said = "answer";
@@ -121,11 +89,11 @@ LensAnswer lens_answer(const std::string& model, const std::vector<double>& free
 }
 
 // With its standard deviations; some that are no numbers are no answer.
-LensAnswer camera_answer(const CvState& state, const std::string& model) {
+LensAnswer camera_answer(const OpenCvViews& state, const std::string& model) {
   const auto n = static_cast<std::size_t>(Model::named(model).num_free());
-  std::vector<double> free = state.values(state.distortion);
+  std::vector<double> free = state.values();
   free.resize(n);
-  LensAnswer answer = lens_answer(model, free, state.size);
+  LensAnswer answer = lens_answer(model, free, {state.size.width, state.size.height});
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(n));
   for (std::size_t i = 0; i < n; ++i)
     sigmas[static_cast<Eigen::Index>(i)] = state.deviations.at<double>(static_cast<int>(i));
@@ -141,7 +109,7 @@ CalibrationSolver calibrate_camera(const std::string& name, const std::string& s
                                    const std::string& model, int flags) {
   CalibrationSolver solver{name, settings, false, "perspective"};
   solver.prepare = [model, flags](const CalibrationQuestion& q) -> Prepared<LensAnswer> {
-    auto state = std::make_shared<CvState>(q);
+    auto state = std::make_shared<OpenCvViews>(q.dataset);
     return {[state, flags] {
               cv::calibrateCamera(state->points, state->pixels, state->size, state->k,
                                   state->distortion, state->turns, state->moves, state->deviations,
@@ -150,37 +118,6 @@ CalibrationSolver calibrate_camera(const std::string& name, const std::string& s
             [state, model] { return camera_answer(*state, model); }};
   };
   return solver;
-}
-
-// Poses by cv::solvePnP of a pinhole with the true focal length, as its tool has them.
-MrcalProblem mrcal_problem(const CalibrationQuestion& question, const CvState& state) {
-  const double focal = parameters(question.good.lens)[0];
-  const auto& points = question.dataset.boards[0].board.points;
-  const double spacing = (points[1].position - points[0].position).norm();
-  MrcalProblem problem{
-      state.size.width, state.size.height, kSmallGrid, kSmallGrid, spacing, focal, {}, {}};
-  const cv::Matx33d k(focal, 0, 0.5 * (state.size.width - 1), 0, focal,
-                      0.5 * (state.size.height - 1), 0, 0, 1);
-  for (const View& view : question.dataset.views) {
-    std::vector<double> pixels;
-    for (std::size_t i = 0; i < points.size(); ++i) pixels.insert(pixels.end(), {0, 0, -1});
-    std::vector<cv::Point3d> seen;
-    std::vector<cv::Point2d> at;
-    for (const Observation& o : view.observations) {
-      const auto i = static_cast<std::size_t>(o.id.tag_id);
-      pixels[3 * i] = o.pixel.x(), pixels[3 * i + 1] = o.pixel.y(), pixels[3 * i + 2] = 1;
-      // mrcal's grid starts at its first point.
-      const Eigen::Vector3d x = points[i].position - points[0].position;
-      seen.emplace_back(x.x(), x.y(), x.z());
-      at.emplace_back(o.pixel.x(), o.pixel.y());
-    }
-    problem.pixels.insert(problem.pixels.end(), pixels.begin(), pixels.end());
-    cv::Vec3d turn, move;
-    cv::solvePnP(seen, at, k, cv::noArray(), turn, move);
-    problem.poses.insert(problem.poses.end(),
-                         {turn[0], turn[1], turn[2], move[0], move[1], move[2]});
-  }
-  return problem;
 }
 
 CalibrationSolver mrcal_solver() {
@@ -192,17 +129,17 @@ CalibrationSolver mrcal_solver() {
   solver.prepare = [](const CalibrationQuestion& question) -> Prepared<LensAnswer> {
     struct State {
       CalibrationQuestion question;
-      CvState views;
       std::array<double, 9> found{};
     };
-    auto state = std::make_shared<State>(State{question, CvState(question)});
+    auto state = std::make_shared<State>(State{question});
     return {[state] {
-              state->found = mrcal_intrinsics(mrcal_problem(state->question, state->views),
+              const double focal_px = parameters(state->question.good.lens)[0];
+              state->found = mrcal_intrinsics(mrcal_problem(state->question.dataset, focal_px),
                                               MrcalStages::three);
             },
             [state] {
               return lens_answer("opencv5", {state->found.begin(), state->found.end()},
-                                 state->views.size);
+                                 state->question.dataset.image_size);
             }};
   };
   return solver;
@@ -254,14 +191,16 @@ CalibrationSolver opencv_fisheye() {
       "the Cramér-Rao bound",
       false, "fisheye"};
   solver.prepare = [](const CalibrationQuestion& question) -> Prepared<LensAnswer> {
-    auto state = std::make_shared<CvState>(question);
+    auto state = std::make_shared<OpenCvViews>(question.dataset);
     return {
         [state] {
           cv::fisheye::calibrate(
               state->points, state->pixels, state->size, state->k, state->distortion, state->turns,
               state->moves, cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
         },
-        [state] { return lens_answer("fisheye4", state->values(state->distortion), state->size); }};
+        [state] {
+          return lens_answer("fisheye4", state->values(), {state->size.width, state->size.height});
+        }};
   };
   return solver;
 }

@@ -29,20 +29,9 @@ MapMethod of_unknown_noise(MapMethod method) {
 // A method that throws has no answer.
 Prepared<StabilityVerdict> judged(const std::shared_ptr<const PoseJudge>& judge,
                                   const PoseMethod& method) {
-  struct State {
-    PreparedPose prepared;
-    bool threw = false;
-  };
-  auto state = std::make_shared<State>(State{method.prepare(judge->task())});
-  return {[state] {
-            try {
-              state->prepared.solve();
-            } catch (const std::exception&) {
-              state->threw = true;
-            }
-          },
-          [state, judge] {
-            return judge->judge(state->threw ? PoseAnswer{} : state->prepared.answer());
+  auto prepared = guarded(method.prepare(judge->task()));
+  return {std::move(prepared.solve), [judge, answer = std::move(prepared.answer)] {
+            return judge->judge(answer().value_or(PoseAnswer{}));
           }};
 }
 
