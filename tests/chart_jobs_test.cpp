@@ -116,7 +116,7 @@ TEST(ChartJobs, calibrationsAgree) {
 TEST(ChartJobs, cornersByTheFitAreNearTheBound) {
   const auto points = by_name(run_chart(ChartJob::corners, {.trials = 4, .threads = 2}));
   const std::string panel = "noise 2 grey levels, tag 40 px wide";
-  const ChartPoint fit = points.at({panel, "tagcal fit, straight lens"});
+  const ChartPoint fit = points.at({panel, "tagcal detect, lens known"});
   const ChartPoint stock = points.at({panel, "AprilTag, refine_edges on"});
   EXPECT_EQ(fit.failures, 0);
   EXPECT_NEAR(fit.rms_over_bound, 1, 0.4);  // 32 squares, correlated

@@ -88,7 +88,7 @@ struct StabilityMap {
   std::string cell_label(std::size_t cell) const;  // "tilt 10 deg, distance 2 m"
 };
 
-// Of poses, then of calibrations, in the order of the page.
+// Of poses, of calibrations, of tags in pictures, in the order of the page.
 std::vector<StabilityMap> stability_maps();
 
 struct StabilityOptions {
