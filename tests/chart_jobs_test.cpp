@@ -67,7 +67,8 @@ TEST(ChartJobs, poseHasEveryPeerWhereItCan) {
   for (const char* name :
        {"tagcal estimate_pose", "tagcal homography + ippe", "OpenCV ITERATIVE", "OpenCV EPNP",
         "OpenCV IPPE", "OpenCV IPPE_SQUARE", "OpenCV SQPNP", "OpenCV P3P", "OpenCV AP3P",
-        "OpenCV solvePnPRansac", "OpenCV USAC (MSAC, inner LO)", "AprilTag estimate_tag_pose"})
+        "OpenCV solvePnPRansac", "OpenCV USAC (MSAC, inner LO)", "AprilTag estimate_tag_pose",
+        "Ceres, autodiff"})
     EXPECT_TRUE(points.contains({tag, name})) << name;
   EXPECT_EQ(result.panels.size(), 27u);
   EXPECT_FALSE(
