@@ -9,6 +9,7 @@
 #include "tagcal/study/apriltag_pose.hpp"
 #include "tagcal/study/ceres_peer.hpp"
 #include "tagcal/study/opencv_pose.hpp"
+#include "tagcal/study/opengv_peer.hpp"
 
 namespace tagcal {
 namespace {
@@ -173,6 +174,11 @@ PreparedPose prepare_p4pf(const PoseTask& task) {
           }};
 }
 
+std::vector<PoseMethod> with_opengv(std::vector<PoseMethod> methods) {
+  for (PoseMethod& method : opengv_poses()) methods.push_back(std::move(method));
+  return methods;
+}
+
 }  // namespace
 
 std::vector<PoseMethod> pose_methods(PoseJob job) {
@@ -191,27 +197,16 @@ std::vector<PoseMethod> pose_methods(PoseJob job) {
   const PoseMethod usac = opencv_ransac("USAC (MSAC, inner LO)");
   switch (job) {
     case PoseJob::tag:
-      return {ours,
-              our_ippe,
-              our_pnp,
-              opencv_pose("IPPE_SQUARE"),
-              opencv_pose("IPPE"),
-              iterative,
-              sqpnp,
-              epnp,
-              p3p,
-              ap3p,
-              autodiff,
-              ransac,
-              usac,
-              apriltag_pose()};
+      return with_opengv({ours, our_ippe, our_pnp, opencv_pose("IPPE_SQUARE"), opencv_pose("IPPE"),
+                          iterative, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac,
+                          apriltag_pose()});
     case PoseJob::plane:
-      return {ours,     our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp,
-              autodiff, ransac,   usac};
+      return with_opengv({ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp,
+                          autodiff, ransac, usac});
     case PoseJob::space:
-      return {ours, our_pnp, iterative, sqpnp, epnp, autodiff, ransac, usac};
+      return with_opengv({ours, our_pnp, iterative, sqpnp, epnp, autodiff, ransac, usac});
     case PoseJob::four_space:
-      return {ours, our_pnp, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac};
+      return with_opengv({ours, our_pnp, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac});
     case PoseJob::outliers:
       return {ours,
               ransac,
