@@ -67,7 +67,8 @@ TEST(ChartJobs, poseHasEveryPeerWhereItCan) {
   for (const char* name :
        {"tagcal estimate_pose", "tagcal homography + ippe", "OpenCV ITERATIVE", "OpenCV EPNP",
         "OpenCV IPPE", "OpenCV IPPE_SQUARE", "OpenCV SQPNP", "OpenCV P3P", "OpenCV AP3P",
-        "OpenCV solvePnPRansac", "OpenCV USAC (MSAC, inner LO)", "AprilTag estimate_tag_pose"})
+        "OpenCV solvePnPRansac", "OpenCV USAC (MSAC, inner LO)", "AprilTag estimate_tag_pose",
+        "Ceres, autodiff"})
     EXPECT_TRUE(points.contains({tag, name})) << name;
   EXPECT_EQ(result.panels.size(), 27u);
   EXPECT_FALSE(
@@ -116,7 +117,7 @@ TEST(ChartJobs, calibrationsAgree) {
 TEST(ChartJobs, cornersByTheFitAreNearTheBound) {
   const auto points = by_name(run_chart(ChartJob::corners, {.trials = 4, .threads = 2}));
   const std::string panel = "noise 2 grey levels, tag 40 px wide";
-  const ChartPoint fit = points.at({panel, "tagcal fit, straight lens"});
+  const ChartPoint fit = points.at({panel, "tagcal detect, lens known"});
   const ChartPoint stock = points.at({panel, "AprilTag, refine_edges on"});
   EXPECT_EQ(fit.failures, 0);
   EXPECT_NEAR(fit.rms_over_bound, 1, 0.4);  // 32 squares, correlated

@@ -8,7 +8,7 @@ cmake_minimum_required(VERSION 3.23)
 
 set(layers geometry camera scene estimate detect io study)
 set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h CLI nlohmann)
-set(ceres_in estimate)
+set(ceres_in estimate study)
 set(glog_in estimate)
 set(apriltag_in detect study)
 set(opencv2_in io study)

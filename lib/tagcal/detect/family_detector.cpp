@@ -60,7 +60,7 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
     apriltag_detector_add_family_bits(&detector, family_.get(), max_hamming_);
     detector.nthreads = 1;
     detector.quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
-    detector.refine_edges = true;
+    detector.refine_edges = refinement_ == Refinement::stock;
   }
 }
 

@@ -14,8 +14,6 @@ struct Entry {
   const char* remark;  // why there is none, or what the map does not say
 };
 
-constexpr const char* kOfPictures = "of pictures, not of corners";
-
 constexpr Entry kCatalogue[] = {
     {"G1", "a plane parallel to the image", "focal-tilt-noise", ""},
     {"G2", "planes parallel to one another", "calibrate-parallel", ""},
@@ -45,11 +43,11 @@ constexpr Entry kCatalogue[] = {
     {"M4", "the wrong lens for the data", "calibrate-wrong-lens", ""},
     {"M5", "a bent board", "calibrate-bent", ""},
     {"M6", "points at the camera's plane or behind it", "behind-camera", ""},
-    {"M7", "blur", "", kOfPictures},
+    {"M7", "blur", "tag-size-blur", ""},
     {"M8", "rolling shutter", "", "exempt: out of this version's scope"},
     {"M9", "a pixel centre that is off by a half", "",
      "exempt: it moves the principal point and leaves no residual"},
-    {"M10", "corners pushed outwards", "", kOfPictures},
+    {"M10", "corners pushed outwards", "tag-size-blur", "and tag-tilt-noise"},
     {"D1", "wrong corners", "wrong-corners", "of calibrations: calibrate-wrong-views"},
     {"D2", "wrong ids, corners in another order", "swapped",
      "of one view; of calibrations: calibrate-wrong-views"},
@@ -58,11 +56,11 @@ constexpr Entry kCatalogue[] = {
     {"D5", "units of length", "units", "of calibrations: calibrate-unit"},
     {"D6", "a target far from the origin", "units", ""},
     {"D7", "rotations next to none and to half a turn", "turns", ""},
-    {"D8", "tiny tags, corners of whole pixels", "", kOfPictures},
+    {"D8", "tiny tags, corners of whole pixels", "tag-size-blur", ""},
     {"D9", "too few data", "points", "of one view; of calibrations: calibrate-views-tilt"},
     {"D10", "nearly a plane", "flatness", ""},
     {"D11", "targets that are not the plane z = 0", "flatness", "of one view"},
-    {"D12", "pictures that are empty or broken", "", kOfPictures},
+    {"D12", "pictures that are empty or broken", "", "a test of the reader, not of an estimate"},
 };
 
 }  // namespace

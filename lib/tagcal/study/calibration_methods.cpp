@@ -3,6 +3,7 @@
 
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/study/calibration_tasks.hpp"
+#include "tagcal/study/ceres_peer.hpp"
 #include "tagcal/study/opencv_views.hpp"
 
 namespace tagcal {
@@ -108,6 +109,7 @@ std::vector<CalibrationMethod> calibration_methods(const std::string& model) {
   }
   methods.push_back(calibrate_camera("OpenCV calibrateCamera", 0));
   methods.push_back(calibrate_camera("OpenCV calibrateCamera, LU", cv::CALIB_USE_LU));
+  methods.push_back(ceres_autodiff_calibration());
   if (has_mrcal()) methods.push_back(mrcal_calibration(MrcalStages::three));
   return methods;
 }

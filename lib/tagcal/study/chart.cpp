@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <ceres/version.h>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -13,6 +14,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/study/chart_study.hpp"
 #include "tagcal/study/mrcal_peer.hpp"
+#include "tagcal/study/opengv_peer.hpp"
 #include "tagcal/study/quantile.hpp"
 
 namespace tagcal {
@@ -98,7 +100,10 @@ std::optional<ChartJob> chart_job(std::string_view name) {
 }
 
 std::string peers_versions() {
-  return has_mrcal() ? "OpenCV " CV_VERSION ", mrcal" : "OpenCV " CV_VERSION;
+  std::string versions = "OpenCV " CV_VERSION ", Ceres " CERES_VERSION_STRING;
+  if (has_mrcal()) versions += ", mrcal";
+  if (!opengv_poses().empty()) versions += ", OpenGV";
+  return versions;
 }
 
 std::string ChartPanel::name() const {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/study/chart_failures.hpp"
 #include "tagcal/study/pareto.hpp"
 #include "tagcal/study/plot_text.hpp"
 
@@ -20,7 +21,8 @@ struct Marker {
 constexpr Marker kOurs[] = {{7, "#0072B2"}, {5, "#56B4E9"}, {9, "#56B4E9"}, {11, "#56B4E9"}};
 constexpr Marker kPeers[] = {{4, "#D55E00"},  {6, "#009E73"},  {8, "#CC79A7"}, {10, "#E69F00"},
                              {12, "#D55E00"}, {14, "#000000"}, {1, "#009E73"}, {2, "#CC79A7"},
-                             {3, "#000000"},  {6, "#E69F00"},  {4, "#009E73"}, {8, "#000000"}};
+                             {3, "#000000"},  {6, "#E69F00"},  {4, "#009E73"}, {8, "#000000"},
+                             {13, "#CC79A7"}, {15, "#E69F00"}};
 
 // Pixels of the picture.
 constexpr double kWidth = 900, kLeft = 58, kRight = 12, kGapX = 34, kPanel = 168, kGapY = 74;
@@ -175,37 +177,6 @@ class Page {
                     .c_str());
   }
 
-  static std::string percent(double share) {
-    return fmt::format("{:.{}f}\u00a0%", 100 * share, share < 0.1 ? 1 : 0);  // not to be broken
-  }
-
-  std::string short_name(const ChartPoint& p) const {
-    std::string name = result_.methods[static_cast<std::size_t>(p.method)].name;
-    if (name.starts_with("OpenCV ")) name = name.substr(7);
-    return name.substr(0, name.find(" ("));
-  }
-
-  // "fails: A 12 %, B 3 %, the others 1 %" of those that fail in half a percent or more.
-  std::string failures(std::vector<ChartPoint> points) const {
-    std::stable_sort(points.begin(), points.end(), [](const ChartPoint& a, const ChartPoint& b) {
-      return a.failed_share() > b.failed_share();
-    });
-    if (points.empty() || points.front().failed_share() < 0.005) return "";
-    const std::string least = percent(points.back().failed_share());
-    std::string all = "fails: ";
-    int with_least = 0;
-    for (const ChartPoint& p : points) {
-      if (percent(p.failed_share()) == least && points.size() > 1)
-        ++with_least;
-      else if (p.failed_share() >= 0.005)
-        all += fmt::format("{} {}; ", short_name(p), percent(p.failed_share()));
-    }
-    if (with_least > 0 && points.back().failed_share() >= 0.005)
-      all +=
-          fmt::format("{} {}; ", with_least == 1 ? short_name(points.back()) : "the others", least);
-    return all.substr(0, all.size() - 2);
-  }
-
   std::string panel_script(int number) const {
     const ChartPanel& panel = result_.panels[static_cast<std::size_t>(number)];
     const std::vector<ChartPoint> points = points_of_panel(points_, number);
@@ -225,7 +196,8 @@ class Page {
         text(left, top - 32,
              panel.row.empty() ? panel.column : fmt::format("{}, {}", panel.column, panel.row),
              "left font ',9'");
-    const auto lines = wrapped(failures(points), static_cast<std::size_t>(width / 4.9));
+    const auto lines =
+        wrapped(failures_text(result_, points), static_cast<std::size_t>(width / 4.9));
     for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), 2); ++i)
       script += text(left, top - 18 + 10 * static_cast<double>(i),
                      lines[i] + (i == 1 && lines.size() > 2 ? " .." : ""),

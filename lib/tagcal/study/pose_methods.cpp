@@ -7,7 +7,9 @@
 #include "tagcal/estimate/n_point.hpp"
 #include "tagcal/estimate/planar.hpp"
 #include "tagcal/study/apriltag_pose.hpp"
+#include "tagcal/study/ceres_peer.hpp"
 #include "tagcal/study/opencv_pose.hpp"
+#include "tagcal/study/opengv_peer.hpp"
 
 namespace tagcal {
 namespace {
@@ -172,6 +174,11 @@ PreparedPose prepare_p4pf(const PoseTask& task) {
           }};
 }
 
+std::vector<PoseMethod> with_opengv(std::vector<PoseMethod> methods) {
+  for (PoseMethod& method : opengv_poses()) methods.push_back(std::move(method));
+  return methods;
+}
+
 }  // namespace
 
 std::vector<PoseMethod> pose_methods(PoseJob job) {
@@ -186,29 +193,20 @@ std::vector<PoseMethod> pose_methods(PoseJob job) {
   const PoseMethod iterative = opencv_pose("ITERATIVE"), sqpnp = opencv_pose("SQPNP");
   const PoseMethod epnp = opencv_pose("EPNP");
   const PoseMethod p3p = opencv_pose("P3P"), ap3p = opencv_pose("AP3P");
-  const PoseMethod ransac = opencv_ransac("solvePnPRansac");
+  const PoseMethod ransac = opencv_ransac("solvePnPRansac"), autodiff = ceres_autodiff_pose();
   const PoseMethod usac = opencv_ransac("USAC (MSAC, inner LO)");
   switch (job) {
     case PoseJob::tag:
-      return {ours,
-              our_ippe,
-              our_pnp,
-              opencv_pose("IPPE_SQUARE"),
-              opencv_pose("IPPE"),
-              iterative,
-              sqpnp,
-              epnp,
-              p3p,
-              ap3p,
-              ransac,
-              usac,
-              apriltag_pose()};
+      return with_opengv({ours, our_ippe, our_pnp, opencv_pose("IPPE_SQUARE"), opencv_pose("IPPE"),
+                          iterative, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac,
+                          apriltag_pose()});
     case PoseJob::plane:
-      return {ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp, ransac, usac};
+      return with_opengv({ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp,
+                          autodiff, ransac, usac});
     case PoseJob::space:
-      return {ours, our_pnp, iterative, sqpnp, epnp, ransac, usac};
+      return with_opengv({ours, our_pnp, iterative, sqpnp, epnp, autodiff, ransac, usac});
     case PoseJob::four_space:
-      return {ours, our_pnp, sqpnp, epnp, p3p, ap3p, ransac, usac};
+      return with_opengv({ours, our_pnp, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac});
     case PoseJob::outliers:
       return {ours,
               ransac,

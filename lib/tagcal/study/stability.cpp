@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/study/map_calibration.hpp"
+#include "tagcal/study/map_picture.hpp"
 #include "tagcal/study/map_pose.hpp"
 #include "tagcal/study/processor_time.hpp"
 #include "tagcal/study/quantile.hpp"
@@ -143,6 +144,7 @@ std::string StabilityMap::cell_label(std::size_t cell) const {
 std::vector<StabilityMap> stability_maps() {
   std::vector<StabilityMap> maps = pose_maps();
   for (StabilityMap& map : calibration_maps()) maps.push_back(std::move(map));
+  for (StabilityMap& map : picture_maps()) maps.push_back(std::move(map));
   return maps;
 }
 

@@ -37,7 +37,8 @@ std::string_view outcome_name(StabilityOutcome outcome);  // as in the enum
 
 struct StabilityVerdict {
   StabilityOutcome outcome = StabilityOutcome::wrong_and_said;
-  double over_bound = std::numeric_limits<double>::quiet_NaN();  // sqrt(e' F e / p); NaN: no answer
+  // sqrt(e' F e / p), of corners their RMS over that of the bound; NaN: no answer
+  double over_bound = std::numeric_limits<double>::quiet_NaN();
   bool flipped = false;  // nearer to the mirror image of the truth than to it: planes
   std::string said;      // its status, or "answer", "no answer"
 };
@@ -88,7 +89,7 @@ struct StabilityMap {
   std::string cell_label(std::size_t cell) const;  // "tilt 10 deg, distance 2 m"
 };
 
-// Of poses, then of calibrations, in the order of the page.
+// Of poses, of calibrations, of tags in pictures, in the order of the page.
 std::vector<StabilityMap> stability_maps();
 
 struct StabilityOptions {
