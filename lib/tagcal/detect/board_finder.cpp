@@ -17,7 +17,8 @@ namespace {
 constexpr double kFewestPixels = 150e3;  // of a halved picture that is worth a look
 constexpr double kSurelyCut = 0.35;      // of a tag's side, beyond the picture's edge
 constexpr double kMargin = 1;            // sides of a tag, searched about where it should be
-constexpr double kMostOfPicture = 0.6;   // a part larger than this is not cut out
+constexpr int kMostPixelsDoubled = 1'500'000;
+constexpr double kMostOfPicture = 0.6;  // a part larger than this is not cut out
 
 Wanted wanted_of(const std::vector<const Board*>& boards) {
   Wanted wanted;
@@ -51,6 +52,13 @@ bool may_be_there(const MissingTag& tag, const ImageSize& size) {
   if (tag.why == WhyNot::too_small) return false;
   if (tag.why != WhyNot::outside) return true;
   return tag.expected && !is_surely_cut(*tag.expected, size);
+}
+
+// Neither tags of the boards nor others.
+bool shows_nothing(const SeenBoards& seen) {
+  return seen.strange.empty() && seen.repeated.empty() &&
+         std::ranges::all_of(seen.completions,
+                             [](const Completion& completion) { return completion.tags.empty(); });
 }
 
 // Where the missing tags may be; empty where nothing is missing.
@@ -105,17 +113,23 @@ SeenBoards BoardFinder::find(const Image8& image) {
   SeenBoards seen;
   std::optional<PixelBox> part = PixelBox{0, 0, image.size()};
   for (int halvings = halves_ ? halvings_for(image.size()) : 0; part && halvings >= 0; --halvings) {
-    std::vector<FoundTag> tags;
-    for (const Completion& completion : seen.completions)
-      tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
-    detector_.find(image, {*part, halvings}, tags);
-    complete(image, without_doubles(tags, seen), seen);
+    search(image, {*part, halvings}, seen);
     MissingPart missing(image.size());
     for (const Completion& completion : seen.completions)
       for (const MissingTag& tag : completion.missing) missing.add(tag);
     part = missing.box();
   }
+  const bool small = image.width() * image.height() <= kMostPixelsDoubled;
+  if (halves_ && small && shows_nothing(seen)) search(image, {{0, 0, image.size()}, -1}, seen);
   return seen;
+}
+
+void BoardFinder::search(const Image8& image, const Search& where, SeenBoards& seen) {
+  std::vector<FoundTag> tags;
+  for (const Completion& completion : seen.completions)
+    tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
+  detector_.find(image, where, tags);
+  complete(image, without_doubles(tags, seen), seen);
 }
 
 // The boards' tags that were seen once.

@@ -20,7 +20,8 @@ struct SeenBoards {
 
 // Finds the boards of one family and border. First halved pictures are searched, which is quick and
 // shows large tags; the boards are completed from these. What is then still missing, and may be in
-// the picture, is searched for in less and less halved ones, only where it may be.
+// the picture, is searched for in less and less halved ones, only where it may be. Where a picture
+// that is not large shows nothing at all, it is doubled: then tags are read down to 10 px.
 class BoardFinder {
  public:
   // The boards must outlive it and be of one family and border. Throws Error as tag_family() does.
@@ -33,6 +34,7 @@ class BoardFinder {
 
  private:
   std::vector<FoundTag> without_doubles(const std::vector<FoundTag>& tags, SeenBoards& seen) const;
+  void search(const Image8& image, const Search& where, SeenBoards& seen);
   void complete(const Image8& image, const std::vector<FoundTag>& tags, SeenBoards& seen);
 
   std::vector<const Board*> boards_;

@@ -77,7 +77,12 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   std::vector<Image8> halves;
   for (int i = 0; i < search.halvings; ++i)
     halves.push_back(halved(i > 0 ? halves.back() : whole ? image : part));
-  const Image8& searched = !halves.empty() ? halves.back() : whole ? image : part;
+  Image8 twice;
+  if (search.halvings < 0) twice = doubled(whole ? image : part);
+  const Image8& searched = search.halvings < 0 ? twice
+                           : !halves.empty()   ? halves.back()
+                           : whole             ? image
+                                               : part;
   num_quads_ = 0;
   if (std::min(searched.width(), searched.height()) < kMinImageSide) return;
   const std::vector<std::vector<Sighting>> sightings = look(searched);
@@ -86,6 +91,8 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
     num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
     for (const Sighting& seen : sightings[i]) {
       Quad corners = unhalved(halves, seen.corners);
+      if (search.halvings < 0)
+        for (Eigen::Vector2d& corner : corners) corner = 0.5 * corner - Eigen::Vector2d(0.25, 0.25);
       for (Eigen::Vector2d& corner : corners) corner += offset;
       add(image, {seen.id, corners}, halves.empty() && passes_[i].shrink == 0, found);
     }

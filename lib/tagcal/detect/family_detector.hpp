@@ -37,7 +37,7 @@ struct FoundTag {
 // fitted as a whole may be what is left of a tag that it cuts.
 bool is_whole(const FoundTag& tag, const ImageSize& size);
 
-// What is searched for tags: a part of a picture, halved so many times before.
+// What is searched for tags: a part of a picture, halved so many times before; -1: doubled.
 struct Search {
   PixelBox box;
   int halvings = 0;

@@ -12,6 +12,10 @@ Image8 brightest(const Image8& image, int radius);
 // Half as wide and high, rounded down: each pixel the mean of four. Precondition: 2x2 at least.
 Image8 halved(const Image8& image);
 
+// Twice as wide and high, by cubic convolution (Keys, IEEE ASSP 1981): lines and parabolas
+// stay as they are.
+Image8 doubled(const Image8& image);
+
 // A rectangle of pixels, part of a picture.
 struct PixelBox {
   int left = 0;

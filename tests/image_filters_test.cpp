@@ -1,0 +1,73 @@
+#include "tagcal/detect/image_filters.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/study/corner_methods.hpp"
+
+namespace tagcal {
+namespace {
+
+Image8 ramp(int width, int height, int across, int down) {
+  Image8 image({width, height});
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      image.row(y)[x] = static_cast<std::uint8_t>(20 + across * x + down * y);
+  return image;
+}
+
+// Cubic convolution has straight lines as they are; new pixels lie at x / 2 - 1 / 4.
+TEST(ImageFilters, DoublingKeepsARampWhereItWas) {
+  const Image8 image = ramp(12, 9, 8, 4), twice = doubled(image);
+  ASSERT_EQ(twice.width(), 24);
+  ASSERT_EQ(twice.height(), 18);
+  for (int y = 4; y < 14; ++y)
+    for (int x = 4; x < 20; ++x)
+      EXPECT_EQ(twice.row(y)[x], 20 + 8 * (0.5 * x - 0.25) + 4 * (0.5 * y - 0.25)) << x << ' ' << y;
+}
+
+TEST(ImageFilters, DoublingStaysInRangeAndHalvingUndoesIt) {
+  Image8 image({7, 5});
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 7; ++x) image.row(y)[x] = (x + y) % 3 == 0 ? 255 : 0;
+  const Image8 twice = doubled(image);
+  int most = 0, least = 255;
+  for (int y = 0; y < twice.height(); ++y)
+    for (int x = 0; x < twice.width(); ++x)
+      most = std::max<int>(most, twice.row(y)[x]), least = std::min<int>(least, twice.row(y)[x]);
+  EXPECT_EQ(most, 255);
+  EXPECT_EQ(least, 0);
+  const Image8 flat = doubled(ramp(8, 8, 0, 0));
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) EXPECT_EQ(flat.row(y)[x], 20);
+  const Image8 back = halved(doubled(ramp(12, 12, 8, 4)));
+  for (int y = 2; y < 10; ++y)
+    for (int x = 2; x < 10; ++x) EXPECT_EQ(back.row(y)[x], 20 + 8 * x + 4 * y);
+}
+
+// Of 12 px and 15 px AprilTag sees few, in a doubled picture most.
+TEST(ImageFilters, TagsAreReadDownToTwelvePixels) {
+  for (const double side : {12.0, 15.0}) {
+    TagViewSpec spec;
+    spec.side_px = side;
+    spec.tilt_deg = 20;
+    spec.blur_px = 0.5;
+    int found = 0, near = 0;
+    for (std::uint64_t seed = 0; seed < 15; ++seed) {
+      Random random(seed);
+      const CornerTask task = draw_corner_task(spec, random);
+      const View view = detect(task.view.image, "tag", {task.board}, {.threads = 1}, nullptr);
+      if (view.observations.size() != 4) continue;
+      ++found;
+      double largest = 0;
+      for (std::size_t i = 0; i < 4; ++i)
+        largest = std::max(largest, (view.observations[i].pixel - task.view.corners[i]).norm());
+      near += largest < 0.5;
+    }
+    EXPECT_GE(found, 14) << side;
+    EXPECT_EQ(near, found) << side;
+  }
+}
+
+}  // namespace
+}  // namespace tagcal
