@@ -1,7 +1,6 @@
 #include "tagcal/estimate/doubt.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 #include "tagcal/estimate/start.hpp"
 
@@ -45,13 +44,6 @@ double cost_of(const Bundle& bundle) {
          whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
       sum += square;
   return sum;
-}
-
-Bundle with_model(const Bundle& bundle, const Model& model) {
-  Bundle result = bundle;
-  result.model = &model;
-  result.free_values = model.free_values(bundle.lens());
-  return result;
 }
 
 // The same views with one focal length: from their poses, or from none where a fisheye has these
@@ -147,21 +139,11 @@ std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
   return asked.refused;
 }
 
-std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
-  if (solved.model->name() != "f") return std::nullopt;
-  const Bundle with_centre = with_model(solved, Model::named("f+c"));
-  const auto information = bundle_information(with_centre);
-  if (!information || observability(with_centre, information, sigma).status == Status::ok)
-    return std::nullopt;
-  constexpr double kBesidePx = 10;
-  const Eigen::MatrixXd s = information->halves[0] + information->halves[1];
-  const double change = kBesidePx * s.row(0).tail<2>().norm() / s(0, 0);
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "the principal point is taken to be the centre of the image, the views do not hold "
-                "it: %g px beside it change the focal length by up to %.2g px",
-                kBesidePx, change);
-  return text;
+Bundle with_model(const Bundle& bundle, const Model& model) {
+  Bundle result = bundle;
+  result.model = &model;
+  result.free_values = model.free_values(bundle.lens());
+  return result;
 }
 
 std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "tagcal/estimate/advice.hpp"
-#include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/assumed.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/pose_problem.hpp"
@@ -106,7 +106,10 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence,
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
   if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
-  if (auto gaps = c.seen.gaps()) c.warnings.push_back(std::move(*gaps));
+  auto gaps = c.seen.gaps();
+  if (!gaps && c.covariance.size() > 0)
+    gaps = assumed_coefficient(bundle, c.sigma_px, lens, samples);
+  if (gaps) c.warnings.push_back(std::move(*gaps));
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
