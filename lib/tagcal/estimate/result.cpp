@@ -11,6 +11,7 @@
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/pose_problem.hpp"
+#include "tagcal/estimate/valley.hpp"
 
 namespace tagcal {
 namespace {
@@ -63,6 +64,21 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
   if (seen.focal_share > kFocalWeak)
     c.warnings.push_back("the focal length is weakly known: sd " + percent(seen.focal_share));
   return Status::ok;
+}
+
+// Where parameters are held weakly, for the valley that they lie in.
+void widen(Observability& seen, const Bundle& bundle,
+           const std::optional<BundleInformation>& information, double sigma) {
+  if (seen.status != Status::ok || !seen.open.empty()) return;
+  const auto widened =
+      widened_along_valley(bundle, *information, seen.covariance->parameters, sigma);
+  if (!widened) return;
+  const Eigen::MatrixXd more = *widened - seen.covariance->parameters;
+  seen.covariance->parameters = *widened;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    const auto by_parameters = information->pose_by_parameters[v].leftCols(more.cols());
+    seen.covariance->poses[v] += by_parameters * more * by_parameters.transpose();
+  }
 }
 
 void fill_views(Calibration& c, const CalibrationFit& fit,
@@ -153,8 +169,9 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
   const auto information = bundle_information(fit.bundle, board);
-  const Observability seen =
+  Observability seen =
       observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
+  widen(seen, fit.bundle, information, c.sigma_px);
   if (seen.covariance) {
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
