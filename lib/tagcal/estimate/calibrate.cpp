@@ -8,6 +8,7 @@
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/model_error.hpp"
+#include "tagcal/estimate/other_lens.hpp"
 #include "tagcal/estimate/result.hpp"
 #include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/settle.hpp"
@@ -151,6 +152,9 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
     withdraw(c, doubt->status);
     c.warnings.push_back(doubt->reason);
   }
+  if (is_answer(c.status))
+    if (auto sentence = instead_of_fisheye(*fit, input, sigma_that_counts(c, options)))
+      c.warnings.push_back(*sentence);
   check_target(c, input, fit->bundle, board);
   return c;
 }

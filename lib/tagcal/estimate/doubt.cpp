@@ -12,18 +12,6 @@ constexpr std::size_t kFewViews = 8;
 constexpr double kCurved = 4;  // by which a cost may rise more slowly than its information says
 constexpr double kSmallestCosine = 0.17;  // 80 degrees from the axis
 
-// Whether a plain lens sees the corners from the same poses.
-bool well_in_front(const Bundle& bundle) {
-  if (bundle.model->lens_type() == LensType::perspective) return true;
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    for (const Correspondence& c : bundle.views[v].correspondences) {
-      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
-      if (x.z() < kSmallestCosine * x.norm()) return false;
-    }
-  }
-  return true;
-}
-
 // Of as many views, evenly spread.
 Bundle some_views(const Bundle& bundle, std::size_t count) {
   Bundle some{bundle.model, bundle.image_size, bundle.free_values, {}, {}};
@@ -137,6 +125,17 @@ std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
                          " describes the noise, and its standard deviations say nothing; model " +
                          std::string(asked.plain->model->name()) + " explains the corners as well";
   return asked.refused;
+}
+
+bool well_in_front(const Bundle& bundle) {
+  if (bundle.model->lens_type() == LensType::perspective) return true;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    for (const Correspondence& c : bundle.views[v].correspondences) {
+      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
+      if (x.z() < kSmallestCosine * x.norm()) return false;
+    }
+  }
+  return true;
 }
 
 Bundle with_model(const Bundle& bundle, const Model& model) {

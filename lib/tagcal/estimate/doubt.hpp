@@ -19,6 +19,9 @@ namespace tagcal {
 std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
                                                  const Eigen::MatrixXd& covariance, double sigma);
 
+// Whether no corner is further than 80 degrees from the axis: a perspective lens could see it.
+bool well_in_front(const Bundle& bundle);
+
 // The same lens and poses as another model of the same lens type has them.
 Bundle with_model(const Bundle& bundle, const Model& model);
 
