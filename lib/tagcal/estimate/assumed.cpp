@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -27,35 +26,14 @@ double with_open_centre(const Eigen::Matrix3d& information, double spread) {
   return 1 / std::sqrt(std::max(1e-12, 1 - share));
 }
 
-struct Step {
-  std::string_view model, larger, coefficient;
-};
-
-const Step* next_coefficient(std::string_view model) {
-  static constexpr std::array<Step, 5> kSteps = {{{"f", "radial1", "k1"},
-                                                  {"f+c", "radial1", "k1"},
-                                                  {"pinhole", "radial1", "k1"},
-                                                  {"radial1", "radial2", "k2"},
-                                                  {"radial2", "opencv5", "k3"}}};
-  for (const Step& step : kSteps)
-    if (step.model == model) return &step;
-  return nullptr;
-}
-
-// At the worst corner of the image that both lenses see.
-struct AtCorners {
-  double own_px = 0, open_px = 0;
-};
-
-AtCorners at_corners(const UncertainLens& own, const UncertainLens& open, const ImageSize& size,
-                     std::span<const Eigen::Vector2d> samples) {
-  const ImageGrid corners{size, 2, 2};
-  const Eigen::MatrixXd a = projection_uncertainty(own, corners, samples, kInfinitelyFar).sigma_px;
-  const Eigen::MatrixXd b = projection_uncertainty(open, corners, samples, kInfinitelyFar).sigma_px;
-  AtCorners worst;
-  for (Eigen::Index i = 0; i < a.size(); ++i)
-    if (b.reshaped()[i] > worst.open_px && std::isfinite(a.reshaped()[i]))
-      worst = {a.reshaped()[i], b.reshaped()[i]};
+// At the corners of the image, those that the lens sees; at infinity.
+double worst_corner_px(const UncertainLens& lens, const ImageSize& size,
+                       std::span<const Eigen::Vector2d> samples) {
+  double worst = 0;
+  const ProjectionUncertainty known =
+      projection_uncertainty(lens, {size, 2, 2}, samples, kInfinitelyFar);
+  for (const double sigma : known.sigma_px.reshaped())
+    if (sigma > worst) worst = sigma;
   return worst;
 }
 
@@ -81,23 +59,34 @@ std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
   return text;
 }
 
-std::optional<std::string> assumed_coefficient(const Bundle& solved, double sigma,
-                                               const UncertainLens& lens,
-                                               std::span<const Eigen::Vector2d> samples) {
-  const Step* step = next_coefficient(solved.model->name());
-  if (!step) return std::nullopt;
-  const Bundle larger = with_model(solved, Model::named(step->larger));
+std::optional<std::string> extrapolated_corners(const Bundle& solved, double sigma,
+                                                const UncertainLens& lens,
+                                                std::span<const Eigen::Vector2d> samples) {
+  const double own_px = worst_corner_px(lens, solved.image_size, samples);
+  char text[300];
+  if (own_px > kProjectionWeakPx) {
+    std::snprintf(
+        text, sizeof text,
+        "the projection at the corners of the image is known to %.2g px only: the lens is "
+        "extrapolated there",
+        own_px);
+    return text;
+  }
+  const Model& usual = Model::named("opencv5");
+  if (lens.model->lens_type() != LensType::perspective ||
+      lens.model->num_free() >= usual.num_free())
+    return std::nullopt;
+  const Bundle larger = with_model(solved, usual);
   const auto covariance = covariance_of(larger, sigma);
   if (!covariance) return std::nullopt;
-  const AtCorners worst = at_corners(lens, {larger.model, larger.lens(), covariance->parameters},
-                                     solved.image_size, samples);
-  if (worst.open_px < std::max(kCornerPx, kMuchLarger * worst.own_px)) return std::nullopt;
-  char text[200];
+  const double open_px = worst_corner_px({larger.model, larger.lens(), covariance->parameters},
+                                         solved.image_size, samples);
+  if (open_px < std::max(kCornerPx, kMuchLarger * own_px)) return std::nullopt;
   std::snprintf(text, sizeof text,
-                "the views do not tell whether the lens has a %s: if it may, its projection at the "
-                "corners of the image is known to %.2g px and not to %.2g px, the lens is "
-                "extrapolated there",
-                std::string(step->coefficient).c_str(), worst.open_px, worst.own_px);
+                "the views do not tell whether the lens has more distortion than that of model "
+                "%s: with that of opencv5 its projection at the corners of the image is known to "
+                "%.2g px, not to %.2g px, the lens is extrapolated there",
+                std::string(lens.model->name()).c_str(), open_px, own_px);
   return text;
 }
 

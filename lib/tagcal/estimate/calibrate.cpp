@@ -98,7 +98,11 @@ bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
                      chosen.bundle.model->lens_type() == LensType::fisheye;
   if (!large && 50 * chosen.num_inliers() > 49 * chosen.num_corners) return false;
   const std::optional<CalibrationFit> fit = fit_model(usual, input, options);
-  return fit && leave_out_what_stands_out(input, *fit, options);
+  CalibrationInput without = input;
+  if (!fit || !leave_out_what_stands_out(without, *fit, options)) return false;
+  if (large && explains_left_out(chosen, without, options)) return false;
+  input = std::move(without);
+  return true;
 }
 
 Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,

@@ -124,7 +124,7 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence,
   if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
   auto gaps = c.seen.gaps();
   if (!gaps && c.covariance.size() > 0)
-    gaps = assumed_coefficient(bundle, c.sigma_px, lens, samples);
+    gaps = extrapolated_corners(bundle, c.sigma_px, lens, samples);
   if (gaps) c.warnings.push_back(std::move(*gaps));
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
