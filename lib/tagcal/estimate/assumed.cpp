@@ -15,6 +15,7 @@ namespace {
 constexpr double kCentreSpread = 0.02;
 constexpr double kMuchLarger = 1.5;  // a standard deviation than that of the model alone
 constexpr double kCornerPx = 0.5;
+constexpr double kCornerShare = 0.005;  // of the image's diagonal
 
 // How much larger the standard deviation of the focal length is where the centre is not known but
 // by the views and by what cameras have. `information`: of f, cx, cy, for noise of 1.
@@ -64,7 +65,7 @@ std::optional<std::string> extrapolated_corners(const Bundle& solved, double sig
                                                 std::span<const Eigen::Vector2d> samples) {
   const double own_px = worst_corner_px(lens, solved.image_size, samples);
   char text[300];
-  if (own_px > kProjectionWeakPx) {
+  if (own_px > kCornerShare * std::hypot(solved.image_size.width, solved.image_size.height)) {
     std::snprintf(
         text, sizeof text,
         "the projection at the corners of the image is known to %.2g px only: the lens is "

@@ -19,11 +19,11 @@ namespace tagcal {
 // the focal length half as large again. No value where they tell, or for another model.
 std::optional<std::string> assumed_centre(const Bundle& solved, double sigma);
 
-// Whether the projection at the corners of the image is known to 2 px (one standard deviation, at
-// infinity), and would be known to half a pixel, or half as much again as it is, if a perspective
-// that is smaller than opencv5 were one: a distortion that the views tell they tell where their
-// corners are, and `auto` takes it; what it does beyond them nobody has seen. A sentence where not.
-// `samples`: as those of `projection_uncertainty`.
+// Whether the projection at the corners of the image is known to 0.5 % of its diagonal (one
+// standard deviation, at infinity), and would be known to half a pixel, or half as much again as it
+// is, if a perspective that is smaller than opencv5 were one: a distortion that the views tell they
+// tell where their corners are, and `auto` takes it; what it does beyond them nobody has seen. A
+// sentence where not. `samples`: as those of `projection_uncertainty`.
 std::optional<std::string> extrapolated_corners(const Bundle& solved, double sigma,
                                                 const UncertainLens& lens,
                                                 std::span<const Eigen::Vector2d> samples);
