@@ -160,6 +160,17 @@ TEST(OursIsNotSilent, AskedForAFisheyeOfAnOrdinaryLens) {
   EXPECT_EQ(silent("calibrate-wrong-lens", {0, 400}, 2, 25), 0);
 }
 
+// One view that only the fisheye explains, as of a set of which an ordinary lens explains the rest.
+TEST(OursIsNotSilent, WhereOneViewShowsTheFisheye) {
+  for (const StabilityMap& map : calibration_maps()) {
+    if (map.name != "calibrate-wrong-lens") continue;
+    Random random(1, (std::uint64_t{5} << 32) + 92);
+    const auto attempt = map.draw(map.values(5), random)(0);
+    attempt.solve();
+    EXPECT_EQ(attempt.answer().outcome, StabilityOutcome::right_and_said);
+  }
+}
+
 // Every map draws problems in all of its cells that its judge can hold to the truth.
 TEST(CalibrationMaps, EveryCellCanBeDrawn) {
   for (const StabilityMap& map : calibration_maps()) {

@@ -48,15 +48,24 @@ std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
   const Eigen::Matrix3d s = information->halves[0] + information->halves[1];
   const ImageSize& size = solved.image_size;
   const double spread = kCentreSpread * std::hypot(size.width, size.height);
-  const bool held = observability(open, information, sigma).status == Status::ok;
-  if (held && with_open_centre(s, spread / sigma) < kMuchLarger) return std::nullopt;
+  const Observability seen = observability(open, information, sigma);
+  char text[250];
+  if (seen.status == Status::ok) {
+    if (with_open_centre(s, spread / sigma) < kMuchLarger) return std::nullopt;
+    const Eigen::Vector3d sd = seen.covariance->parameters.diagonal().cwiseSqrt();
+    std::snprintf(text, sizeof text,
+                  "the principal point is taken to be the centre of the image, the views hold it "
+                  "to %.2g px: were it open, the focal length would be known to %.2g px and not to "
+                  "%.2g px",
+                  sd.tail<2>().maxCoeff(), sd[0], sigma / std::sqrt(s(0, 0)));
+    return text;
+  }
   constexpr double kBesidePx = 10;
   const double change = kBesidePx * s.row(0).tail<2>().norm() / s(0, 0);
-  char text[200];
   std::snprintf(text, sizeof text,
-                "the principal point is taken to be the centre of the image, the views %s: %g px "
-                "beside it change the focal length by up to %.2g px",
-                held ? "hold it loosely only" : "do not hold it", kBesidePx, change);
+                "the principal point is taken to be the centre of the image, the views do not hold "
+                "it: %g px beside it change the focal length by up to %.2g px",
+                kBesidePx, change);
   return text;
 }
 
