@@ -119,6 +119,58 @@ TEST(CalibrationMaps, OursAnswersWhatIsPlainAndRefusesWhatIsNot) {
   }
 }
 
+// How often one of our methods is wrong and silent in one cell of a map.
+int silent(const std::string& name, const std::vector<double>& at, std::size_t method, int trials) {
+  for (StabilityMap& map : calibration_maps()) {
+    if (map.name != name) continue;
+    for (std::size_t a = 0; a < at.size(); ++a) {
+      map.axes[a].values = {at[a]};
+      map.axes[a].names.clear();
+    }
+    map.methods = {map.methods[method]};
+    const auto draw = map.draw;
+    map.draw = [draw, method](std::span<const double> values, Random& random) -> StabilityProblem {
+      return [problem = draw(values, random), method](std::size_t) { return problem(method); };
+    };
+    StabilityOptions options;
+    options.trials = trials;
+    return run_map(map, options).tallies[0].of(StabilityOutcome::wrong_and_silent);
+  }
+  ADD_FAILURE() << name;
+  return -1;
+}
+
+// The centre of the image is taken for the principal point, which two views hardly hold.
+TEST(OursIsNotSilent, WhereTheCentreIsAssumed) {
+  EXPECT_EQ(silent("calibrate-views-tilt", {2, 20}, 0, 25), 0);
+}
+
+// Focal length and principal point of planes that are nearly parallel trade along a curve.
+TEST(OursIsNotSilent, WhereAWeakDirectionBends) {
+  EXPECT_EQ(silent("calibrate-parallel", {8, 1}, 1, 40), 0);
+}
+
+// A coefficient that the corners do not show is extrapolated to the corners of the image.
+TEST(OursIsNotSilent, WhereACoefficientIsLeftOut) {
+  EXPECT_EQ(silent("calibrate-extrapolation", {-0.1, 1}, 0, 15), 0);
+}
+
+// The fisheye rejects what it cannot bend to.
+TEST(OursIsNotSilent, AskedForAFisheyeOfAnOrdinaryLens) {
+  EXPECT_EQ(silent("calibrate-wrong-lens", {0, 400}, 2, 25), 0);
+}
+
+// One view that only the fisheye explains, as of a set of which an ordinary lens explains the rest.
+TEST(OursIsNotSilent, WhereOneViewShowsTheFisheye) {
+  for (const StabilityMap& map : calibration_maps()) {
+    if (map.name != "calibrate-wrong-lens") continue;
+    Random random(1, (std::uint64_t{5} << 32) + 92);
+    const auto attempt = map.draw(map.values(5), random)(0);
+    attempt.solve();
+    EXPECT_EQ(attempt.answer().outcome, StabilityOutcome::right_and_said);
+  }
+}
+
 // Every map draws problems in all of its cells that its judge can hold to the truth.
 TEST(CalibrationMaps, EveryCellCanBeDrawn) {
   for (const StabilityMap& map : calibration_maps()) {

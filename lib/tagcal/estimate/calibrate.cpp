@@ -8,6 +8,7 @@
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/model_error.hpp"
+#include "tagcal/estimate/other_lens.hpp"
 #include "tagcal/estimate/result.hpp"
 #include "tagcal/estimate/selection.hpp"
 #include "tagcal/estimate/settle.hpp"
@@ -97,7 +98,11 @@ bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
                      chosen.bundle.model->lens_type() == LensType::fisheye;
   if (!large && 50 * chosen.num_inliers() > 49 * chosen.num_corners) return false;
   const std::optional<CalibrationFit> fit = fit_model(usual, input, options);
-  return fit && leave_out_what_stands_out(input, *fit, options);
+  CalibrationInput without = input;
+  if (!fit || !leave_out_what_stands_out(without, *fit, options)) return false;
+  if (large && explains_left_out(chosen, without, options)) return false;
+  input = std::move(without);
+  return true;
 }
 
 Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,
@@ -151,6 +156,9 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
     withdraw(c, doubt->status);
     c.warnings.push_back(doubt->reason);
   }
+  if (is_answer(c.status))
+    if (auto sentence = instead_of_fisheye(*fit, input, sigma_that_counts(c, options)))
+      c.warnings.push_back(*sentence);
   check_target(c, input, fit->bundle, board);
   return c;
 }

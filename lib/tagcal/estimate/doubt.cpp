@@ -1,7 +1,6 @@
 #include "tagcal/estimate/doubt.hpp"
 
 #include <cmath>
-#include <cstdio>
 
 #include "tagcal/estimate/start.hpp"
 
@@ -12,18 +11,6 @@ constexpr int kIterations = 100;
 constexpr std::size_t kFewViews = 8;
 constexpr double kCurved = 4;  // by which a cost may rise more slowly than its information says
 constexpr double kSmallestCosine = 0.17;  // 80 degrees from the axis
-
-// Whether a plain lens sees the corners from the same poses.
-bool well_in_front(const Bundle& bundle) {
-  if (bundle.model->lens_type() == LensType::perspective) return true;
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    for (const Correspondence& c : bundle.views[v].correspondences) {
-      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
-      if (x.z() < kSmallestCosine * x.norm()) return false;
-    }
-  }
-  return true;
-}
 
 // Of as many views, evenly spread.
 Bundle some_views(const Bundle& bundle, std::size_t count) {
@@ -45,13 +32,6 @@ double cost_of(const Bundle& bundle) {
          whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
       sum += square;
   return sum;
-}
-
-Bundle with_model(const Bundle& bundle, const Model& model) {
-  Bundle result = bundle;
-  result.model = &model;
-  result.free_values = model.free_values(bundle.lens());
-  return result;
 }
 
 // The same views with one focal length: from their poses, or from none where a fisheye has these
@@ -147,21 +127,22 @@ std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
   return asked.refused;
 }
 
-std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
-  if (solved.model->name() != "f") return std::nullopt;
-  const Bundle with_centre = with_model(solved, Model::named("f+c"));
-  const auto information = bundle_information(with_centre);
-  if (!information || observability(with_centre, information, sigma).status == Status::ok)
-    return std::nullopt;
-  constexpr double kBesidePx = 10;
-  const Eigen::MatrixXd s = information->halves[0] + information->halves[1];
-  const double change = kBesidePx * s.row(0).tail<2>().norm() / s(0, 0);
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "the principal point is taken to be the centre of the image, the views do not hold "
-                "it: %g px beside it change the focal length by up to %.2g px",
-                kBesidePx, change);
-  return text;
+bool well_in_front(const Bundle& bundle) {
+  if (bundle.model->lens_type() == LensType::perspective) return true;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    for (const Correspondence& c : bundle.views[v].correspondences) {
+      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
+      if (x.z() < kSmallestCosine * x.norm()) return false;
+    }
+  }
+  return true;
+}
+
+Bundle with_model(const Bundle& bundle, const Model& model) {
+  Bundle result = bundle;
+  result.model = &model;
+  result.free_values = model.free_values(bundle.lens());
+  return result;
 }
 
 std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "tagcal/estimate/observability.hpp"
 
@@ -20,10 +19,11 @@ namespace tagcal {
 std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
                                                  const Eigen::MatrixXd& covariance, double sigma);
 
-// For a solved bundle of one focal length, whose principal point is taken to be the centre of the
-// image: where the views could not tell it, a sentence that says so and what the focal length would
-// be for another. No value where they could (f+c is held), or for another model.
-std::optional<std::string> assumed_centre(const Bundle& solved, double sigma);
+// Whether no corner is further than 80 degrees from the axis: a perspective lens could see it.
+bool well_in_front(const Bundle& bundle);
+
+// The same lens and poses as another model of the same lens type has them.
+Bundle with_model(const Bundle& bundle, const Model& model);
 
 // What opencv5 would explain of a solved perspective that is smaller, to first order.
 struct LargerLens {

@@ -7,10 +7,11 @@
 #include <limits>
 
 #include "tagcal/estimate/advice.hpp"
-#include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/assumed.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/pose_problem.hpp"
+#include "tagcal/estimate/valley.hpp"
 
 namespace tagcal {
 namespace {
@@ -65,6 +66,21 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
   return Status::ok;
 }
 
+// Where parameters are held weakly, for the valley that they lie in.
+void widen(Observability& seen, const Bundle& bundle,
+           const std::optional<BundleInformation>& information, double sigma) {
+  if (seen.status != Status::ok || !seen.open.empty()) return;
+  const auto widened =
+      widened_along_valley(bundle, *information, seen.covariance->parameters, sigma);
+  if (!widened) return;
+  const Eigen::MatrixXd more = *widened - seen.covariance->parameters;
+  seen.covariance->parameters = *widened;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    const auto by_parameters = information->pose_by_parameters[v].leftCols(more.cols());
+    seen.covariance->poses[v] += by_parameters * more * by_parameters.transpose();
+  }
+}
+
 void fill_views(Calibration& c, const CalibrationFit& fit,
                 const std::optional<BundleCovariance>& covariance) {
   const Lens& lens = c.camera->lens;
@@ -106,7 +122,10 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence,
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
   if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
-  if (auto gaps = c.seen.gaps()) c.warnings.push_back(std::move(*gaps));
+  auto gaps = c.seen.gaps();
+  if (!gaps && c.covariance.size() > 0)
+    gaps = extrapolated_corners(bundle, c.sigma_px, lens, samples);
+  if (gaps) c.warnings.push_back(std::move(*gaps));
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
@@ -150,8 +169,9 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
   const auto information = bundle_information(fit.bundle, board);
-  const Observability seen =
+  Observability seen =
       observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
+  widen(seen, fit.bundle, information, c.sigma_px);
   if (seen.covariance) {
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
 namespace {
@@ -227,6 +228,20 @@ bool leave_out_what_stands_out(CalibrationInput& input, const CalibrationFit& fi
       leave_out_view(input, **w, lens);
   }
   return !wrong.empty();
+}
+
+bool explains_left_out(const CalibrationFit& fit, const CalibrationInput& without,
+                       const CalibrateOptions& options) {
+  constexpr double kNormalQuantile = 3.09;  // p = 0.001
+  if (fit.num_inliers() < fit.num_corners) return false;
+  const std::optional<CalibrationFit> rest = fit_model(*fit.bundle.model, without, options);
+  if (!rest) return false;
+  const int freedom = degrees_of_freedom(rest->bundle),
+            more = degrees_of_freedom(fit.bundle) - freedom;
+  if (freedom < kEnoughDegreesOfFreedom || more <= 0) return false;
+  const double square = rest->summary.cost / freedom;
+  return fit.summary.cost - rest->summary.cost <=
+         square * chi_square_quantile(more, kNormalQuantile);
 }
 
 }  // namespace tagcal

@@ -22,4 +22,10 @@ bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input);
 bool leave_out_what_stands_out(CalibrationInput& input, const CalibrationFit& fit,
                                const CalibrateOptions& options);
 
+// Whether a fit explains what was left out of its input by another lens: all of its corners agree,
+// and without those the model's sum of squares is lower by no more than noise makes of them
+// (p = 0.001; Chow, Econometrica 1960). Then the other lens was wrong, and not the views.
+bool explains_left_out(const CalibrationFit& fit, const CalibrationInput& without,
+                       const CalibrateOptions& options);
+
 }  // namespace tagcal
