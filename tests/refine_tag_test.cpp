@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "corner_tally.hpp"
 #include "rendered_tag.hpp"
 #include "tag_patch.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/refine_tag_model.hpp"
+#include "tagcal/detect/refine_tag_kernels.hpp"
+#include "tagcal/detect/refine_tag_moments.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -65,7 +67,7 @@ TEST(RefineTag, PatternOfATag) {
   EXPECT_THROW(tag_pattern(family, 587, 1), Error);
 }
 
-// The derivatives of the model against differences of the model, under tilt, bend and shading.
+// The normal equations against those from differences of the model, under tilt, bend and shading.
 TEST(RefineTag, Derivatives) {
   const TagPattern pattern = tag_pattern(tag_family("tag36h11", 1), 7, 2, {0.3, true});
   constexpr double kScale = 25;
@@ -73,37 +75,86 @@ TEST(RefineTag, Derivatives) {
   TagParameters parameters;
   parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4,  //
       2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;
+  const auto gain = [](const TagParameters& at, double x, double y) {
+    return at[10] + at[11] * x + at[12] * y;
+  };
   const auto level = [&](const TagParameters& at, const TagRow& row, int c) {
     model.set(at);
     int begin = 0, end = 60;
     model.set_row(row, 2, begin, end);
-    TagPixel pixel;
-    model.evaluate(c, pixel);
-    const double x = row.left + c * row.step;
-    return at[9] + (at[10] + at[11] * x + at[12] * row.y) * pixel.white;
+    return at[9] + gain(at, row.left + c * row.step, row.y) * model.evaluate(c).white;
   };
-  TagParameters differences = TagParameters::Zero(), squares = TagParameters::Zero();
+  TagMoments moments;
+  moments.start(TagMoments::Kind::bent);
+  GradedRow graded;
+  graded.reserve(60);
+  TagInformation expected = TagInformation::Zero();
+  TagParameters gradient = TagParameters::Zero();
   for (double y = -0.9; y < 0.9; y += 0.07) {
     const TagRow row{-1.2, 1 / kScale, y};
+    graded.size = 0;
+    graded.y = y;
     for (int c = 0; c < 60; ++c) {
       model.set(parameters);
       int begin = 0, end = 60;
       model.set_row(row, 3, begin, end);
       if (c < begin || c >= end || model.seen(c) != TagModel::Seen::both) continue;
-      TagPixel pixel;
-      model.evaluate(c, pixel);
+      const double x = row.left + c * row.step;
+      const double residual = std::sin(5 * x + 3 * y);
+      graded.add(x, gain(parameters, x, y), model.evaluate(c), static_cast<float>(residual));
+      TagParameters slopes;
       for (int i = 0; i < tag_parameter::kCount; ++i) {
         const TagParameters step = TagParameters::Unit(i) * (i >= 9 && i < 13 ? 0.1 : 1e-3);
-        const double slope =
+        slopes[i] =
             (level(parameters + step, row, c) - level(parameters - step, row, c)) / (2 * step[i]);
-        differences[i] += std::pow(pixel.by_parameter[static_cast<std::size_t>(i)] - slope, 2);
-        squares[i] += slope * slope;
+      }
+      expected += slopes * slopes.transpose();
+      gradient += slopes * residual;
+    }
+    graded.end();
+    moments.add(graded);
+  }
+  const TagMoments::Result result = moments.result(parameters);
+  const TagParameters sds = expected.diagonal().cwiseSqrt();
+  for (int i = 0; i < tag_parameter::kCount; ++i) {
+    EXPECT_GT(sds[i], 0) << i;
+    EXPECT_NEAR(result.gradient[i] / sds[i], gradient[i] / sds[i], 0.02 * std::sqrt(result.squares));
+    for (int j = 0; j < tag_parameter::kCount; ++j)
+      EXPECT_NEAR(result.information(i, j) / (sds[i] * sds[j]), expected(i, j) / (sds[i] * sds[j]),
+                  0.02)
+          << "parameters " << i << ", " << j;
+  }
+}
+
+// The kernels of any processor say the same to rounding.
+TEST(RefineTag, Kernels) {
+  constexpr int kSize = 40, kCount = 18;
+  Random random(8);
+  std::vector<float> vectors((kCount + 2) * kSize);
+  for (float& value : vectors) value = static_cast<float>(random.uniform(-1, 1));
+  std::array<float, kTagGramRows * kTagGramRows> products{};
+  for (const TagKernels* kernels : {&kPortableTagKernels, &fastest_tag_kernels()}) {
+    kernels->gram(vectors.data(), kSize, kCount, kSize, products.data());
+    for (int i = 0; i < kCount; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        double sum = 0;
+        for (int c = 0; c < kSize; ++c)
+          sum += static_cast<double>(vectors[static_cast<std::size_t>(i * kSize + c)]) *
+                 static_cast<double>(vectors[static_cast<std::size_t>(j * kSize + c)]);
+        EXPECT_NEAR(products[static_cast<std::size_t>(i * kTagGramRows + j)], sum, 1e-5);
       }
     }
-  }
-  for (int i = 0; i < tag_parameter::kCount; ++i) {
-    EXPECT_GT(squares[i], 0) << i;
-    EXPECT_LT(std::sqrt(differences[i] / squares[i]), 0.01) << "parameter " << i;
+    std::array<float, kSize> x, y, distance, density, step, slope;
+    for (std::size_t c = 0; c < kSize; ++c) x[c] = static_cast<float>(c) / 4 - 5;
+    y.fill(0.5F);
+    kernels->profile({x.data(), y.data(), nullptr, nullptr, nullptr, 1, 0, 1, 2, -1, 0, 0, kSize,
+                      distance.data(), density.data(), step.data(), slope.data(), nullptr});
+    for (std::size_t c = 0; c < kSize; ++c) {
+      EXPECT_FLOAT_EQ(distance[c], x[c]);
+      EXPECT_NEAR(step[c], 0.5 * std::erfc(-x[c] / std::sqrt(2.0)), 3e-7);
+      EXPECT_NEAR(density[c], std::exp(-0.5 * x[c] * x[c]) / std::sqrt(2 * std::numbers::pi), 1e-6);
+      EXPECT_FLOAT_EQ(slope[c], density[c]);
+    }
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/refine_tag_kernels.hpp"
+
 namespace tagcal {
 
 TagAxis::TagAxis(const std::vector<double>& places) {
@@ -22,26 +24,14 @@ void TagAxis::clip(const RowPlaces& places, double reach, int& begin, int& end) 
   while (begin < end && !is_known(end - 1)) --end;
 }
 
-void TagAxis::set_factors(const TagLine& line, const RowPlaces& places, int from, int to) {
-  const float x = line.single.normal_x, y = line.single.normal_y;
-  if (places.xx == nullptr) {
-    std::fill(factor_.begin() + from, factor_.begin() + to, 1.0F);
-    return;
-  }
-  for (int c = from; c < to; ++c)
-    factor_[static_cast<std::size_t>(c)] =
-        1 / std::sqrt(x * x * places.xx[c] + 2 * x * y * places.xy[c] + y * y * places.yy[c]);
-}
-
 void TagAxis::reserve(std::size_t size) {
   first_.resize(size);
   count_.resize(size);
-  factor_.resize(size);
-  values_.resize(5 * size * profiles_.size());
+  values_.assign(5 * size * profiles_.size(), 1);  // the factor where nothing is stretched
   float* next = values_.data();
   for (Profile& profile : profiles_) {
     for (float** part :
-         {&profile.distance, &profile.normal, &profile.density, &profile.step, &profile.slope}) {
+         {&profile.distance, &profile.density, &profile.step, &profile.slope, &profile.factor}) {
       *part = next;
       next += size;
     }
@@ -54,7 +44,11 @@ void TagAxis::set_row(const RowPlaces& places, int begin, int end) {
   std::fill(first_.begin() + begin, first_.begin() + end, std::uint8_t{1});
   std::fill(count_.begin() + begin, count_.begin() + end, std::uint8_t{0});
   // The outermost lines have no far side.
-  for (int i = 1; i + 1 < static_cast<int>(lines.size()); ++i) set_line(i, places, begin, end);
+  const int last = static_cast<int>(lines.size()) - 1;
+  for (int i = 1; i < last; ++i) set_line(i, places, begin, end);
+  // Lines that a start far off makes cross are not felt in their order.
+  for (std::size_t c = static_cast<std::size_t>(begin); c < size; ++c)
+    count_[c] = static_cast<std::uint8_t>(std::min<int>(count_[c], last - first_[c]));
 }
 
 // Lines come in ascending order, and so descending distance.
@@ -71,26 +65,19 @@ void TagAxis::set_line(int line, const RowPlaces& places, int begin, int end) {
   const double zero = begin - first * per_distance;
   const double half = (kReach * places.stretch + bend + 1e-3) * std::abs(per_distance);
   // [from, to) holds all where |distance| < kReach; to either side it keeps its sign.
-  const int from = static_cast<int>(std::clamp<double>(zero - half, begin, end));
-  const int to = static_cast<int>(std::clamp<double>(zero + half + 2, from, end));
+  // Where that is no number, all may be.
+  const bool is_known = std::isfinite(zero) && std::isfinite(half);
+  const int from = is_known ? static_cast<int>(std::clamp<double>(zero - half, begin, end)) : begin;
+  const int to = is_known ? static_cast<int>(std::clamp<double>(zero + half + 2, from, end)) : end;
   const auto past = static_cast<std::uint8_t>(line + 1);
   if (first > 0) std::fill(first_.begin() + begin, first_.begin() + from, past);
   if (last > 0) std::fill(first_.begin() + to, first_.begin() + end, past);
   const Profile& profile = profiles_[static_cast<std::size_t>(line)];
-  const auto box = static_cast<float>(known.box);
-  set_factors(known, places, from, to);
-  const float* const factor = factor_.data();
-  for (int c = from; c < to; ++c) {
-    const float f = factor[c];
-    const float z = f * (single.by_x * places.x[c] + single.by_y * places.y[c] + single.by_1);
-    const NormalValue value = normal_value(z);
-    const float z2 = z * z;
-    profile.distance[c] = z;
-    profile.normal[c] = value.integral;
-    profile.density[c] = f * value.density;
-    profile.step[c] = value.integral - box * z * (z2 - 3) * value.density;
-    profile.slope[c] = f * value.density * (1 + box * (z2 * (z2 - 6) + 3));
-  }
+  fastest_tag_kernels().profile({places.x, places.y, places.xx, places.xy, places.yy,
+                                 single.normal_x, single.normal_y, single.by_x, single.by_y,
+                                 single.by_1, static_cast<float>(known.box), from, to,
+                                 profile.distance, profile.density, profile.step, profile.slope,
+                                 profile.factor});
   for (int c = from; c < to; ++c) {
     const auto k = static_cast<std::size_t>(c);
     if (profile.distance[c] >= kReach) first_[k] = past;

@@ -1,10 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -12,37 +8,6 @@
 namespace tagcal {
 
 constexpr int kMaxTagLines = 24;
-
-// exp(-a) for 0 <= a <= 80, to 1e-6 of itself, without branches.
-inline float exp_minus(float a) {
-  const float t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
-  const auto whole = static_cast<std::int32_t>(t);
-  const float f = t - static_cast<float>(whole);
-  const float power =
-      1.0F +
-      f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
-                                                                     f * f * 0.000154035F))));
-  return power * std::bit_cast<float>((whole + 27) << 23);
-}
-
-// Normal integral (to 1e-7: Abramowitz & Stegun 7.1.26) and density, without branches, so that
-// loops over pixels are vectorised.
-struct NormalValue {
-  float integral;
-  float density;
-};
-
-inline NormalValue normal_value(float z) {
-  const float a = std::min(std::abs(z), 12.0F);
-  const float e = exp_minus(0.5F * a * a);
-  const float t = 1.0F / (1.0F + 0.231641888F * a);
-  const float tail =
-      0.5F * e * t *
-      (0.254829592F +
-       t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
-  const float sign = std::copysign(1.0F, z);
-  return {0.5F + sign * (0.5F - tail), 0.398942280F * e};
-}
 
 // Where the pixels of a row are before the homography, by their number.
 struct RowPlaces {
@@ -96,25 +61,23 @@ class TagAxis {
   int first(int c) const { return first_[static_cast<std::size_t>(c)]; }
   int count(int c) const { return count_[static_cast<std::size_t>(c)]; }
 
-  // For a line that is felt at a pixel: its distance in spreads, the Gaussian step and its density
-  // there, and the step and its derivative with the pixel's square.
+  // For a line that is felt at a pixel: its distance in spreads, the Gaussian's density there, the
+  // step with the pixel's square and its derivative by the distance; and px per stretched px.
   struct Profile {
     float* distance = nullptr;
-    float* normal = nullptr;
     float* density = nullptr;
     float* step = nullptr;
     float* slope = nullptr;
+    float* factor = nullptr;
   };
   const Profile& profile(int line) const { return profiles_[static_cast<std::size_t>(line)]; }
 
  private:
   void reserve(std::size_t size);
-  void set_factors(const TagLine& line, const RowPlaces& places, int from, int to);
   void set_line(int line, const RowPlaces& places, int begin, int end);
 
   std::vector<Profile> profiles_;  // within values_
   std::vector<float> values_;
-  std::vector<float> factor_;  // px per stretched px across the line at hand
   std::vector<std::uint8_t> first_, count_;
 };
 

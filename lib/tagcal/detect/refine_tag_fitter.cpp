@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tagcal {
 namespace {
@@ -23,11 +24,17 @@ constexpr double kSmallStep = 0.03;       // squared, in standard deviations
 constexpr double kMinContrast = 8;        // grey levels
 constexpr double kMaxNoiseShare = 0.15;   // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;          // of a corner
-constexpr double kLeastGain = 1e-3;       // squared, of a step's size over that of the one before
+constexpr double kLeastGain = 3e-4;       // squared, of a step's size over that of the one before
+constexpr double kSecondOrder = 0.25;     // squared, of a step's residue over its square in spreads
+constexpr double kNearPx = 0.15;          // of a corner, after which all rows are looked at
 constexpr double kHeld = 1e18;            // the prior's weight of what is held at zero
 constexpr double kPlaneSd = 0.15;         // of the start's homography, over a region
 constexpr double kWindowsPx[] = {9, 18};  // about one corner, that are looked at before the whole
-constexpr int kManyRows = 24;
+constexpr int kFewRows = 16;
+constexpr int kMaxRowStep = 6;
+constexpr int kMaxComing = 4;             // iterations on few rows
+constexpr double kPartsPx = 36;           // a tag that is large enough for parts, and ..
+constexpr double kThirdOrderSds = 8;      // .. how far bends of third order may move its corners
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 
@@ -51,15 +58,18 @@ bool TagFitter::step() {
   const Eigen::LDLT<TagInformation> inverse(system);
   const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return false;
-  // Gauss-Newton at a small residual: every step about the square of the one before. What the next
-  // would do is known before it is made.
+  const double left = squares_ - change.dot(2 * gradient_ - information_ * change);
+  // What the next step would do is known before it is made: it is of second order in this one, and
+  // Gauss-Newton's own residue.
   const double size = change.dot(right) / variance_;
-  left_over_ = std::max(size * size * size / (step_size_ * step_size_), kLeastGain * size);
-  step_size_ = size;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 1> moves = by * change;
-  const double move = moves.cwiseAbs().maxCoeff();
-  if (move < kRoundingPx) left_over_ = 0;
+  move_px_ = moves.cwiseAbs().maxCoeff();
+  const double bent = kSecondOrder * (std::pow(move_px_ / model_.spread(), 2) +
+                                      change[kLogSpread] * change[kLogSpread] +
+                                      std::pow(change[kGain] / model_.parameters()[kGain], 2));
+  left_over_ = std::max(bent, kLeastGain) * size;
+  if (move_px_ < kRoundingPx) left_over_ = 0;
   if (region_.corner && row_step_ == 1) {
     // What else a few lines leave open may wander.
     const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
@@ -68,9 +78,12 @@ bool TagFitter::step() {
     const Vector2d of_corner = moves.segment<2>(at);
     left_over_ = std::min(left_over_, of_corner.dot(covariance.inverse() * of_corner));
   }
+  const double move = move_px_;
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
                                  kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
+  // Of what this step leaves, as far as it goes.
+  if (share == 1) variance_ = std::max(kBoxVariance, left / std::max(1, num_pixels_ - kCount));
   next[kLogSpread] = std::clamp(next[kLogSpread], std::log(kMinSpread), std::log(kMaxSpread));
   model_.set(next);
   return true;
@@ -134,10 +147,10 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
   return result;
 }
 
-TagFit TagFitter::result(int iterations) const {
+TagFit TagFitter::result() const {
   TagFit fit;
   const TagParameters& p = model_.parameters();
-  fit.iterations = iterations;
+  fit.iterations = iterations_;
   fit.num_pixels = num_pixels_;
   fit.noise_levels = std::sqrt(variance_);
   fit.black = p[kBlack];
@@ -190,35 +203,67 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
 }
 
+// Steps on few rows, down from a corner's window to all that is seen.
+bool TagFitter::come_near() {
+  if (region_.corner) {
+    const int num_bends = std::exchange(num_bends_, 0);  // nothing is seen of them
+    for (const double window : kWindowsPx) {
+      window_px_ = window;
+      collect();
+      if (num_pixels_ < kMinPixels || !step()) return false;
+    }
+    window_px_ = 0;
+    num_bends_ = num_bends;
+  }
+  // What few rows about one corner leave open wanders.
+  row_step_ = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
+  if (row_step_ == 1) return true;
+  for (int i = 0; i < (region_.corner ? 1 : kMaxComing); ++i) {
+    collect();
+    if (num_pixels_ < kMinPixels) break;
+    if (!step()) return false;
+    ++iterations_;
+    if (move_px_ < kNearPx) break;
+  }
+  is_for_parts_ = is_bent_beyond_whole();
+  row_step_ = 1;
+  return true;
+}
+
+bool TagFitter::is_bent_beyond_whole() const {
+  if (region_.corner || num_bends_ == 0 || 2 * scale_ < kPartsPx) return false;
+  // Of all rows, from those that were looked at.
+  TagInformation system = row_step_ / variance_ * information_;
+  system.diagonal() += prior_;
+  const TagCornerJacobian by = corner_jacobian();
+  const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
+  return third_order_px() > kThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
+}
+
 TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
   set_prior(parameters);
   model_.set(parameters);
-  if (region_.corner) {
-    for (const double window : kWindowsPx) {
-      window_px_ = window;
-      collect();
-      if (num_pixels_ < kMinPixels || !step()) return {};
-    }
-    window_px_ = 0;
-    step_size_ = 1e-9;  // of another problem
-  }
-  for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
+  if (!come_near()) return {};
+  TagFit fit;
+  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  if (is_for_parts_) return fit;
+  for (int k = 1; k <= options_.max_iterations; ++k) {
     // From the third on, so that no pixel comes and goes with every step.
-    are_spans_fixed_ = iteration > kFreeIterations;
-    // The first only comes near.
-    row_step_ = iteration == 1 && patch_.height >= kManyRows ? 2 : 1;
+    are_spans_fixed_ = k > kFreeIterations;
     collect();
     if (num_pixels_ < kMinPixels) {
-      TagFit fit;
       fit.status = TagFitStatus::too_small;
       return fit;
     }
     if (!step()) return {};
-    if (left_over_ < kSmallStep || iteration == options_.max_iterations) return result(iteration);
+    ++iterations_;
+    if (left_over_ < kSmallStep) break;
   }
-  return {};
+  fit = result();
+  is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
+  return fit;
 }
 
 }  // namespace tagcal

@@ -39,10 +39,17 @@ inline BendBasis bend_basis(double x, double y) {
   return basis;
 }
 
-// What the model says of a pixel.
+// What the model says of a pixel: its share of white, and that by the bent place. Then the lines'
+// distances in spreads times white by them, with the products of their normals: a change A of the
+// places about the pixel changes the distances by so much less, as lines keep theirs in px; the
+// negative trace is white by the log of the spread.
 struct TagPixel {
-  float white = 0;  // share of white
-  std::array<float, tag_parameter::kCount> by_parameter{};
+  float white = 0;
+  float by_x = 0;
+  float by_y = 0;
+  float about_xx = 0;
+  float about_xy = 0;
+  float about_yy = 0;
 };
 
 // A row of pixels, in the units of the parameters: pixel c at (left + c step, y).
@@ -70,43 +77,43 @@ class TagModel {
 
   // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from the unknown.
   void set_row(const TagRow& row, double reach, int& begin, int& end);
+  RowPlaces places() const;  // of the row, bent
 
   // What reaches pixel c of the row.
   enum class Seen { black, white, both, unknown };
   Seen seen(int c) const;
-  void evaluate(int c, TagPixel& pixel);
+  TagPixel evaluate(int c) const;
 
  private:
-  // Nodes of the quadrature for the integral over the correlation (Drezner & Wesolowsky 1990).
-  static constexpr int kNodes = 4;
+  // Of the series for the integral over a quadrant: by powers of the correlation.
+  static constexpr int kMaxTerms = 16;
   struct Junction {
     float contrast = 0;  // mixed difference of the four cells
-    float correlation = 0;
-    float inv_root = 1;  // 1 / sqrt(1 - correlation^2)
-    std::array<float, kNodes> node{}, decay{}, weight{};
-    Eigen::Vector2f turn_column = Eigen::Vector2f::Zero();  // correlation by the lines' directions
-    Eigen::Vector2f turn_row = Eigen::Vector2f::Zero();
+    int num_terms = 0;
+    std::array<float, kMaxTerms> term{};
   };
-  // Of the pixel at hand: derivatives of white by the active lines' distances and directions.
-  struct ByLines {
-    std::array<float, kMaxTagLines> distance;
-    std::array<Eigen::Vector2f, kMaxTagLines> turn;
+  // The lines of one direction that are felt at a pixel, and white by their distances.
+  struct Felt {
+    int first = 0;
+    int count = 0;
+    std::array<float, kMaxTagLines> distance, density, slope, by_distance;
+    std::array<float, kMaxTagLines + 1> weight;  // of the cells between
   };
 
   void set_axis(TagAxis& axis, int row_of_m);
   void set_junctions();
-  void blend(int c, TagPixel& pixel);
-  void add_junctions(int c, TagPixel& pixel);
-  void add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel);
-  void differentiate(int c, TagPixel& pixel) const;
+  void feel(const TagAxis& axis, int c, Felt& felt) const;
+  float blend(Felt& columns, Felt& rows) const;
+  float junctions(Felt& columns, Felt& rows) const;
+  void differentiate(const TagAxis& axis, int c, const Felt& felt, TagPixel& pixel) const;
   void bend_row(int begin, int end);
-  RowPlaces places() const;
 
   double scale_;
   int num_columns_;  // of cells
   int num_rows_;
   std::vector<std::uint32_t> cells_;    // per row of cells, bit i: cell i is white
   std::vector<std::uint32_t> unknown_;  // likewise
+  std::vector<float> whites_;           // 1 where a cell is white, row by row
   TagAxis columns_;
   TagAxis rows_;
   std::vector<Junction> junctions_;
@@ -115,7 +122,6 @@ class TagModel {
   TagRow row_;
   std::vector<float> bent_x_, bent_y_;  // of the row's pixels
   double bulge_ = 0;
-  ByLines by_columns_, by_rows_;
 };
 
 }  // namespace tagcal

@@ -22,15 +22,15 @@ struct Range {
 // The lines within a range, which ends at lines of its own, and the first cell between them.
 std::vector<double> cut_lines(const std::vector<double>& lines, const Range& range,
                               std::size_t& first_cell) {
-  std::vector<double> result;
+  const double low = std::max(range.low, lines.front());
+  const double high = std::min(range.high, lines.back());
+  std::vector<double> result = {low};
   first_cell = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (lines[i] <= range.low) first_cell = i;
-    if (lines[i] > range.low && lines[i] < range.high) result.push_back(lines[i]);
+    if (lines[i] <= low) first_cell = i;
+    if (lines[i] > low && lines[i] < high) result.push_back(lines[i]);
   }
-  result.insert(result.begin(), std::max(range.low, lines.front()));
-  result.push_back(std::min(range.high, lines.back()));
-  if (result[0] == result[1]) result.erase(result.begin());
+  result.push_back(high);
   return result;
 }
 

@@ -9,35 +9,18 @@ using namespace tag_parameter;
 
 // Sums over the pixels at the model's parameters.
 void TagFitter::collect() {
-  num_graded_ = num_pixels_ = 0;
-  sums_.setZero();
+  num_pixels_ = 0;
   for (FlatSums& sums : flat_) sums = {};
+  moments_.start(places_           ? TagMoments::Kind::placed
+                 : num_bends_ == 0 ? TagMoments::Kind::straight
+                                   : TagMoments::Kind::bent);
+  graded_.reserve(patch_.width);
   for (int row = 0; row < patch_.height; row += row_step_) collect_row(row);
-  add_block();
-  // The residual's row stands before those of the bends.
-  information_.setIdentity();  // of bends that are held at zero
-  information_.topLeftCorner<kBend, kBend>() = sums_.topLeftCorner<kBend, kBend>();
-  information_.block(kBend, kBend, num_bends_, num_bends_) =
-      sums_.block(kBend + 1, kBend + 1, num_bends_, num_bends_);
-  information_.block(0, kBend, kBend, num_bends_) = sums_.block(0, kBend + 1, kBend, num_bends_);
-  information_.block(kBend, 0, num_bends_, kBend) = sums_.block(kBend + 1, 0, num_bends_, kBend);
-  gradient_.setZero();
-  gradient_.head<kBend>() = sums_.col(kBend).head<kBend>();
-  gradient_.segment(kBend, num_bends_) = sums_.col(kBend).segment(kBend + 1, num_bends_);
-  squares_ = sums_(kBend, kBend);
+  const TagMoments::Result result = moments_.result(model_.parameters());
+  information_ = result.information;
+  gradient_ = result.gradient;
+  squares_ = result.squares;
   for (const bool white : {false, true}) add_flat(white);
-}
-
-// Products in single precision, summed over blocks in double.
-void TagFitter::add_block() {
-  const Eigen::Index n = kBend + 1 + num_bends_;
-  Eigen::Matrix<float, kCount + 1, kCount + 1> block;
-  block.setZero();
-  block.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(
-      graded_.topLeftCorner(n, num_graded_));
-  block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
-  sums_ += block.cast<double>();
-  num_graded_ = 0;
 }
 
 PixelSpan TagFitter::in_window(int row) const {
@@ -49,7 +32,6 @@ PixelSpan TagFitter::in_window(int row) const {
 }
 
 void TagFitter::collect_row(int row) {
-  const TagParameters& p = model_.parameters();
   TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
                (patch_.y0 + row - middle_.y()) / scale_};
   if (places_) place.straight = places_->row(row);
@@ -59,25 +41,32 @@ void TagFitter::collect_row(int row) {
   model_.set_row(place, are_spans_fixed_ ? 0.5 * TagAxis::kUnknownReach : TagAxis::kUnknownReach,
                  begin, end);
   span = {begin, std::max(begin, end)};
-  TagPixel pixel;
+  graded_.y = place.y;
+  graded_.size = 0;
   for (int c = begin; c < end; ++c) {
-    const double level = patch_.at(c, row);
-    const double x = place.left + c * place.step;
     const TagModel::Seen seen = model_.seen(c);
     if (seen == TagModel::Seen::unknown) continue;
     ++num_pixels_;
-    if (seen != TagModel::Seen::both) {
-      flat_[seen == TagModel::Seen::white ? 1 : 0].add(x, place.y, level);
-      continue;
-    }
-    model_.evaluate(c, pixel);
-    const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * place.y;
-    if (num_graded_ == kBlock) add_block();
-    float* out = graded_.col(num_graded_++).data();
-    std::copy_n(pixel.by_parameter.begin(), kBend, out);
-    out[kBend] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
-    std::copy_n(pixel.by_parameter.begin() + kBend, num_bends_, out + kBend + 1);
+    if (seen == TagModel::Seen::both)
+      add_graded(place, c, patch_.at(c, row));
+    else
+      flat_[seen == TagModel::Seen::white ? 1 : 0].add(place.left + c * place.step, place.y,
+                                                       patch_.at(c, row));
   }
+  graded_.end();
+  moments_.add(graded_);
+}
+
+void TagFitter::add_graded(const TagRow& row, int c, float level) {
+  const TagParameters& p = model_.parameters();
+  const TagPixel pixel = model_.evaluate(c);
+  const double x = row.left + c * row.step;
+  const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * row.y;
+  const auto k = static_cast<std::size_t>(graded_.size);
+  graded_.add(x, gain, pixel, level - static_cast<float>(p[kBlack] + gain * pixel.white));
+  if (!places_) return;
+  graded_.place_x[k] = row.straight.x[c];
+  graded_.place_y[k] = row.straight.y[c];
 }
 
 // Pixels of one colour know of the grey levels only.
