@@ -118,7 +118,8 @@ TEST(RefineTag, Derivatives) {
   const TagParameters sds = expected.diagonal().cwiseSqrt();
   for (int i = 0; i < tag_parameter::kCount; ++i) {
     EXPECT_GT(sds[i], 0) << i;
-    EXPECT_NEAR(result.gradient[i] / sds[i], gradient[i] / sds[i], 0.02 * std::sqrt(result.squares));
+    EXPECT_NEAR(result.gradient[i] / sds[i], gradient[i] / sds[i],
+                0.02 * std::sqrt(result.squares));
     for (int j = 0; j < tag_parameter::kCount; ++j)
       EXPECT_NEAR(result.information(i, j) / (sds[i] * sds[j]), expected(i, j) / (sds[i] * sds[j]),
                   0.02)

@@ -73,11 +73,10 @@ void TagAxis::set_line(int line, const RowPlaces& places, int begin, int end) {
   if (first > 0) std::fill(first_.begin() + begin, first_.begin() + from, past);
   if (last > 0) std::fill(first_.begin() + to, first_.begin() + end, past);
   const Profile& profile = profiles_[static_cast<std::size_t>(line)];
-  fastest_tag_kernels().profile({places.x, places.y, places.xx, places.xy, places.yy,
-                                 single.normal_x, single.normal_y, single.by_x, single.by_y,
-                                 single.by_1, static_cast<float>(known.box), from, to,
-                                 profile.distance, profile.density, profile.step, profile.slope,
-                                 profile.factor});
+  fastest_tag_kernels().profile(
+      {places.x, places.y, places.xx, places.xy, places.yy, single.normal_x, single.normal_y,
+       single.by_x, single.by_y, single.by_1, static_cast<float>(known.box), from, to,
+       profile.distance, profile.density, profile.step, profile.slope, profile.factor});
   for (int c = from; c < to; ++c) {
     const auto k = static_cast<std::size_t>(c);
     if (profile.distance[c] >= kReach) first_[k] = past;

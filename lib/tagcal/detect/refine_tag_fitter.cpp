@@ -32,9 +32,9 @@ constexpr double kPlaneSd = 0.15;         // of the start's homography, over a r
 constexpr double kWindowsPx[] = {9, 18};  // about one corner, that are looked at before the whole
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
-constexpr int kMaxComing = 4;             // iterations on few rows
-constexpr double kPartsPx = 36;           // a tag that is large enough for parts, and ..
-constexpr double kThirdOrderSds = 8;      // .. how far bends of third order may move its corners
+constexpr int kMaxComing = 4;         // iterations on few rows
+constexpr double kPartsPx = 36;       // a tag that is large enough for parts, and ..
+constexpr double kThirdOrderSds = 8;  // .. how far bends of third order may move its corners
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 
@@ -70,7 +70,7 @@ bool TagFitter::step() {
                                       std::pow(change[kGain] / model_.parameters()[kGain], 2));
   left_over_ = std::max(bent, kLeastGain) * size;
   if (move_px_ < kRoundingPx) left_over_ = 0;
-  if (region_.corner && row_step_ == 1) {
+  if (region_.corner && row_step_ == 1 && iterations_ > 1) {
     // What else a few lines leave open may wander.
     const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
     const auto by_corner = by.middleRows<2>(at);
@@ -206,7 +206,10 @@ void TagFitter::set_prior(const TagParameters& start) {
 // Steps on few rows, down from a corner's window to all that is seen.
 bool TagFitter::come_near() {
   if (region_.corner) {
-    const int num_bends = std::exchange(num_bends_, 0);  // nothing is seen of them
+    // Nothing is seen of bends and of the perspective.
+    const int num_bends = std::exchange(num_bends_, 0);
+    const TagParameters prior = prior_;
+    prior_.segment<2>(kM3).setConstant(kHeld);
     for (const double window : kWindowsPx) {
       window_px_ = window;
       collect();
@@ -214,6 +217,7 @@ bool TagFitter::come_near() {
     }
     window_px_ = 0;
     num_bends_ = num_bends;
+    prior_ = prior;
   }
   // What few rows about one corner leave open wanders.
   row_step_ = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);

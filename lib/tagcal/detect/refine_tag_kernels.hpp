@@ -32,8 +32,8 @@ constexpr int kTagPack = 8;       // sizes are whole multiples of it
 
 struct TagKernels {
   void (*profile)(const TagProfileJob& job) = nullptr;
-  // Scalar products of `count` (even) vectors of `size` floats, `stride` apart, of which at least the
-  // lower triangle is set. Two vectors more may be read.
+  // Scalar products of `count` (even) vectors of `size` floats, `stride` apart, of which at least
+  // the lower triangle is set. Two vectors more may be read.
   void (*gram)(const float* vectors, int stride, int count, int size, float* products) = nullptr;
 };
 

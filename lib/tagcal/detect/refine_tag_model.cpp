@@ -126,8 +126,8 @@ void TagModel::feel(const TagAxis& axis, int c, Felt& felt) const {
 // White by the products of steps, as if rows and columns were at right angles; and by each step.
 float TagModel::blend(Felt& columns, Felt& rows) const {
   float white = 0, last = 0;
-  const float* cells = &whites_[static_cast<std::size_t>((rows.first - 1) * num_columns_ +
-                                                         columns.first - 1)];
+  const float* cells =
+      &whites_[static_cast<std::size_t>((rows.first - 1) * num_columns_ + columns.first - 1)];
   for (int j = 0; j <= rows.count; ++j, cells += num_columns_) {
     const auto k = static_cast<std::size_t>(j);
     const float weight = rows.weight[k];
@@ -151,8 +151,8 @@ float TagModel::junctions(Felt& columns, Felt& rows) const {
   float white = 0;
   for (int j = 0; j < rows.count; ++j) {
     for (int i = 0; i < columns.count; ++i) {
-      const Junction& junction = junctions_[static_cast<std::size_t>(
-          (rows.first + j) * num_columns_ + columns.first + i)];
+      const Junction& junction =
+          junctions_[static_cast<std::size_t>((rows.first + j) * num_columns_ + columns.first + i)];
       if (junction.num_terms == 0) continue;
       const auto n = static_cast<std::size_t>(i), m = static_cast<std::size_t>(j);
       const float h = columns.distance[n], k = rows.distance[m];

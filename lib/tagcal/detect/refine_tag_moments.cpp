@@ -34,8 +34,7 @@ void GradedRow::reserve(int count) {
   const auto padded = static_cast<std::size_t>(count + kTagPack);
   if (x.size() >= padded) return;
   for (std::vector<float>* values :
-       {&x, &by_x, &by_y, &about_xx, &about_xy, &about_yy, &white, &residual,
-        &place_x, &place_y})
+       {&x, &by_x, &by_y, &about_xx, &about_xy, &about_yy, &white, &residual, &place_x, &place_y})
     values->resize(padded);
 }
 
@@ -55,8 +54,7 @@ void GradedRow::add(double at, double gain, const TagPixel& pixel, float of_pixe
 void GradedRow::end() {
   const auto first = static_cast<std::size_t>(size);
   for (std::vector<float>* values :
-       {&x, &by_x, &by_y, &about_xx, &about_xy, &about_yy, &white, &residual,
-        &place_x, &place_y})
+       {&x, &by_x, &by_y, &about_xx, &about_xy, &about_yy, &white, &residual, &place_x, &place_y})
     std::fill_n(values->begin() + static_cast<std::ptrdiff_t>(first), kTagPack, 0.0F);
 }
 
@@ -217,8 +215,7 @@ double TagMoments::product(const Column& a, const Column& b) const {
       const Term& t = b.terms[static_cast<std::size_t>(j)];
       const int row = std::max(s.vector, t.vector), column = std::min(s.vector, t.vector);
       const auto& sums = sums_[static_cast<std::size_t>(s.power + t.power)];
-      result += s.factor * t.factor *
-                sums[static_cast<std::size_t>(row * kTagGramRows + column)];
+      result += s.factor * t.factor * sums[static_cast<std::size_t>(row * kTagGramRows + column)];
     }
   }
   return result;

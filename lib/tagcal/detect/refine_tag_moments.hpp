@@ -48,8 +48,8 @@ class TagMoments {
 
  private:
   // Vectors: levels by x times powers of x (or by the generators of the homographies), by y
-  // likewise and the terms about lines and these times x (or by the spread), then white, white times
-  // x, residual, one.
+  // likewise and the terms about lines and these times x (or by the spread), then white, white
+  // times x, residual, one.
   static constexpr int kMaxPower = 6;
   using Products = std::array<float, kTagGramRows * kTagGramRows>;
   struct Term {
@@ -71,10 +71,10 @@ class TagMoments {
   double product(const Column& a, const Column& b) const;
 
   Kind kind_ = Kind::straight;
-  int num_powers_ = 3;   // of x
+  int num_powers_ = 3;    // of x
   int first_level_ = 12;  // vector that is white
   int num_vectors_ = 16;
-  std::array<int, kTagGramRows> powers_of_y_{};  // that are needed of a vector's products
+  std::array<int, kTagGramRows> powers_of_y_{};            // that are needed of a vector's products
   std::array<Column, tag_parameter::kCount + 1> columns_;  // the residual is the last
   std::vector<float> vectors_;
   int stride_ = 0;
