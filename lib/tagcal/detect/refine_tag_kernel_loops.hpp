@@ -6,7 +6,7 @@
 namespace tagcal {
 namespace {
 
-// exp(-a) for 0 <= a <= 80, to 1e-6 of itself, without branches.
+// exp(-a) for 0 <= a <= 80, to 6e-6 of itself, without branches.
 inline float exp_minus(float a) {
   const float t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
   const int whole = static_cast<int>(t);
@@ -18,7 +18,7 @@ inline float exp_minus(float a) {
   return power * __builtin_bit_cast(float, (whole + 27) << 23);
 }
 
-// Normal integral to 1e-7 (Abramowitz & Stegun 7.1.26) and density, without branches.
+// Normal integral (Abramowitz & Stegun 7.1.26) and density, each to 3e-6, without branches.
 inline void profile_line(const TagProfileJob& job) {
   const float *const x = job.x, *const y = job.y;
   const float by_x = job.by_x, by_y = job.by_y, by_1 = job.by_1, box = job.box;
