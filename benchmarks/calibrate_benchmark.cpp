@@ -19,17 +19,14 @@
 #include <cstdlib>
 #include <ctime>
 #include <functional>
-#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
-#include "mrcal_peer.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "worlds.hpp"
+#include "tagcal/study/calibration_tasks.hpp"
 
 namespace {
-
-using tagcal::Dataset;
 
 // Processor time: what else the machine does counts for nobody.
 double seconds(const std::function<void()>& work) {
@@ -43,119 +40,63 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-constexpr int kGrid = 12;  // points across and down
-constexpr double kSpacing = 0.06;
-constexpr double kFocal = 900;
-
-tagcal::Board grid_of_points() {
-  tagcal::Board board;
-  for (int i = 0; i < kGrid * kGrid; ++i)
-    board.points.push_back({{i, 0}, {kSpacing * (i % kGrid), kSpacing * (i / kGrid), 0}});
-  return board;
+tagcal::CalibrationTask make_task(int num_views) {
+  tagcal::Random random(1);
+  return tagcal::draw_calibration(
+      tagcal::Perspective({900, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0}), "opencv5", num_views,
+      random);
 }
 
-Dataset make_dataset(int num_views) {
-  tagcal::WorldOptions options;
-  options.num_views = num_views;
-  options.sigma_px = 0.3;
-  return tagcal::make_world(tagcal::opencv5_lens(), 1, options, grid_of_points());
-}
-
-struct OpenCvInput {
-  std::vector<std::vector<cv::Point3f>> points;
-  std::vector<std::vector<cv::Point2f>> pixels;
-  cv::Size size;
+struct Peer {
+  std::string title;
+  tagcal::CalibrationMethod method;
+  int rounds = 0;
+  std::vector<double> times = {};
+  double focal = 0;
 };
 
-OpenCvInput opencv_input(const Dataset& dataset) {
-  OpenCvInput input;
-  input.size = {dataset.image_size.width, dataset.image_size.height};
-  const auto places = tagcal::points_in_world(dataset.boards);
-  for (const tagcal::View& view : dataset.views) {
-    input.points.emplace_back();
-    input.pixels.emplace_back();
-    for (const tagcal::Observation& o : view.observations) {
-      const Eigen::Vector3f x = places.at(o.id).cast<float>();
-      const Eigen::Vector2f u = o.pixel.cast<float>();
-      input.points.back().emplace_back(x.x(), x.y(), x.z());
-      input.pixels.back().emplace_back(u.x(), u.y());
+void run(Peer& peer, const tagcal::CalibrationTask& task) {
+  const auto prepared = peer.method.prepare(task);
+  peer.times.push_back(seconds(prepared.solve));
+  peer.focal = prepared.answer()[0];
+}
+
+// Of the given number of views.
+std::vector<Peer> peers_for(int views, int rounds, int most_default) {
+  std::vector<Peer> peers;
+  for (const tagcal::CalibrationMethod& m : tagcal::calibration_methods("opencv5")) {
+    if (m.name == "mrcal" && views <= 1000) {
+      peers.push_back({"mrcal", m, rounds});
+      peers.push_back(
+          {"its optimiser", tagcal::mrcal_calibration(tagcal::MrcalStages::one), rounds});
+    } else if (m.name.ends_with("LU") && views <= 200) {
+      peers.push_back({"OpenCV LU", m, rounds});
+    } else if (m.name == "OpenCV calibrateCamera" && views <= most_default) {
+      peers.push_back({"OpenCV", m, 1});
     }
   }
-  return input;
+  return peers;
 }
 
-double opencv_focal(const OpenCvInput& input, int flags) {
-  cv::Mat k, distortion, deviations;
-  std::vector<cv::Mat> turns, moves;
-  cv::calibrateCamera(input.points, input.pixels, input.size, k, distortion, turns, moves,
-                      deviations, cv::noArray(), cv::noArray(), flags);
-  return k.at<double>(0, 0);
-}
-
-tagcal::MrcalProblem mrcal_problem(const Dataset& dataset, const OpenCvInput& input) {
-  tagcal::MrcalProblem problem{
-      input.size.width, input.size.height, kGrid, kGrid, kSpacing, kFocal, {}, {}};
-  const double cx = 0.5 * (input.size.width - 1), cy = 0.5 * (input.size.height - 1);
-  const cv::Mat k = (cv::Mat_<double>(3, 3) << kFocal, 0, cx, 0, kFocal, cy, 0, 0, 1);
-  for (std::size_t v = 0; v < dataset.views.size(); ++v) {
-    std::vector<double> pixels;
-    for (int i = 0; i < kGrid * kGrid; ++i) pixels.insert(pixels.end(), {0, 0, -1});
-    for (const tagcal::Observation& o : dataset.views[v].observations) {
-      double* corner = &pixels[static_cast<std::size_t>(3 * o.id.tag_id)];
-      corner[0] = o.pixel.x(), corner[1] = o.pixel.y(), corner[2] = 1;
-    }
-    problem.pixels.insert(problem.pixels.end(), pixels.begin(), pixels.end());
-    cv::Vec3d turn, move;
-    cv::solvePnP(input.points[v], input.pixels[v], k, cv::noArray(), turn, move);
-    problem.poses.insert(problem.poses.end(),
-                         {turn[0], turn[1], turn[2], move[0], move[1], move[2]});
-  }
-  return problem;
-}
-
-struct Peers {
-  bool fastest = false, standard = false, mrcal = false;
-};
-
-void print_peer(const char* name, std::vector<double> times, double ours, double focal,
-                double our_focal) {
-  if (times.empty()) return;
-  const double t = median(std::move(times));
-  std::printf("   %s %.3f s, %.1fx (f differs by %.0e)", name, t, t / ours,
-              std::abs(focal - our_focal));
-}
-
-void line(int views, int rounds, const Peers& peers) {
-  const Dataset dataset = make_dataset(views);
-  const OpenCvInput input = opencv_input(dataset);
-  tagcal::MrcalProblem problem;
-  std::vector<double> our_times, fastest_times, standard_times, mrcal_times, optimiser_times;
+void line(int views, int rounds, std::vector<Peer> peers) {
+  const tagcal::CalibrationTask task = make_task(views);
+  std::vector<double> our_times;
   tagcal::Calibration ours;
-  double fastest = 0, standard = 0, mrcal = 0, optimiser = 0;
   for (int i = 0; i < rounds; ++i) {
     our_times.push_back(seconds([&] {
-      ours = tagcal::calibrate(dataset, {.model = "opencv5", .reject_outliers = false});
+      ours = tagcal::calibrate(task.dataset, {.model = "opencv5", .reject_outliers = false});
     }));
-    if (peers.fastest)
-      fastest_times.push_back(seconds([&] { fastest = opencv_focal(input, cv::CALIB_USE_LU); }));
-    if (peers.mrcal) {
-      mrcal_times.push_back(seconds([&] {
-        problem = mrcal_problem(dataset, input);
-        mrcal = mrcal_focal(problem, tagcal::MrcalStages::three);
-      }));
-      optimiser_times.push_back(
-          seconds([&] { optimiser = mrcal_focal(problem, tagcal::MrcalStages::one); }));
-    }
-    if (peers.standard && i == 0)
-      standard_times.push_back(seconds([&] { standard = opencv_focal(input, 0); }));
+    for (Peer& peer : peers)
+      if (i < peer.rounds) run(peer, task);
   }
   const double t = median(our_times), f = tagcal::parameters(ours.camera->lens)[0];
   std::printf("%6d views: %.4f s (start %.4f, solve %.4f, covariance %.4f; sd of f %.0e px)", views,
               t, ours.seconds.start, ours.seconds.solve, ours.seconds.covariance, ours.sigmas[0]);
-  print_peer("mrcal", mrcal_times, t, mrcal, f);
-  print_peer("its optimiser", optimiser_times, t, optimiser, f);
-  print_peer("OpenCV LU", fastest_times, t, fastest, f);
-  print_peer("OpenCV", standard_times, t, standard, f);
+  for (const Peer& peer : peers) {
+    const double theirs = median(peer.times);
+    std::printf("   %s %.3f s, %.1fx (f differs by %.0e)", peer.title.c_str(), theirs, theirs / t,
+                std::abs(peer.focal - f));
+  }
   std::printf("\n");
   std::fflush(stdout);
 }
@@ -170,7 +111,8 @@ int main(int argc, char** argv) {
   std::printf("OpenCV %s, mrcal %s, one core each\n", CV_VERSION,
               tagcal::has_mrcal() ? "2.2 or whichever is installed" : "not installed");
   for (const int views : {20, 50, 100, 200, 500, 1000, 2000, 5000, 10000})
-    if (views <= most)
-      line(views, views > 500 ? 3 : rounds,
-           {views <= 200, views <= most_default, tagcal::has_mrcal() && views <= 1000});
+    if (views <= most) {
+      const int turns = views > 500 ? 3 : rounds;
+      line(views, turns, peers_for(views, turns, most_default));
+    }
 }

@@ -11,20 +11,18 @@
 // sigma.
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <opencv2/core.hpp>
 
-#include "pose_tasks.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
-#include "tagcal/estimate/view_equations.hpp"
+#include "tagcal/study/pose_error.hpp"
+#include "tagcal/study/pose_tasks.hpp"
 
 namespace {
 
 using namespace tagcal;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 struct Cell {
@@ -39,70 +37,20 @@ struct Cell {
 // exceeds 5 sigma (5.7e-7).
 constexpr double k95[2] = {12.592, 14.067}, k5Sigma[2] = {39.5, 41.7};
 
-// Focal length and distance hang together, and along that ridge of the likelihood the translation
-// is far from linear. In the pixel of the target's centre, log(Z / f) and log f errors are nearly
-// normal, so those of pose with focal length are taken in (omega, u, v, log(Z / f), log f); the
-// matrix leads to them from steps (omega, tau, log f).
-Eigen::Matrix<double, 7, 7> along_the_ridge(const Pose& pose, double focal_px) {
-  const Vector3d& t = pose.translation();
-  const double by_z = focal_px / t.z();
-  Eigen::Matrix<double, 7, 7> g = Eigen::Matrix<double, 7, 7>::Identity();
-  g.block<3, 4>(3, 3) << by_z, 0, -by_z * t.x() / t.z(), by_z * t.x(),  //
-      0, by_z, -by_z * t.y() / t.z(), by_z * t.y(),                     //
-      0, 0, 1 / t.z(), -1;
-  return g;
-}
-
 template <int N>
 Eigen::Matrix<double, N, N> information_at_truth(const PoseTask& task) {
-  std::vector<Vector3d> points;
-  std::vector<Eigen::Vector2d> pixels;
-  for (const Correspondence& c : task.correspondences) {
-    points.push_back(c.point);
-    pixels.push_back(c.pixel);
-  }
-  ViewSums sums(task.camera.lens, {points, pixels});
-  NormalEquations<N> equations;
-  sums.at(state_of(task.camera_from_target, 900), equations);
-  const Eigen::Matrix<double, N, N> full =
-      equations.information.template selfadjointView<Eigen::Upper>();
-  if constexpr (N == 7) {
-    const Eigen::Matrix<double, 7, 7> back =
-        along_the_ridge(task.camera_from_target, 900).inverse();
-    return back.transpose() * full * back / (task.sigma_px * task.sigma_px);
-  } else {
-    return full / (task.sigma_px * task.sigma_px);
-  }
+  if constexpr (N == 7)
+    return pose_and_focal_information(task);
+  else
+    return pose_information(task);
 }
 
 template <int N>
 Eigen::Matrix<double, N, 1> error_of(const PoseAnswer& answer, const PoseTask& task) {
-  Eigen::Matrix<double, N, 1> error;
-  error.template head<6>() = minus(answer.camera_from_target, task.camera_from_target);
-  if constexpr (N == 7) {
-    const Vector3d& a = answer.camera_from_target.translation();
-    const Vector3d& b = task.camera_from_target.translation();
-    error.template segment<2>(3) = answer.focal_px * a.hnormalized() - 900 * b.hnormalized();
-    error[5] = std::log(a.z() / answer.focal_px) - std::log(b.z() / 900);
-    error[6] = std::log(answer.focal_px / 900);
-  }
-  return error;
-}
-
-// The pose that a plane's is mistaken for: mirrored across the line of sight.
-Pose flipped(const Pose& pose) {
-  const Matrix3d sight =
-      Eigen::Quaterniond::FromTwoVectors(pose.translation(), Vector3d::UnitZ()).toRotationMatrix();
-  Matrix3d turned = sight * pose.rotation_matrix();
-  turned(2, 0) *= -1;
-  turned(2, 1) *= -1;
-  turned.col(2) = turned.col(0).cross(turned.col(1));
-  return {Eigen::Quaterniond(Matrix3d(sight.transpose() * turned)), pose.translation()};
-}
-
-bool is_flip(const Pose& pose, const Pose& truth) {
-  const Pose other = flipped(truth);
-  return angle_between_rad(pose, other) < angle_between_rad(pose, truth);
+  if constexpr (N == 7)
+    return pose_and_focal_error(answer, task);
+  else
+    return pose_error(answer, task);
 }
 
 // A pose that no camera can have: a rotation that mirrors, a point behind the camera, or a plane
@@ -151,9 +99,10 @@ struct Tally {
     silently_wrong += answer.status == Status::ok && of_claimed > k5Sigma[N - 6];
     if (planar && is_flip(answer.camera_from_target, task.camera_from_target)) {
       ++flips;
-      flips_with_both +=
-          answer.alternative && !is_flip(*answer.alternative, task.camera_from_target);
-      uncovered_flips += !answer.alternative && of_claimed > k95[0];
+      flips_with_both += std::ranges::any_of(answer.alternatives, [&](const auto& other) {
+        return !is_flip(other.camera_from_target, task.camera_from_target);
+      });
+      uncovered_flips += answer.alternatives.empty() && of_claimed > k95[0];
       return;
     }
     of_truth.back() = error.dot(information * error);
@@ -197,7 +146,7 @@ double paired_difference(const Tally<N>& ours, const Tally<N>& theirs) {
 }
 
 PoseJob job_of(const Cell& cell) {
-  if (cell.with_focal) return PoseJob::plane_focal;
+  if (cell.with_focal) return cell.points[0].z() == 0 ? PoseJob::plane_focal : PoseJob::space_focal;
   if (cell.points.size() == 4) return PoseJob::tag;
   return cell.points[0].z() == 0 ? PoseJob::plane : PoseJob::space;
 }
@@ -293,10 +242,10 @@ int main(int argc, char** argv) {
         run<6>({"tag", square_points(0.088), distance, tilt, sigma, false, 0.088}, trials,
                peer_trials, worst);
     for (const double tilt : {0.0, 5.0, 20.0, 40.0, 60.0})
-      run<6>({"board", board_points(), 1.2, tilt, sigma}, trials, peer_trials, worst);
+      run<6>({"board", tag_grid_points(6), 1.2, tilt, sigma}, trials, peer_trials, worst);
     run<6>({"space, 30", space, 1.2, 30, sigma}, trials, peer_trials, worst);
     for (const double tilt : {0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0})
-      run<7>({"board, focal", board_points(), 1.2, tilt, sigma, true}, trials, 0, worst);
+      run<7>({"board, focal", tag_grid_points(6), 1.2, tilt, sigma, true}, trials, 0, worst);
     for (const double tilt : {0.0, 10.0, 20.0, 40.0, 60.0})
       run<7>({"square 0.6 m, focal", square_points(0.6), 1.2, tilt, sigma, true, 0.6}, trials, 0,
              worst);

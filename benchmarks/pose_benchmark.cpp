@@ -9,7 +9,7 @@
 #include <ctime>
 #include <opencv2/core.hpp>
 
-#include "pose_tasks.hpp"
+#include "tagcal/study/pose_tasks.hpp"
 
 namespace {
 
@@ -47,8 +47,9 @@ double success(const std::vector<PreparedPose>& prepared, const std::vector<Pose
     const PoseAnswer answer = prepared[i].answer();
     if (!answer.success) continue;
     double angle = angle_between_rad(answer.camera_from_target, tasks[i].camera_from_target);
-    if (answer.alternative)
-      angle = std::min(angle, angle_between_rad(*answer.alternative, tasks[i].camera_from_target));
+    for (const PoseAnswer::Alternative& other : answer.alternatives)
+      angle =
+          std::min(angle, angle_between_rad(other.camera_from_target, tasks[i].camera_from_target));
     const bool focal_right = !with_focal || std::abs(answer.focal_px / 900 - 1) < 0.2;
     right += angle < 5 * kDegree && focal_right;
   }
@@ -85,7 +86,7 @@ void race(const Contest& contest, int rounds) {
     return times.method.name == contest.reference;
   });
   const bool with_focal =
-      contest.job == PoseJob::plane_focal || contest.job == PoseJob::space_focal;
+      contest.job == PoseJob::plane_focal || contest.job == PoseJob::four_space_focal;
   std::printf("\n%s (ratios to %s", contest.title.c_str(), contest.reference.c_str());
   if (contest.mark > 0) std::printf("; mark %.3g", contest.mark);
   std::printf(")\n");
@@ -152,7 +153,7 @@ int main(int argc, char** argv) {
        rounds);
   race({"144 corners of a board",
         PoseJob::plane,
-        draw(board_points(), usual, views),
+        draw(tag_grid_points(6), usual, views),
         "OpenCV IPPE",
         4,
         {}},
@@ -162,12 +163,12 @@ int main(int argc, char** argv) {
   race({"pose and focal length, 4 points in a plane", PoseJob::plane_focal,
         draw(square, tilted, views), ippe_square, 8, reference},
        rounds);
-  race({"pose and focal length, 4 points in space", PoseJob::space_focal, draw(four, usual, views),
-        ippe_square, 4, reference},
+  race({"pose and focal length, 4 points in space", PoseJob::four_space_focal,
+        draw(four, usual, views), ippe_square, 4, reference},
        rounds);
   race({"144 corners, half of them wrong",
         PoseJob::outliers,
-        draw(board_points(), wrong, views / 4 + 1, board_groups()),
+        draw(tag_grid_points(6), wrong, views / 4 + 1, tag_grid_groups(6)),
         "OpenCV solvePnPRansac",
         10,
         {}},

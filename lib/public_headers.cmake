@@ -47,5 +47,8 @@ set(TAGCAL_PUBLIC_HEADERS
     tagcal/io/scene_file.hpp
     tagcal/io/target_file.hpp
     tagcal/io/text_file.hpp
+    tagcal/study/chart.hpp
+    tagcal/study/method.hpp
     tagcal/study/pose_methods.hpp
+    tagcal/study/stability.hpp
     tagcal/study/validate.hpp)

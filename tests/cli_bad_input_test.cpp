@@ -61,7 +61,11 @@ TEST_F(Cli, BadPicturesAreNamed) {
   spill(root() / "cut.png", png.substr(0, png.size() / 2));
   const std::string detect =
       "detect --target " + path("set/target.yaml") + " " + path("set/images/001.png") + " ";
-  for (const std::string bad : {"empty.png", "text.png", "cut.png", "missing.png"}) {
+  spill(root() / "cut.jpg", std::string("\xff\xd8\xff\xe0\0\x10JFIF", 10));
+  spill(root() / "cut.pgm", "P5 640 400 255\n" + std::string(1000, '\x80'));
+  spill(root() / "deep.pgm", "P2 640 400 65535\n1 2 3");
+  for (const std::string bad :
+       {"empty.png", "text.png", "cut.png", "missing.png", "cut.jpg", "cut.pgm", "deep.pgm"}) {
     expect_bad_input(detect + path(bad), {bad});
     expect_bad_input(detect + path(bad) + " --out " + path("never.csv"), {bad});
   }

@@ -222,9 +222,9 @@ TEST_F(PoseCli, NoiseComesFromTheCornersUnlessItIsStated) {
   }
   spill(root() / "noisy.csv", csv);
   const std::string arguments = set() + known() + " --observations " + path("noisy.csv");
-  for (const Json& view : views_of(arguments + " --model-error-px 0.1"))
+  for (const Json& view : views_of(arguments + " --camera-error-px 0.1"))
     EXPECT_TRUE(view["sigma_px"].is_null());
-  EXPECT_NE(run("pose " + arguments + " --model-error-px 0.1").out.find("each corner's own covariance"), std::string::npos);
+  EXPECT_NE(run("pose " + arguments + " --camera-error-px 0.1").out.find("each corner's own covariance"), std::string::npos);
   // What lens and target are wrong by is not known: covariances of corners alone would lie.
   for (const Json& view : views_of(arguments)) EXPECT_TRUE(view["sigma_px"].is_number());
   for (const Json& view : views_of(arguments + " --sigma-px 0.7")) EXPECT_EQ(view["sigma_px"], 0.7);

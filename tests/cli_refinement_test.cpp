@@ -1,5 +1,6 @@
 // How corners are found in pictures, from outside: --refinement, --refine-corners, detect --camera.
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "cli_fixture.hpp"
 #include "tagcal/io/dataset_file.hpp"
@@ -40,6 +41,25 @@ TEST_F(Cli, CornersAreRefinedUnderTheLensThatWasFound) {
   EXPECT_NE(corners.out, run("detect " + path("set")).out);
 }
 
+// A calibration says how wrong it may be; with that, corners' covariances count for poses.
+TEST_F(Cli, PosesCountWithTheErrorOfTheCamera) {
+  const std::string camera = path("own.yaml");
+  ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + camera).exit_code, 0);
+  EXPECT_NE(slurp(camera).find("camera_error_px: "), std::string::npos);
+  const std::string pose = "pose " + path("set") + " --json --camera ";
+  const Json own = Json::parse(run(pose + camera).out);
+  spill(root() / "silent.yaml", replaced(slurp(camera), "camera_error_px", "other_error_px"));
+  const Json silent = Json::parse(run(pose + path("silent.yaml")).out);
+  const Json stated = Json::parse(run(pose + camera + " --camera-error-px 0.3").out);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(own["views"][i]["status"], "ok");
+    EXPECT_TRUE(own["views"][i]["sigma_px"].is_null());  // each corner's own
+    EXPECT_TRUE(silent["views"][i]["sigma_px"].is_number());
+    EXPECT_GT(stated["views"][i]["covariance"][5][5].get<double>(),
+              100 * own["views"][i]["covariance"][5][5].get<double>());
+  }
+}
+
 TEST_F(Cli, RefiningNeedsPicturesAndACameraOfTheirSize) {
   const Outcome camera = run("calibrate " + path("set") + " --out " + path("camera.yaml"));
   ASSERT_EQ(camera.exit_code, 0) << camera.err;
@@ -48,8 +68,11 @@ TEST_F(Cli, RefiningNeedsPicturesAndACameraOfTheirSize) {
   expect_bad_input("detect " + path("set") + " --camera " + path("wide.yaml"),
                    {"wide.yaml", "640x400", "800x400"});
   expect_bad_input("detect " + path("set") + " --camera " + path("none.yaml"), {"none.yaml"});
-  fs::copy(root() / "set", root() / "corners-only", fs::copy_options::recursive);
-  fs::remove_all(root() / "corners-only/images");
+  const fs::path folder = root() / "corners-only";
+  fs::copy(root() / "set", folder, fs::copy_options::recursive);
+  fs::remove_all(folder / "images");
+  spill(folder / "dataset.yaml", replaced(slurp(folder / "dataset.yaml"), "images: \"images\"",
+                                          "observations: observations_exact.csv"));
   expect_bad_input("calibrate " + path("corners-only") + " --refine-corners",
                    {"corners-only", "no pictures"});
 }

@@ -237,13 +237,38 @@ TEST(CompleteBoard, NothingFromNothing) {
       complete_board(sight.image(), Board(), tag_family("tag36h11", 2), {}, {}).tags.empty());
 }
 
+// Four times four bits are soon read by chance: one tag of a board in full sight is no tag.
+TEST(CompleteBoard, ALoneTagOfASmallFamilyIsNotBelieved) {
+  const Board board = grid_board({5, 4, 0.04, 0.5, 0}, "tag16h5", 1, false);
+  Sight sight(board);
+  EXPECT_EQ(completed(sight, {sight.seed(7)}).tags.size(), 20u);
+  for (const Tag& tag : board.tags)
+    if (tag.id != 7 && tag.id != 8) sight.hide(tag.id);
+  EXPECT_EQ(completed(sight, {sight.seed(7)}).tags.size(), 2u);
+  sight.hide(8);
+  const Completion alone = completed(sight, {sight.seed(7)});
+  EXPECT_TRUE(alone.tags.empty());
+  EXPECT_EQ(reasons(alone).at(7), WhyNot::alone);
+  // A target of this tag only has nothing beside it to ask.
+  Board single = board;
+  single.grid.reset();
+  single.tags = {board.tags[7]};
+  EXPECT_EQ(completed(sight, sight.image(), {sight.seed(7)}, single).tags.size(), 1u);
+  // A large family is believed.
+  Sight large(kalibr_board());
+  for (const Tag& tag : large.board.tags)
+    if (tag.id != 7) large.hide(tag.id);
+  EXPECT_EQ(completed(large, {large.seed(7)}).tags.size(), 1u);
+}
+
 // studies/false_tags.cpp looks at more.
 TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
   std::vector<ImageSource> images;
   for (std::uint64_t seed = 1; seed <= 10; ++seed)
     images.push_back({std::to_string(seed), [seed] { return picture_without_tags(seed); }});
   for (const Board& board : {kalibr_board(), grid_board({6, 6, 0.04, 1, 0}, "tag36h11", 1, false),
-                             grid_board({5, 5, 0.04, 1, 0}, "tag25h9", 1, false)}) {
+                             grid_board({5, 5, 0.04, 1, 0}, "tag25h9", 1, false),
+                             grid_board({6, 5, 0.04, 1.2, 0}, "tag16h5", 1, false)}) {
     for (const View& view : detect_all(images, {{board, Pose()}}, {}).views)
       EXPECT_TRUE(view.observations.empty()) << view.image;
   }

@@ -18,7 +18,11 @@ PlacedBoard board_of(const std::string& family, int border_bits, int first_id, i
   placed.board.family = family;
   placed.board.border_bits = border_bits;
   placed.board.corner_squares = border_bits == 2;
-  for (int id = first_id; id < first_id + count; ++id) placed.board.tags.push_back({id, 0.1, {}});
+  // Each on a plane of its own: no tag says where another one is.
+  for (int id = first_id; id < first_id + count; ++id) {
+    const Pose pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, id));
+    placed.board.tags.push_back({id, 0.1, pose});
+  }
   return placed;
 }
 
@@ -207,6 +211,34 @@ TEST(Detector, TagsAtTheEdgeOfThePictureAreLeftOut) {
   EXPECT_FALSE(found_with_margin(0));
 }
 
+TEST(Detector, WhatIsLeftOfATagThatTheEdgeCutsIsNoTag) {
+  Random random(9);
+  int found = 0;
+  PatchSpec spec;
+  spec.side_px = 90;
+  for (int i = 0; i < 20; ++i) {
+    const Patch patch = tag_patch(tag_family("tag36h11", 1), 0, spec, random);
+    double left = 1e9;
+    for (const Eigen::Vector2d& corner : patch.corners) left = std::min(left, corner.x());
+    for (int cut = -6; cut <= 4; ++cut) {
+      const int skip = static_cast<int>(std::floor(left)) + cut;
+      if (skip < 0) continue;
+      Image8 image({patch.image.width() - skip, patch.image.height()});
+      for (int y = 0; y < image.height(); ++y)
+        std::copy_n(patch.image.row(y) + skip, image.width(), image.row(y));
+      const View view = detect(image, "a", {board_of("tag36h11", 1, 0, 1)}, {}, nullptr);
+      found += !view.observations.empty();
+      for (const Observation& o : view.observations) {
+        const Eigen::Vector2d truth =
+            patch.corners[static_cast<std::size_t>(o.id.corner)] - Eigen::Vector2d(skip, 0);
+        EXPECT_LT((o.pixel - truth).norm(), 0.5)
+            << "cut by " << cut << " px: " << o.pixel.transpose() << " for " << truth.transpose();
+      }
+    }
+  }
+  EXPECT_GT(found, 40);
+}
+
 TEST(Detector, ThreadsDoNotChangeTheAnswer) {
   auto patches = patches_of(tag_family("tag36h11", 2), 12, {});
   patches[4].image = Image8({3, 3});
@@ -308,7 +340,9 @@ TEST(Detector, NoBoardsNoTags) {
 
 // Photographs that are not part of the project.
 TEST(Detector, RealPhotographs) {
-  const auto folder = std::filesystem::path(TAGCAL_SOURCE_DIR) / ".." / "shared" / "real";
+  const std::filesystem::path source = TAGCAL_SOURCE_DIR;
+  const bool beside = std::filesystem::exists(source / "../shared/real");
+  const auto folder = source / (beside ? "../shared/real" : "../../shared/real");
   if (!std::filesystem::exists(folder / "two_boards.png")) {
     GTEST_SKIP() << "no photographs beside the project";
   }

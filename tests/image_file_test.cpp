@@ -198,7 +198,8 @@ TEST_F(ImageFile, SixteenBitsAreScaledToTheBrightest) {
   Image8 image = test_picture(33, 21);
   image(5, 5) = 255;
   for (const int interlace : {PNG_INTERLACE_NONE, PNG_INTERLACE_ADAM7}) {
-    for (const int colour : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_RGB}) {
+    for (const int colour : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_GRAY_ALPHA,
+                             PNG_COLOR_TYPE_RGB_ALPHA}) {
       for (const int scale : {257, 16, 1}) {  // full range, 12-bit and 8-bit data
         const fs::path file = put(png_of(values_of(image, scale), 33, {colour, 16, interlace}));
         EXPECT_EQ(read_image(file).pixels(), image.pixels()) << colour << " " << scale;
@@ -207,6 +208,32 @@ TEST_F(ImageFile, SixteenBitsAreScaledToTheBrightest) {
   }
   const fs::path black = put(png_of(std::vector<std::uint16_t>(100, 0), 10, {0, 16, 0}));
   EXPECT_EQ(read_image(black).pixels(), std::vector<std::uint8_t>(100, 0));
+}
+
+// 12-bit values of a dark picture, in a file of 16 bits, with a few hot pixels.
+TEST_F(ImageFile, HotPixelsDoNotLeaveTheRestInTheDark) {
+  std::vector<std::uint16_t> values;
+  for (int i = 0; i < 10000; ++i) values.push_back(static_cast<std::uint16_t>(i % 100));
+  for (const std::size_t hot : {17U, 4000U, 9000U}) values[hot] = 4095;
+  const Image8 image = read_image(put(png_of(values, 100, {PNG_COLOR_TYPE_GRAY, 16, 0})));
+  EXPECT_EQ(image.pixels()[17], 255);
+  EXPECT_EQ(image.pixels()[99], 128);  // half of the range at least
+  EXPECT_EQ(image.pixels()[100], 0);
+  // A lamp in the picture that fills more than a thousandth is part of it.
+  for (std::size_t i = 0; i < 50; ++i) values[i] = 4095;
+  const Image8 lamp = read_image(put(png_of(values, 100, {PNG_COLOR_TYPE_GRAY, 16, 0})));
+  EXPECT_EQ(lamp.pixels()[99], 6);
+}
+
+TEST_F(ImageFile, ColourIsWeighedByRec601) {
+  write_png(folder_ / "rgb.png", [] {
+    ImageRgb image({3, 1});
+    image(0, 0) = {255, 0, 0};
+    image(1, 0) = {0, 255, 0};
+    image(2, 0) = {0, 0, 255};
+    return image;
+  }());
+  EXPECT_EQ(read_image(folder_ / "rgb.png").pixels(), (std::vector<std::uint8_t>{76, 150, 29}));
 }
 
 TEST_F(ImageFile, JpegGreyAndColour) {
@@ -228,6 +255,8 @@ TEST_F(ImageFile, Pgm) {
             expected);
   EXPECT_EQ(read_image(put("P5 3 2 255\n\x00\x7f\xff\x01\x02\x03"s)).pixels(), expected);
   EXPECT_EQ(read_image(put("P5 3 1 4095\n\x00\x00\x07\xff\x0f\xff"s)).pixels(),
+            (std::vector<std::uint8_t>{0, 127, 255}));
+  EXPECT_EQ(read_image(put("P2 3 1 4095 0 2047 4095")).pixels(),
             (std::vector<std::uint8_t>{0, 127, 255}));
   EXPECT_EQ(read_image(put("P2 3 1 15 0 1 15")).pixels(), (std::vector<std::uint8_t>{0, 17, 255}));
   EXPECT_EQ(read_image_size(put("P5 3 2 255\n\x00\x7f\xff\x01\x02\x03"s)), (ImageSize{3, 2}));

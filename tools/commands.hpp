@@ -23,5 +23,7 @@ Command add_pose(CLI::App& app);
 Command add_board(CLI::App& app);
 Command add_view(CLI::App& app);
 Command add_diff(CLI::App& app);
+Command add_chart(CLI::App& app);
+Command add_stability(CLI::App& app);
 
 }  // namespace tagcal::tools

@@ -32,7 +32,7 @@ struct Arguments {
   bool unknown_focal = false;
   double prior_focal_px = 0;
   double sigma_px = 0;
-  double model_error_px = 0;  // 0: what the camera's file says
+  double camera_error_px = 0;  // 0: what the camera's file says
   std::vector<std::string> views;
   std::string draw;
   int threads = 0;
@@ -47,8 +47,8 @@ void check_usage(const Arguments& arguments) {
 }
 
 struct KnownCamera {
-  std::optional<Camera> camera;          // none: its focal length is looked for
-  std::optional<double> model_error_px;  // where it is known
+  std::optional<Camera> camera;           // none: its focal length is looked for
+  std::optional<double> camera_error_px;  // where it is known
 };
 
 KnownCamera known_camera(const Arguments& arguments, const Input& input) {
@@ -56,9 +56,9 @@ KnownCamera known_camera(const Arguments& arguments, const Input& input) {
   if (!arguments.camera.empty()) {
     const CalibrationFile file = read_calibration(arguments.camera);
     check_image_size(file.camera.image_size, arguments.camera, input);
-    known = {file.camera, file.model_error_px};
+    known = {file.camera, file.camera_error_px};
   }
-  if (arguments.model_error_px > 0) known.model_error_px = arguments.model_error_px;
+  if (arguments.camera_error_px > 0) known.camera_error_px = arguments.camera_error_px;
   return known;
 }
 
@@ -96,7 +96,7 @@ TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
 // The corners' covariances say nothing of the lens and of the target: they count where the error of
 // these is known, too.
 PoseProblem problem_of(const View& view, const TargetPoints& points,
-                       const std::optional<double>& model_error_px) {
+                       const std::optional<double>& camera_error_px) {
   PoseProblem problem;
   CornerNoise noise;
   noise.add(view);
@@ -104,10 +104,10 @@ PoseProblem problem_of(const View& view, const TargetPoints& points,
     problem.ids.push_back(seen.id);
     problem.correspondences.push_back({points.at(seen.id), seen.pixel});
     problem.groups.push_back(seen.id.tag_id);
-    if (!model_error_px || !noise.counts()) continue;
+    if (!camera_error_px || !noise.counts()) continue;
     const Matrix2 own = covariance_or_assumed(seen);
     problem.covariance_px2.emplace_back(own +
-                                        *model_error_px * *model_error_px * Matrix2::Identity());
+                                        *camera_error_px * *camera_error_px * Matrix2::Identity());
   }
   return problem;
 }
@@ -183,7 +183,7 @@ class Poses {
       : arguments_(arguments),
         input_(input),
         camera_(known.camera),
-        model_error_px_(known.model_error_px),
+        camera_error_px_(known.camera_error_px),
         points_(points_in_target(input.dataset.boards)) {}
 
   std::vector<PoseReport> run(const OutputFolder* folder) const {
@@ -193,7 +193,7 @@ class Poses {
     Progress progress("poses", static_cast<int>(views.size()));
     const auto work = [&](int index) {
       const auto i = static_cast<std::size_t>(index);
-      const PoseProblem problem = problem_of(views[i], points_, model_error_px_);
+      const PoseProblem problem = problem_of(views[i], points_, camera_error_px_);
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
@@ -221,7 +221,7 @@ class Poses {
   const Arguments& arguments_;
   const Input& input_;
   std::optional<Camera> camera_;
-  std::optional<double> model_error_px_;
+  std::optional<double> camera_error_px_;
   TargetPoints points_;
 };
 
@@ -263,10 +263,11 @@ Command add_pose(CLI::App& app) {
                     "instead of --camera");
   add_positive(*command, "--prior-focal", arguments->prior_focal_px,
                "focal length to take, px, where a view does not show it");
-  add_positive(*command, "--sigma-px", arguments->sigma_px,
-               "noise of the corners per coordinate; without it, their covariances where the model "
-               "error is known, else from the residuals");
-  add_positive(*command, "--model-error-px", arguments->model_error_px,
+  add_positive(
+      *command, "--sigma-px", arguments->sigma_px,
+      "noise of the corners per coordinate; without it, their covariances where the camera's "
+      "error is known, else from the residuals");
+  add_positive(*command, "--camera-error-px", arguments->camera_error_px,
                "what lens and target are wrong by, per coordinate, beside the corners' own "
                "covariances; without it, what the camera's file says");
   command->add_option("--view", arguments->views, "only this picture, by its name; may be repeated")

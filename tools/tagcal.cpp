@@ -100,9 +100,9 @@ int run(int argc, char** argv) {
   app.footer(
       "Example: tagcal render scene.yaml --out desk && tagcal calibrate desk --out camera.yaml\n"
       "Exit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer.");
-  const std::vector<Command> commands = {add_render(app),   add_detect(app), add_calibrate(app),
-                                         add_validate(app), add_pose(app),   add_board(app),
-                                         add_view(app),     add_diff(app)};
+  const std::vector<Command> commands = {
+      add_render(app), add_detect(app), add_calibrate(app), add_validate(app), add_pose(app),
+      add_board(app),  add_view(app),   add_diff(app),      add_chart(app),    add_stability(app)};
   try {
     app.parse(argc, argv);
     return chosen(commands)->run();

@@ -1,21 +1,19 @@
 #include "tagcal/detect/complete_board.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "tagcal/detect/placed_tag.hpp"
 #include "tagcal/detect/quad.hpp"
 #include "tagcal/detect/tag_cells.hpp"
-#include "tagcal/estimate/planar.hpp"
 #include "tagcal/scene/board_ink.hpp"
 
 namespace tagcal {
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr std::size_t kNeighbours = 4;  // tags that predict one
 constexpr double kReach = 2;            // cells, how far a prediction may be off
@@ -25,9 +23,13 @@ constexpr double kMinContrast = 8;      // grey levels
 constexpr double kNoSettling = 0.93;    // likeness of a found tag that is not looked into
 constexpr double kLessLike = 0.02;      // likeness lost by a refinement that went astray: so much
 constexpr double kAstrayCells = 0.35;   // and so far: lenses that bend a tag cost some, too
+constexpr double kAstrayPx = 1;         // the search is no finer
 constexpr double kMaxWrongFixed = 0.1;  // of the cells of border and frame
 constexpr double kMaxWrongFixedIfFound = 0.25;
-constexpr double kCutShare = 0.15;  // of a tag's side: nearer to the edge, it may be whole
+constexpr double kSupport = 0.5;         // sides of a tag, between prediction and find
+constexpr double kChance = 5e-4;         // that random bits in a frame are taken for a lone tag
+constexpr double kChanceRefuted = 1e-5;  // where others of its plane should be in sight
+constexpr double kCutShare = 0.15;       // of a tag's side: nearer to the edge, it may be whole
 
 // How many cells may answer wrongly.
 struct Tolerance {
@@ -35,20 +37,22 @@ struct Tolerance {
   double fixed = kMaxWrongFixed;
 };
 
-// A tag in the plane of its panel, metres, and in the picture where it was found.
-struct PlacedTag {
-  int id = 0;
-  Vector2d centre;
-  Quad corners;
-  std::optional<Quad> seen;
-  std::vector<int> tried_from;  // the neighbours of the last try
-};
+// How often random bits, in any of four turns, give one of so many codes.
+double chance(const TagFamily& family, std::size_t ids, int wrong_bits) {
+  const auto bits = static_cast<double>(family.bits.size());
+  double ways = 1, sum = 1;
+  for (int k = 1; k <= wrong_bits; ++k) {
+    ways *= (bits - k + 1) / k;
+    sum += ways;
+  }
+  return 4 * static_cast<double>(ids) * sum * std::exp2(-bits);
+}
 
 class PanelCompletion {
  public:
   PanelCompletion(const Image8& image, const Board& board, const TagFamily& family,
                   const CompletionRules& rules)
-      : image_(image), family_(family), rules_(rules) {
+      : image_(image), family_(family), rules_(rules), num_ids_(board.tags.size()) {
     surroundings_.corner_squares = board.corner_squares && board.grid;
     if (board.grid) {
       surroundings_.white_frame = board.grid->tag_spacing * family.width_at_border >= 1;
@@ -67,6 +71,7 @@ class PanelCompletion {
       added = false;
       for (PlacedTag* tag : missing_tags()) added |= look_for(*tag, missing[tag->id], result);
     }
+    drop_lone(missing, result);
     for (PlacedTag* tag : missing_tags()) result.missing.push_back(missing[tag->id]);
   }
 
@@ -93,15 +98,15 @@ class PanelCompletion {
     const double before = likeness(image_, found.corners, cells);
     if (!found.refined || before < kNoSettling) {
       const Quad settled = settle(image_, found.corners, cells, 0);
-      const double best = likeness(image_, settled, cells);
-      if (best > before + kLessLike) {
+      if (found.refined ? is_astray(found.corners, settled, cells)
+                        : likeness(image_, settled, cells) > before + kLessLike) {
         kept = rules_.refine(tag.id, settled).value_or(FoundTag{tag.id, settled, false});
         if (is_astray(kept.corners, settled, cells)) kept = {tag.id, settled, false};
       }
     }
     // The detector has read the bits once, and hands may hide the frame.
     const auto why = doubt(kept.corners, cells, {rules_.max_hamming + 2, kMaxWrongFixedIfFound});
-    if (why || !is_inside(kept.corners, image_.size())) {
+    if (why || !is_whole(kept, image_.size())) {
       missing = {tag.id, why.value_or(WhyNot::outside), kept.corners};
       return;
     }
@@ -133,32 +138,6 @@ class PanelCompletion {
     });
     found.resize(std::min(found.size(), kNeighbours));
     return found;
-  }
-
-  static std::optional<Quad> predicted(const PlacedTag& tag,
-                                       const std::vector<const PlacedTag*>& from,
-                                       std::size_t count) {
-    const double scale = 1 / (tag.corners[1] - tag.corners[0]).norm();
-    const Vector2d middle = centre_of(*from.front()->seen);
-    const double pixel = 1 / shortest_side(*from.front()->seen);
-    std::vector<Vector2d> points;
-    std::vector<Vector3d> rays;
-    for (std::size_t n = 0; n < count; ++n) {
-      for (std::size_t i = 0; i < 4; ++i) {
-        points.emplace_back(scale * (from[n]->corners[i] - tag.centre));
-        rays.emplace_back((pixel * ((*from[n]->seen)[i] - middle)).homogeneous());
-      }
-    }
-    const auto h = homography(points, rays);
-    if (!h) return std::nullopt;
-    Quad quad;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Vector3d ray = *h * Vector2d(scale * (tag.corners[i] - tag.centre)).homogeneous();
-      if (!(ray.z() > 0)) return std::nullopt;  // beyond the horizon
-      quad[i] = ray.hnormalized() / pixel + middle;
-    }
-    if (!is_face(quad)) return std::nullopt;
-    return quad;
   }
 
   // True where the tag was found.
@@ -195,7 +174,7 @@ class PanelCompletion {
     if (!is_inside(settled, image_.size())) return WhyNot::outside;
     const std::optional<FoundTag> refined = rules_.refine(tag.id, settled);
     if (!refined || !is_face(refined->corners)) return WhyNot::no_edges;
-    if (!is_inside(refined->corners, image_.size())) return WhyNot::outside;
+    if (!is_whole(*refined, image_.size())) return WhyNot::outside;
     if (is_astray(refined->corners, settled, cells)) return WhyNot::no_edges;
     if (const auto why = doubt(refined->corners, cells, tolerance)) return why;
     tag.seen = refined->corners;
@@ -204,9 +183,44 @@ class PanelCompletion {
     return std::nullopt;
   }
 
+  // Tags that chance may have read, and no other supports.
+  void drop_lone(std::map<int, MissingTag>& missing, Completion& result) {
+    const bool refuted = std::ranges::any_of(tags_, [&](const PlacedTag& tag) {
+      return !tag.seen && !rules_.left_out.contains(tag.id) && is_refuted(missing[tag.id].why);
+    });
+    std::vector<PlacedTag*> lone;
+    for (PlacedTag& tag : tags_)
+      if (tag.seen && !is_supported(tag) && is_by_chance(tag, refuted)) lone.push_back(&tag);
+    for (PlacedTag* tag : lone) {
+      missing[tag->id] = {tag->id, WhyNot::alone, tag->seen};
+      tag->seen.reset();
+      std::erase_if(result.tags, [&](const FoundTag& found) { return found.id == tag->id; });
+    }
+  }
+
+  // The place is in the picture, and the tag is not there.
+  static bool is_refuted(WhyNot why) {
+    return why == WhyNot::no_contrast || why == WhyNot::no_border || why == WhyNot::other_bits;
+  }
+
+  bool is_supported(const PlacedTag& tag) const {
+    return std::ranges::any_of(tags_, [&](const PlacedTag& other) {
+      if (&other == &tag || !other.seen) return false;
+      const std::optional<Quad> there = predicted(tag, {&other}, 1);
+      return there && largest_distance(*there, *tag.seen) < kSupport * shortest_side(*tag.seen);
+    });
+  }
+
+  bool is_by_chance(const PlacedTag& tag, bool refuted) const {
+    const TagCells cells(family_, tag.id, surroundings_);
+    const int wrong_bits = read_tag(image_, *tag.seen, cells).wrong_bits;
+    if (tags_.size() == 1 && wrong_bits == 0) return false;
+    return chance(family_, num_ids_, wrong_bits) > (refuted ? kChanceRefuted : kChance);
+  }
+
   bool is_astray(const Quad& refined, const Quad& settled, const TagCells& cells) const {
     const double cell = shortest_side(settled) / cells.width_at_border();
-    return largest_distance(refined, settled) > kAstrayCells * cell &&
+    return largest_distance(refined, settled) > std::max(kAstrayCells * cell, kAstrayPx) &&
            likeness(image_, refined, cells) < likeness(image_, settled, cells) - kLessLike;
   }
 
@@ -232,6 +246,7 @@ class PanelCompletion {
   const Image8& image_;
   const TagFamily& family_;
   const CompletionRules& rules_;
+  std::size_t num_ids_;
   CellSurroundings surroundings_;
   std::vector<PlacedTag> tags_;
 };
@@ -254,6 +269,8 @@ std::string_view why_not_text(WhyNot why) {
       return "its bits do not answer where it should be";
     case WhyNot::no_edges:
       return "its edges cannot be fitted";
+    case WhyNot::alone:
+      return "read alone, and codes of so few bits are read by chance";
   }
   return "";
 }

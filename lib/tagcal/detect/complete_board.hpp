@@ -23,6 +23,7 @@ enum class WhyNot {
   no_border,     // no black border with white around it: hidden, or not there
   other_bits,    // something with a border, but not this tag
   no_edges,      // the tag is there, but its edges cannot be fitted: too blurred
+  alone,         // of a small family, whose codes are read by chance, and no other tag supports it
 };
 std::string_view why_not_text(WhyNot why);
 
@@ -50,7 +51,9 @@ struct CompletionRules {
 // Then every other tag is predicted by the homography of the tags nearest to it in its plane (so
 // that a strong lens does not matter), laid where the picture is most like its pattern, read, and
 // added where border, frame and bits answer; from it the next ones are predicted, until nothing is
-// added. Tags of other boards in `found` are ignored. `family` has the border of the board; ids
+// added. A tag that no other tag of its plane predicts is dropped where chance would show its code
+// too often: in small families, or with wrong bits. Tags of other boards in `found` are ignored.
+// `family` has the border of the board; ids
 // that it does not have are missing for their bits.
 Completion complete_board(const Image8& image, const Board& board, const TagFamily& family,
                           const std::vector<FoundTag>& found, const CompletionRules& rules);

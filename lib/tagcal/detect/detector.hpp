@@ -18,7 +18,7 @@ enum class Refinement {
 };
 
 struct DetectOptions {
-  int threads = 0;      // pictures worked on side by side; 0: one per core
+  int threads = 0;      // working side by side, on pictures or in a single one; 0: one per core
   int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
   Refinement refinement = Refinement::fit;
 };

@@ -8,7 +8,7 @@
 #include <map>
 #include <optional>
 
-#include "tagcal/detect/complete_board.hpp"
+#include "tagcal/detect/board_finder.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/quad.hpp"
@@ -145,38 +145,24 @@ class Explainer {
 
  private:
   void explain_board(const Board& board) {
-    FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares}, {});
-    std::map<int, std::vector<FoundTag>> by_id;
-    for (const FoundTag& tag : detector.find(image_)) by_id[tag.id].push_back(tag);
-    std::vector<FoundTag> single;
-    CompletionRules rules{
-        1, {}, [&](int id, const Quad& start) { return detector.refined(image_, id, start); }};
-    for (const auto& [id, tags] : by_id) {
-      if (tags.size() == 1)
-        single.push_back(tags[0]);
-      else
-        rules.left_out.insert(id);
-    }
-    const Completion completion =
-        complete_board(image_, board, tag_family(board.family, board.border_bits), single, rules);
-    report(board, completion, rules.left_out);
-    name_mistakes(board, completion, by_id.size());
+    BoardFinder finder({&board}, {}, 1);
+    const SeenBoards seen = finder.find(image_);
+    const Completion& completion = seen.completions.front();
+    report(completion, seen.repeated);
+    name_mistakes(board, completion, seen.strange.size());
   }
 
-  void report(const Board& board, const Completion& completion, const std::set<int>& repeated) {
+  void report(const Completion& completion, const std::set<int>& repeated) {
     for (const FoundTag& tag : completion.tags) result_.reported.push_back(tag.id);
     for (const MissingTag& tag : completion.missing)
       result_.not_reported.push_back({tag.id, std::string(why_not_text(tag.why))});
-    for (const Tag& tag : board.tags) {
-      if (repeated.contains(tag.id))
-        result_.not_reported.push_back({tag.id, "seen more than once"});
-    }
+    for (const int id : repeated) result_.not_reported.push_back({id, "seen more than once"});
   }
 
-  void name_mistakes(const Board& board, const Completion& completion, std::size_t of_kind) {
-    if (completion.tags.empty() && of_kind > 0) {
+  void name_mistakes(const Board& board, const Completion& completion, std::size_t strange) {
+    if (completion.tags.empty() && strange > 0) {
       result_.mistakes.push_back(
-          fmt::format("wrong ids: {} tags of {} are there, none of them is on the target", of_kind,
+          fmt::format("wrong ids: {} tags of {} are there, none of them is on the target", strange,
                       board.family));
     } else {
       name_wrong_kind(board, completion.tags.empty());

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <thread>
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/quad.hpp"
@@ -10,34 +12,13 @@
 namespace tagcal {
 namespace {
 
-constexpr double kSamePlace = 3;         // px
-constexpr double kMaxMove = 2;           // px, of a corner by its fit
-constexpr std::array kShrinks = {1, 2};  // px
+constexpr double kUnsureMargin = 6;  // px, from the edge of the picture
 
-// The brightest of each pixel's neighbours up to `radius` away: black shrinks by so much. The
-// corner squares of a Kalibr board, which touch the tags' corners, then no longer hang together
-// with them.
-Image8 brightest(const Image8& image, int radius) {
-  const auto width = image.width();
-  const auto height = image.height();
-  Image8 rows(image.size());
-  Image8 result(image.size());
-  for (int y = 0; y < height; ++y) {
-    const std::uint8_t* in = image.row(y);
-    for (int x = 0; x < width; ++x) {
-      rows(x, y) =
-          *std::max_element(in + std::max(0, x - radius), in + std::min(width, x + radius + 1));
-    }
-  }
-  for (int y = 0; y < height; ++y) {
-    std::uint8_t* out = result.row(y);
-    for (int i = std::max(0, y - radius); i <= std::min(height - 1, y + radius); ++i) {
-      const std::uint8_t* in = rows.row(i);
-      for (int x = 0; x < width; ++x) out[x] = std::max(out[x], in[x]);
-    }
-  }
-  return result;
-}
+constexpr double kMaxMove = 2;  // px, of a corner by its fit
+// Black shrinks by so many px before a look. The corner squares of a Kalibr board, which touch the
+// tags' corners, then no longer hang together with them.
+constexpr std::array kShrinks = {0, 1, 2};
+constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
 
 // The quad with every side moved outwards by `distance`.
 Quad grown(const Quad& quad, double distance) {
@@ -53,72 +34,136 @@ Quad grown(const Quad& quad, double distance) {
   return result;
 }
 
-// The same tag, seen in another pass, is kept once.
-void keep(const FoundTag& tag, std::vector<FoundTag>& found) {
-  for (FoundTag& other : found) {
-    if (other.id != tag.id || largest_distance(other.corners, tag.corners) > kSamePlace) continue;
-    if (!other.refined) other = tag;
-    return;
-  }
-  found.push_back(tag);
+// Two of one id that overlap so far are one tag.
+bool overlap(const Quad& a, const Quad& b) {
+  return (centre_of(a) - centre_of(b)).norm() < 0.5 * std::min(shortest_side(a), shortest_side(b));
 }
 
 }  // namespace
 
-FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options)
+bool is_whole(const FoundTag& tag, const ImageSize& size) {
+  return tag.fitted ? is_inside(tag.corners, size) : is_inside(tag.corners, size, kUnsureMargin);
+}
+
+FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
     : wanted_(wanted),
       family_(create_family(wanted.family, wanted.border_bits)),
-      detector_(apriltag_detector_create()),
       max_hamming_(std::clamp(options.max_hamming, 0, 2)),
+      threads_(threads),
       refinement_(options.refinement),
       patterns_of_(tag_family(wanted.family, wanted.border_bits)) {
-  apriltag_detector_add_family_bits(detector_.get(), family_.get(), max_hamming_);
-  detector_->nthreads = 1;
-  detector_->quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
-  detector_->refine_edges = true;
+  for (const int shrink : kShrinks) {
+    // Where black shrank, so did the corners: they are of use only if they are refined.
+    if (shrink > 0 && (!wanted.corner_squares || refinement_ == Refinement::stock)) break;
+    passes_.push_back({shrink, DetectorHandle(apriltag_detector_create())});
+    apriltag_detector_t& detector = *passes_.back().detector;
+    apriltag_detector_add_family_bits(&detector, family_.get(), max_hamming_);
+    detector.nthreads = 1;
+    detector.quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
+    detector.refine_edges = true;
+  }
 }
 
 std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
   std::vector<FoundTag> found;
-  num_quads_ = 0;
-  look(image, image, 0, found);
-  if (wanted_.corner_squares) {
-    for (const int radius : kShrinks) look(image, brightest(image, radius), radius, found);
-  }
+  find(image, {{0, 0, image.size()}, 0}, found);
   return found;
 }
 
-// Looks at a picture in which black has shrunk by `shrink` px.
-void FamilyDetector::look(const Image8& image, const Image8& shrunk, int shrink,
-                          std::vector<FoundTag>& found) {
-  // AprilTag does not write into the picture that it is given.
-  image_u8_t view = {shrunk.width(), shrunk.height(), shrunk.width(),
-                     const_cast<std::uint8_t*>(shrunk.row(0))};
-  const DetectionsHandle detections(apriltag_detector_detect(detector_.get(), &view));
-  num_quads_ = std::max(num_quads_, static_cast<int>(detector_->nquads));
-  for (int i = 0; i < zarray_size(detections.get()); ++i) {
-    apriltag_detection_t* detection = nullptr;
-    zarray_get(detections.get(), i, &detection);
-    if (detection->hamming > max_hamming_) continue;
-    if (const auto tag = named(*detection, image, shrink)) keep(*tag, found);
+void FamilyDetector::find(const Image8& image, const Search& search, std::vector<FoundTag>& found) {
+  const bool whole = search.box.size == image.size();
+  Image8 part;
+  if (!whole) part = part_of(image, search.box);
+  std::vector<Image8> halves;
+  for (int i = 0; i < search.halvings; ++i)
+    halves.push_back(halved(i > 0 ? halves.back() : whole ? image : part));
+  const Image8& searched = !halves.empty() ? halves.back() : whole ? image : part;
+  num_quads_ = 0;
+  if (std::min(searched.width(), searched.height()) < kMinImageSide) return;
+  const std::vector<std::vector<Sighting>> sightings = look(searched);
+  const Eigen::Vector2d offset(search.box.left, search.box.top);
+  for (std::size_t i = 0; i < passes_.size(); ++i) {
+    num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
+    for (const Sighting& seen : sightings[i]) {
+      Quad corners = unhalved(halves, seen.corners);
+      for (Eigen::Vector2d& corner : corners) corner += offset;
+      add(image, {seen.id, corners}, halves.empty() && passes_[i].shrink == 0, found);
+    }
   }
 }
 
-std::optional<FoundTag> FamilyDetector::named(const apriltag_detection_t& detection,
-                                              const Image8& image, int shrink) {
-  Quad start;
-  for (std::size_t i = 0; i < 4; ++i) {
-    // AprilTag's pixel centres are at 0.5.
-    start[i] = {detection.p[i][0] - 0.5, detection.p[i][1] - 0.5};
+// What each pass sees.
+std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
+    const Image8& searched) const {
+  std::vector<std::vector<Sighting>> sightings(passes_.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < passes_.size(); i = next++)
+      sightings[i] = look(searched, passes_[i], max_hamming_);
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 1; i < std::min(threads_, static_cast<int>(passes_.size())); ++i)
+    threads.emplace_back(work);
+  work();
+  threads.clear();  // waits for them
+  return sightings;
+}
+
+std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched, const Pass& pass,
+                                                           int max_hamming) {
+  Image8 shrunk;
+  if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
+  const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
+  // AprilTag does not write into the picture that it is given.
+  image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
+                     const_cast<std::uint8_t*>(looked_at.row(0))};
+  const DetectionsHandle detections(apriltag_detector_detect(pass.detector.get(), &view));
+  std::vector<Sighting> sightings;
+  for (int i = 0; i < zarray_size(detections.get()); ++i) {
+    apriltag_detection_t* detection = nullptr;
+    zarray_get(detections.get(), i, &detection);
+    if (detection->hamming > max_hamming) continue;
+    Sighting seen{detection->id, {}};
+    for (std::size_t c = 0; c < 4; ++c) {
+      // AprilTag's pixel centres are at 0.5.
+      seen.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+    }
+    if (!is_face(seen.corners)) continue;
+    if (pass.shrink > 0) seen.corners = grown(seen.corners, pass.shrink);
+    sightings.push_back(seen);
   }
-  if (!is_face(start)) return std::nullopt;
-  if (shrink > 0) start = grown(start, shrink);
-  if (!is_inside(start, image.size())) return std::nullopt;
-  FoundTag tag{detection.id, start, false};
-  if (refinement_ != Refinement::stock) tag = refined(image, tag.id, start).value_or(tag);
-  if (!tag.refined && shrink > 0) return std::nullopt;  // where black shrank, so did the corners
-  if (!is_face(tag.corners) || !is_inside(tag.corners, image.size())) return std::nullopt;
-  return tag;
+  return sightings;
+}
+
+// Corners seen in the last of the halves, in the picture that these were made from. They are made
+// finer on the way, so that they stay as near as the next fit needs them.
+Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners) const {
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  for (std::size_t i = halves.size(); i-- > 0;) {
+    corners = refine_edges(halves[i], corners, shape).value_or(corners);
+    for (Eigen::Vector2d& corner : corners) corner = 2 * corner + Eigen::Vector2d(0.5, 0.5);
+  }
+  return corners;
+}
+
+// The same tag, seen in another pass, is kept once. Corners that are not `exact` are nothing
+// without refinement.
+void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exact,
+                         std::vector<FoundTag>& found) {
+  const auto same = std::ranges::find_if(found, [&](const FoundTag& other) {
+    return other.id == sighting.id && overlap(other.corners, sighting.corners);
+  });
+  if (same != found.end() && (same->refined || refinement_ == Refinement::stock)) return;
+  if (!is_inside(sighting.corners, image.size())) return;
+  FoundTag tag{sighting.id, sighting.corners, false};
+  if (refinement_ != Refinement::stock) tag = refined(image, tag.id, tag.corners).value_or(tag);
+  if (!tag.refined && (!exact || same != found.end())) return;
+  if (!is_face(tag.corners) || !is_whole(tag, image.size())) return;
+  if (same != found.end()) {
+    *same = tag;
+  } else {
+    found.push_back(tag);
+  }
 }
 
 std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, const Quad& start) {
@@ -149,6 +194,7 @@ bool FamilyDetector::fit(FoundTag& tag, const Image8& image) {
     return false;
   tag.corners = fit.corners;
   tag.covariance_px2 = fit.covariance_px2;
+  tag.fitted = true;
   tag.refined = true;
   return true;
 }

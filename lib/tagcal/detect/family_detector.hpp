@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/apriltag_handles.hpp"
 #include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/image_filters.hpp"
 #include "tagcal/detect/refine_edges.hpp"
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/scene/image.hpp"
@@ -28,19 +29,34 @@ struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
-  std::optional<Eigen::Matrix<double, 8, 8>> covariance_px2 =
-      std::nullopt;  // of (x0, y0, x1, y1, ..)
+  bool fitted = false;  // as a whole: then the covariance of (x0, y0, x1, y1, ..) is known
+  Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
 };
 
-// AprilTag's detector for one family and border, for one thread.
+// Whether all of a tag lies in a picture. What is found along the edge of the picture and was not
+// fitted as a whole may be what is left of a tag that it cuts.
+bool is_whole(const FoundTag& tag, const ImageSize& size);
+
+// What is searched for tags: a part of a picture, halved so many times before.
+struct Search {
+  PixelBox box;
+  int halvings = 0;
+};
+
+// AprilTag's detector for one family and border. Not for several threads at once; it may use some
+// itself, which do not change the answer.
 class FamilyDetector {
  public:
-  FamilyDetector(const Wanted& wanted, const DetectOptions& options);
+  FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads = 1);
 
   const Wanted& wanted() const { return wanted_; }
 
   // All tags of the family whole in the picture, wanted or not, which must be 8x8 at least.
   std::vector<FoundTag> find(const Image8& image);
+
+  // Adds to `found` what a search shows beyond it. Of a halved picture only tags whose edges can
+  // be fitted in the picture itself are found.
+  void find(const Image8& image, const Search& search, std::vector<FoundTag>& found);
 
   // Four-sided black shapes in the last picture, tags or not.
   int num_quads() const { return num_quads_; }
@@ -50,17 +66,28 @@ class FamilyDetector {
   std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start);
 
  private:
-  void look(const Image8& image, const Image8& shrunk, int shrink, std::vector<FoundTag>& found);
-  std::optional<FoundTag> named(const apriltag_detection_t& detection, const Image8& image,
-                                int shrink);
+  struct Pass {
+    int shrink = 0;  // px, of black, before AprilTag looks
+    DetectorHandle detector;
+  };
+  struct Sighting {
+    int id = 0;
+    Quad corners;
+  };
+
+  static std::vector<Sighting> look(const Image8& searched, const Pass& pass, int max_hamming);
+  std::vector<std::vector<Sighting>> look(const Image8& searched) const;
+  void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const Image8& image);
+  Quad unhalved(const std::vector<Image8>& halves, Quad corners) const;
 
   Wanted wanted_;
   FamilyHandle family_;
-  DetectorHandle detector_;
   int max_hamming_;
+  int threads_;
   Refinement refinement_;
   TagFamily patterns_of_;
+  std::vector<Pass> passes_;
   std::map<int, TagPattern> patterns_;  // of tags seen before
   int num_quads_ = 0;
 };

@@ -14,12 +14,9 @@
 // Private to detect.
 namespace tagcal {
 
-// One a core where 0 are asked for, and no more than there are pictures.
-inline std::size_t num_workers(int threads, std::size_t num_pictures) {
-  const std::size_t asked = threads > 0
-                                ? static_cast<std::size_t>(threads)
-                                : std::max<std::size_t>(1, std::thread::hardware_concurrency());
-  return std::min(asked, std::max<std::size_t>(1, num_pictures));
+// One a core where 0 are asked for.
+inline int threads_of(int asked) {
+  return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 // Calls work(worker, i) for each picture i of [0, n) once, on as many threads as there are workers

@@ -6,8 +6,6 @@
 namespace tagcal {
 namespace {
 
-constexpr double kBorderMargin = 1.5;  // px
-
 // Whether every corner turns the same way: clockwise 1, counter-clockwise -1 as seen.
 bool turns(const Quad& quad, double way) {
   for (std::size_t i = 0; i < 4; ++i) {
@@ -20,11 +18,10 @@ bool turns(const Quad& quad, double way) {
 
 }  // namespace
 
-bool is_inside(const Quad& quad, const ImageSize& size) {
+bool is_inside(const Quad& quad, const ImageSize& size, double margin_px) {
   return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector2d& corner) {
-    return corner.minCoeff() >= -0.5 + kBorderMargin &&
-           corner.x() <= size.width - 0.5 - kBorderMargin &&
-           corner.y() <= size.height - 0.5 - kBorderMargin;
+    return corner.minCoeff() >= -0.5 + margin_px && corner.x() <= size.width - 0.5 - margin_px &&
+           corner.y() <= size.height - 0.5 - margin_px;
   });
 }
 

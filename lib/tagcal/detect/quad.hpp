@@ -7,7 +7,7 @@
 namespace tagcal {
 
 // Every corner away from the picture's edge: a tag nearer to it may be cut.
-bool is_inside(const Quad& quad, const ImageSize& size);
+bool is_inside(const Quad& quad, const ImageSize& size, double margin_px = 1.5);
 
 // Convex, and not mirrored: seen, the corners run counter-clockwise (the image's y points down).
 bool is_face(const Quad& quad);

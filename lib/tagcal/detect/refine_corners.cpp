@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -55,7 +56,8 @@ RefinedCorners refine_corners(const std::vector<ImageSource>& images,
   for (const ImageSource& image : images) by_name[image.name] = &image;
   std::vector<ViewRefinement> refined;
   for (const View& view : views) refined.push_back({view});
-  std::vector<int> workers(num_workers(threads, views.size()));
+  std::vector<int> workers(
+      std::clamp<std::size_t>(views.size(), 1, static_cast<std::size_t>(threads_of(threads))));
   for_each_picture(
       views.size(), workers,
       [&](int, std::size_t i) {

@@ -75,6 +75,8 @@ TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners
   fit.status = TagFitStatus::out_of_image;
   if (!is_inside(start, image.size())) return fit;
   fit = fit_tag(image, pattern, start, options);
+  // Symmetric to the last bit.
+  fit.covariance_px2 = (0.5 * (fit.covariance_px2 + fit.covariance_px2.transpose())).eval();
   if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size()))
     fit.status = TagFitStatus::out_of_image;
   return fit;

@@ -135,6 +135,26 @@ AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Len
   return result;
 }
 
+// Whether those that were left out agree on a pose of their own nearly as well: then neither is
+// more right than the other. (All tags turned by a quarter: each of the four corners of all tags
+// is the board in another place.)
+template <int N>
+bool has_rival(std::span<const Correspondence> correspondences, const Lens& lens,
+               const PoseOptions& options, const AgreeingFit<N>& result) {
+  constexpr double kNearly = 0.8;
+  const auto inliers = static_cast<double>(correspondences.size() - result.outliers.size());
+  const double share = kNearly * inliers / static_cast<double>(result.outliers.size());
+  if (!(share <= 1)) return false;
+  const PoseProblem rest(correspondences, options, result.outliers);
+  std::vector<int> groups;
+  if (!options.groups.empty())
+    for (const std::size_t i : result.outliers) groups.push_back(options.groups[i]);
+  const double sigma = result.fit->noise.sigma_px;
+  const auto rival =
+      find_view_consensus<N>({lens, rest.view(), groups, sigma, options.seed, share});
+  return rival && static_cast<double>(rival->inliers.size()) >= kNearly * inliers;
+}
+
 template <int N>
 AgreeingFit<N> search(std::span<const Correspondence> correspondences, const Lens& lens,
                       const PoseOptions& options) {
@@ -149,6 +169,9 @@ AgreeingFit<N> search(std::span<const Correspondence> correspondences, const Len
   AgreeingFit<N> result = settle<N>(correspondences, lens, options, consensus->inliers);
   if (!result.fit || agreement_of(*result.problem, lens, *result.fit) == Agreement::partly)
     return no_fit<N>(Status::no_consensus, reason);
+  if (has_rival<N>(correspondences, lens, options, result))
+    return no_fit<N>(Status::no_consensus,
+                     "two groups of points agree on different poses, and neither is larger");
   return result;
 }
 

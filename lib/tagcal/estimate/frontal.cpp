@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPlausible = 16;  // sigma^2 by which the facing plane may fit worse
+constexpr double kPlausible = 25;  // sigma^2 by which the facing plane may fit worse
 
 // How a plane is tilted: the axis of the turn that makes it face the line of sight, its sine, and
 // the normal and the line of sight, both towards the camera.
@@ -68,7 +68,8 @@ TurnedPose turned_pose(ViewSums& sums, const ViewState& from, const Vector3d& tu
 
 }  // namespace
 
-FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, double sigma_px) {
+FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, double sigma_px,
+                           bool both_minima) {
   FrontalPose result{solution.information, std::nullopt};
   const double variance = sigma_px * sigma_px;
   const Tilt tilted(solution.state);
@@ -84,8 +85,9 @@ FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, doub
   const TurnedPose facing = turned_pose(sums, solution.state, turn);
   const double facing_excess = (facing.cost - solution.cost) / variance;
   if (!(facing_excess <= kPlausible)) return result;
-  const TurnedPose mirrored = turned_pose(sums, solution.state, 2 * turn);
-  const double mirrored_excess = (mirrored.cost - solution.cost) / variance;
+  TurnedPose mirrored{solution.state, {}};
+  if (!both_minima) mirrored = turned_pose(sums, solution.state, 2 * turn);
+  const double mirrored_excess = (mirrored.cost - solution.cost) / variance;  // infinite: no matter
 
   // What the standard deviation of the tilt must span at least.
   const double a1 = 1 / (variance * variance_there);

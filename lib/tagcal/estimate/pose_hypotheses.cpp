@@ -28,11 +28,15 @@ Solutions<ViewSolution<N>, 4> honest(const PoseProblem& problem, const Lens& len
   Solutions<ViewSolution<N>, 4> poses = fit.poses;
   if constexpr (N == 6) {
     if (problem.spread().shape != PointShape::plane) return poses;
-    if (poses.size() > 1) return poses;  // two minima
+    const bool both_minima = poses.size() > 1;
     ViewSums sums(lens, problem.view());
-    const FrontalPose frontal = unless_frontal(sums, poses.front(), fit.noise.sigma_px);
-    poses[0].information = frontal.information;
-    if (frontal.mirrored) poses.push_back(*frontal.mirrored);
+    std::optional<ViewSolution<6>> mirrored;
+    for (ViewSolution<6>& pose : poses) {
+      FrontalPose frontal = unless_frontal(sums, pose, fit.noise.sigma_px, both_minima);
+      pose.information = frontal.information;
+      mirrored = frontal.mirrored;
+    }
+    if (mirrored && !both_minima) poses.push_back(*mirrored);
   }
   return poses;
 }

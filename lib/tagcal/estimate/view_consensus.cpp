@@ -22,7 +22,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kMissed = 1e-4;    // probability that a better consensus was missed
-constexpr double kByChance = 1e-3;  // probability that the consensus means nothing
+constexpr double kByChance = 1e-5;  // probability that the consensus means nothing
 constexpr int kMaxSamples = 50000;
 constexpr double kToleranceSigmas = 4;  // an inlier's residual length is longer once in 3,000
 
@@ -161,7 +161,7 @@ class Search {
   std::optional<ViewConsensus> run() {
     constexpr std::size_t kSampleSize = N == 6 ? 3 : 4;
     if (solver_.usable().size() < kSampleSize + 1) return std::nullopt;
-    int wanted = kMaxSamples, taken = 0;
+    int wanted = samples_for(robust_.least_share, kSampleSize), taken = 0;
     for (; taken < wanted; ++taken) {
       States states;
       if (taken % 2 == 0 && !groups_.empty())
@@ -226,6 +226,12 @@ class Search {
   int samples_needed(std::size_t sample_size) {
     const double n = static_cast<double>(solver_.usable().size());
     const double share = static_cast<double>(scorer_.within(*best_, 1).size()) / n;
+    return samples_for(std::max(share, robust_.least_share), sample_size);
+  }
+
+  // Until a consensus of that share has been missed no more than so rarely.
+  static int samples_for(double share, std::size_t sample_size) {
+    if (share <= 0) return kMaxSamples;
     const double good = std::pow(share, static_cast<double>(sample_size));
     if (good >= 1) return 1;
     // Twice as many: every other sample is of a group.
@@ -243,7 +249,7 @@ class Search {
   }
 
   // The number of false alarms (Moisan & Stival, IJCV 2004) of k of n within the tolerance.
-  bool by_chance(const ViewConsensus& consensus, std::size_t sample_size) const {
+  bool by_chance(const ViewConsensus& consensus, std::size_t sample_size) {
     const double image = spread_px(0) * spread_px(1);
     double area = std::numbers::pi * scorer_.tolerance_square();  // of a corner's tolerance
     if (!robust_.view.whitening.empty()) {
@@ -251,9 +257,14 @@ class Search {
       for (const Matrix2& w : robust_.view.whitening) mean += 1 / std::abs(w.determinant());
       area *= mean / static_cast<double>(robust_.view.size());
     }
-    const double share = std::min(1.0, area / image);
     const double n = static_cast<double>(robust_.view.size());
     const double k = static_cast<double>(consensus.inliers.size());
+    // Wrong corners that are nearly right (a target seen mirrored, a wrong lens) lie closer than
+    // that: as those around the tolerance do.
+    constexpr double kAround = 10;  // tolerances
+    const double around = static_cast<double>(scorer_.within(consensus.state, kAround).size()) - k;
+    const double share =
+        std::min(1.0, std::max(area / image, around / (n * (kAround * kAround - 1))));
     const double s = static_cast<double>(sample_size);
     if (k <= s) return true;
     const double log_choices =

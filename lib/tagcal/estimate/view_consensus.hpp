@@ -16,6 +16,7 @@ struct RobustView {
   std::span<const int> groups;  // equal numbers are right or wrong together; or empty
   double sigma_px = 1;          // noise per coordinate; whitened: 1
   std::uint64_t seed = 0;
+  double least_share = 0;  // of inliers that are worth the search
 };
 
 struct ViewConsensus {
@@ -30,7 +31,8 @@ struct ViewConsensus {
 // the closed form). It ends when a better consensus has been missed with a probability below 1e-4,
 // by the share of inliers. No value where the best one could have come about by chance: where among
 // all samples taken that many of n corners would agree, each by the share of the image that a
-// corner's tolerance covers, with a probability above 1e-3.
+// corner's tolerance covers (or the density of corners around it has), with a probability above
+// 1e-5.
 // N = 6: pose, 7: pose and focal length.
 template <int N>
 std::optional<ViewConsensus> find_view_consensus(const RobustView& view);

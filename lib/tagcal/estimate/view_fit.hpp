@@ -8,9 +8,10 @@
 
 namespace tagcal {
 
-// Two poses are told apart where their costs differ by more than this many sigma^2: that catches
-// 548 of 549 planar flips.
-inline constexpr double kAmbiguousCost = 9;
+// Two poses are told apart where their costs differ by more than this many sigma^2. Of two whose
+// pictures are d sigma apart the wrong one is better by T sigma^2 with the probability
+// Q((d^2 + T) / 2 d), at most Q(sqrt T): 3e-5. (With T = 9 it is 1.3e-3, and was measured as that.)
+inline constexpr double kAmbiguousCost = 16;
 
 // The least-squares poses of one view, in the plane's frame: the best first, then those within
 // kAmbiguousCost of it. N = 6: pose, 7: pose and focal length.

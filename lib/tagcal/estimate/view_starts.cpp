@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "tagcal/camera/parameter_index.hpp"
@@ -111,6 +112,22 @@ void consider_p3p(std::span<const Vector3d> points, std::span<const Vector3d> ra
   }
 }
 
+// Whether four points in a plane are far from a square: one of them nearly on the line of two
+// others, or within the triangle of the others. Noise then makes anything of their homography.
+bool is_poor_quadrangle(std::span<const Vector3d> points) {
+  constexpr double kPoor = 0.5;  // the smallest of the four triangles, of the largest; a square: 1
+  const std::array<std::size_t, 4> four = four_spread(points);
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0;
+  for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+    std::array<Vector3d, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = points[four[k < left_out ? k : k + 1]];
+    const double area = (p[1] - p[0]).cross(p[2] - p[0]).norm();
+    smallest = std::min(smallest, area);
+    largest = std::max(largest, area);
+  }
+  return !(smallest > kPoor * largest);
+}
+
 void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<7>& starts) {
   const std::array<std::size_t, 4> four = four_spread(chosen.points());
   std::array<Vector3d, 4> points;
@@ -165,7 +182,7 @@ ViewStarts<6> refined_on(ViewSums& some, const ViewStarts<6>& starts) {
 }
 
 // A plane whose homography does not tell (three corners on a line) is solved as points in space
-// are.
+// are, and of four or five points also one whose homography tells little.
 ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens) {
   ViewStarts<6> starts;
   for (const std::size_t limit : {kFew, problem.size()}) {
@@ -178,7 +195,7 @@ ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens) {
         if (const auto tilts = ippe_tilts(*h))
           for (const Eigen::Matrix3d& rotation : tilts->rotation)
             consider({rotation, tilts->translation}, some, starts);
-    if (starts.empty() && problem.size() <= kVeryFew)
+    if (problem.size() <= kVeryFew && (starts.empty() || is_poor_quadrangle(chosen.points())))
       consider_p3p(chosen.points(), chosen.rays(), 0, some, starts);
     if (starts.empty())
       for (const Pose& pose : pnp(chosen.points(), chosen.rays()))

@@ -5,7 +5,7 @@
 namespace tagcal {
 
 template <int N>
-using ViewStarts = Solutions<ViewStart<N>, 6>;
+using ViewStarts = Solutions<ViewStart<N>, 16>;  // four triples of points, four poses each
 
 // Where solve_view may begin: the closed forms that suit the shape of the points, those of lower
 // cost first. Of many points some are enough for that. Empty where none puts every point in the

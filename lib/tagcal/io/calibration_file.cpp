@@ -90,7 +90,7 @@ std::string projection_yaml(const Calibration& calibration) {
   return text;
 }
 
-double whole_model_error_px(const Calibration& c) {
+double camera_error_px(const Calibration& c) {
   double projection = 0;
   for (const ProjectionUncertainty& p : c.projection)
     if (std::isfinite(p.distance_m) || projection == 0) projection = p.region_px;
@@ -223,10 +223,10 @@ std::string calibration_yaml(const Calibration& calibration) {
   return "%YAML:1.0\n---\n" + camera_yaml(*calibration.camera, calibration.model) +
          fmt::format(
              "avg_reprojection_error: {}\nmodel: {}\nstatus: {}\nrms_px: {}\nsigma_px: {}\n"
-             "sigma_from_residuals: {}\nmodel_error_px: {}\n",
+             "sigma_from_residuals: {}\ncamera_error_px: {}\n",
              calibration.rms_px, text_yaml(calibration.model),
              text_yaml(status_name(calibration.status)), calibration.rms_px, calibration.sigma_px,
-             int{calibration.sigma_from_residuals}, whole_model_error_px(calibration)) +
+             int{calibration.sigma_from_residuals}, camera_error_px(calibration)) +
          uncertainty_yaml(calibration) + projection_yaml(calibration) +
          fmt::format("num_views: {}\nnum_corners: {}\nnum_outliers: {}\n", calibration.views.size(),
                      calibration.num_corners, calibration.outliers.size()) +
@@ -250,7 +250,7 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
                        {},
                        {}};
   read_uncertainty(top, read);
-  if (const auto error = top.find("model_error_px")) read.model_error_px = error->not_negative();
+  if (const auto error = top.find("camera_error_px")) read.camera_error_px = error->not_negative();
   if (const auto region = top.find("seen_region")) {
     const Eigen::MatrixXd corners = read_matrix(*region);
     if (corners.rows() < 3 || corners.cols() != 2)

@@ -19,7 +19,7 @@ struct CalibrationFile {
   // the error of lens and target that the residuals showed (all of the residuals, where corners had
   // no covariances of their own) and the projection's uncertainty. None where the file does not
   // say.
-  std::optional<double> model_error_px = std::nullopt;
+  std::optional<double> camera_error_px = std::nullopt;
 };
 
 // YAML that cv::FileStorage reads, with OpenCV's keys (image_width, image_height, camera_matrix,

@@ -146,10 +146,27 @@ Image8 scaled(const Image16& image, int white) {
   for (int y = 0; y < image.height(); ++y) {
     const std::uint16_t* in = image.row(y);
     std::transform(in, in + image.width(), result.row(y), [&](int value) {
-      return static_cast<std::uint8_t>((value * 255 + white / 2) / white);
+      return static_cast<std::uint8_t>(std::min(255, (value * 255 + white / 2) / white));
     });
   }
   return result;
+}
+
+// What becomes white of 16-bit values. Sensors of 10 to 14 bits store theirs unscaled, and nothing
+// says so: the brightest pixel counts; but where that is a lamp or a hot pixel in the dark, twice
+// the value that 999 of 1000 pixels keep below.
+int white_of(const Image16& image) {
+  std::vector<std::uint32_t> count(65536, 0);
+  for (const std::uint16_t value : image.pixels()) ++count[value];
+  int brightest = 0;
+  for (int value = 65535; value > 0 && brightest == 0; --value)
+    if (count[static_cast<std::size_t>(value)] > 0) brightest = value;
+  std::size_t above = 0;
+  int usual = brightest;
+  while (usual > 0 &&
+         (above += count[static_cast<std::size_t>(usual)]) <= image.pixels().size() / 1000)
+    --usual;
+  return std::clamp(2 * usual, 1, std::max(1, brightest));
 }
 
 Image8 decode(std::string_view bytes) {
@@ -168,13 +185,7 @@ Image8 decode(std::string_view bytes) {
   decoder->decode([&](int y, const std::uint16_t* row) {
     std::copy_n(row, static_cast<std::size_t>(size.width), image.row(y));
   });
-  // Sensors of 10 to 14 bits store their values in 16-bit files unscaled, and nothing says so: the
-  // brightest pixel becomes white.
-  const int white =
-      header.sixteen_bit
-          ? std::max<int>(1, *std::max_element(image.pixels().begin(), image.pixels().end()))
-          : header.white;
-  return scaled(image, white);
+  return scaled(image, header.sixteen_bit ? white_of(image) : header.white);
 }
 
 // Runs a reader and puts the file's name before what it complains about.

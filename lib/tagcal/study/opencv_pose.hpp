@@ -13,8 +13,8 @@ PoseMethod opencv_pose(const std::string& flag);
 // are enough for half of the points being wrong several times over.
 PoseMethod opencv_ransac(const std::string& name);
 
-// cv::calibrateCamera of one view, f free: the only way of OpenCV to a focal length from one view,
-// of planes only.
+// cv::calibrateCamera of one view, f free: the only way of OpenCV to a focal length from one view.
+// In space it takes six points and asks for a guess of f, which is the image's width.
 PoseMethod opencv_calibrate_camera();
 
 }  // namespace tagcal

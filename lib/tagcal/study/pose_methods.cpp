@@ -1,10 +1,12 @@
 #include "tagcal/study/pose_methods.hpp"
 
+#include <limits>
 #include <memory>
 
 #include "tagcal/estimate/minimal.hpp"
 #include "tagcal/estimate/n_point.hpp"
 #include "tagcal/estimate/planar.hpp"
+#include "tagcal/study/apriltag_pose.hpp"
 #include "tagcal/study/opencv_pose.hpp"
 
 namespace tagcal {
@@ -21,8 +23,9 @@ PoseAnswer answer_of(const Estimate& estimate) {
   answer.success = is_answer(estimate.status);
   if (!answer.success) return answer;
   answer.camera_from_target = estimate.camera_from_target();
-  if (estimate.hypotheses.size() > 1)
-    answer.alternative = estimate.hypotheses[1].camera_from_target;
+  for (std::size_t i = 1; i < estimate.hypotheses.size(); ++i)
+    answer.alternatives.push_back(
+        {estimate.hypotheses[i].camera_from_target, estimate.hypotheses[i].covariance});
   return answer;
 }
 
@@ -97,18 +100,30 @@ PoseAnswer first_of(const Solutions<Pose, N>& poses) {
   return poses.empty() ? PoseAnswer{} : found_pose(poses.front());
 }
 
+// In the plane of unit focal length.
+double squared_residuals(const Pose& pose, const SolverInput& input) {
+  double sum = 0;
+  for (std::size_t i = 0; i < input.points.size(); ++i)
+    sum += ((pose * input.points[i]).hnormalized() - input.rays[i].head<2>()).squaredNorm();
+  return sum;
+}
+
 PreparedPose prepare_ippe(const PoseTask& task) {
   struct State {
     SolverInput input;
-    Solutions<Pose, 2> poses;
+    std::optional<Pose> better;
   };
   auto state = std::make_shared<State>(State{SolverInput(task), {}});
   return {[state] {
-            state->poses.clear();
-            if (const auto h = homography(state->input.plane, state->input.rays))
-              state->poses = ippe(*h);
+            const SolverInput& input = state->input;
+            state->better.reset();
+            double least = std::numeric_limits<double>::infinity();
+            if (const auto h = homography(input.plane, input.rays))
+              for (const Pose& pose : ippe(*h))
+                if (const double squares = squared_residuals(pose, input); squares < least)
+                  least = squares, state->better = pose;
           },
-          [state] { return first_of(state->poses); }};
+          [state] { return state->better ? found_pose(*state->better) : PoseAnswer{}; }};
 }
 
 PreparedPose prepare_pnp(const PoseTask& task) {
@@ -160,33 +175,58 @@ PreparedPose prepare_p4pf(const PoseTask& task) {
 }  // namespace
 
 std::vector<PoseMethod> pose_methods(PoseJob job) {
-  const PoseMethod ours = {"tagcal estimate_pose", prepare_estimate_pose};
-  const PoseMethod ours_focal = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal};
-  const PoseMethod our_pnp = {"tagcal pnp", prepare_pnp};
-  const PoseMethod our_ippe = {"tagcal homography + ippe", prepare_ippe};
+  const PoseMethod ours = {
+      "tagcal estimate_pose", prepare_estimate_pose,
+      "sigma_px given; with covariance, status and the search for wrong corners"};
+  const PoseMethod ours_focal = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal,
+                                 "sigma_px given; with covariance, status and refusal"};
+  const PoseMethod our_pnp = {"tagcal pnp", prepare_pnp, "closed form, no refinement"};
+  const PoseMethod our_ippe = {"tagcal homography + ippe", prepare_ippe,
+                               "closed form, the pose of smaller residuals"};
   const PoseMethod iterative = opencv_pose("ITERATIVE"), sqpnp = opencv_pose("SQPNP");
   const PoseMethod epnp = opencv_pose("EPNP");
+  const PoseMethod p3p = opencv_pose("P3P"), ap3p = opencv_pose("AP3P");
+  const PoseMethod ransac = opencv_ransac("solvePnPRansac");
+  const PoseMethod usac = opencv_ransac("USAC (MSAC, inner LO)");
   switch (job) {
     case PoseJob::tag:
-      return {ours,      our_ippe, our_pnp, opencv_pose("IPPE_SQUARE"),
-              iterative, sqpnp,    epnp,    opencv_pose("AP3P")};
+      return {ours,
+              our_ippe,
+              our_pnp,
+              opencv_pose("IPPE_SQUARE"),
+              opencv_pose("IPPE"),
+              iterative,
+              sqpnp,
+              epnp,
+              p3p,
+              ap3p,
+              ransac,
+              usac,
+              apriltag_pose()};
     case PoseJob::plane:
-      return {ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp};
+      return {ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp, ransac, usac};
     case PoseJob::space:
-      return {ours, our_pnp, iterative, sqpnp, epnp};
+      return {ours, our_pnp, iterative, sqpnp, epnp, ransac, usac};
+    case PoseJob::four_space:
+      return {ours, our_pnp, sqpnp, epnp, p3p, ap3p, ransac, usac};
     case PoseJob::outliers:
       return {ours,
-              opencv_ransac("solvePnPRansac"),
+              ransac,
               opencv_ransac("solvePnPRansac AP3P"),
               opencv_ransac("solvePnPRansac SQPNP"),
-              opencv_ransac("USAC (MSAC, inner LO)"),
+              usac,
               opencv_ransac("USAC MAGSAC")};
     case PoseJob::plane_focal:
       return {ours_focal,
-              {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal},
+              {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal,
+               "closed form, no refinement"},
               opencv_calibrate_camera()};
+    case PoseJob::four_space_focal:
+      return {ours_focal,
+              {"tagcal p4pf", prepare_p4pf,
+               "minimal solver; of its solutions the nearest to the truth"}};
     case PoseJob::space_focal:
-      return {ours_focal, {"tagcal p4pf", prepare_p4pf}};
+      return {ours_focal, opencv_calibrate_camera()};
   }
   return {};
 }

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/study/method.hpp"
 
 namespace tagcal {
 
@@ -27,32 +26,30 @@ struct PoseAnswer {
   std::optional<Matrix6> covariance;
   std::optional<Matrix7> covariance_with_focal;
   std::optional<Status> status;
-  std::optional<Pose> alternative;
+  struct Alternative {
+    Pose camera_from_target;
+    Matrix6 covariance;
+  };
+  std::vector<Alternative> alternatives;  // the other poses that it names
 };
 
-// A task in the form that a method takes it: what is timed, and what came of the last time.
-struct PreparedPose {
-  std::function<void()> solve;
-  std::function<PoseAnswer()> answer;
-};
-
-struct PoseMethod {
-  std::string name;
-  std::function<PreparedPose(const PoseTask&)> prepare;
-};
+using PreparedPose = Prepared<PoseAnswer>;
+using PoseMethod = Method<PoseTask, PoseAnswer>;
 
 // What is to be solved, for which methods differ.
 enum class PoseJob {
-  tag,          // four corners of a square about its centre
-  plane,        // many points in a plane
-  space,        // many points in space
-  outliers,     // some of them wrong
-  plane_focal,  // pose and focal length, in a plane
-  space_focal,  // pose and focal length, four points in space
+  tag,               // four corners of a square about its centre
+  plane,             // many points in a plane
+  space,             // many points in space
+  four_space,        // four points in space
+  outliers,          // some of them wrong
+  plane_focal,       // pose and focal length, in a plane
+  four_space_focal,  // pose and focal length, four points in space
+  space_focal,       // many points in space
 };
 
-// Ours first, then the closed forms and minimal solvers of ours, then OpenCV's, each as its
-// documentation advises: double precision, no distortion, one thread (the caller's).
+// Ours first, then the closed forms and minimal solvers of ours, then OpenCV's and AprilTag's, each
+// as its documentation advises: double precision, no distortion, one thread (the caller's).
 std::vector<PoseMethod> pose_methods(PoseJob job);
 
 }  // namespace tagcal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 // mrcal's optimiser (libmrcal, where it is installed) on views of one regular grid of points.
@@ -18,10 +19,10 @@ struct MrcalProblem {
 // False: there was no libmrcal when this was built.
 bool has_mrcal();
 
-// The focal length of LENSMODEL_OPENCV5, without regularisation and without looking for outliers:
-// all at once, or in the stages of mrcal's own tool, which do not need a start as good (poses; then
-// the pinhole with them; then all).
+// fx fy cx cy k1 k2 p1 p2 k3 of LENSMODEL_OPENCV5, without regularisation and without looking for
+// outliers: all at once, or in the stages of mrcal's own tool, which do not need a start as good
+// (poses; then the pinhole with them; then all).
 enum class MrcalStages { one, three };
-double mrcal_focal(const MrcalProblem& problem, MrcalStages stages);
+std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem, MrcalStages stages);
 
 }  // namespace tagcal

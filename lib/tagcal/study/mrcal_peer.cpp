@@ -1,4 +1,4 @@
-#include "mrcal_peer.hpp"
+#include "tagcal/study/mrcal_peer.hpp"
 
 #ifdef TAGCAL_HAS_MRCAL
 extern "C" {
@@ -22,10 +22,10 @@ mrcal_point3_t point(const double* xyz) {
 
 bool has_mrcal() { return true; }
 
-double mrcal_focal(const MrcalProblem& problem, MrcalStages stages) {
+std::array<double, 9> mrcal_intrinsics(const MrcalProblem& problem, MrcalStages stages) {
   const int num_views = static_cast<int>(problem.poses.size() / 6);
-  double intrinsics[9] = {problem.focal_px, problem.focal_px, 0.5 * (problem.width - 1),
-                          0.5 * (problem.height - 1)};
+  std::array<double, 9> intrinsics = {problem.focal_px, problem.focal_px, 0.5 * (problem.width - 1),
+                                      0.5 * (problem.height - 1)};
   std::vector<mrcal_pose_t> poses(static_cast<std::size_t>(num_views));
   std::vector<mrcal_observation_board_t> views(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -46,23 +46,23 @@ double mrcal_focal(const MrcalProblem& problem, MrcalStages stages) {
     selections.do_optimize_intrinsics_core = core;
     selections.do_optimize_intrinsics_distortions = distortions;
     selections.do_optimize_frames = true;
-    mrcal_optimize(nullptr, 0, nullptr, 0, intrinsics, nullptr, poses.data(), nullptr, nullptr, 1,
-                   0, num_views, 0, 0, views.data(), nullptr, num_views, 0, pixels.data(), &lens,
-                   size, selections, &constants, problem.spacing_m, problem.grid_columns,
-                   problem.grid_rows, false, false);
+    mrcal_optimize(nullptr, 0, nullptr, 0, intrinsics.data(), nullptr, poses.data(), nullptr,
+                   nullptr, 1, 0, num_views, 0, 0, views.data(), nullptr, num_views, 0,
+                   pixels.data(), &lens, size, selections, &constants, problem.spacing_m,
+                   problem.grid_columns, problem.grid_rows, false, false);
   };
   if (stages == MrcalStages::three) {
     optimize(MRCAL_LENSMODEL_PINHOLE, false, false);
     optimize(MRCAL_LENSMODEL_PINHOLE, true, false);
   }
   optimize(MRCAL_LENSMODEL_OPENCV5, true, true);
-  return intrinsics[0];
+  return intrinsics;
 }
 
 #else
 
 bool has_mrcal() { return false; }
-double mrcal_focal(const MrcalProblem&, MrcalStages) { return 0; }
+std::array<double, 9> mrcal_intrinsics(const MrcalProblem&, MrcalStages) { return {}; }
 
 #endif
 

@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "arguments.hpp"
+#include "commands.hpp"
+#include "gnuplot.hpp"
+#include "machine.hpp"
+#include "output_folder.hpp"
+#include "progress.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/text_file.hpp"
+#include "tagcal/study/atlas_page.hpp"
+#include "tagcal/study/atlas_plot.hpp"
+#include "tagcal/study/chart.hpp"
+#include "tagcal/study/stability.hpp"
+#include "tagcal/study/stability_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<std::string> maps;
+  std::string out;
+  int trials = 0, threads = 1;
+  std::uint64_t seed = 1;
+  bool quick = false, list = false;
+};
+
+// Those that were named, in the order of the atlas; all where none was.
+std::vector<StabilityMap> chosen_maps(const std::vector<std::string>& names) {
+  const std::vector<StabilityMap> all = stability_maps();
+  std::vector<std::string> known;
+  for (const StabilityMap& map : all) known.push_back(map.name);
+  for (const std::string& name : names)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error(
+          fmt::format("stability: unknown map {}; known: {}", name, fmt::join(known, ", ")));
+  if (names.empty()) return all;
+  std::vector<StabilityMap> chosen;
+  for (const StabilityMap& map : all)
+    if (std::find(names.begin(), names.end(), map.name) != names.end()) chosen.push_back(map);
+  return chosen;
+}
+
+std::vector<std::string> origin_of(const Arguments& a) {
+  std::string command = "tagcal stability";
+  for (const std::string& name : a.maps) command += " " + name;
+  if (a.trials > 0) command += fmt::format(" --trials {}", a.trials);
+  if (a.quick) command += " --quick";
+  command += fmt::format(" --seed {}", a.seed);
+  return {command, "tagcal " TAGCAL_VERSION, peers_versions(), processor_name(), today()};
+}
+
+StabilityResult run_shown(const StabilityMap& map, const Arguments& a) {
+  const StabilityOptions options{a.seed, a.threads, a.quick, a.trials};
+  Progress progress("stability " + map.name, 1000);
+  return run_map(map, options, [&](int done, int total) {
+    progress.update(static_cast<int>(1000LL * done / total));
+  });
+}
+
+int run(const Arguments& a) {
+  std::vector<StabilityMap> maps = chosen_maps(a.maps);
+  if (a.list) {
+    for (const StabilityMap& map : maps) fmt::print("{:<20} {}\n", map.name, map.title);
+    return kAnswer;
+  }
+  if (a.out.empty()) throw Error("stability: needs --out DIR, or --list");
+  OutputFolder folder(a.out, OutputFolder::Taken::by_any_folder);
+  const std::vector<std::string> origin = origin_of(a);
+  const bool can_draw = has_gnuplot();
+  std::vector<AtlasSheet> sheets;
+  int misses = 0;
+  for (StabilityMap& map : maps) {
+    StabilityResult result = run_shown(map, a);
+    write_whole(folder.path() / (map.name + ".csv"), stability_csv(map, result));
+    if (can_draw)
+      draw_with_gnuplot(atlas_picture(map, result, origin), folder.path() / (map.name + ".png"));
+    sheets.push_back({std::move(map), std::move(result), can_draw});
+    misses += static_cast<int>(missing_marks(sheets.back().map, sheets.back().result).size());
+  }
+  write_whole(folder.path() / "atlas.md", atlas_page(sheets, origin));
+  folder.publish();
+  fmt::print("{}: {} maps, {} cells or maps of ours miss the marks; see atlas.md\n", a.out,
+             sheets.size(), misses);
+  if (!can_draw)
+    fmt::print(stderr,
+               "tagcal: warning: no gnuplot here: the tables and atlas.md are written, pictures "
+               "need it (Debian: gnuplot-nox)\n");
+  return kAnswer;
+}
+
+}  // namespace
+
+Command add_stability(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("stability", "maps of where methods fail, ours and other libraries'");
+  const auto a = std::make_shared<Arguments>();
+  command->add_option("MAP", a->maps, "names of maps (see --list); default: all")->option_text(" ");
+  command->add_option("--out", a->out, "folder for atlas.md and each map's .csv and .png")
+      ->option_text("DIR");
+  add_integer(*command, "--trials", a->trials, 1,
+              "trials of each cell; default: what the map takes");
+  command->add_option("--seed", a->seed, "of the problems; equal seeds, equal outcomes")
+      ->option_text("N");
+  add_integer(*command, "--threads", a->threads, 0,
+              "problems worked on side by side; 0: one per core; times are best with 1");
+  command->add_flag("--quick", a->quick, "few trials: all maps in about a minute");
+  command->add_flag("--list", a->list, "names and titles of the maps, and nothing else");
+  command->footer("Example: tagcal stability tag-tilt-distance --quick --out atlas");
+  return {command, [a] { return run(*a); }};
+}
+
+}  // namespace tagcal::tools
