@@ -3,7 +3,7 @@
 // on the same rendered pixels, beside the Cramer-Rao bound of each fitted model.
 //   corner_accuracy [tags per row, default 200] [row]
 // And of tags of all sizes anywhere in the picture of a lens, not known to the fit and known:
-//   corner_accuracy lens [tags per row, default 200]
+//   corner_accuracy lens [tags per row, default 200] [side, px] [lens, by its number]
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -196,9 +196,10 @@ class LensTally {
   std::vector<double> seconds_;
 };
 
-void run_lens(const NamedCamera& lens, int count) {
+void run_lens(const NamedCamera& lens, int count, double only_side) {
   const TagFamily family = tag_family("tag36h11", 1);
   for (const double side : {15., 20., 30., 40., 60., 100., 160., 250.}) {
+    if (only_side > 0 && side != only_side) continue;
     Random random(77);
     LensTally unknown, known;
     for (int i = 0; i < count; ++i) {
@@ -223,8 +224,12 @@ void run_lens(const NamedCamera& lens, int count) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "lens") {
-    for (const NamedCamera& lens : lens_cameras())
-      run_lens(lens, argc > 2 ? std::atoi(argv[2]) : 200);
+    const std::vector<NamedCamera> lenses = lens_cameras();
+    const int only_lens = argc > 4 ? std::atoi(argv[4]) : -1;
+    for (int i = 0; i < static_cast<int>(lenses.size()); ++i)
+      if (only_lens < 0 || i == only_lens)
+        run_lens(lenses[static_cast<std::size_t>(i)], argc > 2 ? std::atoi(argv[2]) : 200,
+                 argc > 3 ? std::atof(argv[3]) : 0);
     return 0;
   }
   const int count = argc > 1 ? std::atoi(argv[1]) : 200;

@@ -29,7 +29,7 @@ constexpr double kSecondOrder = 0.25;     // squared, of a step's residue over i
 constexpr double kNearPx = 0.15;          // of a corner, after which all rows are looked at
 constexpr double kHeld = 1e18;            // the prior's weight of what is held at zero
 constexpr double kPlaneSd = 0.15;         // of the start's homography, over a region
-constexpr double kWindowsPx[] = {9, 18};  // about one corner, that are looked at before the whole
+constexpr double kWindowsPx[] = {9, 18, 32};  // about one corner, that are looked at before the whole
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
 constexpr int kMaxComing = 4;         // iterations on few rows
@@ -212,8 +212,11 @@ bool TagFitter::come_near() {
     prior_.segment<2>(kM3).setConstant(kHeld);
     for (const double window : kWindowsPx) {
       window_px_ = window;
-      collect();
-      if (num_pixels_ < kMinPixels || !step()) return false;
+      for (int i = 0; i < 3; ++i) {
+        collect();
+        if (num_pixels_ < kMinPixels || !step()) return false;
+        if (move_px_ < kNearPx) break;
+      }
     }
     window_px_ = 0;
     num_bends_ = num_bends;
