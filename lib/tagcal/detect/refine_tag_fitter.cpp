@@ -17,19 +17,20 @@ using namespace tag_parameter;
 
 constexpr double kMinSpread = 0.3;  // a little more than the square's own
 constexpr double kMaxSpread = 6;
-constexpr double kMaxLogStep = 0.4;       // of the spread in one iteration
-constexpr double kMaxStepPx = 0.7;        // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
-constexpr double kSmallStep = 0.03;       // squared, in standard deviations
-constexpr double kMinContrast = 8;        // grey levels
-constexpr double kMaxNoiseShare = 0.15;   // of the contrast, in what the model leaves over
-constexpr double kMaxSdPx = 0.5;          // of a corner
-constexpr double kLeastGain = 3e-4;       // squared, of a step's size over that of the one before
-constexpr double kSecondOrder = 0.25;     // squared, of a step's residue over its square in spreads
-constexpr double kNearPx = 0.15;          // of a corner, after which all rows are looked at
-constexpr double kHeld = 1e18;            // the prior's weight of what is held at zero
-constexpr double kPlaneSd = 0.15;         // of the start's homography, over a region
-constexpr double kWindowsPx[] = {9, 18, 32};  // about one corner, that are looked at before the whole
+constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
+constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
+constexpr double kRoundingPx = 1e-5;     // no corner needs a smaller step
+constexpr double kSmallStep = 0.03;      // squared, in standard deviations
+constexpr double kMinContrast = 8;       // grey levels
+constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
+constexpr double kMaxSdPx = 0.5;         // of a corner
+constexpr double kLeastGain = 3e-4;      // squared, of a step's size over that of the one before
+constexpr double kSecondOrder = 0.25;    // squared, of a step's residue over its square in spreads
+constexpr double kNearPx = 0.15;         // of a corner, after which all rows are looked at
+constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
+constexpr double kPlaneSd = 0.15;        // of the start's homography, over a region
+constexpr double kWindowsPx[] = {9, 18,
+                                 32};  // about one corner, that are looked at before the whole
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
 constexpr int kMaxComing = 4;         // iterations on few rows

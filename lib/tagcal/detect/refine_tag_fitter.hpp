@@ -10,12 +10,13 @@
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/detect/refine_tag_lens.hpp"
 #include "tagcal/detect/refine_tag_model.hpp"
-#include "tagcal/detect/refine_tag_moments.hpp"
 #include "tagcal/detect/refine_tag_region.hpp"
 
 // Private to detect: the least squares behind refine_tag().
 namespace tagcal {
 
+using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
+using TagProducts = Eigen::Matrix<double, kTagColumns, kTagColumns, Eigen::RowMajor>;
 using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
 
 constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
@@ -84,7 +85,7 @@ class TagFitter {
   PixelSpan in_window(int row) const;
   void collect();
   void collect_row(int row);
-  void add_graded(const TagRow& row, int c, float level);
+  void add_block();
   void add_flat(bool white);
   // From few rows, to a start of what follows; from all. False where the answer is no number, or
   // there is none.
@@ -111,9 +112,9 @@ class TagFitter {
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
 
-  // Of the present parameters: a row's graded pixels, sums over all.
-  GradedRow graded_;
-  TagMoments moments_;
+  // Of the present parameters: pixels that know of the geometry, some at a time; sums over all.
+  TagBlock block_{};
+  TagProducts products_;
   TagInformation information_;
   TagParameters gradient_;
   TagParameters prior_ = TagParameters::Zero();  // weights

@@ -4,12 +4,12 @@
 
 namespace tagcal {
 
-constinit const TagKernels kPortableTagKernels = {profile_line, gram<4>};
+constinit const TagKernels kPortableTagKernels = {locate, evaluate, add_products};
 
 const TagKernels& fastest_tag_kernels() {
   static const TagKernels* const kernels = [] {
 #if defined(__x86_64__)
-    if (kAvx2TagKernels.gram && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    if (kAvx2TagKernels.locate && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
       return &kAvx2TagKernels;
 #endif
     return &kPortableTagKernels;

@@ -8,7 +8,7 @@
 
 namespace tagcal {
 
-constinit const TagKernels kAvx2TagKernels = {profile_line, gram<8>};
+constinit const TagKernels kAvx2TagKernels = {locate, evaluate, add_products};
 
 }  // namespace tagcal
 

@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "tagcal/detect/refine_tag.hpp"
-#include "tagcal/detect/refine_tag_axis.hpp"
+#include "tagcal/detect/refine_tag_kernels.hpp"
+#include "tagcal/detect/refine_tag_lens.hpp"
 
 // Private to detect: the model that refine_tag() fits.
 namespace tagcal {
@@ -39,19 +41,6 @@ inline BendBasis bend_basis(double x, double y) {
   return basis;
 }
 
-// What the model says of a pixel: its share of white, and that by the bent place. Then the lines'
-// distances in spreads times white by them, with the products of their normals: a change A of the
-// places about the pixel changes the distances by so much less, as lines keep theirs in px; the
-// negative trace is white by the log of the spread.
-struct TagPixel {
-  float white = 0;
-  float by_x = 0;
-  float by_y = 0;
-  float about_xx = 0;
-  float about_xy = 0;
-  float about_yy = 0;
-};
-
 // A row of pixels, in the units of the parameters: pixel c at (left + c step, y).
 struct TagRow {
   double left = 0;
@@ -75,53 +64,39 @@ class TagModel {
   const TagParameters& parameters() const { return parameters_; }
   double spread() const { return spread_; }
 
-  // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from the unknown.
+  // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from what lies
+  // beyond the outermost lines, which is not known.
   void set_row(const TagRow& row, double reach, int& begin, int& end);
-  RowPlaces places() const;  // of the row, bent
 
   // What reaches pixel c of the row.
   enum class Seen { black, white, both, unknown };
   Seen seen(int c) const;
-  TagPixel evaluate(int c) const;
+
+  // Pixels of any rows at once: empties a block, appends pixel c of the row, and says share of
+  // white and derivatives of all.
+  void start(TagBlock& block, bool is_bent, bool is_stretched) const;
+  void add(TagBlock& block, int c, float level) const;
+  void evaluate(TagBlock& block) const;
 
  private:
-  // Of the series for the integral over a quadrant: by powers of the correlation.
-  static constexpr int kMaxTerms = 16;
-  struct Junction {
-    float contrast = 0;  // mixed difference of the four cells
-    int num_terms = 0;
-    std::array<float, kMaxTerms> term{};
-  };
-  // The lines of one direction that are felt at a pixel, and white by their distances.
-  struct Felt {
-    int first = 0;
-    int count = 0;
-    std::array<float, kMaxTagLines> distance, density, slope, by_distance;
-    std::array<float, kMaxTagLines + 1> weight;  // of the cells between
-  };
-
-  void set_axis(TagAxis& axis, int row_of_m);
-  void set_junctions();
-  void feel(const TagAxis& axis, int c, Felt& felt) const;
-  float blend(Felt& columns, Felt& rows) const;
-  float junctions(Felt& columns, Felt& rows) const;
-  void differentiate(const TagAxis& axis, int c, const Felt& felt, TagPixel& pixel) const;
+  void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
+  void set_num_terms();
   void bend_row(int begin, int end);
 
   double scale_;
-  int num_columns_;  // of cells
-  int num_rows_;
-  std::vector<std::uint32_t> cells_;    // per row of cells, bit i: cell i is white
-  std::vector<std::uint32_t> unknown_;  // likewise
-  std::vector<float> whites_;           // 1 where a cell is white, row by row
-  TagAxis columns_;
-  TagAxis rows_;
-  std::vector<Junction> junctions_;
+  std::vector<double> column_lines_, row_lines_;  // on the tag
+  // Per row of cells, bit i: cell i is white; unknown. Then rows of zeros.
+  std::array<std::uint32_t, 2 * kMaxTagLines> cells_{}, unknown_{};
   TagParameters parameters_;
   double spread_ = 1;
+  TagTable table_{};
   TagRow row_;
-  std::vector<float> bent_x_, bent_y_;  // of the row's pixels
-  double bulge_ = 0;
+  struct Felt {
+    std::vector<std::int32_t> first, last;
+  };
+  Felt columns_, rows_;                 // of the row's pixels
+  std::vector<std::int32_t> is_known_;  // likewise
+  std::vector<float> bent_x_, bent_y_;  // likewise
 };
 
 }  // namespace tagcal

@@ -7,20 +7,39 @@ namespace tagcal {
 
 using namespace tag_parameter;
 
+constexpr double kUnknownReach = 3;  // spreads beyond which the unknown is not felt: 0.14 % of it
+
 // Sums over the pixels at the model's parameters.
 void TagFitter::collect() {
   num_pixels_ = 0;
   for (FlatSums& sums : flat_) sums = {};
-  moments_.start(places_           ? TagMoments::Kind::placed
-                 : num_bends_ == 0 ? TagMoments::Kind::straight
-                                   : TagMoments::Kind::bent);
-  graded_.reserve(patch_.width);
+  products_.setZero();
+  model_.start(block_, num_bends_ > 0, places_.has_value());
   for (int row = 0; row < patch_.height; row += row_step_) collect_row(row);
-  const TagMoments::Result result = moments_.result(model_.parameters());
-  information_ = result.information;
-  gradient_ = result.gradient;
-  squares_ = result.squares;
+  add_block();
+  const auto lower = products_.triangularView<Eigen::Lower>();
+  const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
+  constexpr int kRest = kTagResidual + 1;
+  information_.setIdentity();  // of bends that are held at zero
+  information_.topLeftCorner<kBend, kBend>() = sums.topLeftCorner<kBend, kBend>();
+  gradient_.setZero();
+  gradient_.head<kBend>() = sums.col(kTagResidual).head<kBend>();
+  if (num_bends_ > 0) {
+    information_.bottomRightCorner<kNumBends, kNumBends>() =
+        sums.block<kNumBends, kNumBends>(kRest, kRest);
+    information_.topRightCorner<kBend, kNumBends>() = sums.block<kBend, kNumBends>(0, kRest);
+    information_.bottomLeftCorner<kNumBends, kBend>() = sums.block<kNumBends, kBend>(kRest, 0);
+    gradient_.tail<kNumBends>() = sums.col(kTagResidual).segment<kNumBends>(kRest);
+  }
+  squares_ = sums(kTagResidual, kTagResidual);
   for (const bool white : {false, true}) add_flat(white);
+}
+
+void TagFitter::add_block() {
+  if (block_.size == 0) return;
+  model_.evaluate(block_);
+  fastest_tag_kernels().add_products(block_, products_.data());
+  block_.size = block_.num_felt = 0;
 }
 
 PixelSpan TagFitter::in_window(int row) const {
@@ -38,35 +57,20 @@ void TagFitter::collect_row(int row) {
   PixelSpan& span = spans_[static_cast<std::size_t>(row)];
   if (!are_spans_fixed_) span = in_window(row);
   int begin = span.begin, end = span.end;
-  model_.set_row(place, are_spans_fixed_ ? 0.5 * TagAxis::kUnknownReach : TagAxis::kUnknownReach,
-                 begin, end);
+  model_.set_row(place, are_spans_fixed_ ? 0.5 * kUnknownReach : kUnknownReach, begin, end);
   span = {begin, std::max(begin, end)};
-  graded_.y = place.y;
-  graded_.size = 0;
   for (int c = begin; c < end; ++c) {
     const TagModel::Seen seen = model_.seen(c);
     if (seen == TagModel::Seen::unknown) continue;
     ++num_pixels_;
-    if (seen == TagModel::Seen::both)
-      add_graded(place, c, patch_.at(c, row));
-    else
+    if (seen == TagModel::Seen::both) {
+      model_.add(block_, c, patch_.at(c, row));
+      if (block_.size == kTagBlock) add_block();
+    } else {
       flat_[seen == TagModel::Seen::white ? 1 : 0].add(place.left + c * place.step, place.y,
                                                        patch_.at(c, row));
+    }
   }
-  graded_.end();
-  moments_.add(graded_);
-}
-
-void TagFitter::add_graded(const TagRow& row, int c, float level) {
-  const TagParameters& p = model_.parameters();
-  const TagPixel pixel = model_.evaluate(c);
-  const double x = row.left + c * row.step;
-  const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * row.y;
-  const auto k = static_cast<std::size_t>(graded_.size);
-  graded_.add(x, gain, pixel, level - static_cast<float>(p[kBlack] + gain * pixel.white));
-  if (!places_) return;
-  graded_.place_x[k] = row.straight.x[c];
-  graded_.place_y[k] = row.straight.y[c];
 }
 
 // Pixels of one colour know of the grey levels only.
