@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace tagcal {
@@ -21,6 +22,7 @@ constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
 constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
 constexpr double kRoundingPx = 1e-5;     // no corner needs a smaller step
 constexpr double kSmallStep = 0.03;      // squared, in standard deviations
+constexpr double kAtRest = 1;            // likewise, of one step of a corner
 constexpr double kMinContrast = 8;       // grey levels
 constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;         // of a corner
@@ -28,9 +30,13 @@ constexpr double kLeastGain = 3e-4;      // squared, of a step's size over that 
 constexpr double kSecondOrder = 0.25;    // squared, of a step's residue over its square in spreads
 constexpr double kNearPx = 0.15;         // of a corner, after which all rows are looked at
 constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
-constexpr double kPlaneSd = 0.15;        // of the start's homography, over a region
+constexpr double kPlaceSd = 0.15;        // of the start's homography, over a region: of places, ..
+constexpr double kScaleSd = 0.05;        // .. of scales and turns, ..
+constexpr double kPerspectiveSd = 0.03;  // .. of what changes these
 constexpr double kWindowsPx[] = {9, 18,
                                  32};  // about one corner, that are looked at before the whole
+constexpr int kMaxInWindow = 3;        // iterations in one of them
+constexpr double kMaxGrowth = 1.7;     // of the variance, from the largest window to the region
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
 constexpr int kMaxComing = 4;         // iterations on few rows
@@ -71,13 +77,15 @@ bool TagFitter::step() {
                                       std::pow(change[kGain] / model_.parameters()[kGain], 2));
   left_over_ = std::max(bent, kLeastGain) * size;
   if (move_px_ < kRoundingPx) left_over_ = 0;
-  if (region_.corner && row_step_ == 1 && iterations_ > 1) {
-    // What else a few lines leave open may wander.
+  if (region_.corner && row_step_ == 1) {
+    // What else a few lines leave open may wander, once the corner rests.
     const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
     const auto by_corner = by.middleRows<2>(at);
     const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
     const Vector2d of_corner = moves.segment<2>(at);
-    left_over_ = std::min(left_over_, of_corner.dot(covariance.inverse() * of_corner));
+    const double corner_size = of_corner.dot(covariance.inverse() * of_corner);
+    left_over_ = corner_size_ < kAtRest ? corner_size : size;
+    corner_size_ = corner_size;
   }
   const double move = move_px_;
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
@@ -194,7 +202,9 @@ double TagFitter::third_order_px() const {
 void TagFitter::set_prior(const TagParameters& start) {
   // About one corner, the lines that are seen may say nothing of a scale or of the perspective.
   prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
-  prior_.head<kLogSpread>().setConstant(1 / (kPlaneSd * kPlaneSd));
+  const double far = 1 / (kPlaceSd * kPlaceSd), sides = 1 / (kScaleSd * kScaleSd);
+  const double perspective = 1 / (kPerspectiveSd * kPerspectiveSd);
+  prior_.head<kLogSpread>() << sides, sides, far, sides, sides, far, perspective, perspective;
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
   num_bends_ = bend_sd > 0 && twist_sd > 0 && !view_ ? kNumBends : 0;
@@ -204,25 +214,30 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
 }
 
-// Steps on few rows, down from a corner's window to all that is seen.
-bool TagFitter::come_near() {
-  if (region_.corner) {
-    // Nothing is seen of bends and of the perspective.
-    const int num_bends = std::exchange(num_bends_, 0);
-    const TagParameters prior = prior_;
-    prior_.segment<2>(kM3).setConstant(kHeld);
-    for (const double window : kWindowsPx) {
-      window_px_ = window;
-      for (int i = 0; i < 3; ++i) {
-        collect();
-        if (num_pixels_ < kMinPixels || !step()) return false;
-        if (move_px_ < kNearPx) break;
-      }
+// About one corner, from its nearest surroundings outwards.
+bool TagFitter::open_windows() {
+  // Nothing is seen of bends and of the perspective.
+  const int num_bends = std::exchange(num_bends_, 0);
+  const TagParameters prior = prior_;
+  prior_.segment<2>(kM3).setConstant(kHeld);
+  for (const double window : kWindowsPx) {
+    window_px_ = window;
+    for (int i = 0; i < kMaxInWindow; ++i) {
+      collect();
+      if (num_pixels_ < kMinPixels || !step()) return false;
+      if (move_px_ < kNearPx) break;
     }
-    window_px_ = 0;
-    num_bends_ = num_bends;
-    prior_ = prior;
   }
+  num_bends_ = num_bends;
+  prior_ = prior;
+  in_window_ = model_.parameters();
+  window_variance_ = variance_;
+  window_px_ = 0;
+  return true;
+}
+
+// Steps on few rows.
+bool TagFitter::come_near() {
   // What few rows about one corner leave open wanders.
   row_step_ = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
   if (row_step_ == 1) return true;
@@ -248,15 +263,8 @@ bool TagFitter::is_bent_beyond_whole() const {
   return third_order_px() > kThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
-TagFit TagFitter::fit() {
-  TagParameters parameters;
-  if (!start_parameters(parameters)) return {};
-  set_prior(parameters);
-  model_.set(parameters);
-  if (!come_near()) return {};
+TagFit TagFitter::iterate() {
   TagFit fit;
-  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = pixel(corner(i)).value_or(start_[i]);
-  if (is_for_parts_) return fit;
   for (int k = 1; k <= options_.max_iterations; ++k) {
     // From the third on, so that no pixel comes and goes with every step.
     are_spans_fixed_ = k > kFreeIterations;
@@ -265,13 +273,34 @@ TagFit TagFitter::fit() {
       fit.status = TagFitStatus::too_small;
       return fit;
     }
-    if (!step()) return {};
+    if (!step()) return fit;
     ++iterations_;
     if (left_over_ < kSmallStep) break;
   }
-  fit = result();
+  return result();
+}
+
+TagFit TagFitter::fit() {
+  TagParameters parameters;
+  if (!start_parameters(parameters)) return {};
+  set_prior(parameters);
+  model_.set(parameters);
+  if ((region_.corner && !open_windows()) || !come_near()) return {};
+  TagFit fit;
+  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  if (is_for_parts_) return fit;
+  fit = iterate();
+  // What is farther from the corner was taken for something else: without it.
+  if (region_.corner && !is_like_window()) {
+    model_.set(in_window_);
+    window_px_ = kWindowsPx[std::size(kWindowsPx) - 1];
+    fit = iterate();
+    if (!is_like_window()) return {};
+  }
   is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
   return fit;
 }
+
+bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }
 
 }  // namespace tagcal

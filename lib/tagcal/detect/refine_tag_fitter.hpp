@@ -87,9 +87,11 @@ class TagFitter {
   void collect_row(int row);
   void add_block();
   void add_flat(bool white);
-  // From few rows, to a start of what follows; from all. False where the answer is no number, or
-  // there is none.
+  // To a start of what follows. False where the answer is no number, or there is none.
+  bool open_windows();
   bool come_near();
+  TagFit iterate();
+  bool is_like_window() const;
   bool step();
   bool is_bent_beyond_whole() const;
   double third_order_px() const;
@@ -124,12 +126,15 @@ class TagFitter {
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
-  double window_px_ = 0;  // about the region's corner, that is looked at; 0: all
+  double window_px_ = 0;     // about the region's corner, that is looked at; 0: all
+  TagParameters in_window_;  // the largest of them
+  double window_variance_ = 1;
   int row_step_ = 1;
   int num_bends_ = tag_parameter::kNumBends;  // that are free
   int num_pixels_ = 0;
-  double move_px_ = 0;    // of the last step, of a corner
-  double left_over_ = 0;  // what is left after it, squared, in standard deviations
+  double move_px_ = 0;        // of the last step, of a corner
+  double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
+  double left_over_ = 0;      // what is left after it, squared, in standard deviations
   bool is_for_parts_ = false;
   int iterations_ = 0;
 };

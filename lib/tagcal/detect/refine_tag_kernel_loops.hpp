@@ -110,6 +110,7 @@ inline LinePack load_lines(const TagLine* lines, const std::int32_t* first) {
 struct FeltLine {
   LinePack line;
   Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance;
+  Pack near;  // the distance, but no larger than what polynomials in it can bear
 };
 
 // Normal integral (Abramowitz & Stegun 7.1.26) and density, each to 3e-6, without branches.
@@ -117,6 +118,7 @@ inline void set_profile(FeltLine& felt, Pack box) {
   const Pack z = felt.distance, size = magnitude(z);
   const Pack twelve = all(12.0F);
   const Pack a = chosen(size < twelve, size, twelve);
+  felt.near = chosen(z < 0.0F, -a, a);
   const Pack e = exp_minus(0.5F * a * a);
   const Pack t = 1.0F / (1.0F + 0.231641888F * a);
   const Pack tail =
@@ -184,7 +186,7 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
 // sum over n >= 0 of rho^(n+1) / (n+1)! He_n(h) He_n(k) times both densities (Pearson 1901).
 inline Pack junction(int num_terms, Pack contrast, FeltLine& column, FeltLine& row) {
   const Pack rho = column.normal_x * row.normal_x + column.normal_y * row.normal_y;
-  const Pack h = column.distance, k = row.distance;
+  const Pack h = column.near, k = row.near;
   Pack of_h = all(1.0F), next_of_h = h, of_k = of_h, next_of_k = k;
   Pack term = rho, sum = {}, by_h = {}, by_k = {};
   for (int n = 1; n <= num_terms; ++n) {
