@@ -209,7 +209,7 @@ void run_lens(const NamedCamera& lens, int count, double only_side) {
       Corners start = view.corners;
       for (Eigen::Vector2d& corner : start)
         corner += Eigen::Vector2d(random.uniform(-.3, .3), random.uniform(-.3, .3));
-      unknown.add(view, pattern, start, {});
+      TagFitOptions uo; if(getenv("B2")) uo.bend_sd_per_px*=atof(getenv("B2")); if(getenv("B3")) uo.twist_sd_per_px2*=atof(getenv("B3")); unknown.add(view, pattern, start, uo);
       TagFitOptions options;
       options.camera = &view.camera;
       known.add(view, pattern, start, options);

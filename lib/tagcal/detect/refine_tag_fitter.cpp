@@ -18,11 +18,14 @@ using namespace tag_parameter;
 
 constexpr double kMinSpread = 0.3;  // a little more than the square's own
 constexpr double kMaxSpread = 6;
-constexpr double kMaxLogStep = 0.4;      // of the spread in one iteration
-constexpr double kMaxStepPx = 0.7;       // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;     // no corner needs a smaller step
-constexpr double kSmallStep = 0.03;      // squared, in standard deviations
-constexpr double kAtRest = 1;            // likewise, of one step of a corner
+constexpr double kMaxLogStep = 0.4;    // of the spread in one iteration
+constexpr double kMaxStepPx = 0.7;     // of a corner in one iteration
+constexpr double kRoundingPx = 1e-5;   // no corner needs a smaller step
+constexpr double kSmallStep = 0.03;    // squared, in standard deviations
+constexpr double kAtRest = 1;          // likewise, of one step of a corner
+constexpr double kMaxSecondOrder = 2;  // squared, in sds of belief, of all bends of an order ..
+constexpr double kMaxThirdOrder = 3.5;
+constexpr double kStronger = 2;          // .. beyond which they may be so much larger, per order
 constexpr double kMinContrast = 8;       // grey levels
 constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
 constexpr double kMaxSdPx = 0.5;         // of a corner
@@ -95,7 +98,20 @@ bool TagFitter::step() {
   if (share == 1) variance_ = std::max(kBoxVariance, left / std::max(1, num_pixels_ - kCount));
   next[kLogSpread] = std::clamp(next[kLogSpread], std::log(kMinSpread), std::log(kMaxSpread));
   model_.set(next);
+  if (row_step_ == 1 && window_px_ == 0) believe_bends();
   return true;
+}
+
+// Where bends are found that straighter lenses hardly make, they are believed to be any.
+void TagFitter::believe_bends() {
+  if (num_bends_ == 0 || is_strongly_bent_) return;
+  const auto weighted = model_.parameters().cwiseAbs2().cwiseProduct(prior_);
+  is_strongly_bent_ = weighted.segment<4>(kBend).sum() > kMaxSecondOrder ||
+                      weighted.segment<8>(kBend + 4).sum() > kMaxThirdOrder;
+  if (!is_strongly_bent_) return;
+  prior_.segment<4>(kBend) /= kStronger * kStronger;
+  prior_.segment<8>(kBend + 4) /= std::pow(kStronger, 4);
+  left_over_ = 1;
 }
 
 Vector2d TagFitter::straight_corner(std::size_t i) const {

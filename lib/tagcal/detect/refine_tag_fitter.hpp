@@ -93,6 +93,7 @@ class TagFitter {
   TagFit iterate();
   bool is_like_window() const;
   bool step();
+  void believe_bends();
   bool is_bent_beyond_whole() const;
   double third_order_px() const;
   // The tag's homography lies between the tag and the places that the lens, if known, straightens.
@@ -131,6 +132,7 @@ class TagFitter {
   double window_variance_ = 1;
   int row_step_ = 1;
   int num_bends_ = tag_parameter::kNumBends;  // that are free
+  bool is_strongly_bent_ = false;
   int num_pixels_ = 0;
   double move_px_ = 0;        // of the last step, of a corner
   double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
