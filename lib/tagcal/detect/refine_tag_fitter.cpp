@@ -21,7 +21,7 @@ constexpr double kMaxSpread = 6;
 constexpr double kMaxLogStep = 0.4;    // of the spread in one iteration
 constexpr double kMaxStepPx = 0.7;     // of a corner in one iteration
 constexpr double kRoundingPx = 1e-5;   // no corner needs a smaller step
-constexpr double kSmallStep = 0.03;    // squared, in standard deviations
+constexpr double kSmallStep = 0.1;     // squared, in standard deviations
 constexpr double kAtRest = 1;          // likewise, of one step of a corner
 constexpr double kMaxSecondOrder = 2;  // squared, in sds of belief, of all bends of an order ..
 constexpr double kMaxThirdOrder = 3.5;
@@ -31,7 +31,7 @@ constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model l
 constexpr double kMaxSdPx = 0.5;         // of a corner
 constexpr double kLeastGain = 3e-4;      // squared, of a step's size over that of the one before
 constexpr double kSecondOrder = 0.25;    // squared, of a step's residue over its square in spreads
-constexpr double kNearPx = 0.15;         // of a corner, after which all rows are looked at
+constexpr double kNearPx = 0.25;         // of a corner, after which all rows are looked at
 constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
 constexpr double kPlaceSd = 0.15;        // of the start's homography, over a region: of places, ..
 constexpr double kScaleSd = 0.05;        // .. of scales and turns, ..
@@ -42,8 +42,9 @@ constexpr int kMaxInWindow = 3;        // iterations in one of them
 constexpr double kMaxGrowth = 1.7;     // of the variance, from the largest window to the region
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
-constexpr int kMaxComing = 4;         // iterations on few rows
-constexpr double kPartsPx = 36;       // a tag that is large enough for parts, and ..
+constexpr int kMaxComing = 4;    // iterations on few rows
+constexpr double kPartsPx = 36;  // a tag that is large enough for parts, and ..
+constexpr double kThirdOrderPx = 0.02;
 constexpr double kThirdOrderSds = 8;  // .. how far bends of third order may move its corners
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
@@ -271,12 +272,14 @@ bool TagFitter::come_near() {
 
 bool TagFitter::is_bent_beyond_whole() const {
   if (region_.corner || num_bends_ == 0 || 2 * scale_ < kPartsPx) return false;
+  const double third_order = third_order_px();
+  if (third_order < kThirdOrderPx) return false;
   // Of all rows, from those that were looked at.
   TagInformation system = row_step_ / variance_ * information_;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
-  return third_order_px() > kThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
+  return third_order > kThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
 TagFit TagFitter::iterate() {

@@ -367,6 +367,22 @@ void locate(const TagLocateJob& job) {
   }
 }
 
+// Adds the sum over the lanes of each of four packs.
+inline void add_sums(const Pack* packs, double* sums) {
+#ifdef __AVX2__
+  const __m256 all =
+      _mm256_hadd_ps(_mm256_hadd_ps(packs[0], packs[1]), _mm256_hadd_ps(packs[2], packs[3]));
+  const __m128 four = _mm_add_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
+  _mm256_storeu_pd(sums, _mm256_add_pd(_mm256_loadu_pd(sums), _mm256_cvtps_pd(four)));
+#else
+  for (int j = 0; j < 4; ++j) {
+    float sum = 0;
+    for (int lane = 0; lane < kLanes; ++lane) sum += packs[j][lane];
+    sums[j] += static_cast<double>(sum);
+  }
+#endif
+}
+
 // Products of two columns with four, in single precision over a block.
 inline void add_tile(const TagBlock& block, int row, int column, double* sums) {
   Pack products[2][4] = {};
@@ -379,13 +395,7 @@ inline void add_tile(const TagBlock& block, int row, int column, double* sums) {
       products[1][j] += b * c;
     }
   }
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      float sum = 0;
-      for (int lane = 0; lane < kLanes; ++lane) sum += products[i][j][lane];
-      sums[(row + i) * kTagColumns + column + j] += static_cast<double>(sum);
-    }
-  }
+  for (int i = 0; i < 2; ++i) add_sums(products[i], sums + (row + i) * kTagColumns + column);
 }
 
 void add_products(const TagBlock& block, double* sums) {

@@ -59,11 +59,11 @@ void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row
   std::fill(line, std::end(axis.lines), TagLine{table_.per_unit, 0, kNever, 0, 0, {}});
 }
 
-// As many as the directions need that are farthest from right angles.
+// As many as the directions need that are farthest from right angles: those of outermost lines.
 void TagModel::set_num_terms() {
   double largest = 0;
-  for (int i = 0; i < table_.columns.count; ++i)
-    for (int j = 0; j < table_.rows.count; ++j)
+  for (const int i : {0, table_.columns.count - 1})
+    for (const int j : {0, table_.rows.count - 1})
       largest = std::max(
           largest, std::abs(normal(table_.columns.lines[i]).dot(normal(table_.rows.lines[j]))));
   int& n = table_.num_terms;
