@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "false_tag_pictures.hpp"
+#include "tagcal/detect/board_patterns.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -82,7 +83,12 @@ Board kalibr_board(int first_id = 0) { return grid_board({6, 5, 0.06, 0.3, first
 // Completes with the refinement that the detector has.
 Completion completed(const Sight& sight, const Image8& image, const std::vector<FoundTag>& found,
                      const Board& board) {
-  FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares}, {});
+  FamilyDetector detector({board.family,
+                           board.border_bits,
+                           {},
+                           board.corner_squares,
+                           board_patterns({{board, Pose()}})},
+                          {});
   const CompletionRules rules{
       1, {}, [&](int id, const Quad& start) { return detector.refined(image, id, start); }};
   const TagFamily family = tag_family(board.family, board.border_bits);
@@ -215,7 +221,7 @@ TEST(CompleteBoard, SmallAndTurnedTags) {
 TEST(CompleteBoard, IdsLeftOutAndIdsBeyondTheFamily) {
   const Sight sight(grid_board({5, 4, 0.04, 0.3, 0}, "tag25h9", 2, true));
   const Image8 image = sight.image();
-  FamilyDetector detector({"tag25h9", 2, {}, true}, {});
+  FamilyDetector detector({"tag25h9", 2, {}, true, {}}, {});
   const CompletionRules rules{
       1, {6, 7}, [&](int id, const Quad& start) { return detector.refined(image, id, start); }};
   const TagFamily family = tag_family("tag25h9", 2);

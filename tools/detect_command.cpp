@@ -75,6 +75,20 @@ std::string explanation_text(const std::string& name, const Explanation& e) {
   return text;
 }
 
+// The camera of the pictures, where one is given.
+std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
+  if (arguments.camera.empty()) return std::nullopt;
+  const CalibrationFile file = read_calibration(arguments.camera);
+  check_image_size(file.camera.image_size, arguments.camera, input);
+  return file.camera;
+}
+
+void explain_all(const Input& input) {
+  for (const ImageSource& image : input.images)
+    fmt::print(stderr, "{}",
+               explanation_text(image.name, explain(image.load(), input.dataset.boards)));
+}
+
 int run(const Arguments& arguments) {
   check_writable(arguments.out);
   Input input = read_input(arguments.input);
@@ -82,13 +96,8 @@ int run(const Arguments& arguments) {
   const std::vector<std::string> names =
       arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
-  std::optional<CalibrationFile> camera;
-  if (!arguments.camera.empty()) {
-    camera = read_calibration(arguments.camera);
-    check_image_size(camera->camera.image_size, arguments.camera, input);
-  }
-  detect_views(input, arguments.threads);
-  if (camera) refine_views(input, camera->camera, arguments.threads);
+  const std::optional<Camera> camera = known_camera(arguments, input);
+  detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
   const std::vector<View>& views = input.dataset.views;
   const std::string csv = observations_csv(views);
   if (arguments.out.empty()) {
@@ -97,12 +106,7 @@ int run(const Arguments& arguments) {
     write_whole(arguments.out, csv);
   }
   if (drawings) draw(input, names, *drawings);
-  if (arguments.explain) {
-    for (const ImageSource& image : input.images) {
-      fmt::print(stderr, "{}",
-                 explanation_text(image.name, explain(image.load(), input.dataset.boards)));
-    }
-  }
+  if (arguments.explain) explain_all(input);
   if (num_corners(views) == 0) input.warnings.push_back("no tag found in any picture");
   print_warnings(input.warnings);
   fmt::print(stderr, "{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
@@ -120,8 +124,9 @@ Command add_detect(CLI::App& app) {
   command->add_option("--out", arguments->out, "file for the corners, instead of stdout")
       ->option_text("CSV");
   command
-      ->add_option("--camera", arguments->camera,
-                   "the camera's calibration, where it is known: tags are fitted under its lens")
+      ->add_option(
+          "--camera", arguments->camera,
+          "the camera's calibration, where it is known: --refinement fit fits tags under its lens")
       ->option_text("C.yaml");
   command
       ->add_option("--draw", arguments->draw,

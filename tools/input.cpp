@@ -131,7 +131,7 @@ void check_image_size(const ImageSize& size, const std::string& file, const Inpu
                           expected.height, input.name, size.width, size.height));
 }
 
-void detect_views(Input& input, int threads, bool shows_progress) {
+void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
   if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
   const auto& boards = input.dataset.boards;
   if (std::all_of(boards.begin(), boards.end(),
@@ -141,6 +141,7 @@ void detect_views(Input& input, int threads, bool shows_progress) {
   DetectOptions options;
   options.threads = threads;
   options.refinement = input.refinement;
+  options.camera = camera;
   std::optional<Progress> progress;
   if (shows_progress) progress.emplace("detecting", static_cast<int>(input.images.size()));
   DetectResult result = detect_all(input.images, boards, options, [&](int done, int) {
@@ -165,8 +166,8 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
                     refined.num_tags - refined.num_refined, refined.num_tags));
 }
 
-void find_views(Input& input, int threads, bool shows_progress) {
-  if (input.observations.empty()) detect_views(input, threads, shows_progress);
+void find_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
+  if (input.observations.empty()) detect_views(input, threads, shows_progress, camera);
 }
 
 void need_views(Input& input, int threads, bool shows_progress) {

@@ -40,11 +40,14 @@ Input read_input(const InputArguments& arguments);
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
 
 // Fills in the views by detection, with progress on stderr; the detector's warnings come along.
-// Throws Error without pictures, and without tags that could stand in them.
-void detect_views(Input& input, int threads, bool shows_progress = true);
+// Where the camera is known, tags are fitted under its lens. Throws Error without pictures, and
+// without tags that could stand in them.
+void detect_views(Input& input, int threads, bool shows_progress = true,
+                  const Camera* camera = nullptr);
 
 // Views by detection where no observations were read.
-void find_views(Input& input, int threads, bool shows_progress = true);
+void find_views(Input& input, int threads, bool shows_progress = true,
+                const Camera* camera = nullptr);
 
 // The same for a calibration: throws Error for fewer than 12 corners in all.
 void need_views(Input& input, int threads, bool shows_progress = true);

@@ -232,9 +232,7 @@ int run(const Arguments& arguments) {
   const KnownCamera camera = known_camera(arguments, input);
   std::optional<OutputFolder> folder;
   if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
-  find_views(input, arguments.threads);
-  if (camera.camera && input.observations.empty() && input.refinement == Refinement::fit)
-    refine_views(input, *camera.camera, arguments.threads);
+  find_views(input, arguments.threads, true, camera.camera ? &*camera.camera : nullptr);
   if (input.dataset.views.empty())
     throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
   const std::vector<PoseReport> reports =

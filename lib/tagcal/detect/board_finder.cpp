@@ -26,10 +26,8 @@ Wanted wanted_of(const std::vector<const Board*>& boards) {
   wanted.border_bits = boards.front()->border_bits;
   for (const Board* board : boards) {
     wanted.corner_squares |= board->corner_squares;
-    for (const Tag& tag : board->tags) {
-      wanted.ids.insert(tag.id);
-      wanted.surroundings[tag.id] = surroundings_on(*board);
-    }
+    for (const Tag& tag : board->tags) wanted.ids.insert(tag.id);
+    add_patterns(*board, wanted.patterns);
   }
   return wanted;
 }

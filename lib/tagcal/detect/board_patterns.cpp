@@ -4,23 +4,20 @@
 
 namespace tagcal {
 
-TagSurroundings surroundings_on(const Board& board) {
+void add_patterns(const Board& board, std::map<int, TagPattern>& patterns) {
+  if (board.tags.empty()) return;
   TagSurroundings around;
   around.corner_squares = board.corner_squares;
   if (board.grid && board.corner_squares) around.gap = board.grid->tag_spacing;
-  return around;
+  const TagFamily family = tag_family(board.family, board.border_bits);
+  for (const Tag& tag : board.tags)
+    if (tag.id < static_cast<int>(family.codes.size()))
+      patterns.emplace(tag.id, tag_pattern(family, tag.id, board.border_bits, around));
 }
 
 std::map<int, TagPattern> board_patterns(const std::vector<PlacedBoard>& boards) {
   std::map<int, TagPattern> patterns;
-  for (const PlacedBoard& placed : boards) {
-    const Board& board = placed.board;
-    if (board.tags.empty()) continue;
-    const TagFamily family = tag_family(board.family, board.border_bits);
-    for (const Tag& tag : board.tags)
-      patterns.emplace(tag.id,
-                       tag_pattern(family, tag.id, board.border_bits, surroundings_on(board)));
-  }
+  for (const PlacedBoard& placed : boards) add_patterns(placed.board, patterns);
   return patterns;
 }
 

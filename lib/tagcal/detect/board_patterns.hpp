@@ -9,11 +9,12 @@
 // Private to detect.
 namespace tagcal {
 
-// What a board says of the surroundings of its tags. Without squares, what is beside the outer tags
-// is not known.
-TagSurroundings surroundings_on(const Board& board);
+// Adds the patterns of a board's tags, by id. Without squares, what is beside the outer tags is not
+// known. An id that the family has not has none, and is never seen. Throws Error as tag_family()
+// and tag_pattern() do.
+void add_patterns(const Board& board, std::map<int, TagPattern>& patterns);
 
-// The patterns of all tags of the boards, by id. Throws Error as tag_family() and tag_pattern() do.
+// Those of all boards.
 std::map<int, TagPattern> board_patterns(const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal

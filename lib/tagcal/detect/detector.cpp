@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/board_finder.hpp"
 #include "tagcal/detect/picture_batch.hpp"
+#include "tagcal/error.hpp"
 
 namespace tagcal {
 namespace {
@@ -18,9 +19,10 @@ constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smalles
 class Worker {
  public:
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options, int threads)
-      : finders_(board_finders(boards, options, threads)) {}
+      : camera_(options.camera), finders_(board_finders(boards, options, threads)) {}
 
   View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings) {
+    check_size(image.size(), name);
     View view{name, {}};
     if (image.width() < kMinImageSide || image.height() < kMinImageSide) {
       warnings.push_back(
@@ -40,6 +42,13 @@ class Worker {
   }
 
  private:
+  void check_size(const ImageSize& size, const std::string& name) const {
+    if (!camera_ || size == camera_->image_size) return;
+    const ImageSize& expected = camera_->image_size;
+    throw Error(fmt::format("{}: must be {}x{} pixels as the camera's, got {}x{}", name,
+                            expected.width, expected.height, size.width, size.height));
+  }
+
   static void warn_of(const SeenBoards& seen, const std::string& family, const std::string& name,
                       std::vector<std::string>& warnings) {
     if (!seen.strange.empty()) {
@@ -60,6 +69,7 @@ class Worker {
     }
   }
 
+  const Camera* camera_;
   std::vector<std::unique_ptr<BoardFinder>> finders_;
 };
 

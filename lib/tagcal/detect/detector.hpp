@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tagcal/camera/camera.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
 
@@ -21,6 +22,9 @@ struct DetectOptions {
   int threads = 0;      // working side by side, on pictures or in a single one; 0: one per core
   int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
   Refinement refinement = Refinement::fit;
+  // The camera of all pictures, if it is known; it must outlive the search. Tags are fitted under
+  // its lens (TagFitOptions::camera), and without where that fails.
+  const Camera* camera = nullptr;
 };
 
 struct DetectResult {
@@ -37,6 +41,7 @@ struct ImageSource {
 // Finds the corners of the boards' tags in one picture. Tags of the family that are on none of the
 // boards are left out, and said in `warnings`, as is a tag seen twice (both are left out). Pictures
 // smaller than 8x8 hold no tag. Corners: pixel centres at whole numbers.
+// Throws Error where the picture has not the size of the camera that is given.
 View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
             const DetectOptions& options, std::vector<std::string>* warnings);
 

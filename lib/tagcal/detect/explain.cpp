@@ -62,7 +62,7 @@ std::vector<SeenKind> all_kinds(const Image8& image, int& quads) {
   for (const std::string& family : tag_family_names()) {
     const int widest = tag_family(family, 1).reversed_border ? 1 : 2;
     for (int border = 1; border <= widest; ++border) {
-      FamilyDetector detector({family, border, {}, border == 2}, {.max_hamming = 0});
+      FamilyDetector detector({family, border, {}, border == 2, {}}, {.max_hamming = 0});
       std::vector<FoundTag> tags = detector.find(image);
       quads = std::max(quads, detector.num_quads());
       const TagFamily patterns = tag_family(family, border);
@@ -79,7 +79,7 @@ bool is_kind(const SeenKind& kind, const Board& board) {
 
 // How many tags of the board's kind a picture shows.
 std::size_t count_in(const Image8& image, const Board& board) {
-  FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares},
+  FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares, {}},
                           {.max_hamming = 0});
   return detector.find(image).size();
 }

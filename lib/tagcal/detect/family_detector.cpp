@@ -51,7 +51,7 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
       max_hamming_(std::clamp(options.max_hamming, 0, 2)),
       threads_(threads),
       refinement_(options.refinement),
-      patterns_of_(tag_family(wanted.family, wanted.border_bits)) {
+      camera_(options.camera) {
   for (const int shrink : kShrinks) {
     // Where black shrank, so did the corners: they are of use only if they are refined.
     if (shrink > 0 && (!wanted.corner_squares || refinement_ == Refinement::stock)) break;
@@ -185,25 +185,23 @@ std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, con
   return tag;
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const Image8& image) {
-  auto pattern = patterns_.find(tag.id);
-  if (pattern == patterns_.end()) {
-    const auto known = wanted_.surroundings.find(tag.id);
-    const TagSurroundings around =
-        known == wanted_.surroundings.end() ? TagSurroundings() : known->second;
-    pattern =
-        patterns_.emplace(tag.id, tag_pattern(patterns_of_, tag.id, wanted_.border_bits, around))
-            .first;
-  }
-  const TagFit fit = refine_tag(image, pattern->second, tag.corners);
-  if (fit.status != TagFitStatus::converged ||
-      largest_distance(fit.corners, tag.corners) > kMaxMove)
-    return false;
-  tag.corners = fit.corners;
-  tag.covariance_px2 = fit.covariance_px2;
-  tag.fitted = true;
-  tag.refined = true;
-  return true;
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
+  const auto pattern = wanted_.patterns.find(tag.id);
+  if (pattern == wanted_.patterns.end()) return false;
+  const auto fits = [&](const Camera* camera) {
+    TagFitOptions options;
+    options.camera = camera;
+    const TagFit fit = refine_tag(image, pattern->second, tag.corners, options);
+    if (fit.status != TagFitStatus::converged ||
+        largest_distance(fit.corners, tag.corners) > kMaxMove)
+      return false;
+    tag.corners = fit.corners;
+    tag.covariance_px2 = fit.covariance_px2;
+    tag.fitted = true;
+    tag.refined = true;
+    return true;
+  };
+  return (camera_ && fits(camera_)) || fits(nullptr);
 }
 
 }  // namespace tagcal

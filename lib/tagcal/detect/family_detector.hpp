@@ -22,7 +22,7 @@ struct Wanted {
   int border_bits = 1;
   std::set<int> ids;
   bool corner_squares = false;
-  std::map<int, TagSurroundings> surroundings;  // by id, where known
+  std::map<int, TagPattern> patterns;  // by id: what is not here is not fitted
 };
 
 struct FoundTag {
@@ -78,7 +78,7 @@ class FamilyDetector {
   static std::vector<Sighting> look(const Image8& searched, const Pass& pass, int max_hamming);
   std::vector<std::vector<Sighting>> look(const Image8& searched) const;
   void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
-  bool fit(FoundTag& tag, const Image8& image);
+  bool fit(FoundTag& tag, const Image8& image) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners) const;
 
   Wanted wanted_;
@@ -86,9 +86,8 @@ class FamilyDetector {
   int max_hamming_;
   int threads_;
   Refinement refinement_;
-  TagFamily patterns_of_;
+  const Camera* camera_;
   std::vector<Pass> passes_;
-  std::map<int, TagPattern> patterns_;  // of tags seen before
   int num_quads_ = 0;
 };
 

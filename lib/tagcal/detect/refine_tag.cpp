@@ -11,11 +11,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// What lenses do to a tag has more than third order beyond this length, or where the third is many
-// standard deviations of a corner and the tag large enough for parts.
-constexpr double kWholePx = 110;
-constexpr double kPartsPx = 36;
-constexpr double kThirdOrderSds = 8;
+constexpr double kWholePx = 110;  // beyond it, what lenses do to a tag has more than third order
 
 bool is_inside(const TagCorners& corners, const ImageSize& size) {
   return std::ranges::all_of(corners, [&](const Vector2d& corner) {
@@ -66,10 +62,7 @@ TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorner
   TagFitter fitter(region, start, options);
   if (!fitter.cut(image)) return {};
   const TagFit fit = fitter.fit();
-  if (!is_bent || side_px < kPartsPx || fit.status != TagFitStatus::converged) return fit;
-  const double sd_px = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
-  if (fitter.third_order_px() < kThirdOrderSds * sd_px) return fit;
-  return fit_parts(image, pattern, fit.corners, options);
+  return fitter.is_for_parts() ? fit_parts(image, pattern, fit.corners, options) : fit;
 }
 
 template <typename T>

@@ -5,6 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 namespace tagcal {
 namespace {
@@ -16,18 +18,34 @@ using namespace tag_parameter;
 
 constexpr double kMinSpread = 0.3;  // a little more than the square's own
 constexpr double kMaxSpread = 6;
-constexpr double kMaxLogStep = 0.4;       // of the spread in one iteration
-constexpr double kMaxStepPx = 0.7;        // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;      // no corner needs a smaller step
-constexpr double kSmallStep = 0.03;       // squared, in standard deviations
-constexpr double kMinContrast = 8;        // grey levels
-constexpr double kMaxNoiseShare = 0.15;   // of the contrast, in what the model leaves over
-constexpr double kMaxSdPx = 0.5;          // of a corner
-constexpr double kLeastGain = 1e-3;       // squared, of a step's size over that of the one before
-constexpr double kHeld = 1e18;            // the prior's weight of what is held at zero
-constexpr double kPlaneSd = 0.15;         // of the start's homography, over a region
-constexpr double kWindowsPx[] = {9, 18};  // about one corner, that are looked at before the whole
-constexpr int kManyRows = 24;
+constexpr double kMaxLogStep = 0.4;    // of the spread in one iteration
+constexpr double kMaxStepPx = 0.7;     // of a corner in one iteration
+constexpr double kRoundingPx = 1e-5;   // no corner needs a smaller step
+constexpr double kSmallStep = 0.1;     // squared, in standard deviations
+constexpr double kAtRest = 1;          // likewise, of one step of a corner
+constexpr double kMaxSecondOrder = 2;  // squared, in sds of belief, of all bends of an order ..
+constexpr double kMaxThirdOrder = 3.5;
+constexpr double kStronger = 2;          // .. beyond which they may be so much larger, per order
+constexpr double kMinContrast = 8;       // grey levels
+constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
+constexpr double kMaxSdPx = 0.5;         // of a corner
+constexpr double kLeastGain = 3e-4;      // squared, of a step's size over that of the one before
+constexpr double kSecondOrder = 0.25;    // squared, of a step's residue over its square in spreads
+constexpr double kNearPx = 0.25;         // of a corner, after which all rows are looked at
+constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
+constexpr double kPlaceSd = 0.15;        // of the start's homography, over a region: of places, ..
+constexpr double kScaleSd = 0.05;        // .. of scales and turns, ..
+constexpr double kPerspectiveSd = 0.03;  // .. of what changes these
+constexpr double kWindowsPx[] = {9, 18,
+                                 32};  // about one corner, that are looked at before the whole
+constexpr int kMaxInWindow = 3;        // iterations in one of them
+constexpr double kMaxGrowth = 1.7;     // of the variance, from the largest window to the region
+constexpr int kFewRows = 16;
+constexpr int kMaxRowStep = 6;
+constexpr int kMaxComing = 4;    // iterations on few rows
+constexpr double kPartsPx = 36;  // a tag that is large enough for parts, and ..
+constexpr double kThirdOrderPx = 0.02;
+constexpr double kThirdOrderSds = 8;  // .. how far bends of third order may move its corners
 constexpr int kMinPixels = 64;
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 
@@ -51,29 +69,50 @@ bool TagFitter::step() {
   const Eigen::LDLT<TagInformation> inverse(system);
   const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return false;
-  // Gauss-Newton at a small residual: every step about the square of the one before. What the next
-  // would do is known before it is made.
+  const double left = squares_ - change.dot(2 * gradient_ - information_ * change);
+  // What the next step would do is known before it is made: it is of second order in this one, and
+  // Gauss-Newton's own residue.
   const double size = change.dot(right) / variance_;
-  left_over_ = std::max(size * size * size / (step_size_ * step_size_), kLeastGain * size);
-  step_size_ = size;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 1> moves = by * change;
-  const double move = moves.cwiseAbs().maxCoeff();
-  if (move < kRoundingPx) left_over_ = 0;
+  move_px_ = moves.cwiseAbs().maxCoeff();
+  const double bent = kSecondOrder * (std::pow(move_px_ / model_.spread(), 2) +
+                                      change[kLogSpread] * change[kLogSpread] +
+                                      std::pow(change[kGain] / model_.parameters()[kGain], 2));
+  left_over_ = std::max(bent, kLeastGain) * size;
+  if (move_px_ < kRoundingPx) left_over_ = 0;
   if (region_.corner && row_step_ == 1) {
-    // What else a few lines leave open may wander.
+    // What else a few lines leave open may wander, once the corner rests.
     const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
     const auto by_corner = by.middleRows<2>(at);
     const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
     const Vector2d of_corner = moves.segment<2>(at);
-    left_over_ = std::min(left_over_, of_corner.dot(covariance.inverse() * of_corner));
+    const double corner_size = of_corner.dot(covariance.inverse() * of_corner);
+    left_over_ = corner_size_ < kAtRest ? corner_size : size;
+    corner_size_ = corner_size;
   }
+  const double move = move_px_;
   const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
                                  kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
+  // Of what this step leaves, as far as it goes.
+  if (share == 1) variance_ = std::max(kBoxVariance, left / std::max(1, num_pixels_ - kCount));
   next[kLogSpread] = std::clamp(next[kLogSpread], std::log(kMinSpread), std::log(kMaxSpread));
   model_.set(next);
+  if (row_step_ == 1 && window_px_ == 0) believe_bends();
   return true;
+}
+
+// Where bends are found that straighter lenses hardly make, they are believed to be any.
+void TagFitter::believe_bends() {
+  if (num_bends_ == 0 || is_strongly_bent_) return;
+  const auto weighted = model_.parameters().cwiseAbs2().cwiseProduct(prior_);
+  is_strongly_bent_ = weighted.segment<4>(kBend).sum() > kMaxSecondOrder ||
+                      weighted.segment<8>(kBend + 4).sum() > kMaxThirdOrder;
+  if (!is_strongly_bent_) return;
+  prior_.segment<4>(kBend) /= kStronger * kStronger;
+  prior_.segment<8>(kBend + 4) /= std::pow(kStronger, 4);
+  left_over_ = 1;
 }
 
 Vector2d TagFitter::straight_corner(std::size_t i) const {
@@ -134,10 +173,10 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
   return result;
 }
 
-TagFit TagFitter::result(int iterations) const {
+TagFit TagFitter::result() const {
   TagFit fit;
   const TagParameters& p = model_.parameters();
-  fit.iterations = iterations;
+  fit.iterations = iterations_;
   fit.num_pixels = num_pixels_;
   fit.noise_levels = std::sqrt(variance_);
   fit.black = p[kBlack];
@@ -180,7 +219,9 @@ double TagFitter::third_order_px() const {
 void TagFitter::set_prior(const TagParameters& start) {
   // About one corner, the lines that are seen may say nothing of a scale or of the perspective.
   prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
-  prior_.head<kLogSpread>().setConstant(1 / (kPlaneSd * kPlaneSd));
+  const double far = 1 / (kPlaceSd * kPlaceSd), sides = 1 / (kScaleSd * kScaleSd);
+  const double perspective = 1 / (kPerspectiveSd * kPerspectiveSd);
+  prior_.head<kLogSpread>() << sides, sides, far, sides, sides, far, perspective, perspective;
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
   num_bends_ = bend_sd > 0 && twist_sd > 0 && !view_ ? kNumBends : 0;
@@ -190,35 +231,95 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
 }
 
+// About one corner, from its nearest surroundings outwards.
+bool TagFitter::open_windows() {
+  // Nothing is seen of bends and of the perspective.
+  const int num_bends = std::exchange(num_bends_, 0);
+  const TagParameters prior = prior_;
+  prior_.segment<2>(kM3).setConstant(kHeld);
+  for (const double window : kWindowsPx) {
+    window_px_ = window;
+    for (int i = 0; i < kMaxInWindow; ++i) {
+      collect();
+      if (num_pixels_ < kMinPixels || !step()) return false;
+      if (move_px_ < kNearPx) break;
+    }
+  }
+  num_bends_ = num_bends;
+  prior_ = prior;
+  in_window_ = model_.parameters();
+  window_variance_ = variance_;
+  window_px_ = 0;
+  return true;
+}
+
+// Steps on few rows.
+bool TagFitter::come_near() {
+  // What few rows about one corner leave open wanders.
+  row_step_ = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
+  if (row_step_ == 1) return true;
+  for (int i = 0; i < (region_.corner ? 1 : kMaxComing); ++i) {
+    collect();
+    if (num_pixels_ < kMinPixels) break;
+    if (!step()) return false;
+    ++iterations_;
+    if (move_px_ < kNearPx) break;
+  }
+  is_for_parts_ = is_bent_beyond_whole();
+  row_step_ = 1;
+  return true;
+}
+
+bool TagFitter::is_bent_beyond_whole() const {
+  if (region_.corner || num_bends_ == 0 || 2 * scale_ < kPartsPx) return false;
+  const double third_order = third_order_px();
+  if (third_order < kThirdOrderPx) return false;
+  // Of all rows, from those that were looked at.
+  TagInformation system = row_step_ / variance_ * information_;
+  system.diagonal() += prior_;
+  const TagCornerJacobian by = corner_jacobian();
+  const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
+  return third_order > kThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
+}
+
+TagFit TagFitter::iterate() {
+  TagFit fit;
+  for (int k = 1; k <= options_.max_iterations; ++k) {
+    // From the third on, so that no pixel comes and goes with every step.
+    are_spans_fixed_ = k > kFreeIterations;
+    collect();
+    if (num_pixels_ < kMinPixels) {
+      fit.status = TagFitStatus::too_small;
+      return fit;
+    }
+    if (!step()) return fit;
+    ++iterations_;
+    if (left_over_ < kSmallStep) break;
+  }
+  return result();
+}
+
 TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
   set_prior(parameters);
   model_.set(parameters);
-  if (region_.corner) {
-    for (const double window : kWindowsPx) {
-      window_px_ = window;
-      collect();
-      if (num_pixels_ < kMinPixels || !step()) return {};
-    }
-    window_px_ = 0;
-    step_size_ = 1e-9;  // of another problem
+  if ((region_.corner && !open_windows()) || !come_near()) return {};
+  TagFit fit;
+  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  if (is_for_parts_) return fit;
+  fit = iterate();
+  // What is farther from the corner was taken for something else: without it.
+  if (region_.corner && !is_like_window()) {
+    model_.set(in_window_);
+    window_px_ = kWindowsPx[std::size(kWindowsPx) - 1];
+    fit = iterate();
+    if (!is_like_window()) return {};
   }
-  for (int iteration = 1; iteration <= options_.max_iterations; ++iteration) {
-    // From the third on, so that no pixel comes and goes with every step.
-    are_spans_fixed_ = iteration > kFreeIterations;
-    // The first only comes near.
-    row_step_ = iteration == 1 && patch_.height >= kManyRows ? 2 : 1;
-    collect();
-    if (num_pixels_ < kMinPixels) {
-      TagFit fit;
-      fit.status = TagFitStatus::too_small;
-      return fit;
-    }
-    if (!step()) return {};
-    if (left_over_ < kSmallStep || iteration == options_.max_iterations) return result(iteration);
-  }
-  return {};
+  is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
+  return fit;
 }
+
+bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }
 
 }  // namespace tagcal

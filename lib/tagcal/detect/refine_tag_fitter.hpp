@@ -16,6 +16,7 @@
 namespace tagcal {
 
 using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
+using TagProducts = Eigen::Matrix<double, kTagColumns, kTagColumns, Eigen::RowMajor>;
 using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
 
 constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
@@ -70,12 +71,11 @@ class TagFitter {
   bool cut(const Image<T>& image);
   // Of a region about one corner, the others and their covariance stay zero.
   TagFit fit();
-  // How far the bends of third order move a corner, at most, of the whole tag.
-  double third_order_px() const;
+  // Whether a lens bends the whole tag beyond what is left of it in third order. Seen on few rows
+  // already: then fit() has ended there, with corners that are good as a start only.
+  bool is_for_parts() const { return is_for_parts_; }
 
  private:
-  static constexpr int kBlock = 256;  // pixels whose products are summed at once
-
   bool look();
   std::optional<Eigen::AlignedBox2d> box() const;
   bool start_parameters(TagParameters& parameters) const;
@@ -87,14 +87,22 @@ class TagFitter {
   void collect_row(int row);
   void add_block();
   void add_flat(bool white);
+  // To a start of what follows. False where the answer is no number, or there is none.
+  bool open_windows();
+  bool come_near();
+  TagFit iterate();
+  bool is_like_window() const;
   bool step();
+  void believe_bends();
+  bool is_bent_beyond_whole() const;
+  double third_order_px() const;
   // The tag's homography lies between the tag and the places that the lens, if known, straightens.
   std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
   Eigen::Vector2d straight_corner(std::size_t i) const;
   Eigen::Vector2d corner(std::size_t i) const;
   TagCornerJacobian corner_jacobian() const;
-  TagFit result(int iterations) const;
+  TagFit result() const;
 
   const TagRegion& region_;
   const TagFitOptions& options_;
@@ -107,10 +115,9 @@ class TagFitter {
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
 
-  // Of the present parameters: a row of derivatives and the residual for each graded pixel, sums
-  // over all.
-  Eigen::Matrix<float, tag_parameter::kCount + 1, kBlock> graded_;
-  Eigen::Matrix<double, tag_parameter::kCount + 1, tag_parameter::kCount + 1> sums_;
+  // Of the present parameters: pixels that know of the geometry, some at a time; sums over all.
+  TagBlock block_{};
+  TagProducts products_;
   TagInformation information_;
   TagParameters gradient_;
   TagParameters prior_ = TagParameters::Zero();  // weights
@@ -120,13 +127,18 @@ class TagFitter {
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
-  double window_px_ = 0;  // about the region's corner, that is looked at; 0: all
+  double window_px_ = 0;     // about the region's corner, that is looked at; 0: all
+  TagParameters in_window_;  // the largest of them
+  double window_variance_ = 1;
   int row_step_ = 1;
   int num_bends_ = tag_parameter::kNumBends;  // that are free
-  int num_graded_ = 0;
+  bool is_strongly_bent_ = false;
   int num_pixels_ = 0;
-  double step_size_ = 1e-9;  // of the last step, squared, in standard deviations
-  double left_over_ = 0;     // what is left after it, likewise
+  double move_px_ = 0;        // of the last step, of a corner
+  double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
+  double left_over_ = 0;      // what is left after it, squared, in standard deviations
+  bool is_for_parts_ = false;
+  int iterations_ = 0;
 };
 
 }  // namespace tagcal

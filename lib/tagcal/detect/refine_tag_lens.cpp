@@ -93,7 +93,7 @@ StraightPlaces::StraightPlaces(const StraightView& view, const Eigen::Vector2i& 
 
 RowPlaces StraightPlaces::row(int row) const {
   const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(row) * width_;
-  return {x_.data() + at,  y_.data() + at,  0,       xx_.data() + at,
+  return {x_.data() + at,  y_.data() + at,  xx_.data() + at,
           xy_.data() + at, yy_.data() + at, stretch_};
 }
 

@@ -5,10 +5,21 @@
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
-#include "tagcal/detect/refine_tag_axis.hpp"
 
 // Private to detect: what refine_tag() knows of a lens.
 namespace tagcal {
+
+// Where the pixels of a row are before the homography, by their number.
+struct RowPlaces {
+  const float* x = nullptr;
+  const float* y = nullptr;
+  // Squares and product of the slopes of x and y over the picture, in px per px, where places are
+  // stretched against pixels; and their largest stretch.
+  const float* xx = nullptr;
+  const float* xy = nullptr;
+  const float* yy = nullptr;
+  double stretch = 1;
+};
 
 // The picture about a place as a pinhole that faces it would see it: there straight lines are
 // straight. Places are in units of `scale` px, (0, 0) in the middle, where they turn and stretch as

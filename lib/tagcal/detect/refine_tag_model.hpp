@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "tagcal/detect/refine_tag.hpp"
-#include "tagcal/detect/refine_tag_axis.hpp"
+#include "tagcal/detect/refine_tag_kernels.hpp"
+#include "tagcal/detect/refine_tag_lens.hpp"
 
 // Private to detect: the model that refine_tag() fits.
 namespace tagcal {
@@ -39,12 +41,6 @@ inline BendBasis bend_basis(double x, double y) {
   return basis;
 }
 
-// What the model says of a pixel.
-struct TagPixel {
-  float white = 0;  // share of white
-  std::array<float, tag_parameter::kCount> by_parameter{};
-};
-
 // A row of pixels, in the units of the parameters: pixel c at (left + c step, y).
 struct TagRow {
   double left = 0;
@@ -68,54 +64,39 @@ class TagModel {
   const TagParameters& parameters() const { return parameters_; }
   double spread() const { return spread_; }
 
-  // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from the unknown.
+  // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from what lies
+  // beyond the outermost lines, which is not known.
   void set_row(const TagRow& row, double reach, int& begin, int& end);
 
   // What reaches pixel c of the row.
   enum class Seen { black, white, both, unknown };
   Seen seen(int c) const;
-  void evaluate(int c, TagPixel& pixel);
+
+  // Pixels of any rows at once: empties a block, appends pixel c of the row, and says share of
+  // white and derivatives of all.
+  void start(TagBlock& block, bool is_bent, bool is_stretched) const;
+  void add(TagBlock& block, int c, float level) const;
+  void evaluate(TagBlock& block) const;
 
  private:
-  // Nodes of the quadrature for the integral over the correlation (Drezner & Wesolowsky 1990).
-  static constexpr int kNodes = 4;
-  struct Junction {
-    float contrast = 0;  // mixed difference of the four cells
-    float correlation = 0;
-    float inv_root = 1;  // 1 / sqrt(1 - correlation^2)
-    std::array<float, kNodes> node{}, decay{}, weight{};
-    Eigen::Vector2f turn_column = Eigen::Vector2f::Zero();  // correlation by the lines' directions
-    Eigen::Vector2f turn_row = Eigen::Vector2f::Zero();
-  };
-  // Of the pixel at hand: derivatives of white by the active lines' distances and directions.
-  struct ByLines {
-    std::array<float, kMaxTagLines> distance;
-    std::array<Eigen::Vector2f, kMaxTagLines> turn;
-  };
-
-  void set_axis(TagAxis& axis, int row_of_m);
-  void set_junctions();
-  void blend(int c, TagPixel& pixel);
-  void add_junctions(int c, TagPixel& pixel);
-  void add_junction(const Junction& junction, int c, int column, int row, TagPixel& pixel);
-  void differentiate(int c, TagPixel& pixel) const;
+  void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
+  void set_num_terms();
   void bend_row(int begin, int end);
-  RowPlaces places() const;
 
   double scale_;
-  int num_columns_;  // of cells
-  int num_rows_;
-  std::vector<std::uint32_t> cells_;    // per row of cells, bit i: cell i is white
-  std::vector<std::uint32_t> unknown_;  // likewise
-  TagAxis columns_;
-  TagAxis rows_;
-  std::vector<Junction> junctions_;
+  std::vector<double> column_lines_, row_lines_;  // on the tag
+  // Per row of cells, bit i: cell i is white; unknown. Then rows of zeros.
+  std::array<std::uint32_t, 2 * kMaxTagLines> cells_{}, unknown_{};
   TagParameters parameters_;
   double spread_ = 1;
+  TagTable table_{};
   TagRow row_;
-  std::vector<float> bent_x_, bent_y_;  // of the row's pixels
-  double bulge_ = 0;
-  ByLines by_columns_, by_rows_;
+  struct Felt {
+    std::vector<std::int32_t> first, last;
+  };
+  Felt columns_, rows_;                 // of the row's pixels
+  std::vector<std::int32_t> is_known_;  // likewise
+  std::vector<float> bent_x_, bent_y_;  // likewise
 };
 
 }  // namespace tagcal

@@ -1,35 +1,15 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tagcal/detect/refine_tag_model.hpp"
 
 // The model's turn to a row of pixels.
 namespace tagcal {
-namespace {
-
 using namespace tag_parameter;
-
-// The largest distance of the row's places from even steps between its ends.
-double bulge(const std::vector<float>& place, int begin, int end) {
-  const auto first = static_cast<std::size_t>(begin), last = static_cast<std::size_t>(end - 1);
-  const float step =
-      (place[last] - place[first]) / static_cast<float>(std::max(1, end - 1 - begin));
-  float result = 0;
-  for (int c = begin; c < end; ++c) {
-    const float even = place[first] + static_cast<float>(c - begin) * step;
-    result = std::max(result, std::abs(place[static_cast<std::size_t>(c)] - even));
-  }
-  return static_cast<double>(result);
-}
-
-}  // namespace
 
 // As bend_basis() has it.
 void TagModel::bend_row(int begin, int end) {
-  if (bent_x_.size() < static_cast<std::size_t>(end)) {
-    bent_x_.resize(static_cast<std::size_t>(end));
-    bent_y_.resize(static_cast<std::size_t>(end));
-  }
   const Eigen::Matrix<float, kNumBends, 1> b = parameters_.segment<kNumBends>(kBend).cast<float>();
   const auto left = static_cast<float>(row_.left), step = static_cast<float>(row_.step);
   const auto y = static_cast<float>(row_.y);
@@ -49,36 +29,42 @@ void TagModel::bend_row(int begin, int end) {
   }
 }
 
-RowPlaces TagModel::places() const {
-  RowPlaces places = row_.straight;
-  places.x = bent_x_.data();
-  places.y = bent_y_.data();
-  places.bulge = bulge_;
-  return places;
-}
-
 void TagModel::set_row(const TagRow& row, double reach, int& begin, int& end) {
   if (begin >= end) return;
   row_ = row;
+  const auto size = static_cast<std::size_t>(end + kTagPack);
+  if (bent_x_.size() < size) {
+    for (std::vector<float>* places : {&bent_x_, &bent_y_}) places->resize(2 * size);
+    for (std::vector<std::int32_t>* values :
+         {&columns_.first, &columns_.last, &rows_.first, &rows_.last, &is_known_})
+      values->resize(2 * size);
+  }
   bend_row(begin, end);
-  columns_.clip(places(), reach, begin, end);
-  rows_.clip(places(), reach, begin, end);
-  if (begin >= end) return;
-  bulge_ = (bulge(bent_x_, begin, end) + bulge(bent_y_, begin, end));
-  columns_.set_row(places(), begin, end);
-  rows_.set_row(places(), begin, end);
+  std::fill(is_known_.begin() + begin, is_known_.begin() + end, -1);
+  const double stretch = std::max(1.0, row.straight.stretch);
+  for (const auto& [axis, felt] :
+       {std::pair(&table_.columns, &columns_), std::pair(&table_.rows, &rows_)})
+    fastest_tag_kernels().locate({axis, bent_x_.data(), bent_y_.data(), begin, end,
+                                  static_cast<float>(kTagReach * stretch),
+                                  static_cast<float>(reach * stretch), felt->first.data(),
+                                  felt->last.data(), is_known_.data()});
+  const auto is_known = [&](int c) { return is_known_[static_cast<std::size_t>(c)] != 0; };
+  while (begin < end && !is_known(begin)) ++begin;
+  while (begin < end && !is_known(end - 1)) --end;
 }
 
 TagModel::Seen TagModel::seen(int c) const {
-  const int column = columns_.first(c) - 1;
-  const std::uint32_t all = (2U << columns_.count(c)) - 1;
-  const auto row = static_cast<std::size_t>(rows_.first(c) - 1);
-  const auto num_rows = static_cast<std::size_t>(rows_.count(c)) + 1;
-  std::uint32_t any_white = 0, all_white = all, unknown = 0;
-  for (std::size_t j = row; j < row + num_rows; ++j) {
-    any_white |= cells_[j] >> column;
-    all_white &= cells_[j] >> column;
-    unknown |= unknown_[j] >> column;
+  const auto k = static_cast<std::size_t>(c);
+  // Lines that a start far off makes cross are not felt in their order.
+  const int num_columns = std::max(0, columns_.last[k] - columns_.first[k]);
+  const int column = columns_.first[k] - 1;
+  const std::uint32_t all = (2U << num_columns) - 1;
+  std::uint32_t any_white = 0, all_white = all, unknown = is_known_[k] != 0 ? 0 : all;
+  for (int j = rows_.first[k] - 1; j < std::max(rows_.first[k], rows_.last[k]); ++j) {
+    const auto row = static_cast<std::size_t>(j);
+    any_white |= cells_[row] >> column;
+    all_white &= cells_[row] >> column;
+    unknown |= unknown_[row] >> column;
   }
   if ((unknown & all) != 0) return Seen::unknown;
   if (all_white == all) return Seen::white;

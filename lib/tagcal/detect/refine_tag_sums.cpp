@@ -7,37 +7,39 @@ namespace tagcal {
 
 using namespace tag_parameter;
 
+constexpr double kUnknownReach = 3;  // spreads beyond which the unknown is not felt: 0.14 % of it
+
 // Sums over the pixels at the model's parameters.
 void TagFitter::collect() {
-  num_graded_ = num_pixels_ = 0;
-  sums_.setZero();
+  num_pixels_ = 0;
   for (FlatSums& sums : flat_) sums = {};
+  products_.setZero();
+  model_.start(block_, num_bends_ > 0, places_.has_value());
   for (int row = 0; row < patch_.height; row += row_step_) collect_row(row);
   add_block();
-  // The residual's row stands before those of the bends.
+  const auto lower = products_.triangularView<Eigen::Lower>();
+  const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
+  constexpr int kRest = kTagResidual + 1;
   information_.setIdentity();  // of bends that are held at zero
-  information_.topLeftCorner<kBend, kBend>() = sums_.topLeftCorner<kBend, kBend>();
-  information_.block(kBend, kBend, num_bends_, num_bends_) =
-      sums_.block(kBend + 1, kBend + 1, num_bends_, num_bends_);
-  information_.block(0, kBend, kBend, num_bends_) = sums_.block(0, kBend + 1, kBend, num_bends_);
-  information_.block(kBend, 0, num_bends_, kBend) = sums_.block(kBend + 1, 0, num_bends_, kBend);
+  information_.topLeftCorner<kBend, kBend>() = sums.topLeftCorner<kBend, kBend>();
   gradient_.setZero();
-  gradient_.head<kBend>() = sums_.col(kBend).head<kBend>();
-  gradient_.segment(kBend, num_bends_) = sums_.col(kBend).segment(kBend + 1, num_bends_);
-  squares_ = sums_(kBend, kBend);
+  gradient_.head<kBend>() = sums.col(kTagResidual).head<kBend>();
+  if (num_bends_ > 0) {
+    information_.bottomRightCorner<kNumBends, kNumBends>() =
+        sums.block<kNumBends, kNumBends>(kRest, kRest);
+    information_.topRightCorner<kBend, kNumBends>() = sums.block<kBend, kNumBends>(0, kRest);
+    information_.bottomLeftCorner<kNumBends, kBend>() = sums.block<kNumBends, kBend>(kRest, 0);
+    gradient_.tail<kNumBends>() = sums.col(kTagResidual).segment<kNumBends>(kRest);
+  }
+  squares_ = sums(kTagResidual, kTagResidual);
   for (const bool white : {false, true}) add_flat(white);
 }
 
-// Products in single precision, summed over blocks in double.
 void TagFitter::add_block() {
-  const Eigen::Index n = kBend + 1 + num_bends_;
-  Eigen::Matrix<float, kCount + 1, kCount + 1> block;
-  block.setZero();
-  block.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(
-      graded_.topLeftCorner(n, num_graded_));
-  block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
-  sums_ += block.cast<double>();
-  num_graded_ = 0;
+  if (block_.size == 0) return;
+  model_.evaluate(block_);
+  fastest_tag_kernels().add_products(block_, products_.data());
+  block_.size = block_.num_felt = 0;
 }
 
 PixelSpan TagFitter::in_window(int row) const {
@@ -49,34 +51,25 @@ PixelSpan TagFitter::in_window(int row) const {
 }
 
 void TagFitter::collect_row(int row) {
-  const TagParameters& p = model_.parameters();
   TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
                (patch_.y0 + row - middle_.y()) / scale_};
   if (places_) place.straight = places_->row(row);
   PixelSpan& span = spans_[static_cast<std::size_t>(row)];
   if (!are_spans_fixed_) span = in_window(row);
   int begin = span.begin, end = span.end;
-  model_.set_row(place, are_spans_fixed_ ? 0.5 * TagAxis::kUnknownReach : TagAxis::kUnknownReach,
-                 begin, end);
+  model_.set_row(place, are_spans_fixed_ ? 0.5 * kUnknownReach : kUnknownReach, begin, end);
   span = {begin, std::max(begin, end)};
-  TagPixel pixel;
   for (int c = begin; c < end; ++c) {
-    const double level = patch_.at(c, row);
-    const double x = place.left + c * place.step;
     const TagModel::Seen seen = model_.seen(c);
     if (seen == TagModel::Seen::unknown) continue;
     ++num_pixels_;
-    if (seen != TagModel::Seen::both) {
-      flat_[seen == TagModel::Seen::white ? 1 : 0].add(x, place.y, level);
-      continue;
+    if (seen == TagModel::Seen::both) {
+      model_.add(block_, c, patch_.at(c, row));
+      if (block_.size == kTagBlock) add_block();
+    } else {
+      flat_[seen == TagModel::Seen::white ? 1 : 0].add(place.left + c * place.step, place.y,
+                                                       patch_.at(c, row));
     }
-    model_.evaluate(c, pixel);
-    const double gain = p[kGain] + p[kGainSlope] * x + p[kGainSlope + 1] * place.y;
-    if (num_graded_ == kBlock) add_block();
-    float* out = graded_.col(num_graded_++).data();
-    std::copy_n(pixel.by_parameter.begin(), kBend, out);
-    out[kBend] = static_cast<float>(level - p[kBlack] - gain * pixel.white);
-    std::copy_n(pixel.by_parameter.begin() + kBend, num_bends_, out + kBend + 1);
   }
 }
 

@@ -1,0 +1,407 @@
+#pragma once
+
+#include "tagcal/detect/refine_tag_kernels.hpp"
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+// The loops of refine_tag_kernels.hpp. Included by the files of kernels only. Vectors are the
+// compiler's own: any processor has them, in one register of its own or in several.
+namespace tagcal {
+namespace {
+
+#ifdef __AVX2__
+constexpr int kLanes = 8;
+#else
+constexpr int kLanes = 4;
+#endif
+static_assert(kTagPack % kLanes == 0);
+
+typedef float Pack __attribute__((vector_size(4 * kLanes)));
+typedef std::int32_t IntPack __attribute__((vector_size(4 * kLanes)));
+typedef std::uint32_t BitPack __attribute__((vector_size(4 * kLanes)));
+
+inline IntPack bits_of(Pack a) { return __builtin_bit_cast(IntPack, a); }
+inline Pack from_bits(IntPack a) { return __builtin_bit_cast(Pack, a); }
+inline Pack all(float value) { return value - Pack{}; }
+
+template <typename P, typename T>
+inline P load(const T* from) {
+  P result;
+  __builtin_memcpy(&result, from, sizeof result);
+  return result;
+}
+
+template <typename P, typename T>
+inline void store(T* to, const P& pack) {
+  __builtin_memcpy(to, &pack, sizeof pack);
+}
+
+// Bit by bit.
+inline Pack chosen(IntPack mask, Pack yes, Pack no) {
+  return from_bits((mask & bits_of(yes)) | (~mask & bits_of(no)));
+}
+
+inline Pack magnitude(Pack a) { return from_bits(bits_of(a) & 0x7fffffff); }
+
+inline Pack inverse_root(Pack squared) {
+#ifdef __AVX2__
+  return 1.0F / _mm256_sqrt_ps(squared);
+#else
+  Pack result;
+  for (int i = 0; i < kLanes; ++i) result[i] = 1.0F / __builtin_sqrtf(squared[i]);
+  return result;
+#endif
+}
+
+// exp(-a) for 0 <= a <= 80, to 6e-6 of itself, without branches.
+inline Pack exp_minus(Pack a) {
+  const Pack t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
+  const IntPack whole = __builtin_convertvector(t, IntPack);
+  const Pack f = t - __builtin_convertvector(whole, Pack);
+  const Pack power =
+      1.0F +
+      f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
+                                                                     f * f * 0.000154035F))));
+  return power * from_bits((whole + 27) << 23);
+}
+
+// The lines that are felt next at a pack of pixels.
+struct LinePack {
+  Pack by_x, by_y, by_1, at, inv_length;
+};
+
+inline LinePack load_lines(const TagLine* lines, const std::int32_t* first) {
+#ifdef __AVX2__
+  // Rows of eight numbers to columns.
+  __m256 r[8], s[8];
+  for (int i = 0; i < 8; ++i) r[i] = _mm256_load_ps(&lines[first[i]].by_x);
+  for (int i = 0; i < 4; ++i) {
+    s[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+    s[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+  }
+  for (int i = 0; i < 8; i += 4) {
+    r[i] = _mm256_shuffle_ps(s[i], s[i + 2], 0x44);
+    r[i + 1] = _mm256_shuffle_ps(s[i], s[i + 2], 0xee);
+    r[i + 2] = _mm256_shuffle_ps(s[i + 1], s[i + 3], 0x44);
+  }
+  return {_mm256_permute2f128_ps(r[0], r[4], 0x20), _mm256_permute2f128_ps(r[1], r[5], 0x20),
+          _mm256_permute2f128_ps(r[2], r[6], 0x20),
+          _mm256_permute2f128_ps(_mm256_shuffle_ps(s[1], s[3], 0xee),
+                                 _mm256_shuffle_ps(s[5], s[7], 0xee), 0x20),
+          _mm256_permute2f128_ps(r[0], r[4], 0x31)};
+#else
+  LinePack pack;
+  for (int i = 0; i < kLanes; ++i) {
+    const TagLine& line = lines[first[i]];
+    pack.by_x[i] = line.by_x;
+    pack.by_y[i] = line.by_y;
+    pack.by_1[i] = line.by_1;
+    pack.at[i] = line.at;
+    pack.inv_length[i] = line.inv_length;
+  }
+  return pack;
+#endif
+}
+
+// A line at a pack of pixels: distance in spreads, the Gaussian's density there, the step with the
+// pixel's square and its derivative; white by that distance.
+struct FeltLine {
+  LinePack line;
+  Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance;
+  Pack near;  // the distance, but no larger than what polynomials in it can bear
+};
+
+// Normal integral (Abramowitz & Stegun 7.1.26) and density, each to 3e-6, without branches.
+inline void set_profile(FeltLine& felt, Pack box) {
+  const Pack z = felt.distance, size = magnitude(z);
+  const Pack twelve = all(12.0F);
+  const Pack a = chosen(size < twelve, size, twelve);
+  felt.near = chosen(z < 0.0F, -a, a);
+  const Pack e = exp_minus(0.5F * a * a);
+  const Pack t = 1.0F / (1.0F + 0.231641888F * a);
+  const Pack tail =
+      0.5F * e * t *
+      (0.254829592F +
+       t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
+  const Pack normal = chosen(z < 0.0F, tail, 1.0F - tail);
+  const Pack z2 = z * z;
+  felt.density = 0.398942280F * e;
+  felt.step = normal - box * z * (z2 - 3.0F) * felt.density;
+  felt.slope = felt.density * (1.0F + box * (z2 * (z2 - 6.0F) + 3.0F));
+}
+
+struct PixelPack {
+  Pack x, y, xx, xy, yy;
+};
+
+template <bool kStretched>
+inline void feel(const TagTable& table, const TagLine* lines, const std::int32_t* first,
+                 const PixelPack& pixel, FeltLine& felt) {
+  felt.line = load_lines(lines, first);
+  const LinePack& line = felt.line;
+  felt.normal_x = line.by_x / table.per_unit;
+  felt.normal_y = line.by_y / table.per_unit;
+  felt.distance = line.by_x * pixel.x + line.by_y * pixel.y + line.by_1;
+  const Pack x2 = felt.normal_x * felt.normal_x, y2 = felt.normal_y * felt.normal_y;
+  felt.stretched = all(1.0F);
+  if constexpr (kStretched) {
+    felt.stretched = inverse_root(x2 * pixel.xx + 2.0F * felt.normal_x * felt.normal_y * pixel.xy +
+                                  y2 * pixel.yy);
+    felt.distance *= felt.stretched;
+  }
+  set_profile(felt, table.box * (x2 * x2 + y2 * y2));
+}
+
+inline Pack cell(BitPack bits, int i) {
+  return __builtin_bit_cast(Pack, -(bits >> i & 1U) & 0x3f800000U);
+}
+
+// White by the products of steps, as if rows and columns were at right angles; and by each step.
+template <int kFelt>
+inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* rows) {
+  Pack white = {}, last = {};
+  for (int i = 0; i < kFelt; ++i) columns[i].by_distance = Pack{};
+  for (int j = 0; j <= kFelt; ++j) {
+    const BitPack bits = load<BitPack>(&block.cells[j][at]);
+    const Pack before = j == 0 ? all(1.0F) : rows[j - 1].step;
+    const Pack weight = j == kFelt ? before : before - rows[j].step;
+    Pack left = cell(bits, 0), sum = left;
+    for (int i = 0; i < kFelt; ++i) {
+      const Pack right = cell(bits, i + 1), change = right - left;
+      sum += change * columns[i].step;
+      columns[i].by_distance += weight * change;
+      left = right;
+    }
+    white += weight * sum;
+    if (j > 0) rows[j - 1].by_distance = rows[j - 1].slope * (sum - last);
+    last = sum;
+  }
+  for (int i = 0; i < kFelt; ++i) columns[i].by_distance *= columns[i].slope;
+  return white;
+}
+
+// Beyond the product of its steps, the bivariate normal integral over a quadrant at (h, k) is the
+// sum over n >= 0 of rho^(n+1) / (n+1)! He_n(h) He_n(k) times both densities (Pearson 1901).
+inline Pack junction(int num_terms, Pack contrast, FeltLine& column, FeltLine& row) {
+  const Pack rho = column.normal_x * row.normal_x + column.normal_y * row.normal_y;
+  const Pack h = column.near, k = row.near;
+  Pack of_h = all(1.0F), next_of_h = h, of_k = of_h, next_of_k = k;
+  Pack term = rho, sum = {}, by_h = {}, by_k = {};
+  for (int n = 1; n <= num_terms; ++n) {
+    const auto order = static_cast<float>(n);
+    const Pack a = term * of_h, b = term * of_k;
+    sum += a * of_k;
+    by_h += b * next_of_h;
+    by_k += a * next_of_k;
+    const Pack after_h = h * next_of_h - order * of_h, after_k = k * next_of_k - order * of_k;
+    of_h = next_of_h;
+    of_k = next_of_k;
+    next_of_h = after_h;
+    next_of_k = after_k;
+    term *= rho * (1.0F / (order + 1.0F));
+  }
+  const Pack scaled = contrast * column.density * row.density;
+  column.by_distance -= scaled * by_h;
+  row.by_distance -= scaled * by_k;
+  return scaled * sum;
+}
+
+// White by a row of the homography's matrix, and by its last row.
+struct ByHomography {
+  Pack by_x = {}, by_y = {}, by_1 = {};
+};
+
+struct ByGeometry {
+  ByHomography columns, rows;
+  Pack by_last_x = {}, by_last_y = {}, by_log_spread = {}, by_place_x = {}, by_place_y = {};
+};
+
+inline void differentiate(const TagTable& table, const PixelPack& pixel, const FeltLine& felt,
+                          ByHomography& by, ByGeometry& all) {
+  const Pack by_distance = felt.by_distance * felt.stretched;
+  const Pack by_1 = by_distance * felt.line.inv_length * table.per_unit;
+  const Pack about = felt.by_distance * felt.distance;
+  const Pack turned = about * felt.line.inv_length;
+  const Pack by_x = by_1 * pixel.x - turned * felt.normal_x;
+  const Pack by_y = by_1 * pixel.y - turned * felt.normal_y;
+  by.by_x += by_x;
+  by.by_y += by_y;
+  by.by_1 += by_1;
+  all.by_last_x -= felt.line.at * by_x;
+  all.by_last_y -= felt.line.at * by_y;
+  all.by_log_spread -= about;
+  all.by_place_x += by_distance * felt.line.by_x;
+  all.by_place_y += by_distance * felt.line.by_y;
+}
+
+inline void put(TagBlock& block, int column, int at, Pack values) {
+  store(&block.derivatives[column][at], values);
+}
+
+inline void put_bends(TagBlock& block, int at, Pack by_x, Pack by_y) {
+  const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
+  const Pack xx = x * x, xy = x * y, yy = y * y;
+  int column = kTagResidual + 1;
+  put(block, column++, at, by_x * yy);
+  put(block, column++, at, by_y * xx);
+  put(block, column++, at, by_x * xx - by_y * xy);
+  put(block, column++, at, by_x * xy - by_y * yy);
+  const Pack both[2] = {by_x, by_y};
+  for (const Pack by : both) {
+    put(block, column++, at, by * x * xx);
+    put(block, column++, at, by * x * xy);
+    put(block, column++, at, by * x * yy);
+    put(block, column++, at, by * y * yy);
+  }
+}
+
+inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack white,
+                            const ByGeometry& by) {
+  const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
+  const Pack gain = table.gain + table.gain_by_x * x + table.gain_by_y * y;
+  int column = 0;
+  const ByHomography* const parts[2] = {&by.columns, &by.rows};
+  for (const ByHomography* part : parts) {
+    put(block, column++, at, gain * part->by_x);
+    put(block, column++, at, gain * part->by_y);
+    put(block, column++, at, gain * part->by_1);
+  }
+  put(block, column++, at, gain * by.by_last_x);
+  put(block, column++, at, gain * by.by_last_y);
+  put(block, column++, at, gain * by.by_log_spread);
+  put(block, column++, at, all(1.0F));
+  put(block, column++, at, white);
+  put(block, column++, at, white * x);
+  put(block, column++, at, white * y);
+  put(block, column, at, load<Pack>(&block.level[at]) - table.black - gain * white);
+  if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);
+}
+
+template <int kFelt, bool kStretched>
+inline void evaluate_all(const TagTable& table, TagBlock& block) {
+  for (int at = 0; at < block.size; at += kLanes) {
+    const PixelPack pixel = {load<Pack>(&block.x[at]), load<Pack>(&block.y[at]),
+                             load<Pack>(&block.xx[at]), load<Pack>(&block.xy[at]),
+                             load<Pack>(&block.yy[at])};
+    FeltLine columns[kFelt], rows[kFelt];
+    for (int i = 0; i < kFelt; ++i) {
+      feel<kStretched>(table, table.columns.lines + i, block.column + at, pixel, columns[i]);
+      feel<kStretched>(table, table.rows.lines + i, block.row + at, pixel, rows[i]);
+    }
+    Pack white = blend<kFelt>(block, at, columns, rows);
+    for (int j = 0; j < kFelt; ++j) {
+      const BitPack upper = load<BitPack>(&block.cells[j][at]);
+      const BitPack lower = load<BitPack>(&block.cells[j + 1][at]);
+      for (int i = 0; i < kFelt; ++i) {
+        const Pack contrast =
+            cell(lower, i + 1) - cell(lower, i) - cell(upper, i + 1) + cell(upper, i);
+        white += junction(table.num_terms, contrast, columns[i], rows[j]);
+      }
+    }
+    ByGeometry by;
+    for (int i = 0; i < kFelt; ++i) {
+      differentiate(table, pixel, columns[i], by.columns, by);
+      differentiate(table, pixel, rows[i], by.rows, by);
+    }
+    put_derivatives(table, block, at, white, by);
+  }
+}
+
+template <bool kStretched>
+inline void evaluate_with(const TagTable& table, TagBlock& block) {
+  if (block.num_felt <= 1) return evaluate_all<1, kStretched>(table, block);
+  if (block.num_felt == 2) return evaluate_all<2, kStretched>(table, block);
+  if (block.num_felt == 3) return evaluate_all<3, kStretched>(table, block);
+  if (block.num_felt == 4) return evaluate_all<4, kStretched>(table, block);
+  if (block.num_felt <= 6) return evaluate_all<6, kStretched>(table, block);
+  evaluate_all<kMaxTagLines, kStretched>(table, block);
+}
+
+inline int num_columns(const TagBlock& block) {
+  return block.is_bent ? kTagColumns : kTagStraightColumns;
+}
+
+// What stands beyond the last pixel is the first once more: it is of no weight.
+void evaluate(const TagTable& table, TagBlock& block) {
+  const int padded = (block.size + kTagPack - 1) / kTagPack * kTagPack;
+  float* const all_values[] = {block.x,     block.y,  block.raw_x, block.raw_y,
+                               block.level, block.xx, block.xy,    block.yy};
+  for (int i = block.size; i < padded; ++i) {
+    for (float* values : all_values) values[i] = values[0];
+    block.column[i] = block.column[0];
+    block.row[i] = block.row[0];
+    for (int j = 0; j <= block.num_felt; ++j) block.cells[j][i] = block.cells[j][0];
+  }
+  if (block.is_stretched)
+    evaluate_with<true>(table, block);
+  else
+    evaluate_with<false>(table, block);
+  const int columns = num_columns(block);
+  for (int k = 0; k < columns; ++k)
+    for (int i = block.size; i < padded; ++i) block.derivatives[k][i] = 0;
+  // The last two columns are none.
+  for (int k = columns - 2; k < columns; ++k)
+    for (int i = 0; i < padded; ++i) block.derivatives[k][i] = 0;
+}
+
+void locate(const TagLocateJob& job) {
+  const TagLine* const lines = job.axis->lines;
+  const int last_line = job.axis->count - 1;
+  for (int c = job.from; c < job.to; c += kLanes) {
+    const Pack x = load<Pack>(job.x + c), y = load<Pack>(job.y + c);
+    const auto distance = [&](int i) {
+      return lines[i].by_x * x + lines[i].by_y * y + lines[i].by_1;
+    };
+    IntPack first = 1 - IntPack{}, last = first;
+    for (int i = 1; i < last_line; ++i) {
+      const Pack d = distance(i);
+      first -= d >= job.reach;
+      last -= d > -job.reach;
+    }
+    const IntPack is_known = (distance(0) >= job.unknown) & (distance(last_line) <= -job.unknown);
+    store(job.first + c, first);
+    store(job.last + c, last);
+    store(job.is_known + c, is_known & load<IntPack>(job.is_known + c));
+  }
+}
+
+// Adds the sum over the lanes of each of four packs.
+inline void add_sums(const Pack* packs, double* sums) {
+#ifdef __AVX2__
+  const __m256 all =
+      _mm256_hadd_ps(_mm256_hadd_ps(packs[0], packs[1]), _mm256_hadd_ps(packs[2], packs[3]));
+  const __m128 four = _mm_add_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
+  _mm256_storeu_pd(sums, _mm256_add_pd(_mm256_loadu_pd(sums), _mm256_cvtps_pd(four)));
+#else
+  for (int j = 0; j < 4; ++j) {
+    float sum = 0;
+    for (int lane = 0; lane < kLanes; ++lane) sum += packs[j][lane];
+    sums[j] += static_cast<double>(sum);
+  }
+#endif
+}
+
+// Products of two columns with four, in single precision over a block.
+inline void add_tile(const TagBlock& block, int row, int column, double* sums) {
+  Pack products[2][4] = {};
+  for (int at = 0; at < block.size; at += kLanes) {
+    const Pack a = load<Pack>(&block.derivatives[row][at]);
+    const Pack b = load<Pack>(&block.derivatives[row + 1][at]);
+    for (int j = 0; j < 4; ++j) {
+      const Pack c = load<Pack>(&block.derivatives[column + j][at]);
+      products[0][j] += a * c;
+      products[1][j] += b * c;
+    }
+  }
+  for (int i = 0; i < 2; ++i) add_sums(products[i], sums + (row + i) * kTagColumns + column);
+}
+
+void add_products(const TagBlock& block, double* sums) {
+  for (int i = 0; i < num_columns(block); i += 2)
+    for (int j = 0; j <= i + 1; j += 4) add_tile(block, i, j, sums);
+}
+
+}  // namespace
+}  // namespace tagcal
