@@ -146,6 +146,19 @@ std::vector<StabilityMap> stability_maps() {
   return maps;
 }
 
+StabilityMap ours_alone(StabilityMap map) {
+  std::vector<std::size_t> kept;
+  std::vector<StabilityMethod> methods;
+  for (std::size_t m = 0; m < map.methods.size(); ++m)
+    if (map.methods[m].ours) kept.push_back(m), methods.push_back(map.methods[m]);
+  map.methods = std::move(methods);
+  map.draw = [draw = std::move(map.draw), kept](std::span<const double> at,
+                                                Random& random) -> StabilityProblem {
+    return [problem = draw(at, random), kept](std::size_t method) { return problem(kept[method]); };
+  };
+  return map;
+}
+
 StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options,
                         const std::function<void(int, int)>& progress) {
   numbers_of(map, options);  // throws before anything is done

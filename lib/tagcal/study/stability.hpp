@@ -91,6 +91,9 @@ struct StabilityMap {
 // Of poses, then of calibrations, in the order of the page.
 std::vector<StabilityMap> stability_maps();
 
+// The map with our methods alone: the same problems, and numbers of trials, without the peers.
+StabilityMap ours_alone(StabilityMap map);
+
 struct StabilityOptions {
   std::uint64_t seed = 1;
   int threads = 1;     // 0: one a core. Nothing but times depends on it
