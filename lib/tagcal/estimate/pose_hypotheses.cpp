@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "tagcal/estimate/frontal.hpp"
@@ -59,6 +60,24 @@ Solutions<ViewSolution<7>, 4> told_apart(const PoseProblem&, ViewSums&, const Vi
   return fit.poses;
 }
 
+// Four points in a plane whose triangles are alike, and as wide as long.
+bool is_like_a_tag(const PoseProblem& problem) {
+  constexpr double kAlike = 0.8;
+  const std::span<const Eigen::Vector3d> p = problem.view().points;
+  if (p.size() != 4 || problem.spread().shape != PointShape::plane) return false;
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0, diameter = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d a = p[(i + 1) % 4] - p[i], b = p[(i + 2) % 4] - p[i];
+    const double area = a.cross(b).squaredNorm();
+    smallest = std::min(smallest, area);
+    largest = std::max(largest, area);
+    diameter = std::max({diameter, a.squaredNorm(), b.squaredNorm()});
+  }
+  // A square has areas (twice those of its triangles) of half of its squared diagonal.
+  return smallest > kAlike * kAlike * largest &&
+         smallest > 0.25 * kAlike * kAlike * diameter * diameter;
+}
+
 // In the target's frame; `of_step` is the covariance of the solution's step, and becomes that.
 template <int N>
 PoseHypothesis hypothesis_of(const PoseProblem& problem, const Lens& lens,
@@ -93,8 +112,11 @@ std::vector<PoseHypothesis> hypotheses_of(
     if (!cholesky.compute(solution.information)) continue;
     Eigen::Matrix<double, N, N> of_step = variance * cholesky.inverse();
     if constexpr (N == 6)
-      if (may_be_curved(of_step))
-        of_step += PoseProfile(sums, fit.noise.sigma_px, poses).gain(solution, of_step);
+      if (may_be_curved(of_step)) {
+        PoseProfile profile(sums, fit.noise.sigma_px, poses);
+        of_step += is_like_a_tag(problem) ? profile.gain_of_curve(solution, of_step)
+                                          : profile.gain(solution, of_step);
+      }
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     const double excess = solution.cost - fit.best().cost;

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // Of the variance of the least known turn to the standard deviation of the best known one.
-constexpr double kCurved = 0.2;
+constexpr double kCurved = 0.4;
 constexpr double kSteps = 4;        // standard deviations
 constexpr double kRisen = 9;        // sigma^2: a walk has come far enough
 constexpr double kLeast = 4;        // sigma^2 at which a pose is let in at least
@@ -31,6 +31,13 @@ ViewState moved(const ViewState& state, const Vector6d& step) {
   return next;
 }
 
+// The Gauss-Newton step among those that leave the value of a linear function of the step.
+Vector6d step_across(const SmallCholesky<6>& information, const Vector6d& function,
+                     const Vector6d& gradient) {
+  const Vector6d p = information.solve(gradient), q = information.solve(function);
+  return q * (function.dot(p) / function.dot(q)) - p;
+}
+
 // The state of least cost among those that steps across the direction lead to; its cost. Infinite
 // outside of the lens' domain.
 double minimise_across(ViewSums& sums, const Vector6d& direction, double enough, ViewState& state) {
@@ -41,8 +48,7 @@ double minimise_across(ViewSums& sums, const Vector6d& direction, double enough,
   for (int i = 0; i < kMaxSteps; ++i) {
     SmallCholesky<6> cholesky;
     if (!cholesky.compute(here.information)) break;
-    const Vector6d p = cholesky.solve(here.gradient), q = cholesky.solve(direction);
-    const Vector6d step = q * (direction.dot(p) / direction.dot(q)) - p;
+    const Vector6d step = step_across(cholesky, direction, here.gradient);
     if (!(-here.gradient.dot(step) > enough)) break;
     const ViewState next = moved(state, length * step);
     if (!sums.at(next, there) || there.cost > here.cost) {
@@ -60,6 +66,20 @@ double squared_distance(const ViewSolution<6>& from, const ViewState& to, double
   const Vector6d step = step_between(from.state, to);
   const Matrix6d information = from.information.selfadjointView<Eigen::Upper>();
   return step.dot(information * step) / variance;
+}
+
+// Of the least known turns, linear functions with a standard deviation of 1.
+Solutions<Vector6d, 2> weak_turns(const Matrix6d& covariance) {
+  Eigen::SelfAdjointEigenSolver<Matrix3d> turns;
+  turns.computeDirect(covariance.topLeftCorner<3, 3>());
+  const Vector3d sigma = turns.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  Solutions<Vector6d, 2> directions;
+  for (int i = 2; i > 0 && sigma[i] * sigma[i] > kCurved * sigma[0]; --i) {
+    Vector6d direction = Vector6d::Zero();
+    direction.head<3>() = turns.eigenvectors().col(i) / sigma[i];
+    directions.push_back(direction);
+  }
+  return directions;
 }
 
 }  // namespace
@@ -80,32 +100,63 @@ bool may_be_curved(const Matrix6d& covariance) {
   return !(sum < kCurved * std::sqrt(std::max(0.0, smallest)));
 }
 
+PoseProfile::Walk::Walk(const ViewSolution<6>& from_pose, const Matrix6d& linear,
+                        const Vector6d& unit)
+    : from(from_pose), covariance(linear), direction(unit), step(linear * unit) {
+  longest = kFarthestRad / step.head<3>().norm();
+}
+
 PoseProfile::PoseProfile(ViewSums& sums, double sigma_px, PosesOfView& poses)
     : sums_(sums), sigma_px_(sigma_px), poses_(poses) {}
 
 Matrix6d PoseProfile::gain(const ViewSolution<6>& pose, const Matrix6d& covariance) {
-  Matrix6d gain = Matrix6d::Zero();
-  Eigen::SelfAdjointEigenSolver<Matrix3d> turns;
-  turns.computeDirect(covariance.topLeftCorner<3, 3>());
-  const Vector3d sigma = turns.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const double curved = kCurved * sigma[0];
-  Vector6d directions[4];
-  int count = 0;
-  for (int i = 2; i > 0 && sigma[i] * sigma[i] > curved; --i) {
-    directions[count].setZero();
-    directions[count++].head<3>() = turns.eigenvectors().col(i) / sigma[i];
-  }
-  if (count == 2) {
+  Solutions<Vector6d, 4> directions;
+  for (const Vector6d& direction : weak_turns(covariance))
+    if (is_curved({pose, covariance, direction})) directions.push_back(direction);
+  if (directions.size() == 2) {
     const Vector6d first = directions[0], second = directions[1];
-    directions[count++] = (first + second) / std::sqrt(2.0);
-    directions[count++] = (first - second) / std::sqrt(2.0);
+    directions.push_back((first + second) / std::sqrt(2.0));
+    directions.push_back((first - second) / std::sqrt(2.0));
   }
-  for (int i = 0; i < count; ++i) {
-    const double rad = (covariance * directions[i]).head<3>().norm();  // of one standard deviation
-    const Walk walk{pose, covariance, directions[i], kFarthestRad / rad};
+  Matrix6d gain = Matrix6d::Zero();
+  for (const Vector6d& direction : directions) {
+    const Walk walk(pose, covariance, direction);
     for (const double side : {1.0, -1.0}) go(walk, side, gain);
   }
   return gain;
+}
+
+Matrix6d PoseProfile::gain_of_curve(const ViewSolution<6>& pose, const Matrix6d& covariance) {
+  Matrix6d gain = Matrix6d::Zero();
+  for (const Vector6d& direction : weak_turns(covariance)) {
+    const Walk walk(pose, covariance, direction);
+    const double steps = std::min(kSteps, walk.longest), square = steps * steps;
+    NormalEquations<6> there;
+    SmallCholesky<6> cholesky;
+    if (!sums_.at(moved(pose.state, steps * walk.step), there) ||
+        !cholesky.compute(there.information))
+      continue;
+    const Vector6d offset = step_across(cholesky, direction, there.gradient);
+    const Matrix6d information = pose.information.selfadjointView<Eigen::Upper>();
+    const double claimed = offset.dot(information * offset) / (sigma_px_ * sigma_px_);
+    // The same on both sides.
+    gain += 2 * (1 / square - 1 / (square + claimed)) * offset * offset.transpose();
+  }
+  return gain;
+}
+
+// Whether the cost does not rise along the straight line as the covariance has it.
+bool PoseProfile::is_curved(const Walk& walk) {
+  constexpr double kFlat = 0.6, kSteep = 1.5;
+  const double steps = std::min(kSteps, walk.longest), square = steps * steps;
+  const double variance = sigma_px_ * sigma_px_;
+  for (const double length : {steps, -steps}) {
+    NormalEquations<6> there;
+    if (!sums_.at(moved(walk.from.state, length * walk.step), there)) return true;
+    const double risen = (there.cost - walk.from.cost) / variance;
+    if (!(risen > kFlat * square && risen < kSteep * square)) return true;
+  }
+  return false;
 }
 
 void PoseProfile::go(const Walk& walk, double side, Matrix6d& gain) {
@@ -116,7 +167,7 @@ void PoseProfile::go(const Walk& walk, double side, Matrix6d& gain) {
   while (gone < walk.longest && risen < kRisen) {
     const double length = std::min(gone > 0 ? gone : kSteps, walk.longest - gone);
     gone += length;
-    state = moved(state, side * length * (walk.covariance * walk.direction));
+    state = moved(state, side * length * walk.step);
     const double cost = minimise_across(sums_, walk.direction, kEnough * variance, state);
     risen = (cost - walk.from.cost) / variance;
     if (!std::isfinite(risen)) return;

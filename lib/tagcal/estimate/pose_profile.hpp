@@ -35,14 +35,23 @@ class PoseProfile {
   Eigen::Matrix<double, 6, 6> gain(const ViewSolution<6>& pose,
                                    const Eigen::Matrix<double, 6, 6>& covariance);
 
+  // What it gains by the curve alone, from one pose in each direction: for planes whose flatness
+  // and second minimum are known (frontal.hpp), at a tenth of the time.
+  Eigen::Matrix<double, 6, 6> gain_of_curve(const ViewSolution<6>& pose,
+                                            const Eigen::Matrix<double, 6, 6>& covariance);
+
  private:
-  // A direction: a linear function of the turn, with a standard deviation of 1.
   struct Walk {
+    Walk(const ViewSolution<6>& from, const Eigen::Matrix<double, 6, 6>& covariance,
+         const Vector6d& direction);
+
     const ViewSolution<6>& from;
     const Eigen::Matrix<double, 6, 6>& covariance;
-    Vector6d direction;
-    double longest;  // in standard deviations
+    Vector6d direction;  // a linear function of the turn, with a standard deviation of 1
+    Vector6d step;       // the likeliest one with a value of 1, if the covariance is right
+    double longest;      // in standard deviations
   };
+  bool is_curved(const Walk& walk);
   void go(const Walk& walk, double side, Eigen::Matrix<double, 6, 6>& gain);
   void keep_minimum_near(const ViewState& state);
 
