@@ -78,6 +78,7 @@ void consider(const ViewState& state, ViewSums& sums, ViewStarts<N>& starts) {
 // Four points far from one another: the furthest from the centre, from it, from their line and from
 // their plane; in a plane, from the lines of any two of them.
 std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointShape shape) {
+  if (points.size() == 4) return {0, 1, 2, 3};
   std::array<std::size_t, 4> chosen;
   const auto furthest = [&](const auto& distance) {
     std::size_t best = 0;
