@@ -13,8 +13,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// Of the variance of the least known turn to the standard deviation of the best known one.
-constexpr double kCurved = 0.4;
+// Of the variance of the least known turn to the standard deviation of the best known one. (Of a
+// tag, whose tilt frontal.hpp has looked at, more is left to it.)
+constexpr double kCurved = 0.2, kCurvedOfTag = 0.4;
 constexpr double kSteps = 4;        // standard deviations
 constexpr double kRisen = 9;        // sigma^2: a walk has come far enough
 constexpr double kLeast = 4;        // sigma^2 at which a pose is let in at least
@@ -69,12 +70,12 @@ double squared_distance(const ViewSolution<6>& from, const ViewState& to, double
 }
 
 // Of the least known turns, linear functions with a standard deviation of 1.
-Solutions<Vector6d, 2> weak_turns(const Matrix6d& covariance) {
+Solutions<Vector6d, 2> weak_turns(const Matrix6d& covariance, double curved) {
   Eigen::SelfAdjointEigenSolver<Matrix3d> turns;
   turns.computeDirect(covariance.topLeftCorner<3, 3>());
   const Vector3d sigma = turns.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   Solutions<Vector6d, 2> directions;
-  for (int i = 2; i > 0 && sigma[i] * sigma[i] > kCurved * sigma[0]; --i) {
+  for (int i = 2; i > 0 && sigma[i] * sigma[i] > curved * sigma[0]; --i) {
     Vector6d direction = Vector6d::Zero();
     direction.head<3>() = turns.eigenvectors().col(i) / sigma[i];
     directions.push_back(direction);
@@ -111,7 +112,7 @@ PoseProfile::PoseProfile(ViewSums& sums, double sigma_px, PosesOfView& poses)
 
 Matrix6d PoseProfile::gain(const ViewSolution<6>& pose, const Matrix6d& covariance) {
   Solutions<Vector6d, 4> directions;
-  for (const Vector6d& direction : weak_turns(covariance))
+  for (const Vector6d& direction : weak_turns(covariance, kCurved))
     if (is_curved({pose, covariance, direction})) directions.push_back(direction);
   if (directions.size() == 2) {
     const Vector6d first = directions[0], second = directions[1];
@@ -128,7 +129,7 @@ Matrix6d PoseProfile::gain(const ViewSolution<6>& pose, const Matrix6d& covarian
 
 Matrix6d PoseProfile::gain_of_curve(const ViewSolution<6>& pose, const Matrix6d& covariance) {
   Matrix6d gain = Matrix6d::Zero();
-  for (const Vector6d& direction : weak_turns(covariance)) {
+  for (const Vector6d& direction : weak_turns(covariance, kCurvedOfTag)) {
     const Walk walk(pose, covariance, direction);
     const double steps = std::min(kSteps, walk.longest), square = steps * steps;
     NormalEquations<6> there;
@@ -147,10 +148,10 @@ Matrix6d PoseProfile::gain_of_curve(const ViewSolution<6>& pose, const Matrix6d&
 
 // Whether the cost does not rise along the straight line as the covariance has it.
 bool PoseProfile::is_curved(const Walk& walk) {
-  constexpr double kFlat = 0.6, kSteep = 1.5;
-  const double steps = std::min(kSteps, walk.longest), square = steps * steps;
+  constexpr double kFlat = 0.75, kSteep = 1.3, square = kSteps * kSteps;
+  if (walk.longest < kSteps) return true;
   const double variance = sigma_px_ * sigma_px_;
-  for (const double length : {steps, -steps}) {
+  for (const double length : {kSteps, -kSteps}) {
     NormalEquations<6> there;
     if (!sums_.at(moved(walk.from.state, length * walk.step), there)) return true;
     const double risen = (there.cost - walk.from.cost) / variance;

@@ -98,7 +98,8 @@ struct StabilityOptions {
   std::uint64_t seed = 1;
   int threads = 1;     // 0: one a core. Nothing but times depends on it
   bool quick = false;  // few trials: all maps in about a minute
-  int trials = 0;      // of a cell; peers run no more than these. 0: what the map takes
+  int trials = 0;      // of a cell; peers stop at their own number. 0: what the map takes
+  std::vector<std::size_t> cells = {};  // only these, ascending; empty: all
 };
 
 // All trials of one method in one cell.
