@@ -100,5 +100,26 @@ TEST(Marks, HalfABoardThatAgreesOnHalfATurnIsNoConsensus) {
   EXPECT_GT(tallies[0].said.at("ok"), 250);
 }
 
+TEST(OursAlone, HaveTheTrialsThatTheyHaveAmongPeers) {
+  StabilityMap map = stability_maps().front();
+  std::reverse(map.methods.begin(), map.methods.end());  // so that ours is not the first by chance
+  map.draw = [draw = map.draw, n = map.methods.size()](std::span<const double> at, Random& random) {
+    return [problem = draw(at, random), n](std::size_t m) { return problem(n - 1 - m); };
+  };
+  StabilityOptions options;
+  options.trials = 4;
+  options.cells = {3, 17};
+  const auto among = run_map(map, options).tallies;
+  const auto alone = run_map(ours_alone(map), options).tallies;
+  ASSERT_EQ(alone.size(), 2u);
+  ASSERT_EQ(among.size(), 2 * map.methods.size());
+  for (std::size_t i = 0; i < 2; ++i) {
+    const StabilityTally& same = among[(i + 1) * map.methods.size() - 1];
+    EXPECT_EQ(alone[i].cell, options.cells[i]);
+    EXPECT_EQ(alone[i].said, same.said);
+    EXPECT_EQ(alone[i].rms_over_bound, same.rms_over_bound);
+  }
+}
+
 }  // namespace
 }  // namespace tagcal
