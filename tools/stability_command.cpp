@@ -31,7 +31,7 @@ struct Arguments {
   std::string out;
   int trials = 0, threads = 1;
   std::uint64_t seed = 1;
-  bool quick = false, list = false;
+  bool quick = false, list = false, ours = false;
 };
 
 // Those that were named, in the order of the atlas; all where none was.
@@ -55,6 +55,7 @@ std::vector<std::string> origin_of(const Arguments& a) {
   for (const std::string& name : a.maps) command += " " + name;
   if (a.trials > 0) command += fmt::format(" --trials {}", a.trials);
   if (a.quick) command += " --quick";
+  if (a.ours) command += " --ours";
   command += fmt::format(" --seed {}", a.seed);
   return {command, "tagcal " TAGCAL_VERSION, peers_versions(), processor_name(), today()};
 }
@@ -80,6 +81,7 @@ int run(const Arguments& a) {
   std::vector<AtlasSheet> sheets;
   int misses = 0;
   for (StabilityMap& map : maps) {
+    if (a.ours) map = ours_alone(std::move(map));
     StabilityResult result = run_shown(map, a);
     write_whole(folder.path() / (map.name + ".csv"), stability_csv(map, result));
     if (can_draw)
@@ -108,12 +110,13 @@ Command add_stability(CLI::App& app) {
   command->add_option("--out", a->out, "folder for atlas.md and each map's .csv and .png")
       ->option_text("DIR");
   add_integer(*command, "--trials", a->trials, 1,
-              "trials of each cell; default: what the map takes");
+              "trials of each cell, of ours; peers stop at 200. Default: what the map takes");
   command->add_option("--seed", a->seed, "of the problems; equal seeds, equal outcomes")
       ->option_text("N");
   add_integer(*command, "--threads", a->threads, 0,
               "problems worked on side by side; 0: one per core; times are best with 1");
   command->add_flag("--quick", a->quick, "few trials: all maps in about a minute");
+  command->add_flag("--ours", a->ours, "our methods alone: the peers are most of the time");
   command->add_flag("--list", a->list, "names and titles of the maps, and nothing else");
   command->footer("Example: tagcal stability tag-tilt-distance --quick --out atlas");
   return {command, [a] { return run(*a); }};

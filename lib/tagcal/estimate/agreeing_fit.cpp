@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/view_consensus.hpp"
@@ -19,6 +20,10 @@ AgreeingFit<N> no_fit(Status status, const std::string& reason) {
   result.warnings.push_back(reason);
   return result;
 }
+
+// Of two groups that agree on different poses: the share of the one in the other from which on
+// neither is more right.
+constexpr double kNearlyAsMany = 0.8;
 
 bool is_covariance(const Matrix2& c) {
   const double product = c(0, 0) * c(1, 1);
@@ -135,15 +140,49 @@ AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Len
   return result;
 }
 
+// Whether a pose of one group, none of whose corners was kept or not all, has nearly as many that
+// agree with it. (Of four tags two with each other's ids: two corners of each of the four may agree
+// on the board turned by half a turn, as many as are right.) That is asked of a few inliers only:
+// many agree for no such reason.
+template <int N>
+bool has_rival_group(std::span<const Correspondence> correspondences, const Lens& lens,
+                     const PoseOptions& options, const AgreeingFit<N>& result) {
+  constexpr std::size_t kFew = 16;
+  const std::size_t inliers = correspondences.size() - result.outliers.size();
+  if (N == 7 || options.groups.empty() || inliers > kFew) return false;
+  std::map<int, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < correspondences.size(); ++i) groups[options.groups[i]].push_back(i);
+  const PoseProblem all(correspondences, options);
+  const Pose all_from_target = all.spread().plane_from_target_pose();
+  ViewResiduals residuals(lens, all.view());
+  for (const auto& [id, members] : groups) {
+    const bool kept = std::none_of(members.begin(), members.end(), [&](std::size_t i) {
+      return std::binary_search(result.outliers.begin(), result.outliers.end(), i);
+    });
+    const PoseProblem group(correspondences, options, members);
+    if (kept || !defect(group).empty()) continue;
+    const auto fit = fit_view<6>(group, lens, options);
+    for (std::size_t i = 0; fit && i < fit->poses.size(); ++i) {
+      const Pose camera_from_all = pose_of(fit->poses[i].state) *
+                                   group.spread().plane_from_target_pose() *
+                                   all_from_target.inverse();
+      // A pose of one tag is wide of the other corners by some times the noise.
+      const std::size_t agree =
+          within(residuals.at(state_of(camera_from_all)), 4 * result.fit->noise.sigma_px).size();
+      if (static_cast<double>(agree) >= kNearlyAsMany * static_cast<double>(inliers)) return true;
+    }
+  }
+  return false;
+}
+
 // Whether those that were left out agree on a pose of their own nearly as well: then neither is
 // more right than the other. (All tags turned by a quarter: each of the four corners of all tags
 // is the board in another place.)
 template <int N>
 bool has_rival(std::span<const Correspondence> correspondences, const Lens& lens,
                const PoseOptions& options, const AgreeingFit<N>& result) {
-  constexpr double kNearly = 0.8;
   const auto inliers = static_cast<double>(correspondences.size() - result.outliers.size());
-  const double share = kNearly * inliers / static_cast<double>(result.outliers.size());
+  const double share = kNearlyAsMany * inliers / static_cast<double>(result.outliers.size());
   if (!(share <= 1)) return false;
   const PoseProblem rest(correspondences, options, result.outliers);
   std::vector<int> groups;
@@ -152,7 +191,7 @@ bool has_rival(std::span<const Correspondence> correspondences, const Lens& lens
   const double sigma = result.fit->noise.sigma_px;
   const auto rival =
       find_view_consensus<N>({lens, rest.view(), groups, sigma, options.seed, share});
-  return rival && static_cast<double>(rival->inliers.size()) >= kNearly * inliers;
+  return rival && static_cast<double>(rival->inliers.size()) >= kNearlyAsMany * inliers;
 }
 
 template <int N>
@@ -169,7 +208,8 @@ AgreeingFit<N> search(std::span<const Correspondence> correspondences, const Len
   AgreeingFit<N> result = settle<N>(correspondences, lens, options, consensus->inliers);
   if (!result.fit || agreement_of(*result.problem, lens, *result.fit) == Agreement::partly)
     return no_fit<N>(Status::no_consensus, reason);
-  if (has_rival<N>(correspondences, lens, options, result))
+  if (has_rival<N>(correspondences, lens, options, result) ||
+      has_rival_group<N>(correspondences, lens, options, result))
     return no_fit<N>(Status::no_consensus,
                      "two groups of points agree on different poses, and neither is larger");
   return result;

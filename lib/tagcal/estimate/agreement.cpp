@@ -40,9 +40,7 @@ Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
   const double largest = *std::max_element(squares.begin(), squares.end());
   const double freedom = 2 * static_cast<double>(squares.size()) - num_parameters;
   const double variance = noise.sigma_px * noise.sigma_px;
-  // Of a chi-square of few degrees of freedom 25 is as rare as 5 sigma; of many, so is its mean and
-  // 5 of its standard deviations.
-  const double usual = kOutlierSquare + freedom + 5 * std::sqrt(2 * freedom);
+  const double usual = chi_square_quantile(freedom, kOutlierSigmas);
   const bool shown = !noise.known && !noise.assumed;  // by these very residuals, right or wrong
   if (!shown && largest <= kOutlierSquare * variance && cost <= usual * variance)
     return Agreement::full;

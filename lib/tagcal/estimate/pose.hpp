@@ -35,10 +35,12 @@ struct PoseOptions {
 
 struct PoseHypothesis {
   Pose camera_from_target;
-  Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
-  double rms_px = 0;                     // sqrt(sum |r|^2 / points), of the inliers
-  double probability = 1;                // by likelihood, among the hypotheses
-  double focal_px = 0;                   // that goes with it, where it was estimated; else 0
+  // Of (omega rad, tau m) in the camera frame: `retract`. Where turns are hardly known it is wider
+  // than the inverse of the information, so that its ellipsoid holds what the likelihood does.
+  Matrix6 covariance = Matrix6::Zero();
+  double rms_px = 0;       // sqrt(sum |r|^2 / points), of the inliers
+  double probability = 1;  // by likelihood, among the hypotheses
+  double focal_px = 0;     // that goes with it, where it was estimated; else 0
 };
 
 struct PoseEstimate {
@@ -89,8 +91,9 @@ struct PoseAndFocalEstimate {
 
 // Pose and focal length of a pinhole with square pixels and its principal point in the centre of
 // the image, from four points or more: in a plane that is tilted enough, or in space. The focal
-// length is refused (focal_not_observable) where sd(f) / f exceeds 10 % at the estimate, where weak
-// perspective explains the view as well, or where the residuals show that the lens is no pinhole.
+// length is refused (focal_not_observable) where sd(f) / f exceeds 10 % at the estimate (of a plane
+// that nearly faces the camera, which noise tilts, 7.5 %), where weak perspective explains the view
+// as well, or where the residuals show that the lens is no pinhole.
 PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> correspondences,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options = {});

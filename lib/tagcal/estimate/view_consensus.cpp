@@ -260,11 +260,13 @@ class Search {
     const double n = static_cast<double>(robust_.view.size());
     const double k = static_cast<double>(consensus.inliers.size());
     // Wrong corners that are nearly right (a target seen mirrored, a wrong lens) lie closer than
-    // that: as those around the tolerance do.
+    // that: as those around the tolerance do. Of points that are mirrored through a plane those
+    // near to it agree, and their number grows as the tolerance, not as its square. (Where there
+    // are none, half a one.)
     constexpr double kAround = 10;  // tolerances
     const double around = static_cast<double>(scorer_.within(consensus.state, kAround).size()) - k;
     const double share =
-        std::min(1.0, std::max(area / image, around / (n * (kAround * kAround - 1))));
+        std::min(1.0, std::max(area / image, (around + 0.5) / (n * (kAround - 1))));
     const double s = static_cast<double>(sample_size);
     if (k <= s) return true;
     const double log_choices =

@@ -76,8 +76,9 @@ void consider(const ViewState& state, ViewSums& sums, ViewStarts<N>& starts) {
 }
 
 // Four points far from one another: the furthest from the centre, from it, from their line and from
-// their plane.
-std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points) {
+// their plane; in a plane, from the lines of any two of them.
+std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointShape shape) {
+  if (points.size() == 4) return {0, 1, 2, 3};
   std::array<std::size_t, 4> chosen;
   const auto furthest = [&](const auto& distance) {
     std::size_t best = 0;
@@ -90,16 +91,23 @@ std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points) {
   chosen[1] = furthest([&](const Vector3d& p) { return (p - a).squaredNorm(); });
   const Vector3d b = points[chosen[1]] - a;
   chosen[2] = furthest([&](const Vector3d& p) { return (p - a).cross(b).squaredNorm(); });
-  const Vector3d normal = b.cross(points[chosen[2]] - a);
-  chosen[3] = furthest([&](const Vector3d& p) { return std::abs((p - a).dot(normal)); });
+  const Vector3d c = points[chosen[2]] - a, normal = b.cross(c);
+  if (shape == PointShape::plane)
+    chosen[3] = furthest([&](const Vector3d& p) {
+      const Vector3d d = p - a;
+      return std::min(
+          {d.cross(b).squaredNorm(), d.cross(c).squaredNorm(), (d - b).cross(c - b).squaredNorm()});
+    });
+  else
+    chosen[3] = furthest([&](const Vector3d& p) { return std::abs((p - a).dot(normal)); });
   return chosen;
 }
 
 // The poses of three of four points far from one another, whichever three.
 template <int N>
-void consider_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays, double focal_px,
-                  ViewSums& sums, ViewStarts<N>& starts) {
-  const std::array<std::size_t, 4> four = four_spread(points);
+void consider_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays,
+                  const std::array<std::size_t, 4>& four, double focal_px, ViewSums& sums,
+                  ViewStarts<N>& starts) {
   for (std::size_t left_out = 0; left_out < 4; ++left_out) {
     std::array<Vector3d, 3> some_points, some_rays;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -114,9 +122,8 @@ void consider_p3p(std::span<const Vector3d> points, std::span<const Vector3d> ra
 
 // Whether four points in a plane are far from a square: one of them nearly on the line of two
 // others, or within the triangle of the others. Noise then makes anything of their homography.
-bool is_poor_quadrangle(std::span<const Vector3d> points) {
+bool is_poor_quadrangle(std::span<const Vector3d> points, const std::array<std::size_t, 4>& four) {
   constexpr double kPoor = 0.5;  // the smallest of the four triangles, of the largest; a square: 1
-  const std::array<std::size_t, 4> four = four_spread(points);
   double smallest = std::numeric_limits<double>::infinity(), largest = 0;
   for (std::size_t left_out = 0; left_out < 4; ++left_out) {
     std::array<Vector3d, 3> p;
@@ -129,7 +136,7 @@ bool is_poor_quadrangle(std::span<const Vector3d> points) {
 }
 
 void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<7>& starts) {
-  const std::array<std::size_t, 4> four = four_spread(chosen.points());
+  const auto four = four_spread(chosen.points(), PointShape::space);
   std::array<Vector3d, 4> points;
   std::array<Vector2d, 4> pixels;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -144,12 +151,13 @@ void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<
 // counts, and the poses for some focal lengths lead to those.
 void consider_ladder_of_focals(const Chosen& chosen, double guess_px, ViewSums& sums,
                                ViewStarts<7>& starts) {
+  const auto four = four_spread(chosen.points(), PointShape::space);
   for (const double ratio : {0.35, 1.0, 3.0}) {
     InlineBuffer<Vector3d, kFew> rays(chosen.pixels().size());
     const double focal = ratio * guess_px;
     for (std::size_t i = 0; i < rays.size(); ++i)
       rays[i] = Vector3d(chosen.pixels()[i].x(), chosen.pixels()[i].y(), focal);
-    consider_p3p(chosen.points(), rays.span(), focal, sums, starts);
+    consider_p3p(chosen.points(), rays.span(), four, focal, sums, starts);
   }
 }
 
@@ -195,8 +203,11 @@ ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens) {
         if (const auto tilts = ippe_tilts(*h))
           for (const Eigen::Matrix3d& rotation : tilts->rotation)
             consider({rotation, tilts->translation}, some, starts);
-    if (problem.size() <= kVeryFew && (starts.empty() || is_poor_quadrangle(chosen.points())))
-      consider_p3p(chosen.points(), chosen.rays(), 0, some, starts);
+    if (problem.size() <= kVeryFew) {
+      const auto four = four_spread(chosen.points(), problem.spread().shape);
+      if (starts.empty() || is_poor_quadrangle(chosen.points(), four))
+        consider_p3p(chosen.points(), chosen.rays(), four, 0, some, starts);
+    }
     if (starts.empty())
       for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
         consider(state_of(pose), some, starts);

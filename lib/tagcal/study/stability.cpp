@@ -37,6 +37,9 @@ struct Numbers {
 Numbers numbers_of(const StabilityMap& map, const StabilityOptions& options) {
   if (options.trials < 0) throw Error("trials: must not be negative");
   if (options.threads < 0) throw Error("threads: must not be negative");
+  for (const std::size_t cell : options.cells)
+    if (cell >= map.num_cells())
+      throw Error(fmt::format("cells: {} has no cell {}", map.name, cell));
   Numbers n{map.trials, map.peer_trials};
   if (options.quick) n = {map.quick_trials, map.quick_trials};
   if (options.trials > 0) n = {options.trials, std::min(options.trials, n.peers)};
@@ -148,16 +151,30 @@ std::vector<StabilityMap> stability_maps() {
   return maps;
 }
 
+StabilityMap ours_alone(StabilityMap map) {
+  std::vector<std::size_t> kept;
+  std::vector<StabilityMethod> methods;
+  for (std::size_t m = 0; m < map.methods.size(); ++m)
+    if (map.methods[m].ours) kept.push_back(m), methods.push_back(map.methods[m]);
+  map.methods = std::move(methods);
+  map.draw = [draw = std::move(map.draw), kept](std::span<const double> at,
+                                                Random& random) -> StabilityProblem {
+    return [problem = draw(at, random), kept](std::size_t method) { return problem(kept[method]); };
+  };
+  return map;
+}
+
 StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options,
                         const std::function<void(int, int)>& progress) {
   numbers_of(map, options);  // throws before anything is done
   StabilityResult result{map.name, options.seed, {}};
   const OneOpenCvThread one_thread;
-  const auto cells = static_cast<int>(map.num_cells());
-  for (int c = 0; c < cells; ++c) {
-    for (StabilityTally& tally : run_cell(map, static_cast<std::size_t>(c), options))
+  std::vector<std::size_t> cells = options.cells;
+  for (std::size_t c = 0; options.cells.empty() && c < map.num_cells(); ++c) cells.push_back(c);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (StabilityTally& tally : run_cell(map, cells[i], options))
       result.tallies.push_back(std::move(tally));
-    if (progress) progress(c + 1, cells);
+    if (progress) progress(static_cast<int>(i) + 1, static_cast<int>(cells.size()));
   }
   return result;
 }

@@ -92,11 +92,15 @@ struct StabilityMap {
 // Of poses, of calibrations, of tags in pictures, in the order of the page.
 std::vector<StabilityMap> stability_maps();
 
+// The map with our methods alone: the same problems, and numbers of trials, without the peers.
+StabilityMap ours_alone(StabilityMap map);
+
 struct StabilityOptions {
   std::uint64_t seed = 1;
   int threads = 1;     // 0: one a core. Nothing but times depends on it
   bool quick = false;  // few trials: all maps in about a minute
-  int trials = 0;      // of a cell; peers run no more than these. 0: what the map takes
+  int trials = 0;      // of a cell; peers stop at their own number. 0: what the map takes
+  std::vector<std::size_t> cells = {};  // only these, ascending; empty: all
 };
 
 // All trials of one method in one cell.

@@ -1,0 +1,105 @@
+#include "tagcal/estimate/pose_profile.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "tagcal/estimate/small_cholesky.hpp"
+#include "tagcal/study/pose_tasks.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector3d;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kSigmaPx = 0.5, kVariance = kSigmaPx * kSigmaPx;
+
+// A view with the best pose of it, about the centre of the points.
+struct SolvedView {
+  SolvedView(const std::vector<Vector3d>& points, Random& random)
+      : task(draw_task(points, {}, random)),
+        options{kSigmaPx},
+        problem(task.correspondences, options),
+        sums(task.camera.lens, problem.view()),
+        fit(fit_view<6>(problem, task.camera.lens, options).value()) {
+    SmallCholesky<6> cholesky;
+    EXPECT_TRUE(cholesky.compute(fit.best().information));
+    linear = kVariance * cholesky.inverse();
+    for (const ViewSolution<6>& pose : fit.poses) poses.push_back(pose);
+  }
+
+  PoseTask task;
+  PoseOptions options;
+  PoseProblem problem;
+  ViewSums sums;
+  ViewFit<6> fit;
+  Matrix6d linear;
+  PosesOfView poses;
+};
+
+// Four points anywhere in a square: the trial of the map of numbers of points.
+SolvedView quadrangle(std::uint64_t trial) {
+  Random random(1, (std::uint64_t{2} << 32) + trial);
+  std::vector<Vector3d> points = space_points(4, 1, random);
+  for (Vector3d& p : points) p = p.cwiseProduct(Vector3d(0.6, 0.6, 0));
+  return {points, random};
+}
+
+// The share of the poses that the likelihood allows that is further than 5 sigma from the best, by
+// a random walk through them (Metropolis et al. 1953).
+double share_outside(SolvedView& view, const Matrix6d& covariance) {
+  constexpr int kSteps = 20000;
+  Random random(7);
+  const Matrix6d root = covariance.llt().matrixL();
+  const Matrix6d information = covariance.inverse();
+  const Pose best = pose_of(view.fit.best().state);
+  Pose pose = best;
+  double cost = view.fit.best().cost;
+  int outside = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    Vector6d noise;
+    for (double& x : noise) x = 0.5 * random.normal();
+    const Pose next = retract(pose, root * noise);
+    NormalEquations<6> there;
+    const bool seen = view.sums.at(state_of(next), there);
+    if (seen && random.uniform() < std::exp((cost - there.cost) / (2 * kVariance)))
+      pose = next, cost = there.cost;
+    const Vector6d step = minus(pose, best);
+    outside += step.dot(information * step) > 39.5;  // 5 sigma of six dimensions
+  }
+  return static_cast<double>(outside) / kSteps;
+}
+
+TEST(PoseProfile, LetsInWhatTheLikelihoodAllows) {
+  for (const std::uint64_t trial : {239u, 465u, 1058u}) {
+    SolvedView view = quadrangle(trial);
+    ASSERT_TRUE(may_be_curved(view.linear));
+    PoseProfile profile(view.sums, kSigmaPx, view.poses);
+    const Matrix6d wide = view.linear + profile.gain(view.poses[0], view.linear);
+    EXPECT_GT(share_outside(view, view.linear), 0.02) << trial;
+    EXPECT_LT(share_outside(view, wide), 0.002) << trial;
+  }
+}
+
+TEST(PoseProfile, LeavesAStraightLikelihoodAsItIs) {
+  Random random(3);
+  SolvedView view(space_points(30, 0.6, random), random);
+  EXPECT_FALSE(may_be_curved(view.linear));
+  PoseProfile profile(view.sums, kSigmaPx, view.poses);
+  EXPECT_TRUE(profile.gain(view.poses[0], view.linear).isZero(0));
+}
+
+TEST(PoseProfile, PosesAtWhichTheSolverStopsBesideEachOtherAreOne) {
+  Random random(3);
+  const SolvedView view(square_points(0.088), random);
+  ViewSolution<6> beside = view.poses[0];
+  beside.state.translation.z() += 0.01 * std::sqrt(view.linear(5, 5));
+  EXPECT_TRUE(is_one(view.poses[0], beside, kSigmaPx));
+  beside.state.translation.z() += 20 * std::sqrt(view.linear(5, 5));
+  EXPECT_FALSE(is_one(view.poses[0], beside, kSigmaPx));
+}
+
+}  // namespace
+}  // namespace tagcal
