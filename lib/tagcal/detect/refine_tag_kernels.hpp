@@ -3,7 +3,7 @@
 #include <cstdint>
 
 // Private to detect: the loops over pixels of refine_tag(), for the processor at hand. Files of
-// kernels are compiled for one kind of processor and include this header and
+// kernels are compiled for one kind of processor and include this header, refine_tag_packs.hpp and
 // refine_tag_kernel_loops.hpp only: a function of another header might be taken from there by
 // programs that run elsewhere.
 namespace tagcal {
