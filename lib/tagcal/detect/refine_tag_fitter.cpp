@@ -44,7 +44,8 @@ constexpr double kPartsPx = 36;  // a tag that is large enough for parts, and ..
 constexpr double kThirdOrderPx = 0.02;
 constexpr double kThirdOrderSds = 8;  // .. how far bends of third order may move its corners
 constexpr int kMinPixels = 64;
-constexpr int kFreeIterations = 2;  // in which the set of pixels may change
+constexpr int kFreeIterations = 2;  // in which the set of pixels may change, ..
+constexpr double kWider = 1.05;     // .. and later, where the spread has grown so much since
 
 }  // namespace
 
@@ -209,8 +210,10 @@ bool TagFitter::is_bent_beyond_whole() const {
 TagFit TagFitter::iterate() {
   TagFit fit;
   for (int k = 1; k <= options_.max_iterations; ++k) {
-    // From the third on, so that no pixel comes and goes with every step.
-    are_spans_fixed_ = k > kFreeIterations;
+    // From the third on, so that no pixel comes and goes with every step; but not while a strong
+    // blur is still coming in, which lets what is not known be felt farther.
+    are_spans_fixed_ = k > kFreeIterations && model_.spread() < kWider * spans_spread_;
+    if (!are_spans_fixed_) spans_spread_ = model_.spread();
     collect();
     if (num_pixels_ < kMinPixels) {
       fit.status = TagFitStatus::too_small;

@@ -127,6 +127,7 @@ class TagFitter {
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
+  double spans_spread_ = 0;  // of the blur, when they were taken
   double window_px_ = 0;     // about the region's corner, that is looked at; 0: all
   TagParameters in_window_;  // the largest of them
   double window_variance_ = 1;

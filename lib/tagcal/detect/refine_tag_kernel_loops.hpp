@@ -213,11 +213,11 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
 
 template <bool kStretched>
 inline void evaluate_with(const TagTable& table, TagBlock& block) {
-  if (block.num_felt <= 1) return evaluate_all<1, kStretched>(table, block);
+  if (block.num_felt == 1) return evaluate_all<1, kStretched>(table, block);
   if (block.num_felt == 2) return evaluate_all<2, kStretched>(table, block);
   if (block.num_felt == 3) return evaluate_all<3, kStretched>(table, block);
   if (block.num_felt == 4) return evaluate_all<4, kStretched>(table, block);
-  if (block.num_felt <= 6) return evaluate_all<6, kStretched>(table, block);
+  if (block.num_felt == 6) return evaluate_all<6, kStretched>(table, block);
   evaluate_all<kMaxTagLines, kStretched>(table, block);
 }
 

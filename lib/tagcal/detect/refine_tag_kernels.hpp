@@ -68,7 +68,7 @@ struct alignas(64) TagBlock {
   std::uint32_t cells[kMaxTagLines + 1][kTagBlock];
   float derivatives[kTagColumns][kTagBlock];  // results; the second row from below is not read
   int size;
-  int num_felt;  // lines of either direction, at most, at any pixel
+  int num_felt;  // lines of either direction, at most, at any pixel; of kernels 1 to 4, 6 or all
   bool is_stretched;
   bool is_bent;
 };

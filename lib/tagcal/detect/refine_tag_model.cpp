@@ -14,6 +14,13 @@ constexpr double kLeastTerm = 1e-3;  // of a quadrant's series; the sum of what 
                                      // twentieth of it
 constexpr int kMaxTerms = 16;
 
+// Kernels are made for some numbers of lines only: what is beyond those felt weighs next to
+// nothing, but is read.
+int lines_taken(int num_felt) {
+  if (num_felt <= 4) return std::max(1, num_felt);
+  return num_felt <= 6 ? 6 : kMaxTagLines;
+}
+
 Vector2d normal(const TagLine& line) { return Vector2d(line.by_x, line.by_y).normalized(); }
 
 }  // namespace
@@ -97,6 +104,7 @@ void TagModel::add(TagBlock& block, int c, float level) const {
 }
 
 void TagModel::evaluate(TagBlock& block) const {
+  block.num_felt = lines_taken(block.num_felt);
   for (int n = 0; n < block.size; ++n)
     for (int j = 0; j <= block.num_felt; ++j)
       block.cells[j][n] =
