@@ -60,7 +60,9 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
     apriltag_detector_add_family_bits(&detector, family_.get(), max_hamming_);
     detector.nthreads = 1;
     detector.quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
-    detector.refine_edges = refinement_ == Refinement::stock;
+    // It loses small tags, and ours is nearer; but of tags whose corners squares touch it is needed
+    // where ours fails.
+    detector.refine_edges = refinement_ == Refinement::stock || wanted.corner_squares;
   }
 }
 
