@@ -24,16 +24,6 @@ Bundle some_views(const Bundle& bundle, std::size_t count) {
   return some;
 }
 
-double cost_of(const Bundle& bundle) {
-  double sum = 0;
-  const Lens lens = bundle.lens();
-  for (std::size_t v = 0; v < bundle.views.size(); ++v)
-    for (const double square :
-         whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
-      sum += square;
-  return sum;
-}
-
 // The same views with one focal length: from their poses, or from none where a fisheye has these
 // beyond what a plain lens sees. No value where such a lens has no poses for them.
 std::optional<Bundle> with_focal_length(const Bundle& bundle) {

@@ -125,6 +125,16 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 }  // namespace
 
+double cost_of(const Bundle& bundle) {
+  double sum = 0;
+  const Lens lens = bundle.lens();
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const double square :
+         whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
+      sum += square;
+  return sum;
+}
+
 std::optional<RefinedPose> refine_pose(const ViewProblem& view, const Lens& lens, const Pose& start,
                                        int max_iterations) {
   const ViewArrays arrays(view);

@@ -31,6 +31,9 @@ struct Bundle {
   Lens lens() const { return *model->lens(free_values, image_size); }
 };
 
+// The sum of the squared whitened residuals of all views.
+double cost_of(const Bundle& bundle);
+
 struct BundleSummary {
   bool converged = false;
   double cost = 0;  // sum of squared whitened residuals

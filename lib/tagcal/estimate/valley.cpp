@@ -30,16 +30,6 @@ Index least_known(const Model& model, const MatrixXd& covariance) {
   return least;
 }
 
-double cost_of(const Bundle& bundle) {
-  double sum = 0;
-  const Lens lens = bundle.lens();
-  for (std::size_t v = 0; v < bundle.views.size(); ++v)
-    for (const double square :
-         whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
-      sum += square;
-  return sum;
-}
-
 // The likeliest poses for the lens; false where a view has none.
 bool repose(Bundle& bundle, double& cost) {
   const Lens lens = bundle.lens();
