@@ -4,8 +4,8 @@
 //   corner_accuracy [tags per row, default 200] [row]
 // And of tags of all sizes anywhere in the picture of a lens, not known to the fit and known:
 //   corner_accuracy lens [tags per row, default 200] [side, px] [lens, by its number]
-// And what a tag's fit costs in processor time, beside cv::cornerSubPix of its corners and what
-// AprilTag's refine_edges adds to its detector, on the same pictures:
+// And what a tag's fit costs in processor time, beside cv::cornerSubPix of its corners and
+// AprilTag's detector, on the same pictures:
 //   corner_accuracy speed [tags per row, default 20]
 
 #include <Eigen/Cholesky>
@@ -237,13 +237,12 @@ double processor_ms(const Work& work) {
   return best;
 }
 
-double apriltag_ms(const Image8& image, bool refine_edges) {
+double apriltag_ms(const Image8& image) {
   const FamilyHandle family = create_family("tag36h11", 1);
   const DetectorHandle detector(apriltag_detector_create());
   apriltag_detector_add_family_bits(detector.get(), family.get(), 1);
   detector->nthreads = 1;
   detector->quad_decimate = 1;
-  detector->refine_edges = refine_edges;
   image_u8_t view = {image.width(), image.height(), image.width(),
                      const_cast<std::uint8_t*>(image.row(0))};
   return processor_ms(
@@ -263,7 +262,7 @@ double corner_sub_pix_ms(const Image8& image, const Corners& start) {
 }
 
 void run_speed(double side, int count) {
-  enum { kStraight, kBent, kKnown, kSubPix, kEdges, kAprilTag, kNum };
+  enum { kStraight, kBent, kKnown, kSubPix, kAprilTag, kNum };
   std::array<double, kNum> ms{};
   Random random(9090);
   const TagFamily family = tag_family("tag36h11", 1);
@@ -282,12 +281,10 @@ void run_speed(double side, int count) {
     ms[kBent] += fit_ms({}) / count;
     ms[kKnown] += fit_ms(known) / count;
     ms[kSubPix] += corner_sub_pix_ms(view.image, start) / count;
-    ms[kAprilTag] += apriltag_ms(view.image, true) / count;
-    ms[kEdges] += apriltag_ms(view.image, false) / count;
+    ms[kAprilTag] += apriltag_ms(view.image) / count;
   }
-  ms[kEdges] = ms[kAprilTag] - ms[kEdges];
-  std::printf("%.0f px: AprilTag %.3f ms, of these refine_edges %.3f, cornerSubPix %.3f\n", side,
-              ms[kAprilTag], ms[kEdges], ms[kSubPix]);
+  std::printf("%.0f px: AprilTag %.3f ms, cornerSubPix %.3f ms\n", side, ms[kAprilTag],
+              ms[kSubPix]);
   for (const auto& [name, k] :
        {std::pair{"straight", kStraight}, {"bent", kBent}, {"known lens", kKnown}})
     std::printf("  %-10s %.3f ms  of AprilTag %.2f  of cornerSubPix %.2f\n", name, ms[k],

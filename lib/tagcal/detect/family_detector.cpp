@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/known_tag.hpp"
 #include "tagcal/detect/quad.hpp"
 
 namespace tagcal {
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kUnsureMargin = 6;  // px, from the edge of the picture
 
-constexpr double kMaxMove = 2;  // px, of a corner by its fit
 // Black shrinks by so many px before a look. The corner squares of a Kalibr board, which touch the
 // tags' corners, then no longer hang together with them.
 constexpr std::array kShrinks = {0, 1, 2};
@@ -37,6 +37,12 @@ Quad grown(const Quad& quad, double distance) {
 // Two of one id that overlap so far are one tag.
 bool overlap(const Quad& a, const Quad& b) {
   return (centre_of(a) - centre_of(b)).norm() < 0.5 * std::min(shortest_side(a), shortest_side(b));
+}
+
+// Corners seen in a doubled picture, in the one that it was made from.
+Quad undoubled(Quad corners) {
+  for (Eigen::Vector2d& corner : corners) corner = 0.5 * corner - Eigen::Vector2d(0.25, 0.25);
+  return corners;
 }
 
 }  // namespace
@@ -76,15 +82,12 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   const bool whole = search.box.size == image.size();
   Image8 part;
   if (!whole) part = part_of(image, search.box);
-  std::vector<Image8> halves;
-  for (int i = 0; i < search.halvings; ++i)
-    halves.push_back(halved(i > 0 ? halves.back() : whole ? image : part));
-  Image8 twice;
-  if (search.halvings < 0) twice = doubled(whole ? image : part);
-  const Image8& searched = search.halvings < 0 ? twice
-                           : !halves.empty()   ? halves.back()
-                           : whole             ? image
-                                               : part;
+  const Image8& from = whole ? image : part;
+  const bool is_doubled = search.halvings < 0;
+  std::vector<Image8> scaled;
+  if (is_doubled) scaled.push_back(doubled(from));
+  for (int i = 0; i < search.halvings; ++i) scaled.push_back(halved(i > 0 ? scaled.back() : from));
+  const Image8& searched = scaled.empty() ? from : scaled.back();
   num_quads_ = 0;
   if (std::min(searched.width(), searched.height()) < kMinImageSide) return;
   const std::vector<std::vector<Sighting>> sightings = look(searched);
@@ -92,11 +95,9 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   for (std::size_t i = 0; i < passes_.size(); ++i) {
     num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
     for (const Sighting& seen : sightings[i]) {
-      Quad corners = unhalved(halves, seen.corners);
-      if (search.halvings < 0)
-        for (Eigen::Vector2d& corner : corners) corner = 0.5 * corner - Eigen::Vector2d(0.25, 0.25);
+      Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen.corners);
       for (Eigen::Vector2d& corner : corners) corner += offset;
-      add(image, {seen.id, corners}, halves.empty() && passes_[i].shrink == 0, found);
+      add(image, {seen.id, corners}, search.halvings <= 0 && passes_[i].shrink == 0, found);
     }
   }
 }
@@ -190,20 +191,14 @@ std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, con
 bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fits = [&](const Camera* camera) {
-    TagFitOptions options;
-    options.camera = camera;
-    const TagFit fit = refine_tag(image, pattern->second, tag.corners, options);
-    if (fit.status != TagFitStatus::converged ||
-        largest_distance(fit.corners, tag.corners) > kMaxMove)
-      return false;
-    tag.corners = fit.corners;
-    tag.covariance_px2 = fit.covariance_px2;
-    tag.fitted = true;
-    tag.refined = true;
-    return true;
-  };
-  return (camera_ && fits(camera_)) || fits(nullptr);
+  auto fit = fit_known_tag(image, pattern->second, tag.corners, camera_);
+  if (!fit && camera_) fit = fit_known_tag(image, pattern->second, tag.corners, nullptr);
+  if (!fit) return false;
+  tag.corners = fit->corners;
+  tag.covariance_px2 = fit->covariance_px2;
+  tag.fitted = true;
+  tag.refined = true;
+  return true;
 }
 
 }  // namespace tagcal

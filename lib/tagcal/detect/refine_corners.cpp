@@ -7,14 +7,12 @@
 #include <string>
 
 #include "tagcal/detect/board_patterns.hpp"
+#include "tagcal/detect/known_tag.hpp"
 #include "tagcal/detect/picture_batch.hpp"
-#include "tagcal/detect/quad.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
 namespace {
-
-constexpr double kMaxMove = 2;  // px: further away lies another answer
 
 // Fits the tags of one view; counts those that it moved.
 struct ViewRefinement {
@@ -25,21 +23,18 @@ struct ViewRefinement {
   void run(const Image8& image, const std::map<int, TagPattern>& patterns, const Camera& camera) {
     std::map<int, std::vector<Observation*>> by_tag;
     for (Observation& seen : view.observations) by_tag[seen.id.tag_id].push_back(&seen);
-    TagFitOptions options;
-    options.camera = &camera;
     for (const auto& [id, corners] : by_tag) {
       const auto pattern = patterns.find(id);
       if (pattern == patterns.end() || corners.size() != 4) continue;
       ++num_tags;
       Quad start;
       for (const Observation* c : corners) start[static_cast<std::size_t>(c->id.corner)] = c->pixel;
-      const TagFit fit = refine_tag(image, pattern->second, start, options);
-      if (fit.status != TagFitStatus::converged || largest_distance(fit.corners, start) > kMaxMove)
-        continue;
+      const auto fit = fit_known_tag(image, pattern->second, start, &camera);
+      if (!fit) continue;
       ++num_refined;
       for (Observation* c : corners) {
-        c->pixel = fit.corners[static_cast<std::size_t>(c->id.corner)];
-        c->covariance_px2 = fit.covariance_px2.block<2, 2>(2 * c->id.corner, 2 * c->id.corner);
+        c->pixel = fit->corners[static_cast<std::size_t>(c->id.corner)];
+        c->covariance_px2 = fit->covariance_px2.block<2, 2>(2 * c->id.corner, 2 * c->id.corner);
       }
     }
   }

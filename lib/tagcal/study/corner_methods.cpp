@@ -64,17 +64,10 @@ CornerMethod our_method(const std::string& name, const std::string& settings, Re
       const std::scoped_lock lock(family_lock());
       DetectOptions options;
       options.refinement = refinement;
+      if (lens_is_known) options.camera = &state->task.view.camera;
       state->finders = board_finders(state->boards, options, 1);
     }
-    return {[state, lens_is_known] {
-              state->corners = found_by(*state->finders.front(), state->task.view.image);
-              if (!lens_is_known || !state->corners) return;
-              TagFitOptions options;
-              options.camera = &state->task.view.camera;
-              const TagFit fit = refine_tag(state->task.view.image, state->task.pattern,
-                                            state->corners->corners, options);
-              if (fit.status == TagFitStatus::converged) state->corners = {{fit.corners, {}}};
-            },
+    return {[state] { state->corners = found_by(*state->finders.front(), state->task.view.image); },
             [state] { return state->corners; }};
   };
   return {name, prepare, settings};
@@ -177,8 +170,8 @@ CornerMethod our_corners_of_edges() {
 }
 
 CornerMethod our_corners_under_the_lens() {
-  return our_method("tagcal detect, lens known",
-                    "edges, then the whole tag fitted under the camera", Refinement::edges, true);
+  return our_method("tagcal detect, lens known", "--camera: the whole tag fitted under its lens",
+                    Refinement::fit, true);
 }
 
 CornerMethod apriltag_corners(bool refine_edges) {
