@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/odd_group.hpp"
 #include "tagcal/estimate/view_consensus.hpp"
 
 namespace tagcal {
@@ -113,16 +115,22 @@ void look_for_model_error(const Lens& lens, AgreeingFit<N>& result) {
         "or the target is not as stated, and the standard deviations do not count with that");
 }
 
-// From the inliers of a consensus to the least-squares fit of all that agree with it.
+// From the inliers of a consensus to the least-squares fit of all that agree with it and are of no
+// group that was found odd.
 template <int N>
 AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Lens& lens,
-                      const PoseOptions& options, std::vector<std::size_t> chosen) {
+                      const PoseOptions& options, std::vector<std::size_t> chosen,
+                      const std::set<int>& odd) {
   constexpr int kMaxRounds = 10;
   const PoseProblem all(correspondences, options);
   const Pose all_from_target = all.spread().plane_from_target_pose();
   ViewResiduals residuals(lens, all.view());
   AgreeingFit<N> result;
+  const auto is_odd = [&](std::size_t i) {
+    return !odd.empty() && odd.contains(options.groups[i]);
+  };
   for (int round = 0; round < kMaxRounds; ++round) {
+    std::erase_if(chosen, is_odd);
     result.problem.emplace(correspondences, options, chosen);
     if (const std::string reason = defect(*result.problem); !reason.empty())
       return no_fit<N>(Status::no_consensus, "of the points that agree: " + reason);
@@ -132,12 +140,31 @@ AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Len
     const ViewState& best = result.fit->best().state;
     const Pose camera_from_all = pose_of(best) * result.problem->spread().plane_from_target_pose() *
                                  all_from_target.inverse();
-    const std::vector<std::size_t> next =
+    std::vector<std::size_t> next =
         within(residuals.at(state_of(camera_from_all, best.focal_px)), result.fit->noise.sigma_px);
+    std::erase_if(next, is_odd);
     if (next == chosen) break;
     chosen = next;
   }
   return result;
+}
+
+// The same, and without the groups that do not go with the others.
+template <int N>
+AgreeingFit<N> settle_without_odd(std::span<const Correspondence> correspondences, const Lens& lens,
+                                  const PoseOptions& options,
+                                  const std::vector<std::size_t>& chosen) {
+  std::set<int> odd;
+  for (;;) {
+    AgreeingFit<N> result = settle<N>(correspondences, lens, options, chosen, odd);
+    if (!result.fit || options.groups.empty()) return result;
+    std::vector<int> groups;
+    for (const std::size_t i : others(result.outliers, correspondences.size()))
+      groups.push_back(options.groups[i]);
+    const auto found = odd_group<N>(*result.problem, groups, lens, result.fit->best().state);
+    if (!found) return result;
+    odd.insert(*found);
+  }
 }
 
 // Whether a pose of one group, none of whose corners was kept or not all, has nearly as many that
@@ -155,10 +182,11 @@ bool has_rival_group(std::span<const Correspondence> correspondences, const Lens
   const PoseProblem all(correspondences, options);
   const Pose all_from_target = all.spread().plane_from_target_pose();
   ViewResiduals residuals(lens, all.view());
+  const auto is_outlier = [&](std::size_t i) {
+    return std::binary_search(result.outliers.begin(), result.outliers.end(), i);
+  };
   for (const auto& [id, members] : groups) {
-    const bool kept = std::none_of(members.begin(), members.end(), [&](std::size_t i) {
-      return std::binary_search(result.outliers.begin(), result.outliers.end(), i);
-    });
+    const bool kept = std::none_of(members.begin(), members.end(), is_outlier);
     const PoseProblem group(correspondences, options, members);
     if (kept || !defect(group).empty()) continue;
     const auto fit = fit_view<6>(group, lens, options);
@@ -167,9 +195,14 @@ bool has_rival_group(std::span<const Correspondence> correspondences, const Lens
                                    group.spread().plane_from_target_pose() *
                                    all_from_target.inverse();
       // A pose of one tag is wide of the other corners by some times the noise.
-      const std::size_t agree =
-          within(residuals.at(state_of(camera_from_all)), 4 * result.fit->noise.sigma_px).size();
-      if (static_cast<double>(agree) >= kNearlyAsMany * static_cast<double>(inliers)) return true;
+      const std::vector<std::size_t> agree =
+          within(residuals.at(state_of(camera_from_all)), 4 * result.fit->noise.sigma_px);
+      // With nearly all that were kept it is the same pose, and the group a little off.
+      const auto same =
+          std::count_if(agree.begin(), agree.end(), [&](std::size_t k) { return !is_outlier(k); });
+      const double enough = kNearlyAsMany * static_cast<double>(inliers);
+      if (static_cast<double>(same) < enough && static_cast<double>(agree.size()) >= enough)
+        return true;
     }
   }
   return false;
@@ -205,7 +238,7 @@ AgreeingFit<N> search(std::span<const Correspondence> correspondences, const Len
       find_view_consensus<N>({lens, all.view(), options.groups, sigma, options.seed});
   const std::string reason = "the points do not agree on one pose";
   if (!consensus) return no_fit<N>(Status::no_consensus, reason);
-  AgreeingFit<N> result = settle<N>(correspondences, lens, options, consensus->inliers);
+  AgreeingFit<N> result = settle_without_odd<N>(correspondences, lens, options, consensus->inliers);
   if (!result.fit || agreement_of(*result.problem, lens, *result.fit) == Agreement::partly)
     return no_fit<N>(Status::no_consensus, reason);
   if (has_rival<N>(correspondences, lens, options, result) ||

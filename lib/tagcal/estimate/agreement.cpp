@@ -33,6 +33,11 @@ double chi_square_quantile(double k, double normal_quantile) {
   return k * root * root * root;
 }
 
+double variance_ratio_score(double ratio, double a, double b) {
+  const double root = std::cbrt(ratio), u = 2 / (9 * a), v = 2 / (9 * b);
+  return ((1 - v) * root - (1 - u)) / std::sqrt(u + v * root * root);
+}
+
 Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
                     std::span<const double> squares, int num_parameters) {
   constexpr double kOutlierSquare = kOutlierSigmas * kOutlierSigmas;

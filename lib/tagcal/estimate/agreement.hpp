@@ -35,6 +35,10 @@ double robust_variance(std::span<const double> squares);
 // quantile (Wilson & Hilferty 1931).
 double chi_square_quantile(double k, double normal_quantile);
 
+// The normal variable that is exceeded as rarely as a ratio of two independent estimates of one
+// variance, of a and b degrees of freedom (Paulson 1942).
+double variance_ratio_score(double ratio, double a, double b);
+
 // Those within kOutlierSigmas, ascending.
 std::vector<std::size_t> within(std::span<const double> squares, double sigma);
 

@@ -1,10 +1,10 @@
 // Maps of poses of data that are wrong in part.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
-#include <array>
 #include "tagcal/study/map_pose.hpp"
 #include "tagcal/study/opencv_pose.hpp"
 #include "tagcal/study/pose_tasks.hpp"

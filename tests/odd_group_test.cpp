@@ -1,0 +1,114 @@
+#include "tagcal/estimate/odd_group.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/view_fit.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kSigma = 0.5;
+const Lens kLens = centred_pinhole(900);
+
+struct TagsInView {
+  std::vector<Correspondence> seen;
+  std::vector<int> groups;
+  Pose pose;
+};
+
+// The first tags of the board, their corners with noise.
+TagsInView some_tags(std::size_t count, double sigma, Random& random) {
+  TagsInView view;
+  view.pose =
+      looking_at_board({0, 0, 0}, random.uniform(0.2, 0.8), random.uniform(0.8, 1.2), random);
+  auto points = board_points();
+  points.resize(4 * count);
+  view.seen = seen_by(kLens, points, view.pose, sigma, random);
+  for (std::size_t i = 0; i < points.size(); ++i) view.groups.push_back(static_cast<int>(i / 4));
+  return view;
+}
+
+void shift(TagsInView& view, int tag, const Vector2d& by_px) {
+  for (std::size_t i = 0; i < view.seen.size(); ++i)
+    if (view.groups[i] == tag) view.seen[i].pixel += by_px;
+}
+
+std::optional<int> odd_of(const TagsInView& view) {
+  const PoseOptions options;
+  const PoseProblem problem(view.seen, options);
+  const auto fit = fit_view<6>(problem, kLens, options);
+  return fit ? odd_group<6>(problem, view.groups, kLens, fit->best().state) : std::nullopt;
+}
+
+TEST(OddGroup, NoneWhereOnlyNoiseIs) {
+  Random random(1);
+  int odd = 0;
+  constexpr int kTrials = 2000;
+  for (int i = 0; i < kTrials; ++i)
+    odd += odd_of(some_tags(3 + random.index(10), kSigma, random)).has_value();
+  EXPECT_LE(odd, 12);  // of about 15,000 tags 4 are expected
+}
+
+TEST(OddGroup, TheOneThatIsSomePixelsOff) {
+  Random random(2);
+  int found = 0;
+  constexpr int kTrials = 500;
+  for (int i = 0; i < kTrials; ++i) {
+    TagsInView view = some_tags(6, kSigma, random);
+    const int tag = static_cast<int>(random.index(6));
+    const double angle = random.uniform(0, 6.28);
+    shift(view, tag, 8 * kSigma * Vector2d(std::cos(angle), std::sin(angle)));
+    found += odd_of(view) == tag;
+  }
+  EXPECT_GE(found, kTrials * 97 / 100);
+}
+
+TEST(OddGroup, NotSaidOfTwoTagsNorOfDataWithoutNoise) {
+  Random random(3);
+  TagsInView two = some_tags(2, kSigma, random);
+  shift(two, 1, {3, 0});
+  EXPECT_FALSE(odd_of(two));
+  EXPECT_FALSE(odd_of(some_tags(6, 0, random)));
+}
+
+// A pose of a few tags that are right and one that is a little off is not pulled to that one, whose
+// corners are no outliers one by one.
+TEST(OddGroup, DoesNotPullAPose) {
+  Random random(4);
+  int pulled = 0, answers = 0;
+  constexpr int kTrials = 200;
+  for (int i = 0; i < kTrials; ++i) {
+    TagsInView view = some_tags(36, kSigma, random);
+    for (int tag = 0; tag < 36; ++tag)
+      if (tag % 5 != 0)
+        for (std::size_t k = 0; k < 4; ++k)
+          view.seen[static_cast<std::size_t>(4 * tag) + k].pixel +=
+              Vector2d(150 * (tag % 7) - 500, 70 * (tag % 11) - 400);
+    shift(view, 35, {0, 3});
+    PoseOptions options;
+    options.groups = view.groups;
+    const PoseEstimate estimate = estimate_pose(view.seen, Camera{kLens, {1280, 800}}, options);
+    if (!is_answer(estimate.status)) continue;
+    ++answers;
+    pulled += normalised_squared_error(estimate.hypotheses.front(), view.pose) > 40;
+  }
+  EXPECT_GE(answers, kTrials * 98 / 100);
+  EXPECT_LE(pulled, kTrials * 4 / 100);  // more than half, were it kept
+}
+
+TEST(OddGroup, ScoresOfVarianceRatiosAreThoseOfTables) {
+  // Quantiles of F to 1e-3 of each tail: 3.09 standard deviations.
+  EXPECT_NEAR(variance_ratio_score(5.44, 8, 20), 3.09, 0.03);
+  EXPECT_NEAR(variance_ratio_score(9.63, 4, 12), 3.09, 0.03);
+  EXPECT_NEAR(variance_ratio_score(3.266, 8, 1e6), 3.09, 0.03);  // chi-square
+  EXPECT_NEAR(variance_ratio_score(1, 50, 50), 0, 0.01);
+}
+
+}  // namespace
+}  // namespace tagcal
