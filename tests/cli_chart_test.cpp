@@ -29,6 +29,7 @@ TEST_F(Cli, chartWritesTablesAndPictures) {
       files.at("chart.csv")
           .starts_with("job,method,panel,time_us,rms,rms_over_bound,failures,trials\nfocal,"));
   EXPECT_NE(files.at("chart.md").find("tagcal chart focal --trials 2 --seed 1"), std::string::npos);
+  EXPECT_NE(files.at("chart.md").find(". 2 trials a panel, seed 1;"), std::string::npos);
   EXPECT_TRUE(files.contains("trials.csv"));
   if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot: no pictures";
   EXPECT_TRUE(files.at("chart.png").starts_with("\x89PNG"));

@@ -19,10 +19,8 @@ class Page {
     return fmt::format(
                "# tagcal chart {}\n\n![speed against accuracy](chart.png)\n\n"
                "Time: median of the thread's processor time of one call. Error: RMS of the trials "
-               "that did "
-               "not fail, as a multiple of the {} (1.00); in [chart.csv](chart.csv) also as {}. {} "
-               "trials "
-               "a panel, seed {}. Every trial is in `trials.csv`.\n\n",
+               "that did not fail, as a multiple of the {} (1.00); in [chart.csv](chart.csv) also "
+               "as {}. Failed: {}. {} trials a panel, seed {}; every trial is in `trials.csv`.\n\n",
                result_.job, result_.bound_name, result_.error_unit, result_.failure,
                result_.num_trials, result_.seed) +
            against_peers() + off_front() + not_drawn() + settings() + origin();
