@@ -128,32 +128,79 @@ void list_outliers(const CalibrationInput& input, const Selection& selection,
   }
 }
 
-void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
-                Selection& selection) {
-  std::vector<std::size_t> used;
-  std::vector<std::vector<double>> squares;
-  bool rescued = false;
+// A bundle on the corners that agree with it.
+struct Settled {
+  Bundle bundle;
+  Selection selection;
+  BundleSummary summary;
+  std::vector<std::size_t> used;             // the bundle's views in the input
+  std::vector<std::vector<double>> squares;  // of every corner
+  double sigma = 0;                          // robust; corners further than five of it are out
+};
+
+// Solves and selects in turn, until no corner changes sides.
+void settle_selection(const CalibrationInput& input, const CalibrateOptions& options,
+                      CalibrationFit& fit, Settled& state) {
   for (int round = 0; round < kMaxRounds; ++round) {
-    drop_outside_domain(fit.bundle, input, selection);
-    fit.bundle = select(fit.bundle, input, selection, used);
-    if (fit.bundle.views.empty()) break;
-    fit.summary = solve(fit.bundle, options.max_iterations, options.num_threads);
-    fit.num_iterations += fit.summary.num_iterations;
-    for (std::size_t i = 0; i < used.size(); ++i)
-      selection.pose[used[i]] = fit.bundle.camera_from_target[i];
-    squares = all_squares(fit.bundle.lens(), input, selection);
-    if (!options.reject_outliers) break;
-    const double sigma =
-        std::max(least_sigma(input.whitened, options), robust_sigma(squares, selection));
-    if (reselect(squares, kRejectSigmas * sigma, selection)) continue;
-    const Lens lens = fit.bundle.lens();
-    if (rescued || !rescue_views(input, lens, 2 * kRejectSigmas * sigma, selection)) break;
-    rescued = true;
-    reselect(all_squares(lens, input, selection), 2 * kRejectSigmas * sigma, selection);
+    drop_outside_domain(state.bundle, input, state.selection);
+    state.bundle = select(state.bundle, input, state.selection, state.used);
+    if (state.bundle.views.empty()) return;
+    state.summary = solve(state.bundle, options.max_iterations, options.num_threads);
+    fit.num_iterations += state.summary.num_iterations;
+    for (std::size_t i = 0; i < state.used.size(); ++i)
+      state.selection.pose[state.used[i]] = state.bundle.camera_from_target[i];
+    state.squares = all_squares(state.bundle.lens(), input, state.selection);
+    if (!options.reject_outliers) return;
+    state.sigma = std::max(least_sigma(input.whitened, options),
+                           robust_sigma(state.squares, state.selection));
+    if (!reselect(state.squares, kRejectSigmas * state.sigma, state.selection)) return;
   }
-  if (squares.empty()) squares = all_squares(fit.bundle.lens(), input, selection);
-  for (const std::size_t v : used) fit.images.push_back(input.views[v].image);
-  list_outliers(input, selection, squares, fit);
+}
+
+// The squares of all corners, each up to a bound.
+double truncated_loss(const std::vector<std::vector<double>>& squares, double bound) {
+  double sum = 0;
+  for (const auto& of_view : squares)
+    for (const double square : of_view) sum += std::min(square, bound * bound);
+  return sum;
+}
+
+// Corners that are out by some times the bound may be right, and out because the lens was fitted
+// without them, where it is free: it is fitted with them, and whichever explains all corners better
+// is kept. (A lens between two groups that contradict each other leaves larger residuals.)
+void reconsider(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
+                Settled& state) {
+  constexpr double kAsLarge = 1.05;
+  for (const double times : {2.0, 8.0}) {
+    const double bound = kRejectSigmas * state.sigma;
+    Settled other = state;
+    if (!reselect(state.squares, times * bound, other.selection)) continue;
+    settle_selection(input, options, fit, other);
+    if (!other.bundle.views.empty() && other.sigma < kAsLarge * state.sigma &&
+        truncated_loss(other.squares, bound) < truncated_loss(state.squares, bound))
+      state = std::move(other);
+  }
+}
+
+void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
+                Selection selection) {
+  Settled state{std::move(fit.bundle), std::move(selection), {}, {}, {}, 0};
+  settle_selection(input, options, fit, state);
+  if (options.reject_outliers && !state.bundle.views.empty()) {
+    const Lens lens = state.bundle.lens();
+    const double wide = 2 * kRejectSigmas * state.sigma;
+    if (rescue_views(input, lens, wide, state.selection)) {
+      reselect(all_squares(lens, input, state.selection), wide, state.selection);
+      settle_selection(input, options, fit, state);
+    }
+    reconsider(input, options, fit, state);
+  }
+  fit.bundle = std::move(state.bundle);
+  fit.summary = state.summary;
+  if (fit.bundle.views.empty())
+    state.squares = all_squares(fit.bundle.lens(), input, state.selection);
+  for (const std::size_t v : state.used) fit.images.push_back(input.views[v].image);
+  list_outliers(input, state.selection, state.squares, fit);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "tagcal/estimate/other_lens.hpp"
 
 #include <algorithm>
-#include <vector>
 
+#include "tagcal/camera/parameter_index.hpp"
 #include "tagcal/estimate/doubt.hpp"
 
 namespace tagcal {
@@ -10,75 +10,73 @@ namespace {
 
 constexpr int kIterations = 100;
 constexpr std::size_t kMostViews = 20;
-constexpr double kChiSquare = 25;
+constexpr double kChiSquare = 16;
+constexpr double kWide = 0.9;  // focal lengths from the principal point
 
-// Some views of a fit, evenly spread, and all of their corners.
-struct SomeViews {
-  Bundle bundle;
-  std::vector<const ViewProblem*> all;
-};
+// Of as many views at most, evenly spread.
+CalibrationInput few_views(const CalibrationInput& input) {
+  CalibrationInput few = input;
+  const std::size_t n = input.views.size(), count = std::min(n, kMostViews);
+  few.views.clear();
+  for (std::size_t i = 0; i < count; ++i) few.views.push_back(input.views[i * n / count]);
+  return few;
+}
 
-SomeViews some_views(const CalibrationFit& fit, const CalibrationInput& input) {
-  const Bundle& from = fit.bundle;
-  SomeViews some{{from.model, from.image_size, from.free_values, {}, {}}, {}};
-  const std::size_t n = from.views.size(), count = std::min(n, kMostViews);
-  auto next = input.views.begin();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t v = i * n / count;
-    next = std::find_if(next, input.views.end(),
-                        [&](const CalibrationView& view) { return view.image == fit.images[v]; });
-    if (next == input.views.end()) break;
-    some.bundle.views.push_back(from.views[v]);
-    some.bundle.camera_from_target.push_back(from.camera_from_target[v]);
-    some.all.push_back(&next->problem);
-  }
-  return some;
+bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
+  const Lens lens = bundle.lens();
+  const auto p = parameters(lens);
+  const Eigen::Vector2d centre(p[kCx], p[kCy]);
+  for (const CalibrationView& view : input.views)
+    for (const Correspondence& c : view.problem.correspondences)
+      if ((c.pixel - centre).norm() > kWide * p[kFx]) return true;
+  return false;
+}
+
+bool worth_asking(const Bundle& own, const CalibrationInput& input) {
+  return own.model->lens_type() == LensType::fisheye ? well_in_front(own) : is_wide(own, input);
+}
+
+// A lens of the other kind, from the poses and the corners of a fit.
+std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& model,
+                                       const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
+  Bundle bundle = with_model(fit.bundle, Model::named("f"));
+  if (model.lens_type() == LensType::perspective) solve(bundle, kIterations);
+  bundle = with_model(bundle, model);
+  if (!solve(bundle, kIterations).converged) return std::nullopt;
+  return refit(bundle, fit, input, options);
 }
 
 // Squared residuals of all corners in units of the noise, each up to the bound of rejection.
-double misfit(const Bundle& bundle, const SomeViews& some, double sigma) {
-  const Lens lens = bundle.lens();
+double misfit(const CalibrationFit& fit, double sigma) {
   double sum = 0;
-  for (std::size_t v = 0; v < some.all.size(); ++v)
-    for (const double square : whitened_squares(*some.all[v], lens, bundle.camera_from_target[v]))
-      sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
+  for (const double square : fit.squares)
+    sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
   return sum;
-}
-
-// Solved on those of all corners that agree with it.
-Bundle solved_again(Bundle bundle, const SomeViews& some, const Bundle& judge, double sigma) {
-  const Lens lens = judge.lens();
-  for (std::size_t v = 0; v < some.all.size(); ++v) {
-    std::vector<std::uint8_t> inlier;
-    for (const double square : whitened_squares(*some.all[v], lens, judge.camera_from_target[v]))
-      inlier.push_back(square <= kRejectSigmas * kRejectSigmas * sigma * sigma);
-    ViewProblem agreeing = chosen(*some.all[v], inlier);
-    if (agreeing.correspondences.size() >= 4) bundle.views[v] = std::move(agreeing);
-  }
-  solve(bundle, kIterations);
-  return bundle;
 }
 
 }  // namespace
 
-std::optional<std::string> instead_of_fisheye(const CalibrationFit& fit,
-                                              const CalibrationInput& input, double sigma) {
-  if (fit.bundle.model->lens_type() != LensType::fisheye || !well_in_front(fit.bundle))
-    return std::nullopt;
-  const SomeViews some = some_views(fit, input);
-  Bundle other = with_model(some.bundle, Model::named("f"));
-  solve(other, kIterations);
-  other = with_model(other, Model::named("opencv5"));
-  if (!solve(other, kIterations).converged) return std::nullopt;
-  other = solved_again(other, some, other, sigma);
-  double own = misfit(some.bundle, some, sigma);
-  const double least = misfit(other, some, sigma);
-  if (own - least < kChiSquare) return std::nullopt;
-  // Corners that the fisheye lost on its way do not speak for the other.
-  own = std::min(own, misfit(solved_again(some.bundle, some, other, sigma), some, sigma));
-  if (own - least < kChiSquare) return std::nullopt;
-  return "the model is too small: opencv5 would explain " + percent((own - least) / own) +
-         " of the squares of its residuals";
+std::optional<std::string> better_other_lens(const CalibrationFit& fit,
+                                             const CalibrationInput& input,
+                                             const CalibrateOptions& options, double sigma) {
+  const CalibrationInput few = few_views(input);
+  std::optional<CalibrationFit> own = fit;
+  if (few.views.size() < input.views.size()) own = refit(fit.bundle, fit, few, options);
+  if (!own || !worth_asking(own->bundle, few)) return std::nullopt;
+  const bool is_fisheye = own->bundle.model->lens_type() == LensType::fisheye;
+  const Model& model = Model::named(is_fisheye ? "opencv5" : "fisheye4");
+  const auto other = fit_from(*own, model, few, options);
+  if (!other) return std::nullopt;
+  const double least = misfit(*other, sigma);
+  double squares = misfit(*own, sigma);
+  if (squares - least < kChiSquare) return std::nullopt;
+  // Corners that the own lens lost on its way do not speak for the other.
+  const auto again = fit_from(*other, *own->bundle.model, few, options);
+  if (again) squares = std::min(squares, misfit(*again, sigma));
+  if (squares - least < kChiSquare) return std::nullopt;
+  return "the model is too small: " + std::string(model.name()) + " would explain " +
+         percent((squares - least) / squares) + " of the squares of its residuals";
 }
 
 }  // namespace tagcal
