@@ -102,6 +102,25 @@ TEST(OddGroup, DoesNotPullAPose) {
   EXPECT_LE(pulled, kTrials * 4 / 100);  // more than half, were it kept
 }
 
+// What a lens bends is not the fault of the tags: most stay, and a warning says it.
+TEST(OddGroup, TagsAreNotBlamedForTheLens) {
+  Random random(5);
+  const Lens bent = Perspective({900, 900, 639.5, 399.5, -0.1, 0.03, 0, 0, 0});
+  for (int i = 0; i < 20; ++i) {
+    const Pose pose = looking_at_board({0, 0, 0}, random.uniform(0.2, 0.8), 0.9, random);
+    TagsInView view{seen_by(bent, board_points(), pose, 0.1, random), {}, pose};
+    for (std::size_t k = 0; k < view.seen.size(); ++k)
+      view.groups.push_back(static_cast<int>(k / 4));
+    shift(view, 7, {300, 40});
+    PoseOptions options;
+    options.groups = view.groups;
+    const PoseEstimate estimate = estimate_pose(view.seen, Camera{kLens, {1280, 800}}, options);
+    ASSERT_TRUE(is_answer(estimate.status)) << i;
+    EXPECT_LE(estimate.outliers.size(), 28u) << i;
+    EXPECT_FALSE(estimate.warnings.empty()) << i;
+  }
+}
+
 TEST(OddGroup, ScoresOfVarianceRatiosAreThoseOfTables) {
   // Quantiles of F to 1e-3 of each tail: 3.09 standard deviations.
   EXPECT_NEAR(variance_ratio_score(5.44, 8, 20), 3.09, 0.03);

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
 #include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/odd_group.hpp"
+#include "tagcal/estimate/pose_defect.hpp"
 #include "tagcal/estimate/view_consensus.hpp"
 
 namespace tagcal {
@@ -26,54 +26,6 @@ AgreeingFit<N> no_fit(Status status, const std::string& reason) {
 // Of two groups that agree on different poses: the share of the one in the other from which on
 // neither is more right.
 constexpr double kNearlyAsMany = 0.8;
-
-bool is_covariance(const Matrix2& c) {
-  const double product = c(0, 0) * c(1, 1);
-  return c.allFinite() && c(0, 0) > 0 && c(1, 1) > 0 && std::isfinite(product) &&
-         c(0, 1) == c(1, 0) && product - c(0, 1) * c(1, 0) > 1e-12 * product;
-}
-
-// What options cannot be meant; empty: they can.
-std::string defect(const PoseOptions& options, std::size_t num_points) {
-  const double variance = options.sigma_px * options.sigma_px;
-  const bool in_range = variance >= std::numeric_limits<double>::min() && std::isfinite(variance);
-  if (options.sigma_px != 0 && !(options.sigma_px > 0 && in_range))
-    return fmt::format("the noise must be 0 (not known) or more, got {} px", options.sigma_px);
-  const std::span<const Matrix2> covariances = options.covariance_px2;
-  if (!covariances.empty() && covariances.size() != num_points)
-    return fmt::format("{} covariances for {} points", covariances.size(), num_points);
-  if (!options.groups.empty() && options.groups.size() != num_points)
-    return fmt::format("{} groups for {} points", options.groups.size(), num_points);
-  const auto bad = std::find_if_not(covariances.begin(), covariances.end(), is_covariance);
-  if (bad != covariances.end())
-    return fmt::format("covariance {} is not positive definite", bad - covariances.begin());
-  return {};
-}
-
-// Whether four of the points are apart.
-bool four_places(const PoseProblem& problem) {
-  const std::span<const Eigen::Vector3d> points = problem.view().points;
-  const double apart = 1e-9 * problem.spread().size;
-  Solutions<Eigen::Vector3d, 4> places;
-  for (std::size_t i = 0; i < points.size() && !places.full(); ++i)
-    if (std::none_of(places.begin(), places.end(), [&](const Eigen::Vector3d& p) {
-          return (points[i] - p).squaredNorm() <= apart * apart;
-        }))
-      places.push_back(points[i]);
-  return places.full();
-}
-
-// Why a problem has no answer; empty: it may have one.
-std::string defect(const PoseProblem& problem) {
-  if (!problem.finite()) return "a point or a pixel is not finite";
-  if (problem.size() < 4)
-    return fmt::format("too few points: 4 are needed, got {}", problem.size());
-  const PointShape shape = problem.spread().shape;
-  if (shape == PointShape::point) return "the points are all at one place";
-  if (shape == PointShape::line) return "the points lie on a line";
-  if (!four_places(problem)) return "too few points: 4 are needed, the others are duplicates";
-  return {};
-}
 
 template <int N>
 Agreement agreement_of(const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit) {
@@ -149,21 +101,34 @@ AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Len
   return result;
 }
 
-// The same, and without the groups that do not go with the others.
+// The groups of the correspondences that a fit kept.
+template <int N>
+std::vector<int> groups_kept(const AgreeingFit<N>& result, const PoseOptions& options) {
+  std::vector<int> groups;
+  for (const std::size_t i : others(result.outliers, options.groups.size()))
+    groups.push_back(options.groups[i]);
+  return groups;
+}
+
+// The same, and without the groups that do not go with the others: of more than a third of them it
+// is the lens or the target that does not, and all stay.
 template <int N>
 AgreeingFit<N> settle_without_odd(std::span<const Correspondence> correspondences, const Lens& lens,
                                   const PoseOptions& options,
                                   const std::vector<std::size_t>& chosen) {
-  std::set<int> odd;
-  for (;;) {
-    AgreeingFit<N> result = settle<N>(correspondences, lens, options, chosen, odd);
-    if (!result.fit || options.groups.empty()) return result;
-    std::vector<int> groups;
-    for (const std::size_t i : others(result.outliers, correspondences.size()))
-      groups.push_back(options.groups[i]);
+  const AgreeingFit<N> all = settle<N>(correspondences, lens, options, chosen, {});
+  if (!all.fit || options.groups.empty()) return all;
+  std::vector<int> groups = groups_kept(all, options);
+  const std::size_t most = std::set<int>(groups.begin(), groups.end()).size() / 3;
+  AgreeingFit<N> result = all;
+  for (std::set<int> odd;;) {
     const auto found = odd_group<N>(*result.problem, groups, lens, result.fit->best().state);
     if (!found) return result;
     odd.insert(*found);
+    if (odd.size() > most) return all;
+    result = settle<N>(correspondences, lens, options, chosen, odd);
+    if (!result.fit) return all;
+    groups = groups_kept(result, options);
   }
 }
 

@@ -135,8 +135,7 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
   if (is_weak(model)) return calibrate_weak(input, options);
   std::optional<CalibrationFit> fit = fit_with_model_error(model, input, options);
-  const CalibrationInput given = input;
-  const std::optional<CalibrationFit> first = fit;
+  const auto question = fit ? question_of_lens(*fit, input) : std::nullopt;
   for (int round = 0; fit && options.reject_outliers && round < kMostRounds; ++round) {
     if (!leave_out_what_stands_out(input, *fit, options)) break;
     fit = fit_with_model_error(model, input, options);
@@ -158,8 +157,8 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
     withdraw(c, doubt->status);
     c.warnings.push_back(doubt->reason);
   }
-  if (is_answer(c.status))
-    if (auto sentence = better_other_lens(*first, given, options, sigma_that_counts(c, options)))
+  if (is_answer(c.status) && question)
+    if (auto sentence = better_other_lens(*question, options, sigma_that_counts(c, options)))
       c.warnings.push_back(*sentence);
   check_target(c, input, fit->bundle, board);
   return c;

@@ -173,8 +173,10 @@ void reconsider(const CalibrationInput& input, const CalibrateOptions& options, 
   constexpr double kAsLarge = 1.05;
   for (const double times : {2.0, 8.0}) {
     const double bound = kRejectSigmas * state.sigma;
+    Selection wider = state.selection;
+    if (!reselect(state.squares, times * bound, wider)) continue;
     Settled other = state;
-    if (!reselect(state.squares, times * bound, other.selection)) continue;
+    other.selection = std::move(wider);
     settle_selection(input, options, fit, other);
     if (!other.bundle.views.empty() && other.sigma < kAsLarge * state.sigma &&
         truncated_loss(other.squares, bound) < truncated_loss(state.squares, bound))

@@ -13,15 +13,6 @@ constexpr std::size_t kMostViews = 20;
 constexpr double kChiSquare = 16;
 constexpr double kWide = 0.9;  // focal lengths from the principal point
 
-// Of as many views at most, evenly spread.
-CalibrationInput few_views(const CalibrationInput& input) {
-  CalibrationInput few = input;
-  const std::size_t n = input.views.size(), count = std::min(n, kMostViews);
-  few.views.clear();
-  for (std::size_t i = 0; i < count; ++i) few.views.push_back(input.views[i * n / count]);
-  return few;
-}
-
 bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
   const Lens lens = bundle.lens();
   const auto p = parameters(lens);
@@ -30,10 +21,6 @@ bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
     for (const Correspondence& c : view.problem.correspondences)
       if ((c.pixel - centre).norm() > kWide * p[kFx]) return true;
   return false;
-}
-
-bool worth_asking(const Bundle& own, const CalibrationInput& input) {
-  return own.model->lens_type() == LensType::fisheye ? well_in_front(own) : is_wide(own, input);
 }
 
 // A lens of the other kind, from the poses and the corners of a fit.
@@ -57,22 +44,34 @@ double misfit(const CalibrationFit& fit, double sigma) {
 
 }  // namespace
 
-std::optional<std::string> better_other_lens(const CalibrationFit& fit,
-                                             const CalibrationInput& input,
+std::optional<LensQuestion> question_of_lens(const CalibrationFit& fit,
+                                             const CalibrationInput& input) {
+  const bool is_fisheye = fit.bundle.model->lens_type() == LensType::fisheye;
+  if (is_fisheye ? !well_in_front(fit.bundle) : !is_wide(fit.bundle, input)) return std::nullopt;
+  const std::size_t n = input.views.size(), count = std::min(n, kMostViews);
+  LensQuestion question{fit, {}, count == n};
+  question.input.image_size = input.image_size;
+  question.input.whitened = input.whitened;
+  question.input.model_error_px = input.model_error_px;
+  for (std::size_t i = 0; i < count; ++i)  // evenly spread
+    question.input.views.push_back(input.views[i * n / count]);
+  return question;
+}
+
+std::optional<std::string> better_other_lens(const LensQuestion& question,
                                              const CalibrateOptions& options, double sigma) {
-  const CalibrationInput few = few_views(input);
-  std::optional<CalibrationFit> own = fit;
-  if (few.views.size() < input.views.size()) own = refit(fit.bundle, fit, few, options);
-  if (!own || !worth_asking(own->bundle, few)) return std::nullopt;
+  std::optional<CalibrationFit> own = question.fit;
+  if (!question.all_views) own = refit(question.fit.bundle, question.fit, question.input, options);
+  if (!own) return std::nullopt;
   const bool is_fisheye = own->bundle.model->lens_type() == LensType::fisheye;
   const Model& model = Model::named(is_fisheye ? "opencv5" : "fisheye4");
-  const auto other = fit_from(*own, model, few, options);
+  const auto other = fit_from(*own, model, question.input, options);
   if (!other) return std::nullopt;
   const double least = misfit(*other, sigma);
   double squares = misfit(*own, sigma);
   if (squares - least < kChiSquare) return std::nullopt;
   // Corners that the own lens lost on its way do not speak for the other.
-  const auto again = fit_from(*other, *own->bundle.model, few, options);
+  const auto again = fit_from(*other, *own->bundle.model, question.input, options);
   if (again) squares = std::min(squares, misfit(*again, sigma));
   if (squares - least < kChiSquare) return std::nullopt;
   return "the model is too small: " + std::string(model.name()) + " would explain " +
