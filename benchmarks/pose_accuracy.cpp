@@ -156,16 +156,28 @@ struct Worst {
   double efficiency = 0, mean_off = 0, point_off = 0, flips_off = 0, silent = 0, peers = -100;
 };
 
+// What came of the trials of a cell; ours is the first method.
 template <int N>
-void run(const Cell& cell, int trials, int peer_trials, Worst& worst) {
+struct Measured {
+  std::vector<PoseMethod> methods;
+  std::vector<Tally<N>> tallies;
+  double relative_sigma = 0;  // sd(f) / f at the bound
+  double predicted_flips = 0;
+  bool regular = false;
+  double nearest_peer = -100;  // by how many standard errors ours is worse than it
+
+  const Tally<N>& ours() const { return tallies[0]; }
+};
+
+template <int N>
+Measured<N> measure(const Cell& cell, int trials, int peer_trials) {
   Random random(12345);
   const bool planar = cell.points[0].z() == 0 && N == 6;
-  std::vector<PoseMethod> methods;
+  Measured<N> measured;
   for (PoseMethod& m : pose_methods(job_of(cell)))
     if (m.name.starts_with("OpenCV") || m.name.starts_with("tagcal estimate"))
-      methods.push_back(std::move(m));
-  std::vector<Tally<N>> tallies(methods.size());
-  double relative_sigma = 0;
+      measured.methods.push_back(std::move(m));
+  measured.tallies.resize(measured.methods.size());
   for (int i = 0; i < trials; ++i) {
     const ViewRange range{cell.tilt_deg,   cell.tilt_deg, cell.distance_m,
                           cell.distance_m, cell.sigma_px, 0};
@@ -174,53 +186,74 @@ void run(const Cell& cell, int trials, int peer_trials, Worst& worst) {
     if (N == 7 && i < 100) {
       SmallCholesky<N> cholesky;
       if (cholesky.compute(information))
-        relative_sigma += std::sqrt(cholesky.inverse()(N - 1, N - 1)) / 100;
+        measured.relative_sigma += std::sqrt(cholesky.inverse()(N - 1, N - 1)) / 100;
     }
-    for (std::size_t m = 0; m < methods.size(); ++m) {
+    for (std::size_t m = 0; m < measured.methods.size(); ++m) {
       if (m > 0 && i >= peer_trials) break;
-      const PreparedPose prepared = methods[m].prepare(task);
+      const PreparedPose prepared = measured.methods[m].prepare(task);
       prepared.solve();
-      tallies[m].add(prepared.answer(), task, planar, information);
+      measured.tallies[m].add(prepared.answer(), task, planar, information);
     }
   }
-  const Tally<N>& ours = tallies[0];
-  const double predicted = cell.square_m > 0 && N == 6 ? flip_probability(cell) : 0;
-  const bool regular = predicted < 1e-3 && relative_sigma < 0.03 && cell.tilt_deg > 0;
+  measured.predicted_flips = cell.square_m > 0 && N == 6 ? flip_probability(cell) : 0;
+  measured.regular =
+      measured.predicted_flips < 1e-3 && measured.relative_sigma < 0.03 && cell.tilt_deg > 0;
+  return measured;
+}
+
+template <int N>
+void print_ours(const Cell& cell, int trials, const Measured<N>& measured) {
+  const Tally<N>& ours = measured.ours();
   const double n = trials;
   std::printf("%-22s %4.1f %4.0f %4.1f %c", cell.name.c_str(), cell.distance_m, cell.tilt_deg,
-              cell.sigma_px, regular ? 'r' : ' ');
-  if (N == 7) std::printf(" sd(f) %5.1f%%", 100 * relative_sigma);
+              cell.sigma_px, measured.regular ? 'r' : ' ');
+  if (N == 7) std::printf(" sd(f) %5.1f%%", 100 * measured.relative_sigma);
   std::printf(" answers %5.1f%% eff %5.3f claimed %5.3f %5.3f", 100 * ours.answers / n,
               ours.efficiency(), mean(ours.claimed) / N, quantile(ours.claimed, 0.95) / k95[N - 6]);
-  if (planar && cell.square_m > 0)
+  if (N == 6 && cell.square_m > 0)
     std::printf(
         " flips %5.2f%% (predicted %5.2f%%) both %5.1f%% uncovered %4.2f%% ambiguous %5.1f%%",
-        100 * ours.flips / n, 100 * predicted,
+        100 * ours.flips / n, 100 * measured.predicted_flips,
         ours.flips > 0 ? 100.0 * ours.flips_with_both / ours.flips : 100.0,
         100 * ours.uncovered_flips / n, 100 * ours.ambiguous / n);
   std::printf(" silently wrong %.2e", ours.silently_wrong / n);
-  double nearest = -100;
-  for (std::size_t m = 1; m < methods.size() && peer_trials > 1; ++m) {
-    if (tallies[m].answers < peer_trials / 2) continue;
-    const double efficiency = tallies[m].efficiency();
+}
+
+template <int N>
+void print_peers(int peer_trials, Measured<N>& measured) {
+  for (std::size_t m = 1; m < measured.methods.size() && peer_trials > 1; ++m) {
+    const Tally<N>& peer = measured.tallies[m];
+    if (peer.answers < peer_trials / 2) continue;
+    const double efficiency = peer.efficiency();
     if (!(efficiency < 20)) continue;
-    std::printf("  %s %.3f", methods[m].name.substr(7).c_str(), efficiency);
-    if (tallies[m].answers == peer_trials && tallies[m].flips <= 3 * (ours.flips + 1))
-      nearest = std::max(nearest, paired_difference(ours, tallies[m]));
+    std::printf("  %s %.3f", measured.methods[m].name.substr(7).c_str(), efficiency);
+    if (peer.answers == peer_trials && peer.flips <= 3 * (measured.ours().flips + 1))
+      measured.nearest_peer =
+          std::max(measured.nearest_peer, paired_difference(measured.ours(), peer));
   }
   std::printf("\n");
   std::fflush(stdout);
+}
+
+template <int N>
+void run(const Cell& cell, int trials, int peer_trials, Worst& worst) {
+  Measured<N> measured = measure<N>(cell, trials, peer_trials);
+  print_ours(cell, trials, measured);
+  print_peers(peer_trials, measured);
+  const Tally<N>& ours = measured.ours();
+  const double n = trials;
   worst.trials += trials;
   worst.mirrored += ours.mirrored;
   worst.silent = std::max(worst.silent, ours.silently_wrong / n);
-  if (planar && cell.square_m > 0 && cell.tilt_deg >= 20)
-    worst.flips_off = std::max(worst.flips_off, std::abs(ours.flips / n - predicted));
-  if (!regular) return;
+  if (N == 6 && cell.square_m > 0 && cell.tilt_deg >= 20)
+    worst.flips_off =
+        std::max(worst.flips_off, std::abs(ours.flips / n - measured.predicted_flips));
+  if (!measured.regular) return;
   worst.efficiency = std::max(worst.efficiency, ours.efficiency());
   worst.mean_off = std::max(worst.mean_off, std::abs(mean(ours.claimed) / N - 1));
   worst.point_off =
       std::max(worst.point_off, std::abs(quantile(ours.claimed, 0.95) / k95[N - 6] - 1));
-  worst.peers = std::max(worst.peers, nearest);
+  worst.peers = std::max(worst.peers, measured.nearest_peer);
 }
 
 }  // namespace

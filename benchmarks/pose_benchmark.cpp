@@ -116,6 +116,42 @@ std::vector<PoseTask> draw(const std::vector<Eigen::Vector3d>& points, const Vie
   return tasks;
 }
 
+std::vector<Contest> contests(int views) {
+  Random random(3);
+  const ViewRange usual;
+  ViewRange tilted = usual, wrong = usual;
+  tilted.min_tilt_deg = 25;  // where four corners of a board show the focal length
+  wrong.wrong = 0.5;
+  const auto four = space_points(4, 0.6, random), thirty = space_points(30, 0.6, random);
+  const auto square = square_points(0.6);
+  const std::string ippe_square = "OpenCV IPPE_SQUARE";
+  const std::vector<PoseMethod> of_tags = pose_methods(PoseJob::tag);
+  const PoseMethod reference = *std::ranges::find(of_tags, ippe_square, &PoseMethod::name);
+  return {{"one tag of 88 mm",
+           PoseJob::tag,
+           draw(square_points(0.088), usual, views),
+           ippe_square,
+           4.5,
+           {}},
+          {"144 corners of a board",
+           PoseJob::plane,
+           draw(tag_grid_points(6), usual, views),
+           "OpenCV IPPE",
+           4,
+           {}},
+          {"30 points in space", PoseJob::space, draw(thirty, usual, views), "OpenCV SQPNP", 0, {}},
+          {"pose and focal length, 4 points in a plane", PoseJob::plane_focal,
+           draw(square, tilted, views), ippe_square, 8, reference},
+          {"pose and focal length, 4 points in space", PoseJob::four_space_focal,
+           draw(four, usual, views), ippe_square, 4, reference},
+          {"144 corners, half of them wrong",
+           PoseJob::outliers,
+           draw(tag_grid_points(6), wrong, views / 4 + 1, tag_grid_groups(6)),
+           "OpenCV solvePnPRansac",
+           10,
+           {}}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -131,47 +167,7 @@ int main(int argc, char** argv) {
       "90 %% quantiles\nf = 900 px, 1280 x 800, 0.7 to 1.6 m, tilt 0 to 52 degrees, noise "
       "0.5 px; ours with covariance and status\n",
       views, rounds, CV_VERSION);
-  Random random(3);
-  const ViewRange usual;
-  ViewRange tilted = usual, wrong = usual;
-  tilted.min_tilt_deg = 25;  // where four corners of a board show the focal length
-  wrong.wrong = 0.5;
-  const auto four = space_points(4, 0.6, random), thirty = space_points(30, 0.6, random);
-  const auto square = square_points(0.6);
-  const std::string ippe_square = "OpenCV IPPE_SQUARE";
-  const PoseMethod reference = [] {
-    for (const PoseMethod& m : pose_methods(PoseJob::tag))
-      if (m.name == "OpenCV IPPE_SQUARE") return m;
-    return PoseMethod{};
-  }();
-  race({"one tag of 88 mm",
-        PoseJob::tag,
-        draw(square_points(0.088), usual, views),
-        ippe_square,
-        4.5,
-        {}},
-       rounds);
-  race({"144 corners of a board",
-        PoseJob::plane,
-        draw(tag_grid_points(6), usual, views),
-        "OpenCV IPPE",
-        4,
-        {}},
-       rounds);
-  race({"30 points in space", PoseJob::space, draw(thirty, usual, views), "OpenCV SQPNP", 0, {}},
-       rounds);
-  race({"pose and focal length, 4 points in a plane", PoseJob::plane_focal,
-        draw(square, tilted, views), ippe_square, 8, reference},
-       rounds);
-  race({"pose and focal length, 4 points in space", PoseJob::four_space_focal,
-        draw(four, usual, views), ippe_square, 4, reference},
-       rounds);
-  race({"144 corners, half of them wrong",
-        PoseJob::outliers,
-        draw(tag_grid_points(6), wrong, views / 4 + 1, tag_grid_groups(6)),
-        "OpenCV solvePnPRansac",
-        10,
-        {}},
-       std::max(1, rounds / 4));
+  for (const Contest& contest : contests(views))
+    race(contest, contest.job == PoseJob::outliers ? std::max(1, rounds / 4) : rounds);
   return 0;
 }

@@ -178,7 +178,9 @@ void reconsider(const CalibrationInput& input, const CalibrateOptions& options, 
     Settled other = state;
     other.selection = std::move(wider);
     settle_selection(input, options, fit, other);
-    if (!other.bundle.views.empty() && other.sigma < kAsLarge * state.sigma &&
+    if (other.bundle.views.empty() || (state.summary.converged && !other.summary.converged))
+      continue;
+    if (other.sigma < kAsLarge * state.sigma &&
         truncated_loss(other.squares, bound) < truncated_loss(state.squares, bound))
       state = std::move(other);
   }
