@@ -91,9 +91,8 @@ struct PoseAndFocalEstimate {
 
 // Pose and focal length of a pinhole with square pixels and its principal point in the centre of
 // the image, from four points or more: in a plane that is tilted enough, or in space. The focal
-// length is refused (focal_not_observable) where sd(f) / f exceeds 10 % at the estimate (of a plane
-// that nearly faces the camera, which noise tilts, 7.5 %), where weak perspective explains the view
-// as well, or where the residuals show that the lens is no pinhole.
+// length is refused (focal_not_observable) where sd(f) / f exceeds 10 % at the estimate, where weak
+// perspective explains the view as well, or where the residuals show that the lens is no pinhole.
 PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> correspondences,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options = {});

@@ -11,11 +11,8 @@
 namespace tagcal {
 namespace {
 
-// The rule for the focal length: refused above 10 % of standard deviation; of a plane that nearly
-// faces the camera above 7.5 %, as it is noise that tilts it, and 10 % at the estimate may be 25 %
-// at the truth (of 3,000 such views 6 were answered so, and wrong). It is refused as well ...
-constexpr double kMaxRelativeSigma = 0.1, kMaxRelativeSigmaFacing = 0.075;
-constexpr double kFacingSine = 0.1;  // of the angle between normal and line of sight
+// The rule for the focal length: refused above 10 % of standard deviation, and as well ...
+constexpr double kMaxRelativeSigma = 0.1;
 // ... where infinity (weak perspective) explains the view about as well: chi-square with one
 // degree of freedom, p = 0.001.
 constexpr double kMinLikelihoodRatio = 10.8;
@@ -87,17 +84,9 @@ std::string defect(const ImageSize& size, const PoseAndFocalOptions& options) {
   return {};
 }
 
-double max_relative_sigma(const AgreeingFit<7>& agreeing) {
-  const ViewState& state = agreeing.fit->best().state;
-  const Eigen::Vector3d normal = state.rotation.col(2);
-  const bool facing = agreeing.problem->spread().shape == PointShape::plane &&
-                      normal.cross(state.translation.normalized()).norm() < kFacingSine;
-  return facing ? kMaxRelativeSigmaFacing : kMaxRelativeSigma;
-}
-
 // Why the focal length is refused.
-std::string refusal(double relative_sigma, double max_sigma, bool model_error) {
-  if (relative_sigma > max_sigma && std::isfinite(relative_sigma))
+std::string refusal(double relative_sigma, bool model_error) {
+  if (relative_sigma > kMaxRelativeSigma && std::isfinite(relative_sigma))
     return fmt::format(
         "the focal length cannot be told from the distance: its standard deviation would be {:.0f} "
         "%",
@@ -110,7 +99,7 @@ std::string refusal(double relative_sigma, double max_sigma, bool model_error) {
 // Whether the view shows the focal length; the poses under weak perspective where that was asked.
 bool shows_focal_length(const AgreeingFit<7>& agreeing, double relative_sigma,
                         const Eigen::Vector2d& centre, Solutions<WeakPerspectivePose, 2>& weak) {
-  const bool by_sigma = relative_sigma <= max_relative_sigma(agreeing) && !agreeing.model_error;
+  const bool by_sigma = relative_sigma <= kMaxRelativeSigma && !agreeing.model_error;
   if (by_sigma && relative_sigma <= kSmallRelativeSigma) return true;
   weak = weak_poses(*agreeing.problem, centre);
   return by_sigma && weak_perspective_excess(*agreeing.problem, *agreeing.fit, weak, centre) >=
@@ -152,8 +141,7 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
   estimate.hypotheses.clear();
   estimate.covariance.setZero();
   if (!agreeing.model_error) estimate.weak_perspective = in_target_frame(*agreeing.problem, weak);
-  estimate.warnings.push_back(
-      refusal(relative, max_relative_sigma(agreeing), agreeing.model_error));
+  estimate.warnings.push_back(refusal(relative, agreeing.model_error));
   if (options.prior_focal_px > 0)
     add_poses_of_prior(correspondences, image_size, options, estimate);
   return estimate;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "tagcal/estimate/focal_profile.hpp"
 #include "tagcal/estimate/frontal.hpp"
 #include "tagcal/estimate/pose_profile.hpp"
 #include "tagcal/estimate/small_cholesky.hpp"
@@ -117,6 +118,8 @@ std::vector<PoseHypothesis> hypotheses_of(
         of_step += is_like_a_tag(problem) ? profile.gain_of_curve(solution, of_step)
                                           : profile.gain(solution, of_step);
       }
+    if constexpr (N == 7)
+      of_step += gain_towards_shorter(problem, lens, solution, of_step, fit.noise.sigma_px);
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     const double excess = solution.cost - fit.best().cost;
