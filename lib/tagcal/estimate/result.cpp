@@ -113,6 +113,7 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
 }
 
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
+// `own`: the covariance of the model alone.
 void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen::MatrixXd& own,
                      const CalibrateOptions& options, std::span<const SupportedModel> supported) {
   const Bundle& bundle = *evidence.bundle;
@@ -133,7 +134,23 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
     add_model_uncertainty(c.projection.back(), *c.camera, supported, samples);
   }
-  warn_of_misfit(c, evidence, options, near_m);
+  warn_of_misfit(c, evidence);
+}
+
+// What is claimed: the covariance of the model, with all that was assumed for it and that the
+// corners contradict or do not tell. Returns that of the model alone, for projections.
+Eigen::MatrixXd claim(Observability& seen, const CalibrationFit& fit,
+                      const MisfitEvidence& evidence, std::span<const SupportedModel> supported,
+                      double sigma) {
+  BundleCovariance& covariance = *seen.covariance;
+  const double inflation = evidence.inflation();
+  covariance.parameters *= inflation;
+  for (Matrix6& pose : covariance.poses) pose *= inflation;
+  count_bend(covariance, evidence, sigma);
+  const Eigen::MatrixXd own = covariance.parameters;
+  add_model_uncertainty(covariance, fit.bundle, fit.images, supported);
+  if (seen.status == Status::ok) judge_focal_length(seen, fit.bundle);
+  return own;
 }
 
 }  // namespace
@@ -174,15 +191,15 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   Observability seen =
       observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
   widen(seen, fit.bundle, information, c.sigma_px);
-  Eigen::MatrixXd own;  // covariance, of this model alone
+  MisfitEvidence evidence{&fit.bundle, information ? &*information : nullptr, board};
+  Eigen::MatrixXd own;
   if (seen.covariance) {
-    own = seen.covariance->parameters;
-    add_model_uncertainty(*seen.covariance, fit.bundle, fit.images, supported);
+    compare_residuals(c, evidence, options);
+    judge_model_and_board(c, evidence, options);
+    own = claim(seen, fit, evidence, supported, c.sigma_px);
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }
-  MisfitEvidence evidence{&fit.bundle, information ? &*information : nullptr, board};
-  if (seen.covariance) judge_model_and_board(c, evidence, options);
   fill_views(c, fit, seen.covariance);
   c.status = judge(c, fit, seen, options);
   fill_projection(c, evidence, own, options, supported);

@@ -7,6 +7,7 @@
 
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/ladder.hpp"
+#include "tagcal/estimate/residual_field.hpp"
 #include "tagcal/estimate/settle.hpp"
 #include "tagcal/estimate/weak.hpp"
 
@@ -28,8 +29,17 @@ std::string number(double value) {
 
 bool is_fisheye(const Rung& rung) { return rung.model().lens_type() == LensType::fisheye; }
 
+// Against polynomials; the rational lens bends as freely.
+double handicap(const Ladder& ladder) {
+  const Rung* best = nullptr;
+  for (const Rung& rung : ladder.rungs)
+    if (!is_fisheye(rung) && rung.holds() && (!best || rung.bic < best->bic)) best = &rung;
+  const bool is_rational = best && best->model().name() == "opencv8";
+  return is_rational ? 0 : kFisheyeHandicap * std::log(ladder.num_residuals);
+}
+
 double score(const Rung& rung, const Ladder& ladder) {
-  return rung.bic + (is_fisheye(rung) ? kFisheyeHandicap * std::log(ladder.num_residuals) : 0);
+  return rung.bic + (is_fisheye(rung) ? handicap(ladder) : 0);
 }
 
 // The fisheye is no way out for data that hold too little of a perspective: it must beat them all,
@@ -110,7 +120,8 @@ const Rung* simplified(const Ladder& ladder, const Rung& winner, double toleranc
 const Rung* wanted(const Ladder& ladder, const Rung& chosen) {
   for (const Rung& rung : ladder.rungs) {
     const bool undetermined = rung.seen.status != Status::ok;
-    if (!undetermined || !rung.summary.converged || is_fisheye(rung) || is_fisheye(chosen)) continue;
+    if (!undetermined || !rung.summary.converged || is_fisheye(rung) || is_fisheye(chosen))
+      continue;
     if (rung.bic < chosen.bic - kStrongEvidence) return &rung;
   }
   return nullptr;
@@ -241,7 +252,8 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       build_ladder(perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr, options);
   std::vector<std::optional<double>> differences(ladder.rungs.size());
   const Rung* winner = lowest_score(ladder);
-  const Rung* chosen = winner ? simplified(ladder, *winner, options.tolerance_px, differences) : nullptr;
+  const Rung* chosen =
+      winner ? simplified(ladder, *winner, options.tolerance_px, differences) : nullptr;
   const Rung& basis = chosen ? *chosen : ladder.rungs.front();
   const CalibrationFit& other = is_fisheye(basis) ? *fisheye : *perspective;
   std::optional<CalibrationFit> fit = refit(basis.bundle, other, input, options);
@@ -253,9 +265,10 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
   if (chosen)
-    choice.supported =
-        supported_models(ladder, *chosen, perspective ? &*perspective : nullptr,
-                         fisheye ? &*fisheye : nullptr);
+    choice.supported = supported_models(
+        ladder, *chosen,
+        residual_field(chosen->bundle, least_sigma(ladder.whitened, options)).inflation,
+        perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr);
   for (const SupportedModel& supported : choice.supported)
     for (ModelStep& step : choice.steps)
       if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);

@@ -32,9 +32,9 @@ struct ModelChoice {
 //   3. Then the smallest perspective that agrees with the winner within the winner's own standard
 //      deviation at every node over the image; or, with a tolerance, the smallest that projects
 //      within it, RMS over the seen region at the median distance, the pose taken out.
-// What the choice leaves out is in `supported`. A model that the data ask for (BIC, and more than the
-// chosen one's own uncertainty) but do not determine makes the answer not_observable. No value where
-// no view has a consensus.
+// What the choice leaves out is in `supported`. A model that the data ask for (BIC, and more than
+// the chosen one's own uncertainty) but do not determine makes the answer not_observable. No value
+// where no view has a consensus.
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options);
 

@@ -126,9 +126,8 @@ std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, cons
 
 // Whether a model's distortion can bend straight lines outwards as an equidistant fisheye does.
 bool has_distortion(const Model& model) {
-  return std::ranges::any_of(model.free(), [](const FreeParameter& free) {
-    return free.lens_parameters.front() == kK1;
-  });
+  return std::ranges::any_of(
+      model.free(), [](const FreeParameter& free) { return free.lens_parameters.front() == kK1; });
 }
 
 // The lens without coefficients that fits the views best, over a ladder of focal lengths. Poses

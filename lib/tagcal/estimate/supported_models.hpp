@@ -17,19 +17,22 @@ struct SupportedModel {
   double weight = 0;  // Akaike's, among the chosen model and all of these
 };
 
-// The models of the ladder that the data determine and that the chosen one does not contain, with
+// The models of the ladder that the data determine and that the chosen one does not contain (those
+// that stopped at a fold or have a pole: to first order about the largest one below), with
 // Akaike weights w ~ exp(-AIC / 2), AIC = chi-square + 2 k (Burnham & Anderson, Model Selection and
-// Multimodel Inference, 2002, section 2.9). BIC chooses the model; how much the choice leaves out is
-// a question of prediction, which is AIC's. Weights below 1e-4 are left out: such a model is wrong
-// more surely than the mark of one wrong claim in 1,000 asks.
+// Multimodel Inference, 2002, section 2.9). BIC chooses the model; how much the choice leaves out
+// is a question of prediction, which is AIC's. Weights below 1e-4 are left out: such a model is
+// wrong more surely than the mark of one wrong claim in 1,000 asks. `inflation`: of the
+// chi-squares, where residuals are not independent (ResidualField::inflation; QAIC, ibid.
+// section 2.5).
 std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& chosen,
-                                             const CalibrationFit* perspective,
+                                             double inflation, const CalibrationFit* perspective,
                                              const CalibrationFit* fisheye);
 
 // The unconditional covariance of an estimate that was made with one of several supported models:
-// sum of w_i (C_i + d_i d_i'), d_i the difference to the estimate (Burnham & Anderson, eq. 4.9, as a
-// variance). Parameters that another lens type does not have keep the chosen model's variance; poses
-// count where the models have the same views.
+// sum of w_i (C_i + d_i d_i'), d_i the difference to the estimate (Burnham & Anderson, eq. 4.9, as
+// a variance). Parameters that another lens type does not have keep the chosen model's variance;
+// poses count where the models have the same views.
 void add_model_uncertainty(BundleCovariance& covariance, const Bundle& chosen,
                            std::span<const std::string> images,
                            std::span<const SupportedModel> others);

@@ -75,8 +75,8 @@ struct Sums {
 
 struct Corner {
   CornerId id;
-  Vector3d point;                      // of the target
-  Vector3d from_middle = {0, 0, 0};    // of its tag, along `axes`; zero where that is not known
+  Vector3d point;                    // of the target
+  Vector3d from_middle = {0, 0, 0};  // of its tag, along `axes`; zero where that is not known
   Sums inliers, outliers;
 };
 
@@ -195,8 +195,8 @@ void find_middles(Corners& corners, const Matrix3d& axes) {
 
 // One scale of all tags about their middles, that the residuals of the inliers ask for.
 struct TagScale {
-  double change = 0;  // of the size: 0.01 is 1 % larger than in the file
-  double sigma = 0;   // for noise of 1
+  double change = 0;    // of the size: 0.01 is 1 % larger than in the file
+  double sigma = 0;     // for noise of 1
   double moved_px = 0;  // RMS over the inliers
 };
 
