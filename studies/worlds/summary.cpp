@@ -209,10 +209,12 @@ std::string summary(const std::vector<Record>& records, const std::vector<Record
 std::string one_line(const Record& r) {
   return fmt::format(
       "{}/{}: {} {:.0f} deg {}x{}, {} views, tags {:.0f} px, coverage {:.2f}, blur {:.1f}, noise "
-      "{:.1f}: {} {}, f {:.1f} region {:.1f} image {:.1f} corner {:.1f}{}{}",
+      "{:.1f}, ink {:.2f}, gamma {:.2f}: {} {}, f {:.1f} region {:.1f} image {:.1f} corner "
+      "{:.1f}{}{}",
       r.seed, r.index, r.model, r.field_of_view_deg, r.width, r.height, r.views, r.tag_px,
-      r.coverage, r.blur_px, r.noise_levels, r.status, r.answer, r.f_ratio, region_ratio(r),
-      r.image_ratio, r.corner_worst, r.findings.empty() ? "" : "; ", r.findings);
+      r.coverage, r.blur_px, r.noise_levels, r.ink_spread_px, r.gamma, r.status, r.answer,
+      r.f_ratio, region_ratio(r), r.image_ratio, r.corner_worst, r.findings.empty() ? "" : "; ",
+      r.findings);
 }
 
 }  // namespace tagcal
