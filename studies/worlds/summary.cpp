@@ -197,6 +197,9 @@ std::string summary(const std::vector<Record>& records, const std::vector<Record
   text += lens_rows(t);
   const int refusals = t.wrong(Wrong::refused);
   text += row("right data refused", fmt::format("{}", refusals), share(refusals, all, 100, "%"));
+  const auto neither = std::ranges::count_if(
+      records, [](const Record& r) { return !answered(r) && !refused(r) && r.tags > 0; });
+  text += row("tags read, and no right answer by name either", fmt::format("{}", neither));
   text += diagnosis_rows(t) + corner_rows(t) + before_rows(t, before);
   const auto seconds = [&](double Record::*time) { return t.sum(time) / all; };
   text +=
