@@ -1,6 +1,6 @@
 // Random worlds from pixels to the answer: each is rendered, its tags are found, its camera is
 // calibrated by `auto`, and every number that this claims is held against the truth
-//.
+// (docs/worlds.md).
 //   worlds run --first N --count N --out FILE.csv [--threads T] [--seed S]
 //   worlds merge FILE.csv... [--out FILE.csv] [--page FILE.md] [--against FILE.csv]
 //   worlds worst FILE.csv... --out DIR [--count K] [--by KIND]

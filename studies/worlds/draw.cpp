@@ -118,13 +118,20 @@ bool draw_views(Scene& scene, const ViewSpread& spread, Random& random) {
   return true;
 }
 
-// Linear light, and white that noise does not reach.
-void draw_light(Scene& scene, Random& random) {
+// Half of the sensors are linear, most prints as designed. Noise does not reach black or white.
+void draw_light(World& world, Random& random) {
+  Scene& scene = world.scene;
   scene.sensor.blur_px = log_uniform(0.3, 2, random);
   scene.sensor.noise_levels = log_uniform(0.3, 8, random);
-  scene.background_level = random.uniform(0.1, 0.8);
-  scene.paper_level = random.uniform(0.6, 0.9);
-  scene.ink_level = random.uniform(0.1, 0.2);
+  const double background = random.uniform(0.1, 0.8), paper = random.uniform(0.55, 0.88),
+               ink = random.uniform(0.1, 0.25);  // in the picture
+  if (random.uniform() < 0.5) scene.sensor.gamma = random.uniform(0.45, 1);
+  const double power = 1 / scene.sensor.gamma;
+  scene.background_level = std::pow(background, power);
+  scene.paper_level = std::pow(paper, power);
+  scene.ink_level = std::pow(ink, power);
+  if (random.uniform() < 0.4) world.ink_spread_px = random.uniform(-0.05, 0.15);
+  scene.ink_spread_m = world.ink_spread_px * scene.boards[0].board.grid->tag_size / world.tag_px;
 }
 
 }  // namespace
@@ -147,7 +154,7 @@ World draw_world(std::uint64_t seed, std::uint64_t index) {
     world.most_tilt_deg = random.uniform(3, 65);
     if (!draw_views(scene, draw_spread(world, random), random)) continue;
     if (random.uniform() < 0.3) scene.occluders = draw_occluders(scene, random);
-    draw_light(scene, random);
+    draw_light(world, random);
     return world;
   }
 }

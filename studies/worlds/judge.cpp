@@ -72,6 +72,8 @@ void describe(const World& world, Record& r) {
   r.most_tilt_deg = world.most_tilt_deg;
   r.blur_px = scene.sensor.blur_px;
   r.noise_levels = scene.sensor.noise_levels;
+  r.ink_spread_px = world.ink_spread_px;
+  r.gamma = scene.sensor.gamma;
   r.occluders = static_cast<int>(scene.occluders.size());
 }
 

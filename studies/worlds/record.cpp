@@ -37,6 +37,8 @@ const Column kColumns[] = {
     {"most_tilt_deg", &Record::most_tilt_deg},
     {"blur_px", &Record::blur_px},
     {"noise_levels", &Record::noise_levels},
+    {"ink_spread_px", &Record::ink_spread_px},
+    {"gamma", &Record::gamma},
     {"occluders", &Record::occluders},
     {"tags_visible", &Record::tags_visible},
     {"tags", &Record::tags},

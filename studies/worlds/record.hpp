@@ -20,6 +20,7 @@ struct Record {
   double field_of_view_deg = 0;
   int views = 0, tags_on_board = 0, border_bits = 0;
   double tag_px = 0, coverage = 0, most_tilt_deg = 0, blur_px = 0, noise_levels = 0;
+  double ink_spread_px = 0, gamma = 1;
   int occluders = 0;
 
   // Corners, against exact ones.

@@ -58,12 +58,14 @@ std::string scene_text(const Scene& scene) {
   for (const Pose& pose : std::get<ExplicitPath>(scene.path).camera_from_world)
     text += "    - " + pose_text(pose) + "\n";
   const Sensor& sensor = scene.sensor;
-  text += fmt::format("sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}}}\n",
-                      sensor.exposure, sensor.blur_px, sensor.noise_levels, sensor.bits);
-  return text +
-         fmt::format("background_level: {}\npaper_level: {}\nink_level: {}\npaper_margin_m: {}\n",
-                     scene.background_level, scene.paper_level, scene.ink_level,
-                     scene.paper_margin_m);
+  text +=
+      fmt::format("sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}, gamma: {}}}\n",
+                  sensor.exposure, sensor.blur_px, sensor.noise_levels, sensor.bits, sensor.gamma);
+  return text + fmt::format(
+                    "background_level: {}\npaper_level: {}\nink_level: {}\nink_spread_m: "
+                    "{}\npaper_margin_m: {}\n",
+                    scene.background_level, scene.paper_level, scene.ink_level, scene.ink_spread_m,
+                    scene.paper_margin_m);
 }
 
 }  // namespace tagcal

@@ -197,6 +197,9 @@ std::string summary(const std::vector<Record>& records, const std::vector<Record
   text += lens_rows(t);
   const int refusals = t.wrong(Wrong::refused);
   text += row("right data refused", fmt::format("{}", refusals), share(refusals, all, 100, "%"));
+  const auto neither = std::ranges::count_if(
+      records, [](const Record& r) { return !answered(r) && !refused(r) && r.tags > 0; });
+  text += row("tags read, and no right answer by name either", fmt::format("{}", neither));
   text += diagnosis_rows(t) + corner_rows(t) + before_rows(t, before);
   const auto seconds = [&](double Record::*time) { return t.sum(time) / all; };
   text +=
@@ -209,10 +212,12 @@ std::string summary(const std::vector<Record>& records, const std::vector<Record
 std::string one_line(const Record& r) {
   return fmt::format(
       "{}/{}: {} {:.0f} deg {}x{}, {} views, tags {:.0f} px, coverage {:.2f}, blur {:.1f}, noise "
-      "{:.1f}: {} {}, f {:.1f} region {:.1f} image {:.1f} corner {:.1f}{}{}",
+      "{:.1f}, ink {:.2f}, gamma {:.2f}: {} {}, f {:.1f} region {:.1f} image {:.1f} corner "
+      "{:.1f}{}{}",
       r.seed, r.index, r.model, r.field_of_view_deg, r.width, r.height, r.views, r.tag_px,
-      r.coverage, r.blur_px, r.noise_levels, r.status, r.answer, r.f_ratio, region_ratio(r),
-      r.image_ratio, r.corner_worst, r.findings.empty() ? "" : "; ", r.findings);
+      r.coverage, r.blur_px, r.noise_levels, r.ink_spread_px, r.gamma, r.status, r.answer,
+      r.f_ratio, region_ratio(r), r.image_ratio, r.corner_worst, r.findings.empty() ? "" : "; ",
+      r.findings);
 }
 
 }  // namespace tagcal
