@@ -21,7 +21,8 @@ class Worker {
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options, int threads)
       : camera_(options.camera), finders_(board_finders(boards, options, threads)) {}
 
-  View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings) {
+  View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings,
+              std::vector<UnfittedTag>& unfitted) {
     check_size(image.size(), name);
     View view{name, {}};
     if (image.width() < kMinImageSide || image.height() < kMinImageSide) {
@@ -32,8 +33,12 @@ class Worker {
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);
       warn_of(seen, finder->wanted().family, name, warnings);
-      for (const Completion& completion : seen.completions)
+      for (const Completion& completion : seen.completions) {
         for (const FoundTag& tag : completion.tags) add_corners(tag, view);
+        for (const MissingTag& tag : completion.missing)
+          if (tag.why == WhyNot::no_fit && tag.expected)
+            unfitted.push_back({tag.id, *tag.expected});
+      }
     }
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
@@ -78,7 +83,9 @@ class Worker {
 View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
             const DetectOptions& options, std::vector<std::string>* warnings) {
   std::vector<std::string> lines;
-  View view = Worker(boards, options, threads_of(options.threads)).detect(image, name, lines);
+  std::vector<UnfittedTag> unfitted;
+  View view =
+      Worker(boards, options, threads_of(options.threads)).detect(image, name, lines, unfitted);
   if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
   return view;
 }
@@ -95,11 +102,13 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
     workers.emplace_back(boards, options, threads / num_workers);
   DetectResult result;
   result.views.resize(images.size());
+  result.unfitted.resize(images.size());
   std::vector<std::vector<std::string>> warnings(images.size());
   for_each_picture(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
-        result.views[i] = worker.detect(images[i].load(), images[i].name, warnings[i]);
+        result.views[i] =
+            worker.detect(images[i].load(), images[i].name, warnings[i], result.unfitted[i]);
       },
       progress);
   for (const auto& lines : warnings)
