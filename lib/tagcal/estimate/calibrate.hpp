@@ -59,7 +59,7 @@ struct ModelStep {
   // RMS over the seen region at the median distance, pose taken out, from the model of lowest BIC;
   // none where the two were not compared.
   std::optional<double> difference_px;
-  double weight = 0;  // Akaike's, of a model that counts in the claims beside the answer
+  double weight = 0;     // Akaike's, of a model that counts in the claims beside the answer
   bool taken = false;    // on the way to the answer, or the answer
   std::string sentence;  // why, or why not
 };
@@ -104,7 +104,10 @@ struct Calibration {
   // No value without an estimate (degenerate, no_consensus). With a status that is no answer, the
   // lens is where the solver stood, for diagnosis only.
   std::optional<Camera> camera;
-  Eigen::MatrixXd covariance;  // of the model's free parameters, in their order; empty if singular
+  // Of the model's free parameters, in their order; empty if singular. Of `auto` it is
+  // unconditional: the other models that the data support count by their weights
+  // (ModelStep::weight).
+  Eigen::MatrixXd covariance;
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
   SeenRegion seen;                                // where in the image the corners were
@@ -118,6 +121,9 @@ struct Calibration {
   // Noise per coordinate beyond the corners' own covariances, as the residuals show it: what lens
   // and target are not as modelled.
   double model_error_px = 0;
+  // By which all variances grew, since residuals differ from place to place, or halves of the views
+  // by more than independent noise makes them.
+  double variance_inflation = 1;
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;
@@ -129,7 +135,8 @@ struct Calibration {
 };
 
 // Throws Error for what `calibrate` refuses whatever the data set: a model that is not known, a
-// board that `weak` should bend, or a distance that is not positive.
+// board that `weak` should bend, a distance that is not positive, or a tolerance that is negative
+// or without `auto`.
 void check_options(const CalibrateOptions& options);
 
 // Camera and all poses from the observations of one data set: closed-form start on consensus,
