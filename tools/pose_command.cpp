@@ -10,6 +10,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "messages.hpp"
 #include "output_folder.hpp"
 #include "parallel.hpp"
 #include "pose_drawing.hpp"
@@ -242,7 +243,7 @@ int run(const Arguments& arguments) {
   if (folder && answers > 0) folder->publish();
   print_warnings(input.warnings);
   print_result(arguments.json ? pose_json(reports) : pose_text(reports));
-  fmt::print(stderr, "{} of {} views with an answer\n", answers, reports.size());
+  print_to_stderr("{} of {} views with an answer\n", answers, reports.size());
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 
