@@ -100,7 +100,7 @@ struct Calibration {
   // No value without an estimate (degenerate, no_consensus). With a status that is no answer, the
   // lens is where the solver stood, for diagnosis only.
   std::optional<Camera> camera;
-  Eigen::MatrixXd covariance;  // of the model's free parameters, in their order; empty if singular
+  MatrixX covariance;  // of the model's free parameters, in their order; empty if singular
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
   SeenRegion seen;                                // where in the image the corners were
