@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/board_finder.hpp"
 #include "tagcal/detect/picture_batch.hpp"
+#include "tagcal/detect/wrong_border.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -21,7 +22,8 @@ class Worker {
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options, int threads)
       : camera_(options.camera), finders_(board_finders(boards, options, threads)) {}
 
-  View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings) {
+  View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings,
+              TagCount& count) {
     check_size(image.size(), name);
     View view{name, {}};
     if (image.width() < kMinImageSide || image.height() < kMinImageSide) {
@@ -32,8 +34,10 @@ class Worker {
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);
       warn_of(seen, finder->wanted().family, name, warnings);
-      for (const Completion& completion : seen.completions)
+      for (const Completion& completion : seen.completions) {
         for (const FoundTag& tag : completion.tags) add_corners(tag, view);
+        count.add(image, completion, finder->family());
+      }
     }
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
@@ -78,7 +82,9 @@ class Worker {
 View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
             const DetectOptions& options, std::vector<std::string>* warnings) {
   std::vector<std::string> lines;
-  View view = Worker(boards, options, threads_of(options.threads)).detect(image, name, lines);
+  TagCount count;
+  View view =
+      Worker(boards, options, threads_of(options.threads)).detect(image, name, lines, count);
   if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
   return view;
 }
@@ -96,12 +102,14 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   DetectResult result;
   result.views.resize(images.size());
   std::vector<std::vector<std::string>> warnings(images.size());
+  std::vector<TagCount> counts(images.size());
   for_each_picture(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
-        result.views[i] = worker.detect(images[i].load(), images[i].name, warnings[i]);
+        result.views[i] = worker.detect(images[i].load(), images[i].name, warnings[i], counts[i]);
       },
       progress);
+  result.warnings = wrong_border_warnings(images, counts, boards, options);
   for (const auto& lines : warnings)
     result.warnings.insert(result.warnings.end(), lines.begin(), lines.end());
   return result;
