@@ -116,6 +116,9 @@ Command add_calibrate(CLI::App& app) {
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; without it, each corner's own where the file "
                "says it, else from the residuals");
+  add_positive(*command, "--tolerance", arguments->job.options.tolerance_px,
+               "in pixels: auto takes the smallest model within it of the best one, RMS where "
+               "corners were; the difference counts in what is claimed");
   command
       ->add_option("--out", arguments->out,
                    "file for the camera, where there is an answer; of several data sets a "

@@ -108,6 +108,7 @@ Json steps_json(const std::vector<ModelStep>& steps) {
                     {"cost", step.cost},
                     {"bic", step.bic},
                     {"difference_px", step.difference_px ? Json(*step.difference_px) : Json()},
+                    {"weight", step.weight},
                     {"taken", step.taken},
                     {"sentence", step.sentence}});
   }

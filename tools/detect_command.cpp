@@ -49,7 +49,9 @@ std::vector<std::string> drawing_names(const Input& input) {
 
 void draw(const Input& input, const std::vector<std::string>& names, OutputFolder& folder) {
   for (std::size_t i = 0; i < input.images.size(); ++i) {
-    const ImageRgb drawing = draw_tags(input.images[i].load(), input.dataset.views[i]);
+    const ImageRgb drawing =
+        draw_tags(input.images[i].load(), input.dataset.views[i],
+                  i < input.unfitted.size() ? input.unfitted[i] : std::vector<UnfittedTag>());
     write_png(folder.path() / names[i], drawing);
   }
   folder.publish();
@@ -130,10 +132,11 @@ Command add_detect(CLI::App& app) {
           "the camera's calibration, where it is known: --refinement fit fits tags under its lens")
       ->option_text("C.yaml");
   command
-      ->add_option("--draw", arguments->draw,
-                   fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
-                               "ellipses of {} standard deviations where they are known",
-                               kEllipseScale))
+      ->add_option(
+          "--draw", arguments->draw,
+          fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
+                      "ellipses of {} standard deviations; dashed what is read, but not reported",
+                      kEllipseScale))
       ->option_text("DIR");
   command->add_flag("--explain", arguments->explain,
                     "per picture, on stderr: what was seen, why tags are not reported, and what "

@@ -149,6 +149,7 @@ void detect_views(Input& input, int threads, bool shows_progress, const Camera* 
     if (progress) progress->update(done);
   });
   input.dataset.views = std::move(result.views);
+  input.unfitted = std::move(result.unfitted);
   input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
 }
 

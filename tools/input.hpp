@@ -29,6 +29,7 @@ struct Input {
   std::string observations;  // the file that the views were read from; "" where there is none
   std::vector<ImageSource> images;
   Refinement refinement = DetectOptions().refinement;
+  std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, where these were detected
   std::vector<std::string> warnings;
 };
 

@@ -15,6 +15,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr Rgb kTagColour = {0, 170, 60};
+constexpr Rgb kUnfittedColour = {200, 60, 200};
 constexpr Rgb kCornerColour = {230, 40, 30};
 constexpr Rgb kEllipseColour = {40, 90, 255};
 constexpr Rgb kIdColour = {255, 140, 0};
@@ -76,7 +77,7 @@ double shortest_side(const Corners& corners) {
 }
 
 struct Lines {
-  std::vector<Polyline> outlines, firsts, crosses, ellipses, numbers;
+  std::vector<Polyline> outlines, dashed, firsts, crosses, ellipses, numbers;
 };
 
 void add_tag(int id, const Corners& corners, Lines& lines) {
@@ -99,17 +100,30 @@ void add_tag(int id, const Corners& corners, Lines& lines) {
     lines.numbers.push_back(line);
 }
 
+void add_unfitted(const UnfittedTag& tag, Lines& lines) {
+  Polyline outline(tag.corners.begin(), tag.corners.end());
+  outline.push_back(outline.front());
+  lines.dashed.push_back(outline);
+  const Vector2d middle = (tag.corners[0] + tag.corners[1] + tag.corners[2] + tag.corners[3]) / 4;
+  const double side = (tag.corners[1] - tag.corners[0]).norm();
+  for (const Polyline& line : number(tag.id, middle, std::max(6.0, kDigitHeight * side)))
+    lines.numbers.push_back(line);
+}
+
 }  // namespace
 
-ImageRgb draw_tags(const Image8& picture, const View& view) {
+ImageRgb draw_tags(const Image8& picture, const View& view,
+                   const std::vector<UnfittedTag>& unfitted) {
   std::map<int, Corners> tags;
   for (const Observation& seen : view.observations) tags[seen.id.tag_id][seen.id.corner] = &seen;
   Lines lines;
   for (const auto& [id, corners] : tags) add_tag(id, corners, lines);
+  for (const UnfittedTag& tag : unfitted) add_unfitted(tag, lines);
   // Thin in small pictures, still to be seen in large ones.
   const double width = std::max(1.0, std::max(picture.width(), picture.height()) / 1200.0);
   Canvas canvas(picture);
   canvas.draw(lines.outlines, {kTagColour, width, 0.8});
+  canvas.draw(lines.dashed, {kUnfittedColour, width, 0.9, 4 * width});
   canvas.draw(lines.firsts, {kTagColour, 6 * width, 0.8});
   canvas.draw(lines.numbers, {{255, 255, 255}, 4 * width, 0.8});
   canvas.draw(lines.numbers, {kIdColour, 2 * width, 1});

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/scene/image.hpp"
 
@@ -10,7 +13,8 @@ inline constexpr double kEllipseScale = 100;
 
 // The picture with the outline of every tag, a disc at its corner 0, its id in the middle, a cross
 // at each corner and, where its covariance is known, the ellipse of kEllipseScale standard
-// deviations.
-ImageRgb draw_tags(const Image8& picture, const View& view);
+// deviations. Tags that are not reported have a dashed outline and no crosses.
+ImageRgb draw_tags(const Image8& picture, const View& view,
+                   const std::vector<UnfittedTag>& unfitted);
 
 }  // namespace tagcal::tools

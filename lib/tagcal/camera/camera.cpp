@@ -1,9 +1,13 @@
 #include "tagcal/camera/camera.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
+
+#include "tagcal/camera/parameter_index.hpp"
+#include "tagcal/camera/polynomial.hpp"
 
 namespace tagcal {
 namespace {
@@ -57,6 +61,23 @@ std::optional<FieldOfView> field_of_view(const Camera& camera) {
   const auto diagonal = angle_between_rad(camera.lens, {-0.5, -0.5}, {right, bottom});
   if (!across || !down || !diagonal) return std::nullopt;
   return FieldOfView{*across, *down, *diagonal};
+}
+
+bool has_pole(const Camera& camera) {
+  const auto* lens = std::get_if<Perspective>(&camera.lens);
+  if (!lens) return false;
+  const Perspective::Parameters& p = lens->parameters();
+  Polynomial denominator = {1, 0, p[kK4], 0, p[kK5], 0, p[kK6]};
+  while (denominator.back() == 0) denominator.pop_back();
+  double radius = 0;
+  for (const double u : {-0.5, camera.image_size.width - 0.5}) {
+    for (const double v : {-0.5, camera.image_size.height - 0.5}) {
+      radius = std::max(radius, std::hypot((u - p[kCx]) / p[kFx], (v - p[kCy]) / p[kFy]));
+      const std::optional<Ray> ray = lens->ray_in_camera({u, v});
+      if (ray) radius = std::max(radius, ray->direction.head<2>().norm() / ray->direction.z());
+    }
+  }
+  return denominator.size() > 1 && std::isfinite(smallest_positive_root(denominator, radius));
 }
 
 }  // namespace tagcal

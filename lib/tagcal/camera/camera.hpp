@@ -47,4 +47,9 @@ struct FieldOfView {
 // No value for parallel rays, or where a point of the border has no ray.
 std::optional<FieldOfView> field_of_view(const Camera& camera);
 
+// Whether a rational distortion has a pole (a vanishing denominator) within the normalised radius
+// of a corner of the image: that of its ray, or that of its pixel without distortion, up to which
+// an undistorted image of the same focal length evaluates the lens.
+bool has_pole(const Camera& camera);
+
 }  // namespace tagcal

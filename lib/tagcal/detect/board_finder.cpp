@@ -9,6 +9,7 @@
 
 #include "tagcal/detect/board_patterns.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/fit_under_lens.hpp"
 #include "tagcal/detect/quad.hpp"
 
 namespace tagcal {
@@ -50,6 +51,14 @@ bool may_be_there(const MissingTag& tag, const ImageSize& size) {
   if (tag.why == WhyNot::too_small) return false;
   if (tag.why != WhyNot::outside) return true;
   return tag.expected && !is_surely_cut(*tag.expected, size);
+}
+
+// A tag whose pattern could not be fitted has corners that nothing vouches for.
+void drop_unfitted(Completion& completion) {
+  for (const FoundTag& tag : completion.tags)
+    if (!tag.fitted) completion.missing.push_back({tag.id, WhyNot::no_fit, tag.corners});
+  std::erase_if(completion.tags, [](const FoundTag& tag) { return !tag.fitted; });
+  std::ranges::sort(completion.missing, {}, &MissingTag::id);
 }
 
 // Neither tags of the boards nor others.
@@ -104,6 +113,7 @@ BoardFinder::BoardFinder(std::vector<const Board*> boards, const DetectOptions& 
     : boards_(std::move(boards)),
       max_hamming_(options.max_hamming),
       halves_(options.refinement != Refinement::stock),
+      is_fitted_(options.refinement == Refinement::fit),
       detector_(wanted_of(boards_), options, threads),
       family_(tag_family(wanted().family, wanted().border_bits)) {}
 
@@ -119,6 +129,12 @@ SeenBoards BoardFinder::find(const Image8& image) {
   }
   const bool small = image.width() * image.height() <= kMostPixelsDoubled;
   if (halves_ && small && shows_nothing(seen)) search(image, {{0, 0, image.size()}, -1}, seen);
+  if (is_fitted_) {
+    for (std::size_t i = 0; i < boards_.size(); ++i) {
+      fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
+      drop_unfitted(seen.completions[i]);
+    }
+  }
   return seen;
 }
 

@@ -40,7 +40,8 @@ class BoardFinder {
 
   std::vector<const Board*> boards_;
   int max_hamming_;
-  bool halves_;  // whether halved pictures are searched
+  bool halves_;     // whether halved pictures are searched
+  bool is_fitted_;  // whether tags are fitted, and reported only then
   FamilyDetector detector_;
   TagFamily family_;
 };

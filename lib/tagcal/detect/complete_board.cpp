@@ -269,6 +269,8 @@ std::string_view why_not_text(WhyNot why) {
       return "its bits do not answer where it should be";
     case WhyNot::no_edges:
       return "its edges cannot be fitted";
+    case WhyNot::no_fit:
+      return "seen, but its pattern cannot be fitted to the pixels: its corners are not known";
     case WhyNot::alone:
       return "read alone, and codes of so few bits are read by chance";
   }

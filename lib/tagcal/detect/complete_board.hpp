@@ -23,6 +23,7 @@ enum class WhyNot {
   no_border,     // no black border with white around it: hidden, or not there
   other_bits,    // something with a border, but not this tag
   no_edges,      // the tag is there, but its edges cannot be fitted: too blurred
+  no_fit,        // the tag is there, but its pattern cannot be fitted: its corners are not known
   alone,         // of a small family, whose codes are read by chance, and no other tag supports it
 };
 std::string_view why_not_text(WhyNot why);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,7 +16,8 @@ enum class Refinement {
   stock,  // as AprilTag gives them
   edges,  // each side of the tag fitted by itself: refine_edges.hpp
   fit,    // the whole printed pattern fitted (refine_tag.hpp), with covariances; where that fails,
-          // as by `edges` and without
+          // under the lens that the tags of the picture show together; where that fails too, the
+          // tag is not reported
 };
 
 struct DetectOptions {
@@ -27,9 +29,16 @@ struct DetectOptions {
   const Camera* camera = nullptr;
 };
 
+// A tag that was read, but is not reported: its pattern could not be fitted.
+struct UnfittedTag {
+  int id = 0;
+  std::array<Eigen::Vector2d, 4> corners;  // roughly, px
+};
+
 struct DetectResult {
-  std::vector<View> views;            // in the order of the images; corners ordered by id
-  std::vector<std::string> warnings;  // in plain words; those of one image name it
+  std::vector<View> views;  // in the order of the images; corners ordered by id
+  std::vector<std::vector<UnfittedTag>> unfitted;  // of each view
+  std::vector<std::string> warnings;               // in plain words; those of one image name it
 };
 
 // One image of a batch: its name and how to load it (called from a worker thread, may throw Error).

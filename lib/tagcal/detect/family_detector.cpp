@@ -189,15 +189,24 @@ std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, con
 }
 
 bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
+  return fit(tag, image, camera_, false) || (camera_ && fit(tag, image, nullptr, false));
+}
+
+bool FamilyDetector::fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const {
+  return fit(tag, image, &camera, true);
+}
+
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const Camera* camera,
+                         bool is_rough) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  auto fit = fit_known_tag(image, pattern->second, tag.corners, camera_);
-  if (!fit && camera_) fit = fit_known_tag(image, pattern->second, tag.corners, nullptr);
+  const auto fit = fit_known_tag(image, pattern->second, tag.corners, camera, is_rough);
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;
   tag.fitted = true;
   tag.refined = true;
+  tag.by_corner = fit->is_by_corner;
   return true;
 }
 

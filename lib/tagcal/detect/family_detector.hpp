@@ -29,7 +29,8 @@ struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
-  bool fitted = false;  // as a whole: then the covariance of (x0, y0, x1, y1, ..) is known
+  bool fitted = false;     // then the covariance of (x0, y0, x1, y1, ..) is known
+  bool by_corner = false;  // fitted corner by corner
   Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
 };
 
@@ -65,6 +66,10 @@ class FamilyDetector {
   // found. Stock corners are made finer by their edges here.
   std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start);
 
+  // Fits a tag from its corners as they are, to 2 px, under a lens that is known roughly. False
+  // where that fails: then the tag is as it was.
+  bool fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const;
+
  private:
   struct Pass {
     int shrink = 0;  // px, of black, before AprilTag looks
@@ -79,6 +84,7 @@ class FamilyDetector {
   std::vector<std::vector<Sighting>> look(const Image8& searched) const;
   void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const Image8& image) const;
+  bool fit(FoundTag& tag, const Image8& image, const Camera* camera, bool is_rough) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners) const;
 
   Wanted wanted_;

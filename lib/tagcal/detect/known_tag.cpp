@@ -1,16 +1,22 @@
 #include "tagcal/detect/known_tag.hpp"
 
+#include <algorithm>
+
 #include "tagcal/detect/quad.hpp"
 
 namespace tagcal {
 
 std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& pattern,
-                                    const Quad& start, const Camera* camera) {
-  constexpr double kMaxMove = 2;  // px
+                                    const Quad& start, const Camera* camera, bool is_rough) {
+  constexpr double kMaxMove = 2;          // px
+  constexpr double kMaxRoughMove = 0.04;  // of a side: a third of a cell
   TagFitOptions options;
   options.camera = camera;
+  options.is_rough = is_rough;
+  const double max_move =
+      is_rough ? std::max(kMaxMove, kMaxRoughMove * shortest_side(start)) : kMaxMove;
   const TagFit fit = refine_tag(image, pattern, start, options);
-  if (fit.status != TagFitStatus::converged || largest_distance(fit.corners, start) > kMaxMove)
+  if (fit.status != TagFitStatus::converged || largest_distance(fit.corners, start) > max_move)
     return std::nullopt;
   return fit;
 }

@@ -33,11 +33,15 @@ template <typename T>
 TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
                  const TagFitOptions& options) {
   TagFit fit;
+  fit.is_by_corner = true;
   for (std::size_t i = 0; i < 4; ++i) {
     const TagRegion region = part_of_tag(pattern, start, i);
     TagFitter fitter(region, start, options);
     const TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
-    if (part.status != TagFitStatus::converged) return {part.status};
+    if (part.status != TagFitStatus::converged) {
+      fit.status = part.status;
+      return fit;
+    }
     fit.corners[i] = part.corners[i];
     fit.covariance_px2 += part.covariance_px2;
     fit.blur_px += part.blur_px / 4;

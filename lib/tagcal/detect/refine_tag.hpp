@@ -50,6 +50,8 @@ struct TagFitOptions {
   // looked at. Error unless its image has the picture's size. Of no use for parallel rays, under
   // which lines are straight.
   const Camera* camera = nullptr;
+  // The camera is known roughly only: bends as above are believed of what it leaves.
+  bool is_rough = false;
 };
 
 struct TagFit {
@@ -64,6 +66,7 @@ struct TagFit {
   double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
   int num_pixels = 0;       // that were used
   int iterations = 0;
+  bool is_by_corner = false;  // each corner by itself: a camera, known roughly, would say more
 };
 
 // Finds the corners of a tag whose pattern is known by fitting all of its pixels: grey level = the

@@ -84,6 +84,7 @@ bool TagFitter::cut(const Image<T>& image) {
   if (!look()) return false;
   const auto covered = box();
   if (!covered) return false;
+  size_ = image.size();
   const Vector2d last(image.width() - 1, image.height() - 1);
   const Vector2d low = covered->min().cwiseMax(0.0).cwiseMin(last);
   const Vector2d high = covered->max().cwiseMax(0.0).cwiseMin(last);

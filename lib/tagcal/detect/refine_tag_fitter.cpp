@@ -149,7 +149,7 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.head<kLogSpread>() << sides, sides, far, sides, sides, far, perspective, perspective;
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
-  num_bends_ = bend_sd > 0 && twist_sd > 0 && !view_ ? kNumBends : 0;
+  num_bends_ = bend_sd > 0 && twist_sd > 0 && (!view_ || options_.is_rough) ? kNumBends : 0;
   prior_.segment<kNumBends>(kBend).setConstant(kHeld);
   if (num_bends_ == 0) return;
   prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
@@ -196,7 +196,7 @@ bool TagFitter::come_near() {
 }
 
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || 2 * scale_ < kPartsPx) return false;
+  if (region_.corner || num_bends_ == 0 || view_ || 2 * scale_ < kPartsPx) return false;
   const double third_order = third_order_px();
   if (third_order < kThirdOrderPx) return false;
   // Of all rows, from those that were looked at.

@@ -83,6 +83,7 @@ class TagFitter {
   void set_prior(const TagParameters& start);
   bool is_in_region(std::size_t corner) const;
   PixelSpan in_window(int row) const;
+  PixelSpan in_picture(int row) const;
   void collect();
   void collect_row(int row);
   void add_block();
@@ -114,6 +115,7 @@ class TagFitter {
   std::optional<StraightPlaces> places_;
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
+  ImageSize size_;  // of the picture
 
   // Of the present parameters: pixels that know of the geometry, some at a time; sums over all.
   TagBlock block_{};

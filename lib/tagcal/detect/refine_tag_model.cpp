@@ -85,13 +85,19 @@ void TagModel::start(TagBlock& block, bool is_bent, bool is_stretched) const {
   block.is_stretched = is_stretched;
 }
 
+Eigen::Vector2f TagModel::place(int c) const {
+  if (row_.straight.x != nullptr) return {row_.straight.x[c], row_.straight.y[c]};
+  return {static_cast<float>(row_.left + c * row_.step), static_cast<float>(row_.y)};
+}
+
 void TagModel::add(TagBlock& block, int c, float level) const {
   const auto k = static_cast<std::size_t>(c);
   const int n = block.size++;
   block.x[n] = bent_x_[k];
   block.y[n] = bent_y_[k];
-  block.raw_x[n] = static_cast<float>(row_.left + c * row_.step);
-  block.raw_y[n] = static_cast<float>(row_.y);
+  const Eigen::Vector2f raw = place(c);
+  block.raw_x[n] = raw.x();
+  block.raw_y[n] = raw.y();
   block.level[n] = level;
   block.column[n] = columns_.first[k];
   block.row[n] = rows_.first[k];

@@ -31,7 +31,7 @@ constexpr int kCount = 25;
 using TagParameters = Eigen::Matrix<double, tag_parameter::kCount, 1>;
 
 // Displacements of second order that no homography makes, and of third order, by which a pixel is
-// moved before it meets the homography.
+// moved before it meets the homography; where a lens is known, from where that puts it.
 using BendBasis = Eigen::Matrix<double, 2, tag_parameter::kNumBends>;
 inline BendBasis bend_basis(double x, double y) {
   const double xx = x * x, xy = x * y, yy = y * y;
@@ -76,12 +76,16 @@ class TagModel {
   // white and derivatives of all.
   void start(TagBlock& block, bool is_bent, bool is_stretched) const;
   void add(TagBlock& block, int c, float level) const;
+  // Where pixel c of the row is before it is bent.
+  Eigen::Vector2f place(int c) const;
   void evaluate(TagBlock& block) const;
 
  private:
   void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
   void set_num_terms();
   void bend_row(int begin, int end);
+  void bend_straight_row(const Eigen::Matrix<float, tag_parameter::kNumBends, 1>& bends, int begin,
+                         int end);
 
   double scale_;
   std::vector<double> column_lines_, row_lines_;  // on the tag

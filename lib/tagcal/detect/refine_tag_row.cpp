@@ -11,6 +11,7 @@ using namespace tag_parameter;
 // As bend_basis() has it.
 void TagModel::bend_row(int begin, int end) {
   const Eigen::Matrix<float, kNumBends, 1> b = parameters_.segment<kNumBends>(kBend).cast<float>();
+  if (row_.straight.x != nullptr) return bend_straight_row(b, begin, end);
   const auto left = static_cast<float>(row_.left), step = static_cast<float>(row_.step);
   const auto y = static_cast<float>(row_.y);
   const float yy = y * y;
@@ -18,14 +19,27 @@ void TagModel::bend_row(int begin, int end) {
                                      b[4]};
   const std::array<float, 4> by_y = {yy * (y * b[11] - b[3]), y * (y * b[10] - b[2]),
                                      b[1] + y * b[9], b[8]};
-  const bool is_known = row_.straight.x != nullptr;
   for (int c = begin; c < end; ++c) {
     const float x = left + static_cast<float>(c) * step;
     const auto k = static_cast<std::size_t>(c);
-    bent_x_[k] =
-        (is_known ? row_.straight.x[c] : x) + by_x[0] + x * (by_x[1] + x * (by_x[2] + x * by_x[3]));
-    bent_y_[k] =
-        (is_known ? row_.straight.y[c] : y) + by_y[0] + x * (by_y[1] + x * (by_y[2] + x * by_y[3]));
+    bent_x_[k] = x + by_x[0] + x * (by_x[1] + x * (by_x[2] + x * by_x[3]));
+    bent_y_[k] = y + by_y[0] + x * (by_y[1] + x * (by_y[2] + x * by_y[3]));
+  }
+}
+
+// What a lens leaves bends places that it straightened.
+void TagModel::bend_straight_row(const Eigen::Matrix<float, kNumBends, 1>& b, int begin, int end) {
+  const bool is_bent = (b.array() != 0).any();
+  for (int c = begin; c < end; ++c) {
+    const auto k = static_cast<std::size_t>(c);
+    const float x = bent_x_[k] = row_.straight.x[c];
+    const float y = bent_y_[k] = row_.straight.y[c];
+    if (!is_bent) continue;
+    const float xx = x * x, xy = x * y, yy = y * y;
+    bent_x_[k] += yy * b[0] + xx * b[2] + xy * b[3] + x * xx * b[4] + x * xy * b[5] +
+                  x * yy * b[6] + y * yy * b[7];
+    bent_y_[k] += xx * b[1] - xy * b[2] - yy * b[3] + x * xx * b[8] + x * xy * b[9] +
+                  x * yy * b[10] + y * yy * b[11];
   }
 }
 

@@ -50,12 +50,24 @@ PixelSpan TagFitter::in_window(int row) const {
           std::min(patch_.width, static_cast<int>(std::floor(corner.x() + window_px_)) + 1)};
 }
 
+// Pixels that know nothing of what lies beyond the picture's edge: what a picture has there in the
+// place of light (its last pixels once more, say) is blurred into the others.
+PixelSpan TagFitter::in_picture(int row) const {
+  const int margin = static_cast<int>(std::ceil(kUnknownReach * model_.spread() - 0.5));
+  const int y = patch_.y0 + row;
+  if (y < margin || y >= size_.height - margin) return {};
+  return {margin - patch_.x0, size_.width - margin - patch_.x0};
+}
+
 void TagFitter::collect_row(int row) {
   TagRow place{(patch_.x0 - middle_.x()) / scale_, 1 / scale_,
                (patch_.y0 + row - middle_.y()) / scale_};
   if (places_) place.straight = places_->row(row);
   PixelSpan& span = spans_[static_cast<std::size_t>(row)];
-  if (!are_spans_fixed_) span = in_window(row);
+  if (!are_spans_fixed_) {
+    const PixelSpan window = in_window(row), picture = in_picture(row);
+    span = {std::max(window.begin, picture.begin), std::min(window.end, picture.end)};
+  }
   int begin = span.begin, end = span.end;
   model_.set_row(place, are_spans_fixed_ ? 0.5 * kUnknownReach : kUnknownReach, begin, end);
   span = {begin, std::max(begin, end)};
@@ -67,8 +79,8 @@ void TagFitter::collect_row(int row) {
       model_.add(block_, c, patch_.at(c, row));
       if (block_.size == kTagBlock) add_block();
     } else {
-      flat_[seen == TagModel::Seen::white ? 1 : 0].add(place.left + c * place.step, place.y,
-                                                       patch_.at(c, row));
+      const Eigen::Vector2d at = model_.place(c).cast<double>();
+      flat_[seen == TagModel::Seen::white ? 1 : 0].add(at.x(), at.y(), patch_.at(c, row));
     }
   }
 }

@@ -114,7 +114,8 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
   }
   if (!choice) return without_answer(input, "");
   Calibration c =
-      choice->weak ? calibrate_weak(input, options) : report(choice->fit, options, board);
+      choice->weak ? calibrate_weak(input, options)
+                   : report(choice->fit, options, board, choice->supported);
   if (!choice->weak && c.status == Status::focal_not_observable) {
     // At the very bound, where the noise of all corners is not that of the ladder.
     choice->status = c.status;
@@ -204,6 +205,10 @@ Calibration calibrate_bent(const CalibrationInput& flat, const CalibrateOptions&
 void check_options(const CalibrateOptions& options) {
   if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
     throw Error("board_warp: model weak holds no perspective that would show a bent board");
+  if (!(options.tolerance_px >= 0))
+    throw Error("tolerance_px: must be >= 0, got " + std::to_string(options.tolerance_px));
+  if (options.tolerance_px > 0 && !is_auto(options))
+    throw Error("tolerance_px: needs model auto, got " + options.model);
   for (const double distance : options.distances_m)
     if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + std::to_string(distance));
 }

@@ -20,6 +20,9 @@ struct CalibrateOptions {
   // 0.5 px for the others), with what residuals hold beyond it; else estimated from the residuals.
   double sigma_px = 0;
   bool reject_outliers = true;
+  // `auto` takes the smallest model whose projection differs from that of the best one by at most
+  // this (RMS over the seen region); the difference counts in every standard deviation. >= 0.
+  double tolerance_px = 0;
   bool board_warp = false;      // let the board be bent; needs one flat board
   int max_iterations = 100;     // of each solve
   std::size_t num_threads = 1;  // 0: one a core. The answer does not depend on it
@@ -56,6 +59,7 @@ struct ModelStep {
   // RMS over the seen region at the median distance, pose taken out, from the model of lowest BIC;
   // none where the two were not compared.
   std::optional<double> difference_px;
+  double weight = 0;  // Akaike's, of a model that counts in the claims beside the answer
   bool taken = false;    // on the way to the answer, or the answer
   std::string sentence;  // why, or why not
 };

@@ -65,20 +65,21 @@ Rung rung_from(const Bundle& start, const Model& model, int max_iterations) {
   return rung;
 }
 
-// A model contains those below it; what is not held in one of them is not held in it. A fisheye's
-// coefficients can talk the information into a focal length, too: it needs the plain pinhole's.
+// A model contains those below it; what is not determined in one of them is not determined in it,
+// while the smaller one explains the corners as well (its BIC is not higher). A fisheye's
+// coefficients can make up the information of a focal length, too: it needs the plain pinhole's.
 void pass_up_refusals(std::vector<Rung>& rungs) {
-  const Observability* refused = nullptr;
-  bool plain = false;  // refused without distortion
+  std::vector<const Rung*> refused;
   for (Rung& rung : rungs) {
-    if (rung.model().lens_type() == LensType::fisheye && !plain) continue;
-    if (refused && rung.seen.status == Status::ok) {
-      rung.seen.status = refused->status;
-      rung.seen.reason = refused->reason;
+    const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
+    for (const Rung* smaller : refused) {
+      const bool plain = smaller->model().num_free() <= Model::named("pinhole").num_free();
+      if (rung.seen.status != Status::ok || smaller->bic > rung.bic || (is_fisheye && !plain))
+        continue;
+      rung.seen.status = smaller->seen.status;
+      rung.seen.reason = smaller->seen.reason;
     }
-    if (refused || rung.seen.status != Status::focal_not_observable) continue;
-    refused = &rung.seen;
-    plain = rung.model().num_free() <= Model::named("pinhole").num_free();
+    if (rung.seen.status == Status::focal_not_observable) refused.push_back(&rung);
   }
 }
 
@@ -130,6 +131,7 @@ Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fis
     rung.bic = rejected + counted_misfit(rung.bundle, count) +
                rung.model().num_free() * std::log(ladder.num_residuals);
     rung.seen = observability(rung.bundle, ladder.whitened ? 1.0 : sigma);
+    rung.has_pole = has_pole({rung.bundle.lens(), rung.bundle.image_size});
   }
   pass_up_refusals(ladder.rungs);
   return ladder;

@@ -18,7 +18,8 @@ struct Rung {
   double bic = std::numeric_limits<double>::infinity();  // all corners count up to it
 
   const Model& model() const { return *bundle.model; }
-  bool holds() const { return seen.status == Status::ok && summary.converged; }
+  bool has_pole = false;  // inside the image: not taken
+  bool holds() const { return seen.status == Status::ok && summary.converged && !has_pole; }
 };
 
 // The rungs that stand for choice, in the order of the ladder.

@@ -1,12 +1,14 @@
 #include "tagcal/estimate/misfit.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "tagcal/estimate/board_warp.hpp"
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/halves.hpp"
-#include "tagcal/estimate/residual_field.hpp"
+#include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
 namespace {
@@ -28,7 +30,8 @@ std::string bend_text(const BoardWarp& warp) {
 std::string cause(const MisfitEvidence& evidence, const char* of_board) {
   return "the model is too small" +
          (evidence.small_model ? std::string() : ", or the board is " + std::string(of_board)) +
-         ", and the standard deviations are too small";
+         "; the standard deviations are " + number(std::sqrt(evidence.inflation())) +
+         " times as large for it";
 }
 
 // In units of the noise that counts.
@@ -74,21 +77,54 @@ void judge_model_and_board(Calibration& c, MisfitEvidence& evidence,
     c.board_warp = warp;
   } else if (bent > kBentChiSquare && !evidence.small_model &&
              !warn_of_impossible_bend(c, *warp, *evidence.board)) {
+    evidence.bent = true;
     c.warnings.push_back("the corners fit a bent board better, by " + bend_text(*warp) +
-                         ": try --board-warp, or a larger model");
+                         ": try --board-warp, or a larger model; what it changes counts in the "
+                         "standard deviations");
   }
 }
 
-void warn_of_misfit(Calibration& c, const MisfitEvidence& evidence, const CalibrateOptions& options,
-                    double distance_m) {
-  const ResidualField field =
-      residual_field(*evidence.bundle, least_sigma(c.sigma_of_corners, options));
-  if (field.disagree)
+double MisfitEvidence::inflation() const {
+  const double of_halves = halves && halves->disagree ? halves->ratio * halves->ratio : 1;
+  return std::max(field.inflation, of_halves);
+}
+
+void compare_residuals(const Calibration& c, MisfitEvidence& evidence,
+                       const CalibrateOptions& options) {
+  const Bundle& bundle = *evidence.bundle;
+  evidence.field = residual_field(bundle, least_sigma(c.sigma_of_corners, options));
+  if (evidence.information)
+    evidence.halves = compare_halves(bundle, *evidence.information, sigma_that_counts(c, options),
+                                     seen_region(bundle).samples(), median_distance_m(bundle));
+}
+
+void count_bend(BundleCovariance& covariance, const MisfitEvidence& evidence, double sigma) {
+  if (!evidence.bent) return;
+  const BundleInformation& information = *evidence.information;
+  const auto inverse = exact_inverse(information.halves[0] + information.halves[1]);
+  if (!inverse) return;
+  const Eigen::Index k = covariance.parameters.cols();
+  const Eigen::VectorXd gradient = information.gradients[0] + information.gradients[1];
+  const Eigen::Vector2d bend = (*inverse * gradient).tail<2>();
+  // The parameters answer to the bend by C_pb C_bb^-1.
+  const Eigen::MatrixXd by_bend =
+      inverse->topRightCorner(k, 2) * inverse->bottomRightCorner<2, 2>().inverse();
+  const Eigen::Matrix2d open =
+      sigma * sigma * evidence.inflation() * inverse->bottomRightCorner<2, 2>() +
+      bend * bend.transpose();
+  const Eigen::MatrixXd more = by_bend * open * by_bend.transpose();
+  covariance.parameters += more;
+  for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
+    const auto by_parameters = information.pose_by_parameters[v].leftCols(k);
+    covariance.poses[v] += by_parameters * more * by_parameters.transpose();
+  }
+}
+
+void warn_of_misfit(Calibration& c, const MisfitEvidence& evidence) {
+  if (evidence.field.disagree)
     c.warnings.push_back("the residuals differ from place to place in the image, by " +
-                         number(field.rms_px) + " px RMS: " + cause(evidence, "bent"));
-  if (!evidence.information) return;
-  c.halves = compare_halves(*evidence.bundle, *evidence.information, sigma_that_counts(c, options),
-                            c.seen.samples(), distance_m);
+                         number(evidence.field.rms_px) + " px RMS: " + cause(evidence, "bent"));
+  c.halves = evidence.halves;
   if (c.halves && c.halves->disagree)
     c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
                          " of what their noise explains: " + cause(evidence, "bent or moved"));

@@ -54,7 +54,7 @@ double excess_px(std::span<const Vector2d> residuals_px, std::span<const Matrix2
 
 bool count_model_error(CalibrationInput& input, const CalibrationFit& fit) {
   const double freedom = degrees_of_freedom(fit.bundle);
-  if (!input.whitened || freedom < kEnoughDegreesOfFreedom) return false;
+  if (!input.whitened || !(freedom > 0)) return false;
   const double before = input.model_error_px * input.model_error_px;
   std::vector<Vector2d> residuals;
   std::vector<Matrix2> covariances;

@@ -202,19 +202,14 @@ Observability observability(const Bundle& bundle,
     return result;
   }
   const Eigen::MatrixXd& covariance = result.covariance->parameters;
-  result.focal_share = relative_focal_sigma(bundle, covariance);
   result.projection_px = projection_sigma_at_infinity_px(bundle, covariance);
-  const bool focal_held = result.focal_share <= kFocalRefused;
+  judge_focal_length(result, bundle);
+  const bool focal_held = result.status == Status::ok;
   const bool held =
       focal_held && result.projection_px < kProjectionRefused * half_diagonal(bundle.image_size);
   if (!held && !result.open.empty()) {
     refuse(result, bundle, information);
-  } else if (!focal_held) {
-    result.status = Status::focal_not_observable;
-    result.reason = "the focal length cannot be known from these views (sd " +
-                    percent(result.focal_share) +
-                    "): tilt the board by 20 degrees or more, in several directions";
-  } else if (!held) {
+  } else if (focal_held && !held) {
     result.status = Status::not_observable;
     result.reason = "not observable from these views: " + weakest_parameters(bundle, covariance) +
                     " (the projection is uncertain by " +
@@ -225,6 +220,15 @@ Observability observability(const Bundle& bundle,
     result.open.clear();
   }
   return result;
+}
+
+void judge_focal_length(Observability& seen, const Bundle& bundle) {
+  seen.focal_share = relative_focal_sigma(bundle, seen.covariance->parameters);
+  if (seen.focal_share <= kFocalRefused) return;
+  seen.status = Status::focal_not_observable;
+  seen.reason = "the focal length cannot be known from these views (sd " +
+                percent(seen.focal_share) +
+                "): tilt the board by 20 degrees or more, in several directions";
 }
 
 std::string listed(std::span<const std::string> names) {

@@ -42,6 +42,9 @@ Observability observability(const Bundle& bundle,
                             const std::optional<BundleInformation>& information, double sigma,
                             bool bend_open = false);
 
+// Refuses where the covariance that it holds has grown beyond what a focal length may have.
+void judge_focal_length(Observability& seen, const Bundle& bundle);
+
 std::string percent(double share);                       // "12 %"
 std::string listed(std::span<const std::string> names);  // "a, b and c"
 

@@ -88,6 +88,7 @@ ResidualField field_of(const std::vector<Group>& groups, int coordinates, double
   const double share = std::max(0.0, 1 - k / chi_square);  // that is not noise
   field.rms_px = chi_square > 0 ? std::sqrt(share * square_px / corners) : 0;
   field.disagree = chi_square > bound && field.rms_px > kSmallestFieldPx;
+  if (field.disagree) field.inflation = std::max(1.0, between / k / (total / freedom));
   return field;
 }
 
@@ -137,7 +138,8 @@ ResidualField residual_field(const Bundle& solved, double least_sigma) {
   const ResidualField of_cells =
       field_of(cells(residuals, solved.image_size), 2, total, 2 * n - lost, least_sigma);
   const ResidualField of_rings = field_of(rings(residuals), 1, radial, n - 0.5 * lost, least_sigma);
-  return {std::max(of_cells.rms_px, of_rings.rms_px), of_cells.disagree || of_rings.disagree};
+  return {std::max(of_cells.rms_px, of_rings.rms_px), of_cells.disagree || of_rings.disagree,
+          std::max(of_cells.inflation, of_rings.inflation)};
 }
 
 }  // namespace tagcal

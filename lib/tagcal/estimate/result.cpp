@@ -113,12 +113,13 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
 }
 
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
-void fill_projection(Calibration& c, const MisfitEvidence& evidence,
-                     const CalibrateOptions& options) {
+// `own`: the covariance of the model alone.
+void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen::MatrixXd& own,
+                     const CalibrateOptions& options, std::span<const SupportedModel> supported) {
   const Bundle& bundle = *evidence.bundle;
   c.seen = seen_region(bundle);
   const std::vector<Eigen::Vector2d> samples = c.seen.samples();
-  const UncertainLens lens{bundle.model, c.camera->lens, c.covariance};
+  const UncertainLens lens{bundle.model, c.camera->lens, own};
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
   if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
@@ -129,9 +130,27 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence,
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
-  for (const double distance : distances)
+  for (const double distance : distances) {
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
-  warn_of_misfit(c, evidence, options, near_m);
+    add_model_uncertainty(c.projection.back(), *c.camera, supported, samples);
+  }
+  warn_of_misfit(c, evidence);
+}
+
+// What is claimed: the covariance of the model, with all that was assumed for it and that the
+// corners contradict or do not tell. Returns that of the model alone, for projections.
+Eigen::MatrixXd claim(Observability& seen, const CalibrationFit& fit,
+                      const MisfitEvidence& evidence, std::span<const SupportedModel> supported,
+                      double sigma) {
+  BundleCovariance& covariance = *seen.covariance;
+  const double inflation = evidence.inflation();
+  covariance.parameters *= inflation;
+  for (Matrix6& pose : covariance.poses) pose *= inflation;
+  count_bend(covariance, evidence, sigma);
+  const Eigen::MatrixXd own = covariance.parameters;
+  add_model_uncertainty(covariance, fit.bundle, fit.images, supported);
+  if (seen.status == Status::ok) judge_focal_length(seen, fit.bundle);
+  return own;
 }
 
 }  // namespace
@@ -158,7 +177,7 @@ void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOpti
 }
 
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
-                   const FlatBoard* board) {
+                   const FlatBoard* board, std::span<const SupportedModel> supported) {
   const auto begin = Clock::now();
   Calibration c;
   const Model& model = *fit.bundle.model;
@@ -172,15 +191,18 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   Observability seen =
       observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
   widen(seen, fit.bundle, information, c.sigma_px);
+  MisfitEvidence evidence{&fit.bundle, information ? &*information : nullptr, board};
+  Eigen::MatrixXd own;
   if (seen.covariance) {
+    compare_residuals(c, evidence, options);
+    judge_model_and_board(c, evidence, options);
+    own = claim(seen, fit, evidence, supported, c.sigma_px);
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }
-  MisfitEvidence evidence{&fit.bundle, information ? &*information : nullptr, board};
-  if (seen.covariance) judge_model_and_board(c, evidence, options);
   fill_views(c, fit, seen.covariance);
   c.status = judge(c, fit, seen, options);
-  fill_projection(c, evidence, options);
+  fill_projection(c, evidence, own, options, supported);
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   c.seconds.covariance = std::chrono::duration<double>(Clock::now() - begin).count();

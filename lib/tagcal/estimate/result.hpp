@@ -2,14 +2,15 @@
 
 #include "tagcal/estimate/board_warp.hpp"
 #include "tagcal/estimate/fit.hpp"
+#include "tagcal/estimate/supported_models.hpp"
 #include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
 
 // What a fit says: status, uncertainty, warnings. `board` may be null; with options.board_warp the
-// bend's increment stands in the result.
+// bend's increment stands in the result. `supported`: models that count in what is claimed.
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
-                   const FlatBoard* board);
+                   const FlatBoard* board, std::span<const SupportedModel> supported = {});
 
 // Sets sigma_px by the rule: stated, else from the residuals where these are enough to show it; and
 // warns where they contradict it.

@@ -7,6 +7,7 @@
 
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/ladder.hpp"
+#include "tagcal/estimate/residual_field.hpp"
 #include "tagcal/estimate/settle.hpp"
 #include "tagcal/estimate/weak.hpp"
 
@@ -16,11 +17,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
 
-constexpr double kTolerancePx = 0.1;  // RMS of the projection that no scene needs
-constexpr double kPeakPx = 0.25;      // and at a single corner,
-constexpr double kPeakSigmas = 5;     // where it is more than so many posterior deviations
-constexpr double kBoundShare = 0.02;  // of half the diagonal, as is asked where corners are
-constexpr double kManyTimes = 10;
 constexpr double kGrosslyWrongSigmas = 100;
 constexpr int kFisheyeHandicap = 3;     // parameters
 constexpr double kStrongEvidence = 10;  // of BIC (Kass & Raftery 1995: very strong)
@@ -33,8 +29,17 @@ std::string number(double value) {
 
 bool is_fisheye(const Rung& rung) { return rung.model().lens_type() == LensType::fisheye; }
 
+// Against polynomials; the rational lens bends as freely.
+double handicap(const Ladder& ladder) {
+  const Rung* best = nullptr;
+  for (const Rung& rung : ladder.rungs)
+    if (!is_fisheye(rung) && rung.holds() && (!best || rung.bic < best->bic)) best = &rung;
+  const bool is_rational = best && best->model().name() == "opencv8";
+  return is_rational ? 0 : kFisheyeHandicap * std::log(ladder.num_residuals);
+}
+
 double score(const Rung& rung, const Ladder& ladder) {
-  return rung.bic + (is_fisheye(rung) ? kFisheyeHandicap * std::log(ladder.num_residuals) : 0);
+  return rung.bic + (is_fisheye(rung) ? handicap(ladder) : 0);
 }
 
 // The fisheye is no way out for data that hold too little of a perspective: it must beat them all,
@@ -66,42 +71,35 @@ struct Comparison {
 ProjectionUncertainty uncertainty(const Rung& rung, const Comparison& at) {
   return projection_uncertainty(
       {&rung.model(), rung.bundle.lens(), rung.seen.covariance->parameters},
-      ImageGrid{rung.bundle.image_size, 9, 7}, at.samples, at.distance_m);
+      ImageGrid{rung.bundle.image_size}, at.samples, at.distance_m);
 }
 
-// At the worst place of those where the lens answers. (A pixel without a ray is an honest answer.)
-double worst_px(const ProjectionUncertainty& sure) {
-  double worst = 0;
-  for (const double sigma : sure.sigma_px.reshaped())
-    if (!std::isnan(sigma)) worst = std::max(worst, sigma);
-  return worst;
+// Whether the smaller model projects as the larger one does, at every node of the image within the
+// larger one's standard deviation there (per coordinate); a node that only one of them sees is a
+// difference.
+bool agrees_everywhere(const ProjectionUncertainty& large, const LensDifference& d) {
+  for (Eigen::Index row = 0; row < large.sigma_px.rows(); ++row) {
+    for (Eigen::Index column = 0; column < large.sigma_px.cols(); ++column) {
+      const double sigma = large.sigma_px(row, column);
+      if (std::isnan(sigma)) continue;
+      const double difference = std::hypot(d.u_px(row, column), d.v_px(row, column));
+      if (!(difference <= std::sqrt(2.0) * sigma)) return false;
+    }
+  }
+  return true;
 }
 
-// Whether a lens is known somewhere in the image so much less well than a smaller one that it is of
-// no use there.
-bool runs_off(const ProjectionUncertainty& large, const ProjectionUncertainty& small) {
-  const double bound =
-      kBoundShare * 0.5 * std::hypot(large.grid.size.width, large.grid.size.height);
-  return worst_px(large) > std::max(bound, kManyTimes * worst_px(small));
-}
-
-// Where the larger model is not needed: the smaller one projects alike. For single corners no lens
-// is given up that is of use all over the image for one that is not.
-bool stands_for(const Rung& small, const Rung& large, const Comparison& at, double& difference) {
-  const Camera a{small.bundle.lens(), small.bundle.image_size};
-  const Camera b{large.bundle.lens(), large.bundle.image_size};
+bool stands_for(const Rung& small, const Rung& large, const Comparison& at, double tolerance_px,
+                double& difference_px) {
+  const Camera a{large.bundle.lens(), large.bundle.image_size};
+  const Camera b{small.bundle.lens(), small.bundle.image_size};
   const auto d = lens_difference(a, b, at.samples, at.distance_m);
   if (!d) return false;
-  difference = d->rms_px;
-  const ProjectionUncertainty own = uncertainty(small, at);
-  const double tolerance = std::max(kTolerancePx, 0.5 * std::sqrt(2.0) * own.region_px);
-  if (d->rms_px > tolerance) return false;
-  return small.misfit - large.misfit < kPeakSigmas * kPeakSigmas ||
-         moved(small.bundle, large.bundle).max_px <= kPeakPx ||
-         runs_off(uncertainty(large, at), own);
+  difference_px = d->rms_px;
+  return d->rms_px <= tolerance_px || agrees_everywhere(uncertainty(large, at), *d);
 }
 
-const Rung* simplified(const Ladder& ladder, const Rung& winner,
+const Rung* simplified(const Ladder& ladder, const Rung& winner, double tolerance_px,
                        std::vector<std::optional<double>>& differences) {
   if (is_fisheye(winner)) return &winner;
   const Comparison at(winner.bundle);
@@ -110,7 +108,7 @@ const Rung* simplified(const Ladder& ladder, const Rung& winner,
     const Rung& rung = ladder.rungs[i];
     if (&rung == &winner || !rung.holds() || is_fisheye(rung)) continue;
     double difference = 0;
-    const bool alike = stands_for(rung, winner, at, difference);
+    const bool alike = stands_for(rung, winner, at, tolerance_px, difference);
     differences[i] = difference;
     const bool smaller = rung.model().num_free() < winner.model().num_free();
     if (alike && smaller && !simplest) simplest = &rung;
@@ -118,13 +116,13 @@ const Rung* simplified(const Ladder& ladder, const Rung& winner,
   return simplest ? simplest : &winner;
 }
 
-// A model that the data ask for and cannot hold.
+// A model that the data ask for and do not determine.
 const Rung* wanted(const Ladder& ladder, const Rung& chosen) {
   for (const Rung& rung : ladder.rungs) {
-    if (rung.holds() || !rung.summary.converged || is_fisheye(rung) || is_fisheye(chosen)) continue;
-    if (rung.bic < chosen.bic - kStrongEvidence &&
-        moved(chosen.bundle, rung.bundle).rms_px > kTolerancePx)
-      return &rung;
+    const bool undetermined = rung.seen.status != Status::ok;
+    if (!undetermined || !rung.summary.converged || is_fisheye(rung) || is_fisheye(chosen))
+      continue;
+    if (rung.bic < chosen.bic - kStrongEvidence) return &rung;
   }
   return nullptr;
 }
@@ -150,6 +148,7 @@ std::string why(const Rung& rung, const Rung* last, const Ladder& ladder, bool t
   if (rung.seen.status != Status::ok)
     return "not taken, the data cannot hold it: " + rung.seen.reason;
   if (!rung.summary.converged) return "not taken: the solution did not converge";
+  if (rung.has_pole) return "not taken: its distortion has a pole inside the image";
   if (!last || last == &rung) return taken ? "taken: the data hold its parameters" : "not taken";
   const double gain = (last->misfit - rung.misfit) * ladder.noise_square;
   const int more = rung.model().num_free() - last->model().num_free();
@@ -189,6 +188,12 @@ std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const R
     steps.push_back(std::move(step));
   }
   return steps;
+}
+
+void add_weight(ModelStep& step, double weight) {
+  step.weight = weight;
+  constexpr double kWorthAWord = 0.005;  // as whole per cents say it
+  if (weight > kWorthAWord) step.sentence += "; counts " + percent(weight) + " in what is claimed";
 }
 
 // Squared residuals in units of the noise, each up to the rejection bound.
@@ -247,17 +252,26 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       build_ladder(perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr, options);
   std::vector<std::optional<double>> differences(ladder.rungs.size());
   const Rung* winner = lowest_score(ladder);
-  const Rung* chosen = winner ? simplified(ladder, *winner, differences) : nullptr;
+  const Rung* chosen =
+      winner ? simplified(ladder, *winner, options.tolerance_px, differences) : nullptr;
   const Rung& basis = chosen ? *chosen : ladder.rungs.front();
   const CalibrationFit& other = is_fisheye(basis) ? *fisheye : *perspective;
   std::optional<CalibrationFit> fit = refit(basis.bundle, other, input, options);
-  ModelChoice choice{fit ? std::move(*fit) : other, chosen == nullptr, Status::ok, "", {}};
+  ModelChoice choice{fit ? std::move(*fit) : other, chosen == nullptr, Status::ok, "", {}, {}};
   choice.fit.bic = basis.bic;
   choice.fit.start_seconds =
       (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
   choice.fit.solve_seconds =
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
+  if (chosen)
+    choice.supported = supported_models(
+        ladder, *chosen,
+        residual_field(chosen->bundle, least_sigma(ladder.whitened, options)).inflation,
+        perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr);
+  for (const SupportedModel& supported : choice.supported)
+    for (ModelStep& step : choice.steps)
+      if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
   if (!chosen) {
     const bool held = basis.seen.status == Status::ok;
     choice.status = held ? Status::not_converged : basis.seen.status;

@@ -1,10 +1,13 @@
 #include "tagcal/estimate/start.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "tagcal/camera/parameter_index.hpp"
 #include "tagcal/estimate/closed_form.hpp"
 #include "tagcal/estimate/robust.hpp"
 #include "tagcal/parallel.hpp"
@@ -121,23 +124,71 @@ std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, cons
   return focal * *ratio;
 }
 
-double search_focal(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
-                    double nominal) {
+// Whether a model's distortion can bend straight lines outwards as an equidistant fisheye does.
+bool has_distortion(const Model& model) {
+  return std::ranges::any_of(
+      model.free(), [](const FreeParameter& free) { return free.lens_parameters.front() == kK1; });
+}
+
+// The lens without coefficients that fits the views best, over a ladder of focal lengths. Poses
+// under a strong barrel distortion fit a pinhole of a much longer focal length, and a solver that
+// starts there stays there: so models with distortion are also tried as an equidistant fisheye.
+Lens search_lens(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
+                 double nominal) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const double extent = std::max(size.width, size.height);
-  std::vector<double> candidates;
-  for (double f = 0.15 * extent; f < (fisheye ? 3 : 15) * extent; f *= 1.3) candidates.push_back(f);
+  const Model& equidistant = Model::named("fisheye4");
+  std::vector<Lens> candidates;
+  for (double f = 0.15 * extent; f < (fisheye ? 3 : 15) * extent; f *= 1.3)
+    candidates.push_back(plain_lens(model, size, f));
   if (!fisheye) {
     const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
-    if (f && *f > 0.05 * extent && *f < 1000 * extent) candidates.push_back(*f);
+    if (f && *f > 0.05 * extent && *f < 1000 * extent)
+      candidates.push_back(plain_lens(model, size, *f));
+    for (double g = 0.15 * extent; has_distortion(model) && g < 3 * extent; g *= 1.3)
+      candidates.push_back(plain_lens(equidistant, size, g));
   }
-  double best = nominal;
+  Lens best = plain_lens(model, size, nominal);
   double best_misfit = std::numeric_limits<double>::infinity();
-  for (const double f : candidates) {
-    const double misfit = misfit_px(seeds, plain_lens(model, size, f), extent);
-    if (misfit < best_misfit) std::tie(best, best_misfit) = std::pair(f, misfit);
+  for (const Lens& lens : candidates) {
+    const double misfit = misfit_px(seeds, lens, extent);
+    if (misfit < best_misfit) std::tie(best, best_misfit) = std::pair(lens, misfit);
   }
   return best;
+}
+
+// The radial coefficients k1, k2, k3, as far as the model has them free, of a perspective lens with
+// the views' poses and the focal length and centre of `plain`, by linear least squares (Zhang 2000,
+// section 3.3).
+Lens with_radial_distortion(const Model& model, const Lens& plain,
+                            const std::vector<SeedView>& seeds,
+                            const std::vector<std::optional<Pose>>& poses) {
+  const auto p = parameters(plain);
+  Perspective::Parameters result = {p[kFx], p[kFy], p[kCx], p[kCy]};
+  std::vector<int> free;
+  for (const int k : {int{kK1}, int{kK2}, int{kK3}})
+    for (const FreeParameter& parameter : model.free())
+      if (parameter.lens_parameters.front() == k) free.push_back(k);
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+  for (const SeedView& seed : seeds) {
+    if (!poses[seed.index]) continue;
+    for (const Correspondence& c : seed.problem.correspondences) {
+      const Vector3d x = *poses[seed.index] * c.point;
+      if (!(x.z() > 0)) continue;
+      const Vector2d at = x.hnormalized();
+      const Vector2d px(p[kFx] * at.x(), p[kFy] * at.y());
+      const double s = at.squaredNorm();
+      const Eigen::VectorXd powers = Vector3d(s, s * s, s * s * s).head(n);
+      information += px.squaredNorm() * powers * powers.transpose();
+      gradient += px.dot(c.pixel - Vector2d(p[kCx], p[kCy]) - px) * powers;
+    }
+  }
+  const Eigen::VectorXd k = information.ldlt().solve(gradient);
+  for (Eigen::Index i = 0; i < n && k.allFinite(); ++i)
+    result[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])] = k[i];
+  return Perspective(result);
 }
 
 std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
@@ -171,8 +222,7 @@ std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& 
   for (std::optional<SeedView>& seed : found)
     if (seed) seeds.push_back(std::move(*seed));
   if (seeds.empty()) return std::nullopt;
-  const double focal = search_focal(model, size, largest(seeds), nominal);
-  const Lens lens = plain_lens(model, size, focal);
+  const Lens lens = search_lens(model, size, largest(seeds), nominal);
   parallel_for(seeds.size(), num_threads, [&](std::size_t i) {
     const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 4);
     if (pose) start.camera_from_world[seeds[i].index] = pose->camera_from_target;
@@ -180,7 +230,9 @@ std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& 
   const bool any = std::any_of(start.camera_from_world.begin(), start.camera_from_world.end(),
                                [](const std::optional<Pose>& pose) { return pose.has_value(); });
   if (!any) return std::nullopt;
-  start.free_values = model.free_values(lens);
+  const bool is_bent = !fisheye && std::holds_alternative<Fisheye>(lens);
+  start.free_values = model.free_values(
+      is_bent ? with_radial_distortion(model, lens, seeds, start.camera_from_world) : lens);
   return start;
 }
 

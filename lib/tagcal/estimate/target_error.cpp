@@ -33,20 +33,35 @@ constexpr double kOutstanding = 4;       // times the median tag
 constexpr double kConsistent = 0.5;      // of what was left out, that is one shift
 constexpr double kSmallestCosine = 0.1;  // beyond, the scale of a plain lens says nothing
 constexpr std::size_t kTagsNamed = 3;
+// Of a tag's size, that ink or light may add: more than a cell of ten on either side, and the
+// pattern is not read.
+constexpr double kMostTagScale = 0.2;
+constexpr double kScaleSaidPx = 0.02;  // as for residuals that differ from place to place
 
-// The normal equations of one shift.
+// The normal equations of one shift, in units of the corners' noise; and in pixels, what it moves.
 struct Sums {
   int count = 0;
   Matrix3d information = Matrix3d::Zero();
+  Matrix3d pixels = Matrix3d::Zero();
   Vector3d gradient = Vector3d::Zero();
   double square = 0;  // of the residuals
 
-  void add(const ByShift& by_shift, const Vector2d& residual) {
+  // `whitening` may be null.
+  void add(const ByShift& by_shift, const Vector2d& residual, const Matrix2* whitening) {
     ++count;
-    for (int i = 0; i < 3; ++i)
-      information.col(i) += by_shift(0, i) * by_shift.row(0) + by_shift(1, i) * by_shift.row(1);
-    gradient += residual.x() * by_shift.row(0) + residual.y() * by_shift.row(1);
-    square += residual.squaredNorm();
+    const ByShift white = whitening ? ByShift(*whitening * by_shift) : by_shift;
+    const Vector2d r = whitening ? Vector2d(*whitening * residual) : residual;
+    information.noalias() += white.transpose() * white;
+    pixels.noalias() += by_shift.transpose() * by_shift;
+    gradient.noalias() += white.transpose() * r;
+    square += r.squaredNorm();
+  }
+  // As if the residuals were seen against a point that is shifted already.
+  Sums beside(const Vector3d& shift) const {
+    Sums rest = *this;
+    rest.gradient -= information * shift;
+    rest.square -= 2 * gradient.dot(shift) - shift.dot(information * shift);
+    return rest;
   }
   Vector3d shift() const {
     const double damping = kDamping * information.trace() + 1e-300;
@@ -55,24 +70,28 @@ struct Sums {
   double explained(const Vector3d& shift) const {
     return std::max(0.0, 2 * gradient.dot(shift) - shift.dot(information * shift));
   }
+  double square_px(const Vector3d& shift) const { return shift.dot(pixels * shift); }
 };
 
 struct Corner {
   CornerId id;
+  Vector3d point;                    // of the target
+  Vector3d from_middle = {0, 0, 0};  // of its tag, along `axes`; zero where that is not known
   Sums inliers, outliers;
 };
 
 // Corners by their names; most often they come in the same order in every view.
 class Corners {
  public:
-  Corner& at(const CornerId& id) {
+  Corner& at(const CornerId& id, const Vector3d& point) {
     if (next_ < all_.size() && all_[next_].id == id) return all_[next_++];
     const auto [place, added] = index_.emplace(id, all_.size());
-    if (added) all_.push_back({id, {}, {}});
+    if (added) all_.push_back({id, point});
     next_ = place->second + 1;
     return all_[place->second];
   }
   const std::vector<Corner>& all() const { return all_; }
+  std::vector<Corner>& all() { return all_; }
 
  private:
   std::vector<Corner> all_;
@@ -128,7 +147,8 @@ class Scale {
 
 struct Total {
   int count = 0, corners = 0;
-  double square = 0, explained = 0;
+  double square = 0, explained = 0;  // in units of the corners' noise
+  double moved_px2 = 0;              // of the inliers, by the shifts
 };
 
 Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matrix3d& axes,
@@ -151,13 +171,61 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
       const bool out = outliers.take(view.image, view.ids[i]);
       if (!residuals[i].allFinite() || !scale.at(view.problem.correspondences[i].point, by_shift))
         continue;
-      Corner& corner = corners.at(view.ids[i]);
-      (out ? corner.outliers : corner.inliers).add(by_shift, residuals[i]);
+      const auto& whitening = view.problem.whitening;
+      Corner& corner = corners.at(view.ids[i], view.problem.correspondences[i].point);
+      Sums& sums = out ? corner.outliers : corner.inliers;
+      sums.add(by_shift, residuals[i], whitening.empty() ? nullptr : &whitening[i]);
       total.count += !out;
-      total.square += out ? 0 : residuals[i].squaredNorm();
     }
   }
   return corners;
+}
+
+// Where each corner stands from the middle of its tag, of tags with all four.
+void find_middles(Corners& corners, const Matrix3d& axes) {
+  std::map<int, std::vector<Corner*>> tags;
+  for (Corner& corner : corners.all()) tags[corner.id.tag_id].push_back(&corner);
+  for (const auto& [id, of_tag] : tags) {
+    if (of_tag.size() != 4) continue;
+    Vector3d middle = Vector3d::Zero();
+    for (const Corner* corner : of_tag) middle += corner->point / 4;
+    for (Corner* corner : of_tag) corner->from_middle = axes.transpose() * (corner->point - middle);
+  }
+}
+
+// One scale of all tags about their middles, that the residuals of the inliers ask for.
+struct TagScale {
+  double change = 0;    // of the size: 0.01 is 1 % larger than in the file
+  double sigma = 0;     // for noise of 1
+  double moved_px = 0;  // RMS over the inliers
+};
+
+TagScale tag_scale(const Corners& corners) {
+  double information = 0, gradient = 0, square_px = 0;
+  int count = 0;
+  for (const Corner& corner : corners.all()) {
+    const Sums& sums = corner.inliers;
+    information += corner.from_middle.dot(sums.information * corner.from_middle);
+    gradient += corner.from_middle.dot(sums.gradient);
+    square_px += sums.square_px(corner.from_middle);
+    count += sums.count;
+  }
+  if (!(information > 0)) return {};
+  const double change = gradient / information;
+  return {change, 1 / std::sqrt(information),
+          std::abs(change) * std::sqrt(square_px / std::max(1, count))};
+}
+
+// Takes the scale out of the sums, where it is one that a printer or a detector makes.
+void take_out(const TagScale& scale, Corners& corners, Total& total) {
+  const bool is_possible = std::abs(scale.change) < kMostTagScale;
+  for (Corner& corner : corners.all()) {
+    if (is_possible) {
+      corner.inliers = corner.inliers.beside(scale.change * corner.from_middle);
+      corner.outliers = corner.outliers.beside(scale.change * corner.from_middle);
+    }
+    total.square += corner.inliers.square;
+  }
 }
 
 // The shift of a tag, from those of its corners.
@@ -165,8 +233,7 @@ struct TagShift {
   int tag_id = 0;
   int corners = 0;
   double square_m = 0;
-  double explained = 0;  // px^2
-  double square_px = 0;
+  double explained = 0;
   bool left_out = false;
 
   double mm() const { return 1e3 * std::sqrt(square_m / std::max(1, corners)); }
@@ -186,11 +253,11 @@ std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
     ++tag.corners;
     tag.square_m += shift.squaredNorm();
     tag.explained += explained;
-    tag.square_px += explained / sums.count;
     tag.left_out |= out;
     if (out) continue;
     ++total.corners;
     total.explained += explained;
+    total.moved_px2 += sums.square_px(shift);
   }
   std::vector<TagShift> all;
   for (const auto& [id, tag] : tags) all.push_back(tag);
@@ -218,6 +285,25 @@ std::string sentence_of(const std::vector<MisplacedTag>& tags) {
   return text;
 }
 
+// All tags are of another size than the file says, beside their spacing.
+std::optional<TargetError> scale_error(const TagScale& scale, double variance) {
+  const double sigma = scale.sigma * std::sqrt(variance);
+  if (!(std::abs(scale.change) > kNormalQuantile * sigma && scale.moved_px > kScaleSaidPx &&
+        std::abs(scale.change) < kMostTagScale))
+    return std::nullopt;
+  TargetError error;
+  error.shift_px = scale.moved_px;
+  char text[250];
+  std::snprintf(text, sizeof text,
+                "all tags look %.2g %% %s against their spacing than the target's file says "
+                "(%.2g px): ink or light moved their edges, or the corners are another "
+                "detector's; check tagSize and tagSpacing",
+                100 * std::abs(scale.change), scale.change < 0 ? "smaller" : "larger",
+                scale.moved_px);
+  error.sentence = text;
+  return error;
+}
+
 }  // namespace
 
 std::optional<TargetError> target_error(const CalibrationInput& input,
@@ -230,19 +316,24 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
   }
   const int dimensions = board ? 2 : 3;
   Total total;
-  const Corners corners = sums_of(input, calibration, axes, total);
+  Corners corners = sums_of(input, calibration, axes, total);
+  find_middles(corners, axes);
+  const TagScale scale = tag_scale(corners);
+  take_out(scale, corners, total);
   const std::vector<TagShift> tags = tags_of(corners, total);
   const int k = dimensions * total.corners;
   const double lost = 6.0 * static_cast<double>(calibration.views.size());
   const double rest = 2 * total.count - k - lost;
   if (tags.empty() || rest < k) return std::nullopt;
+  const double least_noise = input.whitened ? 1 : kLeastNoisePx;
   const double variance =
-      std::max((total.square - total.explained) / rest, kLeastNoisePx * kLeastNoisePx);
+      std::max((total.square - total.explained) / rest, least_noise * least_noise);
   const double excess = std::max(0.0, total.explained - k * variance);
 
   TargetError error;
   error.share = total.square > 0 ? excess / total.square : 0;
-  error.shift_px = std::sqrt(excess / std::max(1, total.count));
+  const double share_of_shifts = total.explained > 0 ? excess / total.explained : 0;
+  error.shift_px = std::sqrt(share_of_shifts * total.moved_px2 / std::max(1, total.count));
   const bool all = error.share > kShareSaid && error.shift_px > kSaidPx &&
                    total.explained > variance * chi_square_quantile(k, kNormalQuantile);
   const double median_mm = tags[tags.size() / 2].mm();
@@ -253,7 +344,7 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
     if (stands_out || (all && 2 * tag.mm() > tags[0].mm()))
       error.tags.push_back({tag.tag_id, tag.mm()});
   }
-  if (error.tags.empty()) return std::nullopt;
+  if (error.tags.empty()) return scale_error(scale, variance);
   error.gross = (all && error.share > kShareGross && error.shift_px > kGrossPx) ||
                 static_cast<double>(wrong) > kTagsGross * static_cast<double>(tags.size());
   error.sentence = sentence_of(error.tags);

@@ -25,12 +25,14 @@ struct TargetError {
 };
 
 // Each corner of the target is given one shift, the same in all views (in the plane of `board`,
-// else in space), by least squares with camera and poses held: to first order, with the scale of
-// a lens without distortion. Corners that were left out in most views are judged by those views.
-// A target error is said where these shifts explain a fifth of the squared residuals and 1/8 px RMS
-// (boards of paper have 0.1 px), or where single tags stand out from the others (five standard
-// deviations, four times the median tag); gross is half of them and 1/4 px, or a quarter of all
-// tags. No value where
+// else in space), by least squares with camera and poses held, in units of the corners' noise: to
+// first order, with the scale of a lens without distortion. Corners that were rejected in most
+// views are judged by those views. One scale of all tags about their middles is taken out before:
+// ink, the bloom of a sensor and the habits of detectors make it, and it moves no camera. It is
+// said where it is beyond five standard deviations and 0.02 px, and nothing else is. A target error
+// is said where the shifts explain a fifth of the squared residuals and 1/8 px RMS (boards of paper
+// have 0.1 px), or where single tags stand out from the others (five standard deviations, four
+// times the median tag); gross is half of them and 1/4 px, or a quarter of all tags. No value where
 // nothing stands out, or for fewer than three views. O(corners); `calibration` must have a camera
 // and the views and outliers of `input`, in its order.
 std::optional<TargetError> target_error(const CalibrationInput& input,

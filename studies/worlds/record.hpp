@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// What a world was and what became of it: one line of a CSV file.
+
+namespace tagcal {
+
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+struct Record {
+  // The world.
+  std::uint64_t seed = 0, index = 0;
+  std::string model;
+  int width = 0, height = 0;
+  double field_of_view_deg = 0;
+  int views = 0, tags_on_board = 0, border_bits = 0;
+  double tag_px = 0, coverage = 0, most_tilt_deg = 0, blur_px = 0, noise_levels = 0;
+  double ink_spread_px = 0, gamma = 1;
+  int occluders = 0;
+
+  // Corners, against exact ones.
+  int tags_visible = 0;  // with four visible corners
+  int tags = 0;          // reported with four corners
+  int tags_fitted = 0;   // each of which has a covariance
+  int corners = 0, corners_without_covariance = 0;
+  int corners_hidden = 0;      // reported, but not visible
+  int corners_beyond = 0;      // of those with covariance: Mahalanobis distance above kFiveSigma2
+  double corner_squares = 0;   // sum of squared Mahalanobis distances: two a corner, if right
+  double corner_worst = 0;     // the largest Mahalanobis distance
+  double corner_worst_px = 0;  // the largest distance to the truth, with or without covariance
+
+  // The answer of `auto`. Ratios are |error| / sd, NaN where nothing is claimed.
+  std::string status, answer;
+  int inliers = 0, left_out = 0;
+  double model_error_px = kNone;
+  double f_error_px = kNone, f_ratio = kNone;
+  double region_px = kNone;                               // claimed, at the median distance
+  double region_error_px = kNone;                         // RMS per coordinate
+  double region_ratio = kNone, region_far_ratio = kNone;  // at the median distance, at infinity
+  double image_px = kNone;          // claimed at worst over the image, of both distances
+  double image_error_px = kNone;    // the largest where a number is printed, per coordinate
+  double image_ratio = kNone;       // largest over nodes and distances, |d| / (sqrt(2) sd)
+  double image_axis_ratio = kNone;  // the same of one coordinate, max(|du|, |dv|) / sd
+  int nodes_silent = 0;             // where the truth has a ray and nothing is printed
+
+  // The model that made the data by its name, where `auto` gives no answer.
+  std::string named_status;
+  double named_f_ratio = kNone, named_region_ratio = kNone;
+
+  double render_s = 0, detect_s = 0, calibrate_s = 0;  // processor time
+  std::string findings;                                // with " | " between them
+};
+
+// A corner's distance that a normal error exceeds as rarely as one coordinate exceeds five standard
+// deviations (p = 5.73e-7): sqrt(-2 ln p).
+inline constexpr double kFiveSigma2 = 5.3613;
+
+std::string record_header();
+std::string record_line(const Record& record);  // both end with a newline
+
+// The records of a file; a last line that was cut short is not one. Throws Error for a file that is
+// not ours.
+std::vector<Record> read_records(const std::string& file);
+
+}  // namespace tagcal

@@ -1,0 +1,71 @@
+#include "scene_text.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "tagcal/camera/model.hpp"
+
+namespace tagcal {
+namespace {
+
+std::string pose_text(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return fmt::format("{{rotation: [{}, {}, {}, {}], translation_m: [{}, {}, {}]}}", q.w(), q.x(),
+                     q.y(), q.z(), t.x(), t.y(), t.z());
+}
+
+std::string camera_text(const Scene& scene) {
+  const auto p = parameters(scene.camera.lens);
+  const ImageSize& size = scene.camera.image_size;
+  std::vector<double> distortion;
+  for (const FreeParameter& parameter : Model::named(scene.model).free())
+    for (const int i : parameter.lens_parameters)
+      if (i >= 4) distortion.push_back(p[static_cast<std::size_t>(i)]);
+  return fmt::format(
+      "camera: {{image_size: [{}, {}], model: {}, fx: {}, fy: {}, cx: {}, cy: {}, "
+      "distortion: [{}]}}\n",
+      size.width, size.height, scene.model, p[0], p[1], p[2], p[3], fmt::join(distortion, ", "));
+}
+
+std::string board_text(const PlacedBoard& placed) {
+  const Board& board = placed.board;
+  const Grid& grid = *board.grid;
+  return fmt::format(
+      "  - target: {{target_type: aprilgrid, family: {}, tagCols: {}, tagRows: {}, tagSize: {}, "
+      "tagSpacing: {}, border_bits: {}, corner_squares: {}}}\n"
+      "    first_id: {}\n    world_from_board: {}\n",
+      board.family, grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, board.border_bits,
+      board.corner_squares, grid.first_id, pose_text(placed.world_from_board));
+}
+
+std::string occluder_text(const Occluder& occluder) {
+  std::vector<std::string> corners;
+  for (const Eigen::Vector3d& x : occluder.corners)
+    corners.push_back(fmt::format("[{}, {}, {}]", x.x(), x.y(), x.z()));
+  return fmt::format("  - {{corners: [{}], level: {}}}\n", fmt::join(corners, ", "),
+                     occluder.level);
+}
+
+}  // namespace
+
+std::string scene_text(const Scene& scene) {
+  std::string text = camera_text(scene) + "boards:\n";
+  for (const PlacedBoard& placed : scene.boards) text += board_text(placed);
+  if (!scene.occluders.empty()) text += "occluders:\n";
+  for (const Occluder& occluder : scene.occluders) text += occluder_text(occluder);
+  text += "path:\n  type: poses\n  camera_from_world:\n";
+  for (const Pose& pose : std::get<ExplicitPath>(scene.path).camera_from_world)
+    text += "    - " + pose_text(pose) + "\n";
+  const Sensor& sensor = scene.sensor;
+  text +=
+      fmt::format("sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}, gamma: {}}}\n",
+                  sensor.exposure, sensor.blur_px, sensor.noise_levels, sensor.bits, sensor.gamma);
+  return text + fmt::format(
+                    "background_level: {}\npaper_level: {}\nink_level: {}\nink_spread_m: "
+                    "{}\npaper_margin_m: {}\n",
+                    scene.background_level, scene.paper_level, scene.ink_level, scene.ink_spread_m,
+                    scene.paper_margin_m);
+}
+
+}  // namespace tagcal
