@@ -149,8 +149,34 @@ TEST_F(Cli, CalibratesWhatItRenderedAndPrintsOneJsonObject) {
   EXPECT_EQ(validation["passed"], true);
   EXPECT_LT(validation["max_projection_difference_px"], 1e-9);
   EXPECT_FALSE(validation["parameters"].empty());
-  EXPECT_NE(run("validate " + camera + " --dataset " + path("set")).out.find("passed"),
-            std::string::npos);
+  EXPECT_EQ(validation["opencv_agrees"], true);
+  EXPECT_EQ(validation["parameters_beyond_5_sd"], 0);
+  const std::string text = run("validate " + camera + " --dataset " + path("set")).out;
+  EXPECT_TRUE(text.ends_with("OpenCV agrees\ntruth: no parameter beyond 5 sd\n")) << text;
+}
+
+TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
+  const std::string camera = path("judged.yaml");
+  ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + camera).exit_code, 0);
+  const std::string command = "validate " + camera + " --dataset ";
+  EXPECT_EQ(run(command + path("set") + " --truth").exit_code, 0);
+  // The same answer, held against a truth of another principal point.
+  const fs::path wrong = exact_set("wrong_truth");
+  const std::string truth = slurp(wrong / "truth.yaml");
+  spill(wrong / "truth.yaml",
+        replaced(replaced(truth, "cx: 317", "cx: 327"), "cy: 203", "cy: 213"));
+  const Outcome shown = run(command + wrong.string());
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_TRUE(shown.out.ends_with("OpenCV agrees\ntruth: 2 parameters beyond 5 sd\n")) << shown.out;
+  EXPECT_EQ(shown.out.find("passed"), std::string::npos);
+  EXPECT_EQ(run(command + wrong.string() + " --truth").exit_code, 1);
+  const Outcome json = run(command + wrong.string() + " --truth --json");
+  EXPECT_EQ(json.exit_code, 1);
+  EXPECT_EQ(Json::parse(json.out)["passed"], false);
+  EXPECT_EQ(Json::parse(json.out)["parameters_beyond_5_sd"], 2);
+  spill(wrong / "dataset.yaml", replaced(slurp(wrong / "dataset.yaml"), "truth: truth.yaml\n", ""));
+  expect_bad_input(command + wrong.string() + " --truth", {"--truth", "wrong_truth", "has none"});
+  EXPECT_EQ(run(command + wrong.string()).exit_code, 0);
 }
 
 TEST_F(Cli, TheSummaryNamesModelStatusAndParameters) {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/scene/render.hpp"
 
@@ -69,6 +70,44 @@ TEST(Explain, WrongFamilyBorderAndIds) {
   expect_one_mistake(explained(kalibr, grid_of("tag36h11", 1)), "wrong border: ");
   Board other = grid_board({4, 3, 0.06, 0.3, 100}, "tag36h11", 1, false);
   expect_one_mistake(explained(plain, other), "wrong ids: 12 tags");
+}
+
+DetectResult detected(const std::vector<Image8>& images, const Board& board) {
+  std::vector<ImageSource> sources;
+  for (const Image8& image : images)
+    sources.push_back({std::to_string(sources.size()) + ".png", [&image] { return image; }});
+  return detect_all(sources, {{board, Pose()}}, {.threads = 2});
+}
+
+// `detect` and `calibrate` say so, too, of all pictures in one warning.
+TEST(WrongBorder, IsNamedFirstAmongTheWarnings) {
+  for (const int border : {1, 2}) {
+    const Image8 image = picture_of(grid_of("tag36h11", border));
+    const DetectResult wrong =
+        detected({image, image, image, image, image}, grid_of("tag36h11", 3 - border));
+    ASSERT_FALSE(wrong.warnings.empty())
+        << border << ": " << wrong.views[0].observations.size() << " corners";
+    EXPECT_TRUE(wrong.warnings[0].starts_with(
+        "the tags of 5 of 5 pictures look as if printed with a border of " +
+        std::to_string(border)))
+        << wrong.warnings[0];
+    EXPECT_TRUE(wrong.warnings[0].ends_with("put border_bits: " + std::to_string(border) +
+                                            " into the target file"))
+        << wrong.warnings[0];
+    EXPECT_TRUE(detected({image}, grid_of("tag36h11", border)).warnings.empty());
+  }
+}
+
+// Pictures without the board, or with little of it, are no wrong border.
+TEST(WrongBorder, IsNotNamedForPicturesThatShowLittle) {
+  const Board board = grid_of("tag36h11", 1);
+  Image8 hidden = picture_of(board);
+  for (int y = 0; y < hidden.height(); ++y)
+    for (int x = hidden.width() / 3; x < hidden.width(); ++x) hidden(x, y) = 128;
+  const DetectResult little = detected({hidden, Image8({480, 360}, 128)}, board);
+  EXPECT_GT(little.views[0].observations.size(), 4u);
+  ASSERT_EQ(little.warnings.size(), 1u);
+  EXPECT_EQ(little.warnings[0], "1.png: no tag of the boards found");
 }
 
 TEST(Explain, MirroredAndInverted) {

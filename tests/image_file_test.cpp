@@ -9,9 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-// jpeglib.h needs FILE declared before it.
-#include <jpeglib.h>
-
+#include "jpeg_of.hpp"
 #include "png_colours.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
@@ -95,36 +93,6 @@ std::string png_of(const std::vector<std::uint16_t>& values, int width, const Fo
   png_write_image(png, pointers.data());
   png_write_end(png, info);
   png_destroy_write_struct(&png, &info);
-  return bytes;
-}
-
-std::string jpeg_of(const Image8& image, bool colour) {
-  jpeg_compress_struct jpeg;
-  jpeg_error_mgr errors;
-  jpeg.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&jpeg);
-  unsigned char* memory = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&jpeg, &memory, &size);
-  jpeg.image_width = static_cast<JDIMENSION>(image.width());
-  jpeg.image_height = static_cast<JDIMENSION>(image.height());
-  jpeg.input_components = colour ? 3 : 1;
-  jpeg.in_color_space = colour ? JCS_RGB : JCS_GRAYSCALE;
-  jpeg_set_defaults(&jpeg);
-  jpeg_set_quality(&jpeg, 98, TRUE);
-  jpeg_start_compress(&jpeg, TRUE);
-  for (int y = 0; y < image.height(); ++y) {
-    std::vector<JSAMPLE> row;
-    for (int x = 0; x < image.width(); ++x) {
-      row.insert(row.end(), static_cast<std::size_t>(jpeg.input_components), image(x, y));
-    }
-    JSAMPROW pointer = row.data();
-    jpeg_write_scanlines(&jpeg, &pointer, 1);
-  }
-  jpeg_finish_compress(&jpeg);
-  jpeg_destroy_compress(&jpeg);
-  std::string bytes(reinterpret_cast<char*>(memory), size);
-  std::free(memory);
   return bytes;
 }
 

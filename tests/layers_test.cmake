@@ -3,7 +3,8 @@
 #   cmake -D LIBRARY=<source>/lib -D SCRATCH=<folder> -P ...         the check, and a proof that it
 #                                                                    fails on trees that break a rule
 # Rules: a file in tagcal/<layer> includes its own layer or one to the left; a third party stays in
-# its layers; public headers include nothing but the standard library, Eigen and public headers.
+# its layers; public headers include nothing but the standard library, Eigen and public headers, and
+# with Eigen, be it through others, geometry/pose.hpp, which refuses an alignment of other flags.
 cmake_minimum_required(VERSION 3.23)
 
 set(layers geometry camera scene estimate detect io study)
@@ -69,6 +70,35 @@ function(check_file library relative)
   endforeach()
 endfunction()
 
+function(check_alignment_guard library)
+  set(guarded tagcal/geometry/pose.hpp)
+  if(NOT EXISTS "${library}/${guarded}")
+    return()  # a tree of the self-test
+  endif()
+  set(count 0)
+  list(LENGTH guarded now)
+  while(NOT count EQUAL now)
+    set(count ${now})
+    foreach(header IN LISTS TAGCAL_PUBLIC_HEADERS)
+      file(READ "${library}/${header}" text)
+      string(REGEX MATCHALL "#include \"[^\"]+" includes "${text}")
+      list(TRANSFORM includes REPLACE "#include \"" "")
+      foreach(include IN LISTS includes)
+        if(include IN_LIST guarded AND NOT header IN_LIST guarded)
+          list(APPEND guarded ${header})
+        endif()
+      endforeach()
+    endforeach()
+    list(LENGTH guarded now)
+  endwhile()
+  foreach(header IN LISTS TAGCAL_PUBLIC_HEADERS)
+    file(STRINGS "${library}/${header}" eigen REGEX "^#include <Eigen/")
+    if(eigen AND NOT header IN_LIST guarded)
+      message(FATAL_ERROR "${header}: uses Eigen and does not include geometry/pose.hpp")
+    endif()
+  endforeach()
+endfunction()
+
 function(check_library library)
   file(GLOB_RECURSE files RELATIVE "${library}" "${library}/tagcal/*.hpp" "${library}/tagcal/*.cpp")
   list(LENGTH files count)
@@ -78,6 +108,7 @@ function(check_library library)
   foreach(file IN LISTS files)
     check_file("${library}" "${file}")
   endforeach()
+  check_alignment_guard("${library}")
   message(STATUS "${count} files keep to their layers")
 endfunction()
 

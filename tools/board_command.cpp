@@ -11,6 +11,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "messages.hpp"
 #include "sheet.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
@@ -91,9 +92,8 @@ int run(const Arguments& arguments) {
     write_png(arguments.out, picture_of(sheet, arguments.dpi), arguments.dpi);
   }
   print_warnings(warnings);
-  fmt::print(stderr,
-             "{}: {} tags on {:.0f} x {:.0f} mm; print at 100 % and check the bar of 100 mm\n",
-             arguments.out, board.tags.size(), sheet.width_mm, sheet.height_mm);
+  print_to_stderr("{}: {} tags on {:.0f} x {:.0f} mm; print at 100 % and check the bar of 100 mm\n",
+                  arguments.out, board.tags.size(), sheet.width_mm, sheet.height_mm);
   return kAnswer;
 }
 

@@ -10,6 +10,7 @@
 #include "calibrate_many.hpp"
 #include "calibration_report.hpp"
 #include "commands.hpp"
+#include "messages.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
@@ -71,10 +72,10 @@ int run_one(const Arguments& arguments) {
   }
   print_result(text);
   if (!answered && !arguments.out.empty()) {
-    fmt::print(stderr, "tagcal: {}: not written, there is no answer\n", arguments.out);
+    print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
   }
   if (!answered && !arguments.uncertainty.empty()) {
-    fmt::print(stderr, "tagcal: {}: not drawn, there is no answer\n", arguments.uncertainty);
+    print_to_stderr("tagcal: {}: not drawn, there is no answer\n", arguments.uncertainty);
   }
   return answered ? kAnswer : kNoAnswer;
 }

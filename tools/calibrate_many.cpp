@@ -15,6 +15,7 @@
 
 #include "calibration_report.hpp"
 #include "commands.hpp"
+#include "messages.hpp"
 #include "parallel.hpp"
 #include "progress.hpp"
 #include "shown_parameters.hpp"
@@ -177,9 +178,9 @@ ExitCode worst(const std::vector<Outcome>& outcomes) {
     return std::ranges::count_if(outcomes, [&](const Outcome& o) { return o.code == code; });
   };
   const auto bad = count(kBadInput), open = count(kNoAnswer);
-  if (bad > 0) fmt::print(stderr, "tagcal: {} of {} data sets: error\n", bad, outcomes.size());
+  if (bad > 0) print_to_stderr("tagcal: {} of {} data sets: error\n", bad, outcomes.size());
   if (open > 0) {
-    fmt::print(stderr, "tagcal: {} of {} data sets: no answer, no file\n", open, outcomes.size());
+    print_to_stderr("tagcal: {} of {} data sets: no answer, no file\n", open, outcomes.size());
   }
   if (bad > 0) return kBadInput;
   return open > 0 ? kNoAnswer : kAnswer;

@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "gnuplot.hpp"
 #include "machine.hpp"
+#include "messages.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "tagcal/error.hpp"
@@ -68,8 +69,7 @@ void write_result(const ChartResult& result, const fs::path& place, OutputFolder
              result.panels.size(), result.methods.size(), result.num_trials,
              can_draw ? " and chart.png" : "");
   if (!can_draw)
-    fmt::print(
-        stderr,
+    print_to_stderr(
         "tagcal: warning: no gnuplot here: chart.csv and chart.md are written, pictures need "
         "it (Debian: gnuplot-nox)\n");
 }

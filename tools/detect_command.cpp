@@ -12,6 +12,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "messages.hpp"
 #include "output_folder.hpp"
 #include "tag_drawing.hpp"
 #include "tagcal/detect/explain.hpp"
@@ -87,8 +88,8 @@ std::optional<Camera> known_camera(const Arguments& arguments, const Input& inpu
 
 void explain_all(const Input& input) {
   for (const ImageSource& image : input.images)
-    fmt::print(stderr, "{}",
-               explanation_text(image.name, explain(image.load(), input.dataset.boards)));
+    print_to_stderr("{}",
+                    explanation_text(image.name, explain(image.load(), input.dataset.boards)));
 }
 
 int run(const Arguments& arguments) {
@@ -111,8 +112,8 @@ int run(const Arguments& arguments) {
   if (arguments.explain) explain_all(input);
   if (num_corners(views) == 0) input.warnings.push_back("no tag found in any picture");
   print_warnings(input.warnings);
-  fmt::print(stderr, "{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
-             num_corners(views));
+  print_to_stderr("{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
+                  num_corners(views));
   return kAnswer;
 }
 

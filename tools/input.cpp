@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "messages.hpp"
 #include "progress.hpp"
 #include "tagcal/detect/refine_corners.hpp"
 #include "tagcal/error.hpp"
@@ -209,7 +210,7 @@ int num_tags(const std::vector<View>& views) {
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) fmt::print(stderr, "tagcal: warning: {}\n", warning);
+  for (const std::string& warning : warnings) print_to_stderr("tagcal: warning: {}\n", warning);
 }
 
 void print_result(const std::string& text) {

@@ -10,13 +10,14 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "messages.hpp"
 #include "output_folder.hpp"
 #include "parallel.hpp"
 #include "pose_drawing.hpp"
 #include "pose_report.hpp"
 #include "progress.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/corner_noise.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
 
@@ -77,14 +78,6 @@ void choose_views(Input& input, const Arguments& arguments) {
   std::erase_if(input.dataset.views, [&](const auto& v) { return !is_chosen(arguments, v.image); });
 }
 
-// A view as the estimators take it.
-struct PoseProblem {
-  std::vector<CornerId> ids;
-  std::vector<Correspondence> correspondences;
-  std::vector<int> groups;
-  std::vector<Matrix2> covariance_px2;  // empty where they do not count
-};
-
 using TargetPoints = std::map<CornerId, Vector3d>;
 
 // One board is its own frame; several have the data set's world.
@@ -93,27 +86,8 @@ TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
                             : points_in_world(boards);
 }
 
-// The corners' covariances say nothing of the lens and of the target: they count where the error of
-// these is known, too.
-PoseProblem problem_of(const View& view, const TargetPoints& points,
-                       const std::optional<double>& camera_error_px) {
-  PoseProblem problem;
-  CornerNoise noise;
-  noise.add(view);
-  for (const Observation& seen : view.observations) {
-    problem.ids.push_back(seen.id);
-    problem.correspondences.push_back({points.at(seen.id), seen.pixel});
-    problem.groups.push_back(seen.id.tag_id);
-    if (!camera_error_px || !noise.counts()) continue;
-    const Matrix2 own = covariance_or_assumed(seen);
-    problem.covariance_px2.emplace_back(own +
-                                        *camera_error_px * *camera_error_px * Matrix2::Identity());
-  }
-  return problem;
-}
-
 // Noise that is stated counts for more than what the corners bring along.
-PoseAndFocalOptions options_for(const PoseProblem& problem, const Arguments& arguments) {
+PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Arguments& arguments) {
   PoseAndFocalOptions options;
   options.sigma_px = arguments.sigma_px;
   options.groups = problem.groups;
@@ -122,7 +96,7 @@ PoseAndFocalOptions options_for(const PoseProblem& problem, const Arguments& arg
   return options;
 }
 
-PoseReport estimate(const PoseProblem& problem, const PoseAndFocalOptions& options,
+PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOptions& options,
                     const std::optional<Camera>& camera, const ImageSize& image_size) {
   PoseReport report;
   if (problem.ids.empty())
@@ -193,7 +167,7 @@ class Poses {
     Progress progress("poses", static_cast<int>(views.size()));
     const auto work = [&](int index) {
       const auto i = static_cast<std::size_t>(index);
-      const PoseProblem problem = problem_of(views[i], points_, camera_error_px_);
+      const ViewCorrespondences problem = view_correspondences(views[i], points_, camera_error_px_);
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
       reports[i].image = views[i].image;
@@ -206,7 +180,8 @@ class Poses {
   }
 
  private:
-  ImageRgb drawn(const View& view, const PoseProblem& problem, const PoseReport& report) const {
+  ImageRgb drawn(const View& view, const ViewCorrespondences& problem,
+                 const PoseReport& report) const {
     PoseDrawing drawing;
     drawing.camera = camera_of(report, camera_, input_.dataset.image_size);
     for (const auto& [id, x] : points_) drawing.target.extend(x);
@@ -242,7 +217,7 @@ int run(const Arguments& arguments) {
   if (folder && answers > 0) folder->publish();
   print_warnings(input.warnings);
   print_result(arguments.json ? pose_json(reports) : pose_text(reports));
-  fmt::print(stderr, "{} of {} views with an answer\n", answers, reports.size());
+  print_to_stderr("{} of {} views with an answer\n", answers, reports.size());
   return answers > 0 ? kAnswer : kNoAnswer;
 }
 

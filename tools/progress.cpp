@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "messages.hpp"
+
 namespace tagcal::tools {
 namespace {
 
@@ -37,7 +39,7 @@ void Progress::watch(const std::stop_token& stop) {
     show(watch.seconds(), on_terminal);
     shown = true;
   }
-  if (shown && on_terminal) fmt::print(stderr, "\r\033[K");  // leave a clean line behind
+  if (shown && on_terminal) print_to_stderr("\r\033[K");  // leave a clean line behind
 }
 
 void Progress::show(double seconds, bool on_terminal) const {
@@ -45,14 +47,14 @@ void Progress::show(double seconds, bool on_terminal) const {
   std::string text = fmt::format("{}: {:.0f} s", label_, seconds);
   if (total_ > 0) text = fmt::format("{}: {} of {}, {:.0f} s", label_, done, total_, seconds);
   if (!on_terminal) {
-    fmt::print(stderr, "{}\n", text);
+    print_to_stderr("{}\n", text);
     return;
   }
   if (total_ > 0) {
     const int cells = done * kBarCells / total_;
     text = fmt::format("[{:<{}}] {}", std::string(cells, '='), kBarCells, text);
   }
-  fmt::print(stderr, "\r\033[K{}", text);
+  print_to_stderr("\r\033[K{}", text);
   std::fflush(stderr);
 }
 

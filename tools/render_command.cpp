@@ -10,6 +10,7 @@
 #include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
+#include "messages.hpp"
 #include "output_folder.hpp"
 #include "parallel.hpp"
 #include "progress.hpp"
@@ -102,8 +103,8 @@ int run(const Arguments& arguments) {
   write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
   folder.publish();
   print_warnings(warnings);
-  fmt::print(stderr, "{}: {} images, {} exact corners\n", arguments.out, poses.size(),
-             num_corners(dataset.views));
+  print_to_stderr("{}: {} images, {} exact corners\n", arguments.out, poses.size(),
+                  num_corners(dataset.views));
   return kAnswer;
 }
 

@@ -30,7 +30,7 @@ cat "$work"/*.txt | awk '
   $6 == "sd" { sum[$1] += $5 * $5; count[$1]++; if (!($1 in seen)) { seen[$1] = 1; order[++n] = $1 }
                if ($1 == "fx") { e = ($2 - $4) / $4; if (e < 0) e = -e; if (e > worst) worst = e } }
   /projections of/ { if ($8 + 0 > differs) differs = $8 + 0 }
-  /^passed/ { passed++ }
+  /^OpenCV agrees/ { passed++ }
   END { for (i = 1; i <= n; i++) if (sum[order[i]] > 0)
           printf "%-4s mean normalised squared error %.2f over %d seeds\n", order[i], sum[order[i]] / count[order[i]], count[order[i]]
-        printf "fx   off by %.5f %% at most\nlargest difference to cv::projectPoints %.2g px; %d passed\n", 100 * worst, differs, passed }'
+        printf "fx   off by %.5f %% at most\nlargest difference to cv::projectPoints %.2g px; %d agree\n", 100 * worst, differs, passed }'

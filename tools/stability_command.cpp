@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "gnuplot.hpp"
 #include "machine.hpp"
+#include "messages.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "tagcal/error.hpp"
@@ -94,9 +95,9 @@ int run(const Arguments& a) {
   fmt::print("{}: {} maps, {} cells or maps of ours miss the marks; see atlas.md\n", a.out,
              sheets.size(), misses);
   if (!can_draw)
-    fmt::print(stderr,
-               "tagcal: warning: no gnuplot here: the tables and atlas.md are written, pictures "
-               "need it (Debian: gnuplot-nox)\n");
+    print_to_stderr(
+        "tagcal: warning: no gnuplot here: the tables and atlas.md are written, pictures "
+        "need it (Debian: gnuplot-nox)\n");
   return kAnswer;
 }
 

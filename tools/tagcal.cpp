@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "messages.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
@@ -25,7 +26,7 @@ std::string one_line(std::string text) {
 }
 
 int report(const std::string& message) {
-  fmt::print(stderr, "tagcal: {}\n", one_line(message));
+  print_to_stderr("tagcal: {}\n", one_line(message));
   return kBadInput;
 }
 
@@ -122,4 +123,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace tagcal::tools
 
-int main(int argc, char** argv) { return tagcal::tools::run(argc, argv); }
+int main(int argc, char** argv) {
+  tagcal::tools::reserve_standard_streams();
+  return tagcal::tools::run(argc, argv);
+}

@@ -28,6 +28,7 @@ class BoardFinder {
   BoardFinder(std::vector<const Board*> boards, const DetectOptions& options, int threads);
 
   const Wanted& wanted() const { return detector_.wanted(); }
+  const TagFamily& family() const { return family_; }
 
   // The picture must be 8x8 at least.
   SeenBoards find(const Image8& image);

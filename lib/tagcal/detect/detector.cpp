@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/board_finder.hpp"
 #include "tagcal/detect/picture_batch.hpp"
+#include "tagcal/detect/wrong_border.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -15,34 +16,42 @@ namespace {
 
 constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
 
+// What a picture shows beside corners.
+struct Noticed {
+  std::vector<std::string> warnings;
+  std::vector<UnfittedTag> unfitted;
+  TagCount count;
+};
+
 // All that one thread needs, which may have others do some of its work.
 class Worker {
  public:
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options, int threads)
       : camera_(options.camera), finders_(board_finders(boards, options, threads)) {}
 
-  View detect(const Image8& image, const std::string& name, std::vector<std::string>& warnings,
-              std::vector<UnfittedTag>& unfitted) {
+  View detect(const Image8& image, const std::string& name, Noticed& noticed) {
     check_size(image.size(), name);
     View view{name, {}};
     if (image.width() < kMinImageSide || image.height() < kMinImageSide) {
-      warnings.push_back(
+      noticed.warnings.push_back(
           fmt::format("{}: smaller than {}x{}, holds no tag", name, kMinImageSide, kMinImageSide));
       return view;
     }
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);
-      warn_of(seen, finder->wanted().family, name, warnings);
+      warn_of(seen, finder->wanted().family, name, noticed.warnings);
       for (const Completion& completion : seen.completions) {
         for (const FoundTag& tag : completion.tags) add_corners(tag, view);
+        noticed.count.add(image, completion, finder->family());
         for (const MissingTag& tag : completion.missing)
           if (tag.why == WhyNot::no_fit && tag.expected)
-            unfitted.push_back({tag.id, *tag.expected});
+            noticed.unfitted.push_back({tag.id, *tag.expected});
       }
     }
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (view.observations.empty()) warnings.push_back(name + ": no tag of the boards found");
+    if (view.observations.empty())
+      noticed.warnings.push_back(name + ": no tag of the boards found");
     return view;
   }
 
@@ -82,11 +91,9 @@ class Worker {
 
 View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
             const DetectOptions& options, std::vector<std::string>* warnings) {
-  std::vector<std::string> lines;
-  std::vector<UnfittedTag> unfitted;
-  View view =
-      Worker(boards, options, threads_of(options.threads)).detect(image, name, lines, unfitted);
-  if (warnings) warnings->insert(warnings->end(), lines.begin(), lines.end());
+  Noticed noticed;
+  View view = Worker(boards, options, threads_of(options.threads)).detect(image, name, noticed);
+  if (warnings) warnings->insert(warnings->end(), noticed.warnings.begin(), noticed.warnings.end());
   return view;
 }
 
@@ -102,17 +109,21 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
     workers.emplace_back(boards, options, threads / num_workers);
   DetectResult result;
   result.views.resize(images.size());
-  result.unfitted.resize(images.size());
-  std::vector<std::vector<std::string>> warnings(images.size());
+  std::vector<Noticed> noticed(images.size());
   for_each_picture(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
-        result.views[i] =
-            worker.detect(images[i].load(), images[i].name, warnings[i], result.unfitted[i]);
+        result.views[i] = worker.detect(images[i].load(), images[i].name, noticed[i]);
       },
       progress);
-  for (const auto& lines : warnings)
+  std::vector<TagCount> counts;
+  for (const Noticed& of_picture : noticed) counts.push_back(of_picture.count);
+  result.warnings = wrong_border_warnings(images, counts, boards, options);
+  for (Noticed& of_picture : noticed) {
+    const auto& lines = of_picture.warnings;
     result.warnings.insert(result.warnings.end(), lines.begin(), lines.end());
+    result.unfitted.push_back(std::move(of_picture.unfitted));
+  }
   return result;
 }
 

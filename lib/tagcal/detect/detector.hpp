@@ -38,7 +38,7 @@ struct UnfittedTag {
 struct DetectResult {
   std::vector<View> views;  // in the order of the images; corners ordered by id
   std::vector<std::vector<UnfittedTag>> unfitted;  // of each view
-  std::vector<std::string> warnings;               // in plain words, each names its image
+  std::vector<std::string> warnings;               // in plain words; those of one image name it
 };
 
 // One image of a batch: its name and how to load it (called from a worker thread, may throw Error).
@@ -55,6 +55,7 @@ View detect(const Image8& image, const std::string& name, const std::vector<Plac
             const DetectOptions& options, std::vector<std::string>* warnings);
 
 // The same for many pictures, several at once. The answer does not depend on the number of threads.
+// Where the pictures show tags with another border than the boards say, the first warning says so.
 // `progress(done, total)` is called from the calling thread's side, under a lock, after each image.
 DetectResult detect_all(const std::vector<ImageSource>& images,
                         const std::vector<PlacedBoard>& boards, const DetectOptions& options,

@@ -12,7 +12,7 @@
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/quad.hpp"
-#include "tagcal/detect/tag_cells.hpp"
+#include "tagcal/detect/wrong_border.hpp"
 #include "tagcal/estimate/planar.hpp"
 
 namespace tagcal {
@@ -22,8 +22,7 @@ using Eigen::Vector2d;
 
 constexpr int kMinImageSide = 8;
 constexpr int kSmallImageSide = 160;        // px: a board of readable tags hardly fits in
-constexpr std::size_t kFewestTags = 2;      // that speak for another family (noise gives one)
-constexpr double kSureShare = 0.1;          // of the cells of border and frame that may be wrong
+constexpr std::size_t kFewestTags = 2;      // that speak for a mirror (noise gives one)
 constexpr double kSpacingTolerance = 0.04;  // sides of a tag
 constexpr double kSameRatio = 0.2;          // relative
 
@@ -47,13 +46,6 @@ Image8 inverted(const Image8& image) {
     std::transform(image.row(y), image.row(y) + image.width(), result.row(y),
                    [](std::uint8_t level) { return static_cast<std::uint8_t>(255 - level); });
   return result;
-}
-
-// Small families are read out of anything that has four sides.
-bool is_sure(const Image8& image, const FoundTag& tag, const TagFamily& family) {
-  const TagAnswer answer =
-      read_tag(image, tag.corners, TagCells(family, tag.id, {.corner_squares = true}));
-  return answer.wrong_bits <= 1 && answer.wrong_fixed < kSureShare;
 }
 
 // All tags of every kind that the library knows.
@@ -179,7 +171,7 @@ class Explainer {
     for (const SeenKind& kind : result_.decoded) {
       const std::size_t n = kind.ids.size();
       const bool border = kind.family == board.family;
-      if (is_kind(kind, board) || n < kFewestTags || n < 2 * of_target) continue;
+      if (is_kind(kind, board) || !shows_other_kind(n, of_target)) continue;
       if (!nothing_found && !border) continue;  // of something else in the picture
       named = true;
       result_.mistakes.push_back(

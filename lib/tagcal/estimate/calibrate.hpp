@@ -107,7 +107,7 @@ struct Calibration {
   // Of the model's free parameters, in their order; empty if singular. Of `auto` it is
   // unconditional: the other models that the data support count by their weights
   // (ModelStep::weight).
-  Eigen::MatrixXd covariance;
+  MatrixX covariance;
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
   SeenRegion seen;                                // where in the image the corners were

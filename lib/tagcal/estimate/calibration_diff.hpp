@@ -16,7 +16,7 @@ struct LensDifference {
   double distance_m = kInfinitelyFar;
   Pose b_from_a;  // the implied motion of the camera, taken out; at infinity a rotation
   ImageGrid grid;
-  Eigen::MatrixXd u_px, v_px;  // b - a at the nodes (rows x columns); NaN where either has no value
+  MatrixX u_px, v_px;  // b - a at the nodes (rows x columns); NaN where either has no value
   double rms_px = 0;           // over the samples of the region, sqrt(mean |d|^2)
   double max_px = 0;
 };

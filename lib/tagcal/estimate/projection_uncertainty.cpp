@@ -51,8 +51,8 @@ double mean_variance(const MatrixXd& rows, const MatrixXd& covariance) {
 
 }  // namespace
 
-MatrixXd aligned_jacobian(const UncertainLens& lens, std::span<const Vector2d> samples,
-                          double distance_m) {
+MatrixX aligned_jacobian(const UncertainLens& lens, std::span<const Vector2d> samples,
+                         double distance_m) {
   std::vector<std::size_t> index;
   const Jacobians j = jacobians(lens, samples, distance_m, index);
   if (index.empty()) return j.by_parameters;

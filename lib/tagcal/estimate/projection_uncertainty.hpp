@@ -16,7 +16,7 @@ inline constexpr double kInfinitelyFar = std::numeric_limits<double>::infinity()
 struct UncertainLens {
   const Model* model = nullptr;
   Lens lens = pinhole(1, 1, 0, 0);
-  Eigen::MatrixXd covariance;  // of the model's free parameters
+  MatrixX covariance;  // of the model's free parameters
 };
 
 // Standard deviation of the projection, in pixels per coordinate, at every node of a grid: of the
@@ -25,7 +25,7 @@ struct UncertainLens {
 struct ProjectionUncertainty {
   double distance_m = kInfinitelyFar;
   ImageGrid grid;
-  Eigen::MatrixXd sigma_px;  // rows x columns; NaN where no ray meets the pixel
+  MatrixX sigma_px;          // rows x columns; NaN where no ray meets the pixel
   double region_px = 0;      // RMS over the samples of the region; infinite where it has none
   double region_max_px = 0;  // the largest over them
 };
@@ -39,7 +39,7 @@ ProjectionUncertainty projection_uncertainty(const UncertainLens& lens, const Im
                                              double distance_m);
 
 // A as above at the samples themselves (two rows each; those without a ray left out).
-Eigen::MatrixXd aligned_jacobian(const UncertainLens& lens,
-                                 std::span<const Eigen::Vector2d> samples, double distance_m);
+MatrixX aligned_jacobian(const UncertainLens& lens, std::span<const Eigen::Vector2d> samples,
+                         double distance_m);
 
 }  // namespace tagcal

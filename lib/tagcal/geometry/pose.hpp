@@ -10,10 +10,19 @@ namespace tagcal {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+// Eigen aligns by the -m flags of the compiler (-mavx2: 32 bytes, else 16), and so would a program
+// lay out other structs than the library it links. The target tagcal::tagcal defines the macro.
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16 && (EIGEN_MAX_STATIC_ALIGN_BYTES == 16 ||
+                                              !(EIGEN_ARCH_i386_OR_x86_64 || EIGEN_ARCH_ARM64)),
+              "tagcal is built with Eigen's alignment of 16 bytes: link the CMake target "
+              "tagcal::tagcal, or compile with -DEIGEN_MAX_ALIGN_BYTES=16");
+
 // Matrices kept in public structs are unaligned, so that a program built with other -m flags than
-// the library lays them out the same way.
+// the library lays them out the same way, and frees what the library allocated: only unaligned
+// matrices of dynamic size come from malloc under all flags.
 using Matrix2 = Eigen::Matrix<double, 2, 2, Eigen::DontAlign>;
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+using MatrixX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::DontAlign>;
 
 // A rigid motion, named target_from_source: it takes coordinates in the source frame to coordinates
 // in the target frame, x_in_target = R x_in_source + t. Poses compose by matching neighbours:

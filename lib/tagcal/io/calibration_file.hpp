@@ -13,7 +13,7 @@ struct CalibrationFile {
   Camera camera;
   std::string model;           // "" where the file does not say
   std::vector<double> sigmas;  // of the lens parameters, empty where the file does not say
-  Eigen::MatrixXd covariance;  // of the free parameters, empty where the file does not say
+  MatrixX covariance;          // of the free parameters, empty where the file does not say
   SeenRegion seen;             // where the corners were, empty where the file does not say
   // What a projection by this camera is wrong by, per coordinate, besides the noise of a corner:
   // the error of lens and target that the residuals showed (all of the residuals, where corners had

@@ -11,6 +11,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_codec.hpp"
+#include "tagcal/io/image_orientation.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
@@ -169,7 +170,7 @@ int white_of(const Image16& image) {
   return std::clamp(2 * usual, 1, std::max(1, brightest));
 }
 
-Image8 decode(std::string_view bytes) {
+Image8 decode_as_stored(std::string_view bytes) {
   const auto decoder = open_image(bytes);
   const ImageDecoder::Header header = decoder->header();
   const ImageSize size{header.width, header.height};
@@ -210,14 +211,18 @@ std::string encoded(const std::filesystem::path& file, const Picture& image,
 }  // namespace
 
 Image8 read_image(const std::filesystem::path& file) {
-  return naming(file, [&] { return decode(read_bytes(file)); });
+  return naming(file, [&] {
+    const std::string bytes = read_bytes(file);
+    return upright(decode_as_stored(bytes), exif_orientation(bytes));
+  });
 }
 
 ImageSize read_image_size(const std::filesystem::path& file) {
   return naming(file, [&] {
     const std::string bytes = read_bytes(file);
     const ImageDecoder::Header header = open_image(bytes)->header();
-    return ImageSize{header.width, header.height};
+    const ImageSize stored{header.width, header.height};
+    return swaps_sides(exif_orientation(bytes)) ? ImageSize{stored.height, stored.width} : stored;
   });
 }
 

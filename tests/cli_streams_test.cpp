@@ -1,0 +1,50 @@
+// The command with stderr closed or full: its exit codes and results stay what they are.
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+class CliStreams : public Cli {
+ protected:
+  // As run(), with `redirection` for stderr.
+  static Outcome run_with(const std::string& redirection, const std::string& arguments) {
+    const std::string out = path("stdout.txt");
+    const std::string line =
+        std::string(TAGCAL_COMMAND) + " " + arguments + " >" + out + " </dev/null " + redirection;
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), ""};
+  }
+};
+
+// The last line of a calibration says how long it took.
+std::string without_time(const std::string& text) { return text.substr(0, text.find("\ntime ")); }
+
+TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
+  const std::string set = path("set");
+  const std::vector<std::string> commands = {
+      "detect " + set,
+      "detect " + path("nothing"),
+      "calibrate " + set + " --model f --out " + path("camera.yaml"),
+      "board " + path("set/target.yaml") + " --out " + path("board.svg"),
+      "frobnicate",
+      "calibrate --modle f " + set};
+  for (const std::string& command : commands) {
+    const Outcome usual = run(command);
+    for (const std::string redirection : {"2>&-", "2>/dev/full"}) {
+      const Outcome outcome = run_with(redirection, command);
+      EXPECT_EQ(outcome.exit_code, usual.exit_code) << command << " " << redirection;
+      EXPECT_EQ(without_time(outcome.out), without_time(usual.out)) << command << redirection;
+    }
+  }
+}
+
+// A closed stderr leaves its number to the next file that is opened.
+TEST_F(CliStreams, MessagesDoNotEndUpInFiles) {
+  const std::string detect = "detect " + path("set") + " --out ";
+  ASSERT_EQ(run(detect + path("usual.csv")).exit_code, 0);
+  ASSERT_EQ(run_with("2>&-", detect + path("closed.csv")).exit_code, 0);
+  EXPECT_EQ(slurp(root() / "closed.csv"), slurp(root() / "usual.csv"));
+}
+
+}  // namespace
+}  // namespace tagcal::tools

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace tagcal::tools {
+
+// Writes to stderr. A message that cannot be written (stderr is closed, or its disk is full) is
+// lost without a word: it must not change what a command does, nor its exit code.
+template <typename... Args>
+void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
+  const std::string text = fmt::format(format, std::forward<Args>(args)...);
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
+// Gives stdin, stdout and stderr a descriptor each where the caller closed theirs: otherwise the
+// next file that is opened gets that number, and messages are written into it. What is written to a
+// closed stdout still fails.
+void reserve_standard_streams();
+
+}  // namespace tagcal::tools
