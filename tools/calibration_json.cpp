@@ -176,6 +176,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
                {"sigma_of_corners", calibration.sigma_of_corners},
                {"model_error_px", known ? Json(calibration.model_error_px) : Json()},
+               {"variance_inflation", known ? Json(calibration.variance_inflation) : Json()},
                {"num_views", calibration.views.size()},
                {"num_corners", calibration.num_corners},
                {"num_outliers", calibration.outliers.size()},
