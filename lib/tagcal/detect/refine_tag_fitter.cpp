@@ -119,6 +119,7 @@ TagFit TagFitter::result() const {
   fit.iterations = iterations_;
   fit.num_pixels = num_pixels_;
   fit.noise_levels = std::sqrt(variance_);
+  fit.shift_px = p.segment<2>(kShift);
   fit.black = p[kBlack];
   fit.white = p[kBlack] + p[kGain];
   fit.blur_px = std::sqrt(std::max(0.0, std::pow(model_.spread(), 2) - kBoxVariance));
@@ -147,6 +148,8 @@ void TagFitter::set_prior(const TagParameters& start) {
   const double far = 1 / (kPlaceSd * kPlaceSd), sides = 1 / (kScaleSd * kScaleSd);
   const double perspective = 1 / (kPerspectiveSd * kPerspectiveSd);
   prior_.head<kLogSpread>() << sides, sides, far, sides, sides, far, perspective, perspective;
+  const double shift_sd = options_.shift_sd_px;
+  prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? 1 / (shift_sd * shift_sd) : kHeld);
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
   num_bends_ = bend_sd > 0 && twist_sd > 0 && (!view_ || options_.is_rough) ? kNumBends : 0;
