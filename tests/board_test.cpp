@@ -6,7 +6,9 @@
 #include <algorithm>
 
 #include "apriltag_families.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/random.hpp"
 #include "tagcal/scene/board_ink.hpp"
 #include "tagcal/scene/dataset.hpp"
 
@@ -159,6 +161,70 @@ TEST(Ink, KalibrsSquaresStandAtEveryCrossing) {
   const Rectangle& paper = panels[0].paper;
   EXPECT_LT((paper[0] - Vector3d(-gap - 0.02, -gap - 0.02, 0)).norm(), 1e-12);
   EXPECT_LT((paper[2] - Vector3d(6 * pitch + 0.02, 6 * pitch + 0.02, 0)).norm(), 1e-12);
+}
+
+// How much of a square about a point is ink.
+double ink_share(const std::vector<Rectangle>& ink, double x, double y, double half) {
+  double sum = 0;
+  for (const Rectangle& r : ink) {
+    const double width = std::min(x + half, r[2].x()) - std::max(x - half, r[0].x());
+    const double height = std::min(y + half, r[2].y()) - std::max(y - half, r[0].y());
+    sum += std::max(0.0, width) * std::max(0.0, height);
+  }
+  return sum / (4 * half * half);
+}
+
+// Grown ink is where a square of the spread's half side meets the ink as designed, shrunk ink where
+// the whole square is in it; and no two rectangles share an area.
+TEST(Ink, SpreadsIntoTheWhite) {
+  const TagFamily standard = tag_family("tagStandard41h12", 1);  // black cells beyond its corners
+  const std::pair<Board, TagFamily> boards[] = {
+      {grid_board({3, 2, 1.0, 0.3, 0}), tag36h11_family()},
+      {grid_board({2, 2, 1.0, 0.25, 7}, "tag36h11", 1, false), tag36h11_family()},
+      {grid_board({2, 1, 1.0, 1.2, 3}, standard.name, 1, false), standard}};
+  for (const auto& [board, family] : boards) {
+    const BoardPanel panel = board_panels(board, 0.1).front();
+    const auto designed = ink_cells(board, panel, family);
+    for (const double spread : {0.03, 0.002, -0.03}) {
+      const auto ink = ink_cells(board, panel, family, spread);
+      Random random(3);
+      int compared = 0;
+      for (int i = 0; i < 20000; ++i) {
+        const double x = random.uniform(panel.paper[0].x(), panel.paper[2].x());
+        const double y = random.uniform(panel.paper[0].y(), panel.paper[2].y());
+        const double share = ink_share(designed, x, y, std::abs(spread));
+        const int found = static_cast<int>(
+            std::ranges::count_if(ink, [&](const Rectangle& r) { return inside(r, x, y); }));
+        const double edge = spread > 0 ? share : 1 - share;  // 0 but for rounding, or far from it
+        if (edge > 1e-12 && edge < 1e-9) continue;
+        ++compared;
+        ASSERT_EQ(found, spread > 0 ? edge > 1e-12 : edge <= 1e-12)
+            << board.family << ' ' << spread << " at " << x << ' ' << y;
+      }
+      EXPECT_GT(compared, 19900);
+    }
+  }
+}
+
+TEST(Ink, SpreadsNoFurtherThanEdgesMeet) {
+  const Board kalibr = grid_board({2, 2, 1.0, 0.3, 0});  // cells of 0.1, gaps of 0.3
+  const TagFamily family = tag36h11_family();
+  const BoardPanel panel = board_panels(kalibr, 0.1).front();
+  EXPECT_NO_THROW(ink_cells(kalibr, panel, family, 0.049));
+  for (const double spread : {0.05, -0.05, std::nan("")})
+    EXPECT_THROW(ink_cells(kalibr, panel, family, spread), Error) << spread;
+  const Board near = grid_board({2, 2, 1.0, 0.06, 0}, "tag36h11", 1, false);
+  EXPECT_NO_THROW(ink_cells(near, board_panels(near, 0.1).front(), family, 0.029));
+  EXPECT_THROW(ink_cells(near, board_panels(near, 0.1).front(), family, 0.031), Error);
+  Board turned;  // a corner of the second tag is 0.1 beside the first one's side
+  turned.border_bits = 1;
+  turned.corner_squares = false;
+  turned.tags = {
+      {0, 1.0, Pose()},
+      {1, 1.0, Pose(exp_rotation({0, 0, std::numbers::pi / 4}), {0.6 + std::sqrt(0.5), 0, 0})}};
+  const BoardPanel both = board_panels(turned, 0.1).front();
+  EXPECT_NO_THROW(ink_cells(turned, both, family, 0.04));
+  EXPECT_THROW(ink_cells(turned, both, family, 0.05), Error);
 }
 
 TEST(Ink, OneSheetOfPaperForAPlaneOneEachForACube) {

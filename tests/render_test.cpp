@@ -190,6 +190,33 @@ TEST(Render, TagsShowTheirBits) {
   }
 }
 
+// A row through the lower border of a tag is black from side to side, a column through the left one
+// from below to above.
+TEST(Render, InkSpreadsByAsMuchAsItSays) {
+  const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
+  Scene scene = board_scene(grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", 1, false));
+  const double px_per_m = 900 / 0.4, cell = 0.1 / 8;
+  const Vector2d in_border =
+      *project(scene.camera.lens, kFrontal * Vector3d(-0.05 + cell / 2, -0.05 + cell / 2, 0));
+  const int x0 = static_cast<int>(std::lround(in_border.x()));
+  const int y0 = static_cast<int>(std::lround(in_border.y()));
+  const int reach = static_cast<int>(0.065 * px_per_m);  // on the paper, which ends at 0.07
+  for (const double spread : {0.0, 0.0005, -0.0013}) {
+    scene.ink_spread_m = spread;
+    const ImageF light = render_light(scene, families, kFrontal);
+    double width = 0, height = 0;
+    for (int i = -reach; i <= reach; ++i) {
+      width += scene.paper_level - static_cast<double>(light(320 + i, y0));
+      height += scene.paper_level - static_cast<double>(light(x0, 200 + i));
+    }
+    const double contrast = scene.paper_level - scene.ink_level;
+    EXPECT_NEAR(width / contrast, (0.1 + 2 * spread) * px_per_m, 1e-3) << spread;
+    EXPECT_NEAR(height / contrast, (0.1 + 2 * spread) * px_per_m, 1e-3) << spread;
+  }
+  scene.ink_spread_m = 0.03;  // over the paper's border
+  EXPECT_THROW(render_light(scene, families, kFrontal), Error);
+}
+
 TEST(Render, ABoardFromBehindIsPaper) {
   const Scene scene = board_scene(grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", 1, false));
   const Pose behind = camera_from_world_looking_at({0, 0, -0.4}, {0, 0, 0}, {0, 1, 0});
@@ -257,6 +284,26 @@ TEST(Render, UnknownFamilyOrTagIsAnError) {
   EXPECT_THROW(render_light(scene, {}, kFrontal), Error);
   const Scene far = board_scene(grid_board({1, 1, 0.1, 0.3, 5000}, "tag36h11", 1, false));
   EXPECT_THROW(render_light(far, {{"tag36h11", tag_family("tag36h11", 1)}}, kFrontal), Error);
+}
+
+TEST(Expose, GammaIsThePowerOfTheLight) {
+  ImageF light({5, 1});
+  const float levels[] = {0, 0.04f, 0.25f, 1, 1.5f};
+  std::copy_n(levels, 5, light.row(0));
+  Sensor sensor;
+  sensor.gamma = 0.5;
+  EXPECT_EQ(expose(light, sensor, 1).pixels(), (std::vector<std::uint8_t>{0, 51, 128, 255, 255}));
+  sensor.gamma = 2;
+  EXPECT_EQ(expose(light, sensor, 1).pixels(), (std::vector<std::uint8_t>{0, 0, 16, 255, 255}));
+  // Noise is of the levels, as a picture shows them.
+  sensor.gamma = 0.45;
+  sensor.noise_levels = 3;
+  double squares = 0;
+  const Image16 flat = expose16(ImageF({640, 400}, 0.1f), sensor, 7);
+  const double level = 255 * std::pow(static_cast<double>(0.1f), 0.45);
+  for (const std::uint16_t value : flat.pixels())
+    squares += (value / 257.0 - level) * (value / 257.0 - level);
+  EXPECT_NEAR(squares / static_cast<double>(flat.pixels().size()), 9, 0.1);
 }
 
 TEST(Expose, EqualSeedsGiveEqualBytesAndNoiseIsAsStated) {

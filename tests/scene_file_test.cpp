@@ -25,8 +25,9 @@ const std::string kScene =
     "path:\n  type: dome\n  min_distance_m: 0.5\n  max_distance_m: 1.5\n  min_elevation_deg: 30\n"
     "views: 7\n"
     "jitter: {position_m: 0.1, target_m: 0.2, roll_deg: 90}\n"
-    "sensor: {exposure: 1.1, blur_px: 0.7, noise_levels: 2, bits: 16}\n"
-    "background_level: 0.1\npaper_level: 1\nink_level: 0\npaper_margin_m: 0.05\n";
+    "sensor: {exposure: 1.1, blur_px: 0.7, noise_levels: 2, bits: 16, gamma: 0.45}\n"
+    "background_level: 0.1\npaper_level: 1\nink_level: 0\nink_spread_m: -0.0002\n"
+    "paper_margin_m: 0.05\n";
 
 class SceneFile : public FileTest {
  protected:
@@ -77,6 +78,8 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(scene.sensor.blur_px, 0.7);
   EXPECT_EQ(scene.sensor.noise_levels, 2);
   EXPECT_EQ(scene.sensor.bits, 16);
+  EXPECT_EQ(scene.sensor.gamma, 0.45);
+  EXPECT_EQ(scene.ink_spread_m, -0.0002);
   EXPECT_EQ(scene.background_level, 0.1);
   EXPECT_EQ(scene.paper_level, 1);
   EXPECT_EQ(scene.ink_level, 0);
@@ -94,6 +97,8 @@ TEST_F(SceneFile, DefaultsAreThoseOfTheHeader) {
   EXPECT_EQ(scene.sensor.exposure, 1);
   EXPECT_EQ(scene.sensor.noise_levels, 0);
   EXPECT_EQ(scene.sensor.bits, 8);
+  EXPECT_EQ(scene.sensor.gamma, 1);
+  EXPECT_EQ(scene.ink_spread_m, 0);
   EXPECT_TRUE(scene.occluders.empty());
   EXPECT_EQ(std::get<RingPath>(scene.path).end_rad, 2 * std::numbers::pi);
   EXPECT_EQ(parameters(scene.camera.lens)[2], 319.5);
@@ -200,6 +205,12 @@ TEST_F(SceneFile, BadScenes) {
       {"bits: 16", "bits: 12", "scene.yaml: sensor.bits: must be 8 or 16, got 12"},
       {"bits: 16", "bits: 32", "scene.yaml: sensor.bits: must be 8 or 16, got 32"},
       {"bits: 16", "bits: 8.5", "scene.yaml: sensor.bits: must be 8 or 16, got 8.5"},
+      {"gamma: 0.45", "gamma: 0", "scene.yaml: sensor.gamma: must be > 0, got 0"},
+      {"gamma: 0.45", "gama: 0.45", "scene.yaml: sensor.gama: unknown key; did you mean gamma?"},
+      {"ink_spread_m: -0.0002", "ink_spread_m: thick",
+       "scene.yaml: ink_spread_m: must be a finite"},
+      {"ink_spread_m: -0.0002", "ink_spread_m: 0.06",
+       "scene.yaml: ink_spread_m: must not be above paper_margin_m, 0.05, got 0.06"},
       {"ink_level: 0", "ink_level: -1", "scene.yaml: ink_level: must be from 0 to 1, got -1"},
       {"paper_margin_m: 0.05", "paper_margin_m: -1",
        "scene.yaml: paper_margin_m: must be >= 0, go"},

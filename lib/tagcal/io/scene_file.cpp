@@ -199,7 +199,7 @@ PathJitter read_jitter(const YamlValue& value) {
 }
 
 Sensor read_sensor(const YamlValue& value) {
-  value.allow_only({"exposure", "blur_px", "noise_levels", "bits"});
+  value.allow_only({"exposure", "blur_px", "noise_levels", "bits", "gamma"});
   Sensor sensor;
   const auto exposure = value.find("exposure");
   if (exposure) sensor.exposure = exposure->positive();
@@ -211,7 +211,15 @@ Sensor read_sensor(const YamlValue& value) {
     if (count != 8 && count != 16) bits->fail("must be 8 or 16");
     sensor.bits = static_cast<int>(count);
   }
+  if (const auto gamma = value.find("gamma")) sensor.gamma = gamma->positive();
   return sensor;
+}
+
+double read_ink_spread(const YamlValue& value, double paper_margin_m) {
+  const double spread = value.number();
+  if (spread > paper_margin_m)
+    value.fail(fmt::format("must not be above paper_margin_m, {}", paper_margin_m));
+  return spread;
 }
 
 int read_num_views(const YamlValue& top, const CameraPath& path) {
@@ -240,7 +248,8 @@ std::vector<PlacedBoard> read_boards(const YamlValue& value, std::vector<std::st
 Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {
   const YamlValue top = YamlValue::read(file);
   top.allow_only({"camera", "boards", "occluders", "path", "jitter", "views", "sensor",
-                  "background_level", "paper_level", "ink_level", "paper_margin_m"});
+                  "background_level", "paper_level", "ink_level", "ink_spread_m",
+                  "paper_margin_m"});
   Scene scene = read_camera(top.at("camera"));
   scene.boards = read_boards(top.at("boards"), warnings);
   if (const auto occluders = top.find("occluders")) {
@@ -256,6 +265,8 @@ Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* wa
   scene.paper_level = level_or(top.find("paper_level"), scene.paper_level);
   scene.ink_level = level_or(top.find("ink_level"), scene.ink_level);
   scene.paper_margin_m = not_negative_or(top.find("paper_margin_m"), scene.paper_margin_m);
+  if (const auto spread = top.find("ink_spread_m"))
+    scene.ink_spread_m = read_ink_spread(*spread, scene.paper_margin_m);
   return scene;
 }
 

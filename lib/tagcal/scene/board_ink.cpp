@@ -4,9 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/scene/printed_tag.hpp"
 
 namespace tagcal {
 namespace {
@@ -57,19 +60,34 @@ bool one_plane(const std::vector<Tag>& tags) {
   });
 }
 
-std::vector<Rectangle> corner_squares(const Board& board) {
+// Kalibr's squares, each between the corners of up to four tags, which it touches. Grown, it leaves
+// to the tags what it would share with them.
+void add_square(const Grid& grid, int column, int row, double spread_m,
+                std::vector<Rectangle>& cells) {
+  const double gap = grid.tag_spacing * grid.tag_size, pitch = grid.tag_size + gap;
+  const Vector2d high(column * pitch + spread_m, row * pitch + spread_m);
+  const Vector2d low = high - Vector2d::Constant(gap + 2 * spread_m);
+  const auto add = [&](double left, double bottom, double right, double top) {
+    cells.push_back(rectangle(Pose(), AlignedBox2d(Vector2d(left, bottom), Vector2d(right, top))));
+  };
+  if (spread_m <= 0) return add(low.x(), low.y(), high.x(), high.y());
+  const double shared = 2 * spread_m;
+  const auto strip = [&](int tag_row, double bottom) {
+    const bool is_row = tag_row >= 0 && tag_row < grid.rows;
+    add(low.x() + (is_row && column > 0 ? shared : 0), bottom,
+        high.x() - (is_row && column < grid.columns ? shared : 0), bottom + shared);
+  };
+  strip(row - 1, low.y());
+  add(low.x(), low.y() + shared, high.x(), high.y() - shared);
+  strip(row, high.y() - shared);
+}
+
+std::vector<Rectangle> corner_squares(const Board& board, double spread_m) {
   std::vector<Rectangle> squares;
   if (!board.grid || !board.corner_squares || board.grid->tag_spacing == 0) return squares;
-  const Grid& grid = *board.grid;
-  const double gap = grid.tag_spacing * grid.tag_size;
-  const double pitch = grid.tag_size + gap;
-  for (int row = 0; row <= grid.rows; ++row) {
-    for (int column = 0; column <= grid.columns; ++column) {
-      const Vector2d upper_right(column * pitch, row * pitch);
-      squares.push_back(
-          rectangle(Pose(), AlignedBox2d(upper_right - Vector2d(gap, gap), upper_right)));
-    }
-  }
+  for (int row = 0; row <= board.grid->rows; ++row)
+    for (int column = 0; column <= board.grid->columns; ++column)
+      add_square(*board.grid, column, row, spread_m, squares);
   return squares;
 }
 
@@ -93,75 +111,23 @@ BoardPanel make_panel(const Board& board, std::vector<Tag> tags, std::vector<Rec
   return {rectangle(board_from_sheet, box), std::move(tags), std::move(squares)};
 }
 
-TagFamily with_border(TagFamily family, const Board& board) {
-  if (family.reversed_border) {
-    if (!board.corner_squares || !board.grid) return family;
-    throw Error(fmt::format("board: corner_squares: {} cannot have them, its border is not black",
-                            family.name));
-  }
-  int border_bits = family.width_at_border;
-  for (const TagFamily::Cell& bit : family.bits) border_bits = std::min(border_bits, bit.x);
-  if (board.border_bits < 1 || border_bits < 1)
-    throw Error(
-        fmt::format("board: border_bits: {} cannot have {}", family.name, board.border_bits));
-  const int more = board.border_bits - border_bits;
-  family.width_at_border += 2 * more;
-  family.total_width += 2 * more;
-  for (TagFamily::Cell& bit : family.bits) {
-    bit.x += more;
-    bit.y += more;
-  }
-  return family;
-}
-
-// Which cells of a tag are black, row by row from above (as apriltag_to_image in AprilTag 3 has it:
-// a white ring outside of a black border, or the outermost ring inside of a reversed one).
-struct Pattern {
-  int width = 0;
-  std::vector<char> black;
-
-  char& at(int x, int y) { return black[static_cast<std::size_t>(y * width + x)]; }
-  bool all_black(int x0, int x1, int y) {
-    for (int x = x0; x < x1; ++x)
-      if (!at(x, y)) return false;
-    return true;
-  }
-};
-
-Pattern pattern(const TagFamily& family, int id) {
-  if (id < 0 || static_cast<std::size_t>(id) >= family.codes.size())
-    throw Error(fmt::format("board: tag id: must be in 0..{} of {}, got {}",
-                            family.codes.size() - 1, family.name, id));
-  const int n = family.total_width;
-  Pattern result{n, std::vector<char>(static_cast<std::size_t>(n * n), 1)};
-  const int border_start = (n - family.width_at_border) / 2;
-  const int ring = border_start - (family.reversed_border ? 0 : 1);
-  for (int i = ring; i < n - ring; ++i)
-    result.at(i, ring) = result.at(ring, i) = result.at(i, n - 1 - ring) =
-        result.at(n - 1 - ring, i) = 0;
-  const std::uint64_t code = family.codes[static_cast<std::size_t>(id)];
-  const std::size_t num_bits = family.bits.size();
-  for (std::size_t i = 0; i < num_bits; ++i) {
-    const bool white = (code >> (num_bits - 1 - i) & 1) != 0;
-    if (white) result.at(family.bits[i].x + border_start, family.bits[i].y + border_start) = 0;
-  }
-  return result;
-}
-
-void add_tag(const Tag& tag, const TagFamily& family, std::vector<Rectangle>& cells) {
-  Pattern cell = pattern(family, tag.id);
+void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
+             std::vector<Rectangle>& cells) {
   const double side = tag.size / family.width_at_border;
+  PrintedTag cell = spread_out(printed_tag(family, tag.id), spread_m / side);
+  const double middle = 0.5 * family.total_width;
   const auto place = [&](int x, int y) {
-    return Vector2d((x - 0.5 * cell.width) * side, (0.5 * cell.width - y) * side);
+    return Vector2d((cell.lines[static_cast<std::size_t>(x)] - middle) * side,
+                    (middle - cell.lines[static_cast<std::size_t>(y)]) * side);
   };
-  for (int y = 0; y < cell.width; ++y) {
-    for (int x = 0; x < cell.width; ++x) {
-      if (!cell.at(x, y)) continue;
+  for (int y = 0; y < cell.width(); ++y) {
+    for (int x = 0; x < cell.width(); ++x) {
+      if (!cell.is_black(x, y)) continue;
       // As wide as it goes, then as far down as that whole width is black.
       int right = x;
-      while (right < cell.width && cell.at(right, y)) ++right;
+      while (cell.is_black(right, y)) ++right;
       int below = y;
-      while (below < cell.width && cell.all_black(x, right, below)) {
+      while (cell.all_black(x, right, below)) {
         for (int i = x; i < right; ++i) cell.at(i, below) = 0;
         ++below;
       }
@@ -172,13 +138,54 @@ void add_tag(const Tag& tag, const TagFamily& family, std::vector<Rectangle>& ce
   }
 }
 
+// Whether a side of `a` has all of `b` beyond it; squares in one plane.
+bool has_beyond(const Tag& a, double half_a, const Tag& b, double half_b) {
+  const Pose a_from_b = a.board_from_tag.inverse() * b.board_from_tag;
+  const Eigen::Matrix3d r = a_from_b.rotation_matrix();
+  const double reach = half_a + half_b * (std::abs(r(0, 0)) + std::abs(r(0, 1)));
+  return a_from_b.translation().head<2>().cwiseAbs().maxCoeff() > reach;
+}
+
+bool tags_overlap(const std::vector<Tag>& tags, double outer, double spread_m) {
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double half_i = tags[i].size * (0.5 + outer) + spread_m;
+      const double half_j = tags[j].size * (0.5 + outer) + spread_m;
+      if (!has_beyond(tags[i], half_i, tags[j], half_j) &&
+          !has_beyond(tags[j], half_j, tags[i], half_i))
+        return true;
+    }
+  }
+  return false;
+}
+
+void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& family,
+                  double spread_m) {
+  if (spread_m == 0) return;
+  const double outer = outer_share(board.family);
+  bool meets = !std::isfinite(spread_m);
+  for (const Tag& tag : panel.tags)
+    meets = meets || 2 * std::abs(spread_m) >= tag.size / family.width_at_border;
+  if (board.grid) {
+    const double between = (board.grid->tag_spacing - 2 * outer) * board.grid->tag_size;
+    meets = meets || 2 * std::abs(spread_m) >= between;
+  } else {
+    meets = meets || tags_overlap(panel.tags, outer, std::abs(spread_m));
+  }
+  if (!meets) return;
+  throw Error(
+      fmt::format("board: ink_spread_m: must be less than half a cell of the tags and half "
+                  "of what is between them, got {}",
+                  spread_m));
+}
+
 }  // namespace
 
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
   std::vector<BoardPanel> panels;
   if (board.tags.empty()) return panels;
   if (one_plane(board.tags)) {
-    panels.push_back(make_panel(board, board.tags, corner_squares(board), margin_m));
+    panels.push_back(make_panel(board, board.tags, corner_squares(board, 0), margin_m));
     return panels;
   }
   for (const Tag& tag : board.tags) panels.push_back(make_panel(board, {tag}, {}, margin_m));
@@ -186,10 +193,12 @@ std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
 }
 
 std::vector<Rectangle> ink_cells(const Board& board, const BoardPanel& panel,
-                                 const TagFamily& family) {
+                                 const TagFamily& family, double spread_m) {
   const TagFamily bordered = with_border(family, board);
-  std::vector<Rectangle> cells = panel.corner_squares;
-  for (const Tag& tag : panel.tags) add_tag(tag, bordered, cells);
+  check_spread(board, panel, bordered, spread_m);
+  std::vector<Rectangle> cells;
+  if (!panel.corner_squares.empty()) cells = corner_squares(board, spread_m);
+  for (const Tag& tag : panel.tags) add_tag(tag, bordered, spread_m, cells);
   return cells;
 }
 

@@ -27,10 +27,13 @@ struct BoardPanel {
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m);
 
 // What is black on a panel, in the board frame: disjoint rectangles. The family may come with any
-// width of black border: it is set to the board's. Throws Error where a tag's id is not in the
-// family, or the family cannot have the board's border or corner squares.
+// width of black border: it is set to the board's. `spread_m` moves every edge of the print into
+// the white by as much, corners stay right angles; a negative one moves it into the black. Throws
+// Error where a tag's id is not in the family, the family cannot have the board's border or corner
+// squares, or edges would meet: |spread_m| must be less than half a cell and half of what is
+// between tags.
 std::vector<Rectangle> ink_cells(const Board& board, const BoardPanel& panel,
-                                 const TagFamily& family);
+                                 const TagFamily& family, double spread_m = 0);
 
 // The same for all panels of a board.
 std::vector<Rectangle> ink_cells(const Board& board, const TagFamily& family);

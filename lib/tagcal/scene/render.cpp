@@ -63,8 +63,8 @@ struct Painter {
   void print(const Sheet& sheet, bool whole, Outlines& ink) const {
     const PlacedBoard& placed = scene.boards[sheet.board];
     const Pose camera_from_board = camera_from_world * placed.world_from_board;
-    for (const Rectangle& cell :
-         ink_cells(placed.board, *sheet.panel, family_of(placed.board, families))) {
+    for (const Rectangle& cell : ink_cells(placed.board, *sheet.panel,
+                                           family_of(placed.board, families), scene.ink_spread_m)) {
       const std::vector<Vector3d> corners = moved(camera_from_board, cell);
       if (whole)
         tracer.trace_whole(corners, ink);
@@ -158,6 +158,11 @@ Level rounded(double level) {
   return static_cast<Level>(whole + (level - whole >= 0.5 ? 1 : 0));
 }
 
+double encoded(float light, double gamma) {
+  const auto linear = static_cast<double>(light);
+  return gamma == 1 ? linear : std::pow(std::max(0.0, linear), gamma);
+}
+
 template <typename Level>
 Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
   constexpr double kWhite = std::numeric_limits<Level>::max();
@@ -166,7 +171,7 @@ Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t se
   for (int y = 0; y < light.height(); ++y) {
     Random random(seed, static_cast<std::uint64_t>(y));
     for (int x = 0; x < light.width(); ++x) {
-      double level = kWhite * static_cast<double>(light(x, y));
+      double level = kWhite * encoded(light(x, y), sensor.gamma);
       if (noise > 0) level += noise * random.normal();
       image(x, y) = rounded<Level>(std::clamp(level, 0.0, kWhite));
     }
@@ -178,6 +183,9 @@ Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t se
 
 ImageF render_light(const Scene& scene, const TagFamilies& families,
                     const Pose& camera_from_world) {
+  if (scene.ink_spread_m > scene.paper_margin_m)
+    throw Error("scene: ink_spread_m: must not be above paper_margin_m, got " +
+                std::to_string(scene.ink_spread_m));
   const ImageSize& size = scene.camera.image_size;
   const double blur = scene.sensor.blur_px;
   const int scale = raster_scale(blur);

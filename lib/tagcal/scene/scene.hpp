@@ -62,12 +62,14 @@ struct PathJitter {
   double roll_rad = 0;    // about the optical axis
 };
 
-// How light becomes grey levels: value = exposure * level * white, plus Gaussian noise, clipped.
+// How light becomes grey levels: value = white * (exposure * level)^gamma, plus Gaussian noise,
+// clipped.
 struct Sensor {
   double exposure = 1;
   double blur_px = 0;       // standard deviation of a Gaussian, before the sampling by pixels
   double noise_levels = 0;  // standard deviation, in levels of an 8-bit picture (white is 255)
   int bits = 8;             // of the pictures' values: 8, or 16 (white is 65535)
+  double gamma = 1;         // > 0; below 1 (0.45 of most pictures for people) brightens the dark
 };
 
 struct Scene {
@@ -82,6 +84,9 @@ struct Scene {
   double background_level = 0.5;  // grey levels as shares of full white
   double paper_level = 0.9;
   double ink_level = 0.1;
+  // By how much the print has grown into the white at each of its edges, in the plane of the paper;
+  // negative where it has shrunk. Corners are observed where they would be without.
+  double ink_spread_m = 0;
   double paper_margin_m = 0.02;  // white paper around the tags
 };
 
