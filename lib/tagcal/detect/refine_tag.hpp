@@ -52,8 +52,9 @@ struct TagFitOptions {
   const Camera* camera = nullptr;
   // The camera is known roughly only: bends as above are believed of what it leaves.
   bool is_rough = false;
-  // How far borders are believed to be shifted, px: ink that spreads, or paper so bright that it
-  // eats black. Corners are where they would be without. Zero: not at all.
+  // How far borders between black and white are believed to be shifted, px: by ink that spreads,
+  // and by paper so bright that it eats black, each. Corners are where they would be without. Zero:
+  // not at all.
   double shift_sd_px = 0;
 };
 
@@ -66,7 +67,8 @@ struct TagFit {
   double blur_px = 0;                       // Gaussian before the pixels' squares; 0 if less
   double black = 0;                         // grey levels at the tag's centre
   double white = 0;
-  // Of borders towards black, px: of those that are upright on the tag, and of level ones.
+  // Of borders towards black, px: the part that is the same all over the picture, and the part that
+  // is the same all over the tag. Of a tag that faces the camera only their sum is known.
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
   int num_pixels = 0;       // that were used

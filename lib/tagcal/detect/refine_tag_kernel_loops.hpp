@@ -123,17 +123,23 @@ inline Pack junction(int num_terms, Pack contrast, FeltLine& column, FeltLine& r
   return scaled * sum;
 }
 
-// White by a shift of the lines' borders, in spreads; adds what the shift itself makes of white by
-// distance and by the spread's logarithm.
+// White by the shifts, and what they make of it; by_distance of the lines with what that adds.
+struct ByShift {
+  Pack by_shift = {}, by_shift_on_tag = {}, white = {};
+};
+
 template <int kFelt>
-inline Pack shift_borders(FeltLine* lines, Pack shift, Pack& by_log_spread) {
-  Pack sum = {};
+inline void shift_borders(const TagTable& table, Pack per_tag, FeltLine* lines, ByShift& by) {
   for (int i = 0; i < kFelt; ++i) {
-    sum += lines[i].border * lines[i].slope;
-    lines[i].by_distance -= shift * lines[i].border * lines[i].near * lines[i].density;
+    FeltLine& line = lines[i];
+    const Pack there = per_tag * line.line.inv_length * line.stretched;
+    const Pack shift = table.shift + table.shift_on_tag * there;
+    const Pack by_shift = line.border * line.slope;
+    by.by_shift += by_shift;
+    by.by_shift_on_tag += by_shift * there;
+    by.white += by_shift * shift;
+    line.by_distance -= shift * line.border * line.near * line.density;
   }
-  by_log_spread -= shift * sum;
-  return sum;
 }
 
 // White by a row of the homography's matrix, and by its last row.
@@ -144,7 +150,7 @@ struct ByHomography {
 struct ByGeometry {
   ByHomography columns, rows;
   Pack by_last_x = {}, by_last_y = {}, by_log_spread = {}, by_place_x = {}, by_place_y = {};
-  Pack by_column_shift = {}, by_row_shift = {};  // in spreads
+  ByShift shifts;
 };
 
 inline void differentiate(const TagTable& table, const PixelPack& pixel, const FeltLine& felt,
@@ -205,8 +211,8 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   put(block, column++, at, white * x);
   put(block, column++, at, white * y);
   put(block, column++, at, load<Pack>(&block.level[at]) - table.black - gain * white);
-  put(block, column++, at, gain * table.per_px * by.by_column_shift);
-  put(block, column, at, gain * table.per_px * by.by_row_shift);
+  put(block, column++, at, gain * table.per_px * by.shifts.by_shift);
+  put(block, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
   if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);
 }
 
@@ -232,10 +238,11 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
       }
     }
     ByGeometry by;
-    const Pack column_shift = all(table.column_shift), row_shift = all(table.row_shift);
-    by.by_column_shift = shift_borders<kFelt>(columns, column_shift, by.by_log_spread);
-    by.by_row_shift = shift_borders<kFelt>(rows, row_shift, by.by_log_spread);
-    white += column_shift * by.by_column_shift + row_shift * by.by_row_shift;
+    const Pack per_tag = 1.0F + table.last_x * pixel.x + table.last_y * pixel.y;
+    shift_borders<kFelt>(table, per_tag, columns, by.shifts);
+    shift_borders<kFelt>(table, per_tag, rows, by.shifts);
+    white += by.shifts.white;
+    by.by_log_spread -= by.shifts.white;
     for (int i = 0; i < kFelt; ++i) {
       differentiate(table, pixel, columns[i], by.columns, by);
       differentiate(table, pixel, rows[i], by.rows, by);

@@ -35,7 +35,11 @@ struct TagTable {
   float box;       // fourth cumulant of a pixel's square over 24 spread^4, along a side
   int num_terms;   // of the series for the integral over a quadrant
   float black, gain, gain_by_x, gain_by_y;
-  float column_shift, row_shift;  // of borders between black and white towards black, spreads
+  // How far borders between black and white are shifted towards black: as far everywhere in the
+  // picture, and as far everywhere on the tag; spreads, the latter where one unit of the tag is one
+  // of the places.
+  float shift, shift_on_tag;
+  float last_x, last_y;  // the homography's last row, but for its 1
 };
 
 // Which lines are felt along a row of pixels.
@@ -51,8 +55,7 @@ struct TagLocateJob {
 };
 
 // Columns of derivatives: of the homography, of the spread's logarithm, of the grey levels (black,
-// gain, its slopes), then the residual, then of the shifts of columns' and rows' borders, then the
-// bends.
+// gain, its slopes), then the residual, then of the two shifts, then the bends.
 constexpr int kTagResidual = 13;
 constexpr int kTagStraightColumns = 16;
 constexpr int kTagColumns = 28;  // with the bends

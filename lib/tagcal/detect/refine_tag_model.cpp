@@ -44,8 +44,10 @@ void TagModel::set(const TagParameters& parameters) {
   table_.gain = static_cast<float>(parameters[kGain]);
   table_.gain_by_x = static_cast<float>(parameters[kGainSlope]);
   table_.gain_by_y = static_cast<float>(parameters[kGainSlope + 1]);
-  table_.column_shift = static_cast<float>(parameters[kShift] / spread_);
-  table_.row_shift = static_cast<float>(parameters[kShift + 1] / spread_);
+  table_.shift = static_cast<float>(parameters[kShift] / spread_);
+  table_.shift_on_tag = static_cast<float>(parameters[kShift + 1] / spread_);
+  table_.last_x = static_cast<float>(parameters[kM3]);
+  table_.last_y = static_cast<float>(parameters[kM3 + 1]);
   set_axis(table_.columns, column_lines_, kM1);
   set_axis(table_.rows, row_lines_, kM2);
   set_num_terms();
