@@ -73,7 +73,7 @@ struct TagFit {
   double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
   int num_pixels = 0;       // that were used
   int iterations = 0;
-  bool is_by_corner = false;  // each corner by itself: a camera, known roughly, would say more
+  bool is_by_corner = false;  // strongly bent: a camera, even one known roughly, would say more
 };
 
 // Finds the corners of a tag whose pattern is known by fitting all of its pixels: grey level = the

@@ -161,10 +161,11 @@ void TagFitter::set_prior(const TagParameters& start) {
 
 // About one corner, from its nearest surroundings outwards.
 bool TagFitter::open_windows() {
-  // Nothing is seen of bends and of the perspective.
+  // Nothing is seen of bends and of the perspective, and little of shifts.
   const int num_bends = std::exchange(num_bends_, 0);
   const TagParameters prior = prior_;
   prior_.segment<2>(kM3).setConstant(kHeld);
+  prior_.segment<2>(kShift).setConstant(kHeld);
   for (const double window : kWindowsPx) {
     window_px_ = window;
     for (int i = 0; i < kMaxInWindow; ++i) {
@@ -199,7 +200,8 @@ bool TagFitter::come_near() {
 }
 
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || view_ || 2 * scale_ < kPartsPx) return false;
+  if (region_.corner || num_bends_ == 0 || view_ || is_whole_anyway_ || 2 * scale_ < kPartsPx)
+    return false;
   const double third_order = third_order_px();
   if (third_order < kThirdOrderPx) return false;
   // Of all rows, from those that were looked at.
@@ -248,6 +250,11 @@ TagFit TagFitter::fit() {
   }
   is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
   return fit;
+}
+
+TagFit TagFitter::fit_whole() {
+  is_whole_anyway_ = true;
+  return fit();
 }
 
 bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }
