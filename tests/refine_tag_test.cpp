@@ -69,7 +69,7 @@ TEST(RefineTag, PatternOfATag) {
 
 TagParameters bent_parameters() {
   TagParameters parameters;
-  parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4,  //
+  parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4, 0.03, -0.04,  //
       2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;
   return parameters;
 }

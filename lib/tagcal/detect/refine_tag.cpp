@@ -11,7 +11,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kWholePx = 110;  // beyond it, what lenses do to a tag has more than third order
+constexpr double kNextOrder = 0.25;  // of what bends of third order do to a corner, what others may
+constexpr double kWholePx = 110;     // beyond it, what lenses do to a tag has more than third order
 
 bool is_inside(const TagCorners& corners, const ImageSize& size) {
   return std::ranges::all_of(corners, [&](const Vector2d& corner) {
@@ -55,18 +56,34 @@ TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorn
   return fit;
 }
 
+// Where a corner says too little by itself, the whole tag; what its bends are beyond third order is
+// not known then.
+template <typename T>
+TagFit fit_beyond_whole(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+                        const TagFitOptions& options) {
+  const TagFit parts = fit_parts(image, pattern, start, options);
+  if (parts.status == TagFitStatus::converged) return parts;
+  const TagRegion region = whole_tag(pattern, start);
+  TagFitter fitter(region, start, options);
+  if (!fitter.cut(image)) return {};
+  TagFit fit = fitter.fit_whole();
+  fit.is_by_corner = true;
+  fit.covariance_px2.diagonal().array() += std::pow(kNextOrder * fitter.third_order_px(), 2);
+  return fit;
+}
+
 template <typename T>
 TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
                const TagFitOptions& options) {
   const double side_px = 2 * mean_half_side(start);
   const bool is_bent =
       options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 && !options.camera;
-  if (is_bent && side_px > kWholePx) return fit_parts(image, pattern, start, options);
+  if (is_bent && side_px > kWholePx) return fit_beyond_whole(image, pattern, start, options);
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, options);
   if (!fitter.cut(image)) return {};
   const TagFit fit = fitter.fit();
-  return fitter.is_for_parts() ? fit_parts(image, pattern, fit.corners, options) : fit;
+  return fitter.is_for_parts() ? fit_beyond_whole(image, pattern, fit.corners, options) : fit;
 }
 
 template <typename T>

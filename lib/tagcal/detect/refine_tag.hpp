@@ -52,6 +52,10 @@ struct TagFitOptions {
   const Camera* camera = nullptr;
   // The camera is known roughly only: bends as above are believed of what it leaves.
   bool is_rough = false;
+  // How far borders between black and white are believed to be shifted, px: by ink that spreads,
+  // and by paper so bright that it eats black, each. Corners are where they would be without. Zero:
+  // not at all.
+  double shift_sd_px = 0;
 };
 
 struct TagFit {
@@ -63,10 +67,13 @@ struct TagFit {
   double blur_px = 0;                       // Gaussian before the pixels' squares; 0 if less
   double black = 0;                         // grey levels at the tag's centre
   double white = 0;
+  // Of borders towards black, px: the part that is the same all over the picture, and the part that
+  // is the same all over the tag. Of a tag that faces the camera only their sum is known.
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
   int num_pixels = 0;       // that were used
   int iterations = 0;
-  bool is_by_corner = false;  // each corner by itself: a camera, known roughly, would say more
+  bool is_by_corner = false;  // strongly bent: a camera, even one known roughly, would say more
 };
 
 // Finds the corners of a tag whose pattern is known by fitting all of its pixels: grey level = the

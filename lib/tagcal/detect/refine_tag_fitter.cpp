@@ -119,6 +119,7 @@ TagFit TagFitter::result() const {
   fit.iterations = iterations_;
   fit.num_pixels = num_pixels_;
   fit.noise_levels = std::sqrt(variance_);
+  fit.shift_px = p.segment<2>(kShift);
   fit.black = p[kBlack];
   fit.white = p[kBlack] + p[kGain];
   fit.blur_px = std::sqrt(std::max(0.0, std::pow(model_.spread(), 2) - kBoxVariance));
@@ -147,6 +148,8 @@ void TagFitter::set_prior(const TagParameters& start) {
   const double far = 1 / (kPlaceSd * kPlaceSd), sides = 1 / (kScaleSd * kScaleSd);
   const double perspective = 1 / (kPerspectiveSd * kPerspectiveSd);
   prior_.head<kLogSpread>() << sides, sides, far, sides, sides, far, perspective, perspective;
+  const double shift_sd = options_.shift_sd_px;
+  prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? 1 / (shift_sd * shift_sd) : kHeld);
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
   const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
   num_bends_ = bend_sd > 0 && twist_sd > 0 && (!view_ || options_.is_rough) ? kNumBends : 0;
@@ -158,10 +161,11 @@ void TagFitter::set_prior(const TagParameters& start) {
 
 // About one corner, from its nearest surroundings outwards.
 bool TagFitter::open_windows() {
-  // Nothing is seen of bends and of the perspective.
+  // Nothing is seen of bends and of the perspective, and little of shifts.
   const int num_bends = std::exchange(num_bends_, 0);
   const TagParameters prior = prior_;
   prior_.segment<2>(kM3).setConstant(kHeld);
+  prior_.segment<2>(kShift).setConstant(kHeld);
   for (const double window : kWindowsPx) {
     window_px_ = window;
     for (int i = 0; i < kMaxInWindow; ++i) {
@@ -196,7 +200,8 @@ bool TagFitter::come_near() {
 }
 
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || view_ || 2 * scale_ < kPartsPx) return false;
+  if (region_.corner || num_bends_ == 0 || view_ || is_whole_anyway_ || 2 * scale_ < kPartsPx)
+    return false;
   const double third_order = third_order_px();
   if (third_order < kThirdOrderPx) return false;
   // Of all rows, from those that were looked at.
@@ -245,6 +250,11 @@ TagFit TagFitter::fit() {
   }
   is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
   return fit;
+}
+
+TagFit TagFitter::fit_whole() {
+  is_whole_anyway_ = true;
+  return fit();
 }
 
 bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }

@@ -74,6 +74,9 @@ class TagFitter {
   // Whether a lens bends the whole tag beyond what is left of it in third order. Seen on few rows
   // already: then fit() has ended there, with corners that are good as a start only.
   bool is_for_parts() const { return is_for_parts_; }
+  // Likewise, but to the end whatever the bends; and how far those of third order move a corner.
+  TagFit fit_whole();
+  double third_order_px() const;
 
  private:
   bool look();
@@ -96,7 +99,6 @@ class TagFitter {
   bool step();
   void believe_bends();
   bool is_bent_beyond_whole() const;
-  double third_order_px() const;
   // The tag's homography lies between the tag and the places that the lens, if known, straightens.
   std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
@@ -141,6 +143,7 @@ class TagFitter {
   double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
   double left_over_ = 0;      // what is left after it, squared, in standard deviations
   bool is_for_parts_ = false;
+  bool is_whole_anyway_ = false;
   int iterations_ = 0;
 };
 

@@ -8,10 +8,11 @@ namespace tagcal {
 namespace {
 
 // A line at a pack of pixels: distance in spreads, the Gaussian's density there, the step with the
-// pixel's square and its derivative; white by that distance.
+// pixel's square and its derivative; white by that distance; the share of the line that is a
+// border, of either kind.
 struct FeltLine {
   LinePack line;
-  Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance;
+  Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance, border;
   Pack near;  // the distance, but no larger than what polynomials in it can bear
 };
 
@@ -64,9 +65,15 @@ inline Pack cell(BitPack bits, int i) {
 template <int kFelt>
 inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* rows) {
   Pack white = {}, last = {};
-  for (int i = 0; i < kFelt; ++i) columns[i].by_distance = Pack{};
+  Pack widths[kFelt + 1];
+  for (int i = 0; i <= kFelt; ++i) {
+    const Pack before = i == 0 ? all(1.0F) : columns[i - 1].step;
+    widths[i] = i == kFelt ? before : before - columns[i].step;
+  }
+  for (int i = 0; i < kFelt; ++i) columns[i].by_distance = columns[i].border = Pack{};
+  BitPack above = {};
   for (int j = 0; j <= kFelt; ++j) {
-    const BitPack bits = load<BitPack>(&block.cells[j][at]);
+    const BitPack bits = load<BitPack>(&block.cells[j][at]), changes = bits ^ (bits >> 1);
     const Pack before = j == 0 ? all(1.0F) : rows[j - 1].step;
     const Pack weight = j == kFelt ? before : before - rows[j].step;
     Pack left = cell(bits, 0), sum = left;
@@ -74,11 +81,17 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
       const Pack right = cell(bits, i + 1), change = right - left;
       sum += change * columns[i].step;
       columns[i].by_distance += weight * change;
+      columns[i].border += weight * cell(changes, i);
       left = right;
     }
     white += weight * sum;
-    if (j > 0) rows[j - 1].by_distance = rows[j - 1].slope * (sum - last);
+    if (j > 0) {
+      rows[j - 1].by_distance = rows[j - 1].slope * (sum - last);
+      rows[j - 1].border = Pack{};
+      for (int i = 0; i <= kFelt; ++i) rows[j - 1].border += widths[i] * cell(bits ^ above, i);
+    }
     last = sum;
+    above = bits;
   }
   for (int i = 0; i < kFelt; ++i) columns[i].by_distance *= columns[i].slope;
   return white;
@@ -110,6 +123,25 @@ inline Pack junction(int num_terms, Pack contrast, FeltLine& column, FeltLine& r
   return scaled * sum;
 }
 
+// White by the shifts, and what they make of it; by_distance of the lines with what that adds.
+struct ByShift {
+  Pack by_shift = {}, by_shift_on_tag = {}, white = {};
+};
+
+template <int kFelt>
+inline void shift_borders(const TagTable& table, Pack per_tag, FeltLine* lines, ByShift& by) {
+  for (int i = 0; i < kFelt; ++i) {
+    FeltLine& line = lines[i];
+    const Pack there = per_tag * line.line.inv_length * line.stretched;
+    const Pack shift = table.shift + table.shift_on_tag * there;
+    const Pack by_shift = line.border * line.slope;
+    by.by_shift += by_shift;
+    by.by_shift_on_tag += by_shift * there;
+    by.white += by_shift * shift;
+    line.by_distance -= shift * line.border * line.near * line.density;
+  }
+}
+
 // White by a row of the homography's matrix, and by its last row.
 struct ByHomography {
   Pack by_x = {}, by_y = {}, by_1 = {};
@@ -118,6 +150,7 @@ struct ByHomography {
 struct ByGeometry {
   ByHomography columns, rows;
   Pack by_last_x = {}, by_last_y = {}, by_log_spread = {}, by_place_x = {}, by_place_y = {};
+  ByShift shifts;
 };
 
 inline void differentiate(const TagTable& table, const PixelPack& pixel, const FeltLine& felt,
@@ -145,7 +178,7 @@ inline void put(TagBlock& block, int column, int at, Pack values) {
 inline void put_bends(TagBlock& block, int at, Pack by_x, Pack by_y) {
   const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
   const Pack xx = x * x, xy = x * y, yy = y * y;
-  int column = kTagResidual + 1;
+  int column = kTagResidual + 3;
   put(block, column++, at, by_x * yy);
   put(block, column++, at, by_y * xx);
   put(block, column++, at, by_x * xx - by_y * xy);
@@ -177,7 +210,9 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   put(block, column++, at, white);
   put(block, column++, at, white * x);
   put(block, column++, at, white * y);
-  put(block, column, at, load<Pack>(&block.level[at]) - table.black - gain * white);
+  put(block, column++, at, load<Pack>(&block.level[at]) - table.black - gain * white);
+  put(block, column++, at, gain * table.per_px * by.shifts.by_shift);
+  put(block, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
   if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);
 }
 
@@ -203,6 +238,11 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
       }
     }
     ByGeometry by;
+    const Pack per_tag = 1.0F + table.last_x * pixel.x + table.last_y * pixel.y;
+    shift_borders<kFelt>(table, per_tag, columns, by.shifts);
+    shift_borders<kFelt>(table, per_tag, rows, by.shifts);
+    white += by.shifts.white;
+    by.by_log_spread -= by.shifts.white;
     for (int i = 0; i < kFelt; ++i) {
       differentiate(table, pixel, columns[i], by.columns, by);
       differentiate(table, pixel, rows[i], by.rows, by);
@@ -243,9 +283,6 @@ void evaluate(const TagTable& table, TagBlock& block) {
   const int columns = num_columns(block);
   for (int k = 0; k < columns; ++k)
     for (int i = block.size; i < padded; ++i) block.derivatives[k][i] = 0;
-  // The last two columns are none.
-  for (int k = columns - 2; k < columns; ++k)
-    for (int i = 0; i < padded; ++i) block.derivatives[k][i] = 0;
 }
 
 void locate(const TagLocateJob& job) {

@@ -31,9 +31,15 @@ struct TagAxis {
 struct TagTable {
   TagAxis columns, rows;
   float per_unit;  // spreads in a unit of the places
+  float per_px;    // and in a pixel
   float box;       // fourth cumulant of a pixel's square over 24 spread^4, along a side
   int num_terms;   // of the series for the integral over a quadrant
   float black, gain, gain_by_x, gain_by_y;
+  // How far borders between black and white are shifted towards black: as far everywhere in the
+  // picture, and as far everywhere on the tag; spreads, the latter where one unit of the tag is one
+  // of the places.
+  float shift, shift_on_tag;
+  float last_x, last_y;  // the homography's last row, but for its 1
 };
 
 // Which lines are felt along a row of pixels.
@@ -49,10 +55,10 @@ struct TagLocateJob {
 };
 
 // Columns of derivatives: of the homography, of the spread's logarithm, of the grey levels (black,
-// gain, its slopes), then the residual, then the bends.
+// gain, its slopes), then the residual, then of the two shifts, then the bends.
 constexpr int kTagResidual = 13;
-constexpr int kTagStraightColumns = 16;  // with two of zeros
-constexpr int kTagColumns = 28;          // likewise, with the bends
+constexpr int kTagStraightColumns = 16;
+constexpr int kTagColumns = 28;  // with the bends
 
 // Pixels that know of the geometry.
 struct alignas(64) TagBlock {
@@ -66,7 +72,7 @@ struct alignas(64) TagBlock {
   // Bit i: cell i from the one before the first column line on is white, in each row of cells from
   // the one before the first row line on.
   std::uint32_t cells[kMaxTagLines + 1][kTagBlock];
-  float derivatives[kTagColumns][kTagBlock];  // results; the second row from below is not read
+  float derivatives[kTagColumns][kTagBlock];  // results
   int size;
   int num_felt;  // lines of either direction, at most, at any pixel; of kernels 1 to 4, 6 or all
   bool is_stretched;

@@ -38,11 +38,16 @@ void TagModel::set(const TagParameters& parameters) {
   parameters_ = parameters;
   spread_ = std::exp(parameters[kLogSpread]);
   table_.per_unit = static_cast<float>(scale_ / spread_);
+  table_.per_px = static_cast<float>(1 / spread_);
   table_.box = static_cast<float>(kBoxCumulant / (24 * std::pow(spread_, 4)));
   table_.black = static_cast<float>(parameters[kBlack]);
   table_.gain = static_cast<float>(parameters[kGain]);
   table_.gain_by_x = static_cast<float>(parameters[kGainSlope]);
   table_.gain_by_y = static_cast<float>(parameters[kGainSlope + 1]);
+  table_.shift = static_cast<float>(parameters[kShift] / spread_);
+  table_.shift_on_tag = static_cast<float>(parameters[kShift + 1] / spread_);
+  table_.last_x = static_cast<float>(parameters[kM3]);
+  table_.last_y = static_cast<float>(parameters[kM3 + 1]);
   set_axis(table_.columns, column_lines_, kM1);
   set_axis(table_.rows, row_lines_, kM2);
   set_num_terms();

@@ -23,9 +23,10 @@ constexpr int kLogSpread = 8;  // of the sd of blur and pixel square together, p
 constexpr int kBlack = 9;
 constexpr int kGain = 10;
 constexpr int kGainSlope = 11;  // along x and y
-constexpr int kBend = 13;       // four of second order, then eight of third
+constexpr int kShift = 13;      // of borders towards black, px: in the picture, on the tag
+constexpr int kBend = 15;       // four of second order, then eight of third
 constexpr int kNumBends = 12;
-constexpr int kCount = 25;
+constexpr int kCount = 27;
 }  // namespace tag_parameter
 
 using TagParameters = Eigen::Matrix<double, tag_parameter::kCount, 1>;

@@ -19,18 +19,18 @@ void TagFitter::collect() {
   add_block();
   const auto lower = products_.triangularView<Eigen::Lower>();
   const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
-  constexpr int kRest = kTagResidual + 1;
+  // The parameters' columns are those before and after the residual's.
+  constexpr int kFirst = kTagResidual, kRest = kTagResidual + 1;
+  const int num_rest = (num_bends_ > 0 ? kTagColumns : kTagStraightColumns) - kRest;
   information_.setIdentity();  // of bends that are held at zero
-  information_.topLeftCorner<kBend, kBend>() = sums.topLeftCorner<kBend, kBend>();
+  information_.topLeftCorner<kFirst, kFirst>() = sums.topLeftCorner<kFirst, kFirst>();
+  information_.block(kFirst, kFirst, num_rest, num_rest) =
+      sums.block(kRest, kRest, num_rest, num_rest);
+  information_.block(0, kFirst, kFirst, num_rest) = sums.block(0, kRest, kFirst, num_rest);
+  information_.block(kFirst, 0, num_rest, kFirst) = sums.block(kRest, 0, num_rest, kFirst);
   gradient_.setZero();
-  gradient_.head<kBend>() = sums.col(kTagResidual).head<kBend>();
-  if (num_bends_ > 0) {
-    information_.bottomRightCorner<kNumBends, kNumBends>() =
-        sums.block<kNumBends, kNumBends>(kRest, kRest);
-    information_.topRightCorner<kBend, kNumBends>() = sums.block<kBend, kNumBends>(0, kRest);
-    information_.bottomLeftCorner<kNumBends, kBend>() = sums.block<kNumBends, kBend>(kRest, 0);
-    gradient_.tail<kNumBends>() = sums.col(kTagResidual).segment<kNumBends>(kRest);
-  }
+  gradient_.head<kFirst>() = sums.col(kTagResidual).head<kFirst>();
+  gradient_.segment(kFirst, num_rest) = sums.col(kTagResidual).segment(kRest, num_rest);
   squares_ = sums(kTagResidual, kTagResidual);
   for (const bool white : {false, true}) add_flat(white);
 }
