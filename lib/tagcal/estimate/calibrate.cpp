@@ -5,6 +5,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/fixed_options.hpp"
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/model_error.hpp"
@@ -93,7 +94,7 @@ std::optional<CalibrationFit> fit_with_model_error(const Model& model, Calibrati
 bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
                          const CalibrateOptions& options) {
   if (leave_out_what_stands_out(input, chosen, options)) return true;
-  const Model& usual = Model::named("opencv5");
+  const Model& usual = input.models->named("opencv5");
   const bool large = chosen.bundle.model->num_free() > usual.num_free() ||
                      chosen.bundle.model->lens_type() == LensType::fisheye;
   if (!large && 50 * chosen.num_inliers() > 49 * chosen.num_corners) return false;
@@ -113,9 +114,8 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
     choice = choose_with_model_error(input, options);
   }
   if (!choice) return without_answer(input, "");
-  Calibration c =
-      choice->weak ? calibrate_weak(input, options)
-                   : report(choice->fit, options, board, choice->supported);
+  Calibration c = choice->weak ? calibrate_weak(input, options)
+                               : report(choice->fit, options, board, choice->supported);
   if (!choice->weak && c.status == Status::focal_not_observable) {
     // At the very bound, where the noise of all corners is not that of the ladder.
     choice->status = c.status;
@@ -173,7 +173,7 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
                             const FlatBoard* board) {
   Calibration c = is_auto(options)
                       ? calibrate_auto(input, options, board)
-                      : calibrate_model(Model::named(options.model), input, options, board);
+                      : calibrate_model(input.models->named(options.model), input, options, board);
   c.model_error_px = input.model_error_px;
   c.outliers.insert(c.outliers.end(), input.dropped.begin(), input.dropped.end());
   return c;
@@ -203,6 +203,8 @@ Calibration calibrate_bent(const CalibrationInput& flat, const CalibrateOptions&
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
+  check_start(options);
+  check_fixed(options);
   if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
     throw Error("board_warp: model weak holds no perspective that would show a bent board");
   if (!(options.tolerance_px >= 0))
@@ -216,9 +218,11 @@ void check_options(const CalibrateOptions& options) {
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   const auto begin = Clock::now();
   check_options(options);
+  if (options.start && options.start->image_size != dataset.image_size)
+    throw Error("start: must have the image size of the data set");
   const std::optional<FlatBoard> board = flat_board(dataset);
   if (options.board_warp && !board) throw Error("board_warp: needs one board, and a flat one");
-  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
+  CalibrationInput input = calibration_input(dataset, options);
   Calibration result = options.board_warp
                            ? calibrate_bent(input, options, *board)
                            : calibrate_input(input, options, board ? &*board : nullptr);
