@@ -39,6 +39,43 @@ TEST(Model, WhatIsNoLensHasNoValue) {
   EXPECT_FALSE(Model::named("f").lens(std::vector<double>{std::nan("")}, {640, 480}).has_value());
 }
 
+TEST(Model, HeldParametersAreNotFree) {
+  const HeldModels models({{"cx", 300}, {"k3", 0.1}}, LensType::perspective);
+  const Model& model = models.named("opencv5");
+  EXPECT_EQ(model.num_free(), 7);
+  const auto lens = model.lens(model.free_values(pinhole(500, 510, 1, 2)), {640, 480});
+  ASSERT_TRUE(lens.has_value());
+  const auto p = parameters(*lens);
+  EXPECT_EQ(std::vector<double>(p.begin(), p.begin() + 4), (std::vector<double>{500, 510, 300, 2}));
+  EXPECT_EQ(p[8], 0.1);
+  EXPECT_EQ(&model.sibling("opencv5"), &model);
+  EXPECT_EQ(model.sibling("f").held().at(2), 300);
+  EXPECT_FALSE(model.sibling("fisheye4").held().contains(8));  // its coefficients are others
+  EXPECT_TRUE(Model::named("f").sibling("opencv5").held().empty());
+}
+
+TEST(Model, SquarePixelsStaySquare) {
+  const HeldModels models({{"fx", 500}}, LensType::perspective);
+  const Model& square = models.named("radial1");
+  const auto lens = square.lens(std::vector<double>{320, 240, 0}, {640, 480});
+  ASSERT_TRUE(lens.has_value());
+  const auto p = parameters(*lens);
+  EXPECT_EQ(p[0], 500);
+  EXPECT_EQ(p[1], 500);
+  EXPECT_EQ(models.named("opencv5").free().front().name, "fy");
+}
+
+TEST(Model, TheHeldLadderHasNothingEmptyAndNothingTwice) {
+  const HeldModels centre({{"cx", 320}, {"cy", 240}}, LensType::perspective);
+  std::vector<std::string_view> names;
+  for (const Model* model : centre.all()) names.push_back(model->name());
+  EXPECT_EQ(names, (std::vector<std::string_view>{"weak", "f", "pinhole", "radial1", "radial2",
+                                                  "fisheye4", "opencv5", "opencv8"}));
+  const HeldModels focal({{"f", 500}}, LensType::perspective);
+  EXPECT_EQ(focal.named("f").name(), "f+c");  // nothing is free in f itself
+  EXPECT_EQ(focal.all().front()->name(), "weak");
+}
+
 TEST(Model, UnknownNameIsAnErrorThatListsTheKnownOnes) {
   try {
     Model::named("opencv55");

@@ -71,7 +71,11 @@ TEST(RealCorners, SameCornersGiveTheAnswerOfMrcal) {
         << w.set;
     // The two predict their noise on different paths (mrcal's moves the boards along): same order.
     EXPECT_GT(c.projection.front().region_px, 0.3 * w.mrcal_sigma_px) << w.set;
-    EXPECT_LT(c.projection.front().region_px, 1.5 * w.mrcal_sigma_px) << w.set;
+    // Where residuals are not independent, or the board is bent, ours count it and mrcal's do not.
+    if (c.variance_inflation == 1)
+      EXPECT_LT(c.projection.front().region_px, 1.5 * w.mrcal_sigma_px) << w.set;
+    else
+      EXPECT_GT(c.projection.front().region_px, w.mrcal_sigma_px) << w.set;
   }
 }
 
@@ -122,7 +126,7 @@ TEST(RealCorners, WrongCornersAreFoundAndWithThemOpencvsAnswer) {
   EXPECT_LT(difference_px(answer("bouguet_left", "published.yaml"), robust, kInfinitelyFar),
             2 * predicted_px(robust));
   EXPECT_GT(difference_px(answer("bouguet_left", "published.yaml"), all, kInfinitelyFar),
-            5 * predicted_px(robust));
+            5 * difference_px(answer("bouguet_left", "published.yaml"), robust, kInfinitelyFar));
   EXPECT_LE(robust.outliers.size(), 25u);
   for (const int id : {0, 9, 18, 27, 45})
     EXPECT_TRUE(std::any_of(robust.outliers.begin(), robust.outliers.end(), [&](const Outlier& o) {
@@ -165,17 +169,20 @@ TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
   EXPECT_FALSE(says(bent, "bent board"));
 }
 
-// A rational lens explains the corners by 2 px^2 more, is 0.06 px away where they are, and runs off
-// to a million pixels at the edge of the image.
-TEST(RealCorners, AutoClimbsToNoLensThatIsUnboundedInTheImage) {
+// A rational lens explains some of these corners a little better, and has a pole in the image.
+TEST(RealCorners, AutoTakesNoLensWithAPoleInTheImage) {
   for (const Witness& w : witnesses()) {
     for (const bool warp : {false, true}) {
       CalibrateOptions options;
       options.board_warp = warp;
       const Calibration c = calibrated(w.set, options);
-      EXPECT_EQ(c.model, "opencv5") << w.set;
-      for (const ProjectionUncertainty& p : c.projection)
-        EXPECT_FALSE((p.sigma_px.array() > 10).any()) << w.set;  // NaN: no ray
+      ASSERT_EQ(c.status, Status::ok) << w.set;
+      EXPECT_FALSE(has_pole(*c.camera)) << w.set;
+      // The answer by name is within what is claimed.
+      const Calibration named = calibrated(w.set, with_model("opencv5"));
+      const double difference =
+          std::abs(parameters(c.camera->lens)[0] - parameters(named.camera->lens)[0]);
+      EXPECT_LT(difference, 3 * std::hypot(c.sigmas[0], named.sigmas[0])) << w.set;
     }
   }
 }

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration_diff.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -55,26 +57,53 @@ TEST(Selection, TheModelThatMadeTheData) {
     for (int seed = 1; seed <= 3; ++seed) {
       const Calibration c = calibrate(make_world(lens, seed, wide ? near() : few_views()));
       EXPECT_EQ(c.status, Status::ok) << model;
-      EXPECT_EQ(c.model, model) << "seed " << seed << ladder_of(c);
       ASSERT_EQ(c.steps.size(), 9u);
-      EXPECT_TRUE(step_of(c, model).taken);
+      // A rational lens with a pole in the image is not taken, whatever the corners ask for: then
+      // it counts in what is claimed.
+      const ModelStep& step = step_of(c, model);
+      const bool has_pole = step.sentence.find("a pole inside the image") != std::string::npos;
+      if (model == "opencv8" && has_pole) {
+        EXPECT_EQ(c.model, "opencv5");
+        EXPECT_GT(step.weight, 0.5) << ladder_of(c);
+        continue;
+      }
+      EXPECT_EQ(c.model, model) << "seed " << seed << ladder_of(c);
+      EXPECT_TRUE(step.taken);
       EXPECT_FALSE(step_of(c, "weak").taken);
       for (const ModelStep& step : c.steps) EXPECT_FALSE(step.sentence.empty()) << step.model;
     }
   }
 }
 
-TEST(Selection, WhatNoSceneNeedsIsLeftOut) {
-  // So many corners that BIC sees a coefficient which moves no corner by a third of a pixel.
+// So many corners that BIC sees a coefficient which moves no corner by a third of a pixel: it is
+// taken, but not where a tolerance leaves it out; then what it changes counts.
+TEST(Selection, AToleranceLeavesOutWhatNoSceneNeeds) {
   WorldOptions options = few_views(12);
   options.sigma_px = 0.02;
-  const Calibration c =
-      calibrate(make_world(Perspective({900, 900, 651, 392, -0.001}), 5, options));
+  const Dataset world = make_world(Perspective({900, 900, 651, 392, -0.001}), 5, options);
+  const Calibration best = calibrate(world);
+  EXPECT_EQ(best.model, "radial1");
+  CalibrateOptions tolerant;
+  tolerant.tolerance_px = 0.1;
+  const Calibration c = calibrate(world, tolerant);
   EXPECT_EQ(c.model, "f+c");
   EXPECT_LT(step_of(c, "radial1").bic, step_of(c, "f+c").bic - 10);
   EXPECT_FALSE(step_of(c, "radial1").taken);
+  EXPECT_GT(step_of(c, "radial1").weight, 0.1);
   EXPECT_LT(step_of(c, "f+c").difference_px.value(), 0.1);
   EXPECT_GT(step_of(c, "f+c").difference_px.value(), 0.0);
+  EXPECT_GT(c.sigmas[0], best.sigmas[0]);
+  EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 4 * c.sigmas[0]);
+  // Over the whole image: the coefficient that is left out is within what is claimed.
+  const ProjectionUncertainty& at_infinity = c.projection.front();
+  const auto d = lens_difference(world.truth->camera, *c.camera, c.seen.samples(), kInfinitelyFar);
+  ASSERT_TRUE(d.has_value());
+  for (int row = 0; row < at_infinity.grid.rows; ++row)
+    for (int column = 0; column < at_infinity.grid.columns; ++column)
+      EXPECT_LT(std::hypot(d->u_px(row, column), d->v_px(row, column)),
+                5 * std::sqrt(2) * at_infinity.sigma_px(row, column));
+  tolerant.model = "f";
+  EXPECT_THROW(calibrate(world, tolerant), Error);
 }
 
 TEST(Selection, ALongLensFarAwayIsWeak) {
@@ -113,19 +142,23 @@ TEST(Selection, AFocalLengthThatIsKnownIsNotRefused) {
   }
 }
 
-TEST(Selection, WhatIsNeededAndNotHeldIsSaid) {
-  // One view of a lens whose centre is far off: f alone does not explain it, f+c is not held.
+// One view of a lens whose centre is far off: f alone does not explain it, f+c is not determined. A
+// model that does not explain the corners refuses none that does.
+TEST(Selection, OnlyAModelThatExplainsTheCornersRefuses) {
   WorldOptions options;
   options.num_views = 1;
   options.min_tilt_deg = 30;
   options.sigma_px = 0.05;
-  for (int seed = 1; seed <= 5; ++seed) {
+  for (int seed = 1; seed <= 10; ++seed) {
     const Calibration c =
         calibrate(make_world(Perspective({900, 900, 700, 340, -0.2}), seed, options));
-    EXPECT_EQ(c.status, Status::not_observable) << seed << " " << c.model;
-    EXPECT_FALSE(c.warnings.empty());
-    EXPECT_TRUE(c.projection.empty());
-    EXPECT_FALSE(c.halves.has_value());
+    if (!is_answer(c.status)) {
+      EXPECT_FALSE(c.warnings.empty());
+      EXPECT_TRUE(c.projection.empty());
+      EXPECT_FALSE(c.halves.has_value());
+      continue;
+    }
+    EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 5 * c.sigmas[0]) << seed << c.model;
   }
 }
 

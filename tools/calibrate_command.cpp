@@ -2,9 +2,12 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "arguments.hpp"
 #include "calibrate_many.hpp"
@@ -24,8 +27,11 @@ namespace {
 struct Arguments {
   CalibrationJob job;
   std::string out;
-  std::string uncertainty;  // a picture
-  double near_m = 0;        // 0: the corners' median
+  std::string uncertainty;         // a picture
+  double near_m = 0;               // 0: the corners' median
+  std::string start;               // a camera's file
+  std::vector<std::string> fixed;  // NAME=VALUE
+  bool keep_all = false;
   bool json = false;
 };
 
@@ -87,9 +93,35 @@ bool are_data_sets(const InputArguments& input) {
              input.inputs, [](const auto& path) { return std::filesystem::is_regular_file(path); });
 }
 
+std::map<std::string, double> fixed_values(const std::vector<std::string>& texts) {
+  std::map<std::string, double> values;
+  for (const std::string& text : texts) {
+    const std::size_t sign = text.find('=');
+    const std::string number = sign == std::string::npos ? "" : text.substr(sign + 1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    if (sign == 0 || error != std::errc() || end != number.data() + number.size())
+      throw Error(fmt::format("--fix: must be NAME=VALUE, got {}", text));
+    const std::string name = text.substr(0, sign);
+    if (!values.emplace(name, value).second)
+      throw Error(fmt::format("--fix: {} is given twice", name));
+  }
+  return values;
+}
+
+// What the user states instead of having it found.
+void overrule(const Arguments& arguments, CalibrateOptions& options) {
+  options.reject_outliers = !arguments.keep_all;
+  options.fixed = fixed_values(arguments.fixed);
+  if (arguments.start.empty()) return;
+  if (options.start_focal_px > 0) throw Error("--start, --focal: one of the two");
+  options.start = read_calibration(arguments.start).camera;
+}
+
 int run(const Arguments& given) {
   Arguments arguments = given;
   CalibrateOptions& options = arguments.job.options;
+  overrule(arguments, options);
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
   check_options(options);  // before any work
   const bool several = are_data_sets(arguments.job.input);
@@ -131,6 +163,22 @@ Command add_calibrate(CLI::App& app) {
   add_positive(*command, "--distance", arguments->near_m,
                "in metres, at which the uncertainty is given beside infinity; without it, the "
                "corners' median");
+  command->add_flag("--keep-all", arguments->keep_all,
+                    "reject no corner and no view, but those that repeat another");
+  command
+      ->add_option("--start", arguments->start,
+                   "a camera to start from, instead of a search: a calibration, ours or OpenCV's")
+      ->option_text("C.yaml");
+  add_positive(*command, "--focal", arguments->job.options.start_focal_px,
+               "a focal length in pixels to start from, instead of a search");
+  command
+      ->add_option("--fix", arguments->fixed,
+                   "parameters that are held, taken as exact: f, fx, fy, cx, cy, and with --model "
+                   "k1, k2, .. (cx=319.5,k3=0)")
+      ->delimiter(',')
+      ->option_text("NAME=VALUE,..")
+      ->allow_extra_args(false)  // the data set after it is none
+      ->take_all();
   command->add_flag("--board-warp", arguments->job.options.board_warp,
                     "let the board be bent, by two parameters; needs one flat board");
   command->add_flag("--refine-corners", arguments->job.refine_corners,

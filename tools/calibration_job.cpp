@@ -23,6 +23,7 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
 CalibrationAnswer run_job(const CalibrationJob& job) {
   const Stopwatch watch;
   Input input = read_input(job.input);
+  if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
   need_views(input, job.threads, job.shows_progress);
   CalibrationAnswer answer;
   answer.seconds.read = watch.seconds();

@@ -172,6 +172,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"model", calibration.model.empty() ? Json() : Json(calibration.model)},
                {"camera", camera_json(calibration, &Shown::value)},
                {"sigma", camera_json(calibration, &Shown::sigma)},
+               {"fixed", calibration.fixed},
                {"rms_px", known ? Json(calibration.rms_px) : Json()},
                {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
                {"sigma_of_corners", calibration.sigma_of_corners},

@@ -21,6 +21,13 @@ std::string parameter_line(const Shown& p) {
   return text + (std::isfinite(p.sigma) ? fmt::format(" +- {:.6f}\n", p.sigma) : " +- not known\n");
 }
 
+std::string fixed_text(const std::map<std::string, double>& fixed) {
+  std::string text;
+  for (const auto& [name, value] : fixed)
+    text += fmt::format("{}{} {:g}", text.empty() ? "" : ", ", name, value);
+  return text.empty() ? "" : fmt::format("fixed      {}: held as asked, taken as exact\n", text);
+}
+
 // Of model weak, what stands for the focal length.
 std::string scales_text(const Calibration& calibration) {
   std::vector<double> scales;
@@ -101,6 +108,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
                         chosen ? " (chosen, see the ladder)" : "");
     const std::vector<Shown> shown = shown_parameters(calibration);
     for (std::size_t i = 0; i < num_shown(calibration); ++i) text += parameter_line(shown[i]);
+    text += fixed_text(calibration.fixed);
     text += fmt::format("rms        {:.4f} px over {} corners in {} views\n", calibration.rms_px,
                         calibration.num_corners, calibration.views.size());
     text += fmt::format("noise      {}\n", noise_text(calibration));

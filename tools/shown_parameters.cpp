@@ -21,7 +21,8 @@ bool is_free(const Model& model, int lens_parameter) {
 std::vector<Shown> shown_parameters(const Calibration& calibration) {
   const Lens& lens = calibration.camera->lens;
   const std::span<const double> values = parameters(lens);
-  const Model& model = Model::named(calibration.model);
+  const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
+  const Model& model = models.named(calibration.model);
   const bool parallel = std::holds_alternative<Parallel>(lens);
   std::vector<Shown> shown;
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,8 +20,11 @@ struct FreeParameter {
   std::vector<int> lens_parameters;
 };
 
+class HeldModels;
+
 // A rung of the ladder of models: a lens and the set of its parameters that are free. Held are the
-// others: the principal point at the centre of the image, the distortion at zero.
+// others: the principal point at the centre of the image, the distortion at zero, or where
+// HeldModels says.
 class Model {
  public:
   // Throws Error, with the known names, for an unknown one.
@@ -30,6 +34,11 @@ class Model {
   static std::span<const Model> all();
 
   Model(std::string_view name, LensType lens_type, std::vector<FreeParameter> free);
+
+  // The model of another name that holds the same values as this one (`named`, where it holds
+  // none), and all of them (`all`).
+  const Model& sibling(std::string_view name) const;
+  std::vector<const Model*> siblings() const;
 
   std::string_view name() const { return name_; }
   LensType lens_type() const { return lens_type_; }
@@ -43,10 +52,39 @@ class Model {
   // The free parameters of a lens of this type; tied ones (fx, fy) by their mean.
   std::vector<double> free_values(const Lens& lens) const;
 
+  // Lens parameters (by index) that are held at values of their own.
+  const std::map<int, double>& held() const { return held_; }
+
  private:
+  friend class HeldModels;
+
   std::string_view name_;
   LensType lens_type_;
   std::vector<FreeParameter> free_;
+  std::map<int, double> held_;
+  const HeldModels* siblings_ = nullptr;
+};
+
+// The ladder of models with some parameters held at given values. Each model loses the free
+// parameters that set one of them: of models with square pixels (one `f`), holding fx holds fy,
+// too, and at the same value unless that is given.
+class HeldModels {
+ public:
+  // `values` by the lens' names (fx, fy, cx, cy, k1, ..), f for fx and fy. Distortion is held in
+  // the models of `lens_type` only: the coefficients of others are others. Throws Error for a name
+  // that no lens of the type has, or a value that is none (not finite; a focal length <= 0).
+  HeldModels(const std::map<std::string, double>& values, LensType lens_type);
+  HeldModels(const HeldModels&) = delete;
+  HeldModels& operator=(const HeldModels&) = delete;
+
+  // The model of that name, or the next larger one with its lens that has something free, if there
+  // is one. Throws Error as Model::named does.
+  const Model& named(std::string_view name) const;
+  // Those that have something free (and weak), without those that are alike a smaller one.
+  std::vector<const Model*> all() const;
+
+ private:
+  std::vector<Model> models_;
 };
 
 }  // namespace tagcal

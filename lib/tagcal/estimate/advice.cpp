@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include "tagcal/estimate/observability.hpp"
@@ -119,6 +120,7 @@ std::optional<ViewProblem> seen_of(const BoardPoints& board, const Camera& camer
 
 // The state that a new view is to improve.
 struct Known {
+  std::shared_ptr<const HeldModels> models;  // that the model is one of, where it holds values
   const Model* model = nullptr;
   Camera camera;
   MatrixXd information;
@@ -144,7 +146,8 @@ std::optional<Known> known_of(const Calibration& c, const BoardPoints& board) {
   known.camera = *c.camera;
   known.sigma_px = noise_to_expect(c);
   if (is_answer(c.status) && c.covariance.size() > 0) {
-    known.model = &Model::named(c.model);
+    known.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).lens_type());
+    known.model = &known.models->named(c.model);
     const auto information = exact_inverse(c.covariance);
     if (!information) return std::nullopt;
     known.information = *information;

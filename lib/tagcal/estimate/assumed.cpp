@@ -41,7 +41,7 @@ double worst_corner_px(const UncertainLens& lens, const ImageSize& size,
 }  // namespace
 
 std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
-  if (solved.model->name() != "f") return std::nullopt;
+  if (solved.model->name() != "f" || !solved.model->held().empty()) return std::nullopt;
   const Bundle open = with_model(solved, Model::named("f+c"));
   const auto information = bundle_information(open);
   if (!information) return std::nullopt;
@@ -82,7 +82,7 @@ std::optional<std::string> extrapolated_corners(const Bundle& solved, double sig
         own_px);
     return text;
   }
-  const Model& usual = Model::named("opencv5");
+  const Model& usual = lens.model->sibling("opencv5");
   if (lens.model->lens_type() != LensType::perspective ||
       lens.model->num_free() >= usual.num_free())
     return std::nullopt;

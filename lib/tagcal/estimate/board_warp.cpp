@@ -24,9 +24,9 @@ void bend(ViewProblem& view, const FlatBoard& board, const Vector2d& bend_m) {
 std::optional<CalibrationFit> largest_fit(const CalibrationInput& input,
                                           const CalibrateOptions& options) {
   if (!options.model.empty() && options.model != "auto")
-    return fit_model(Model::named(options.model), input, options);
-  auto perspective = fit_model(Model::named("opencv5"), input, options);
-  auto fisheye = fit_model(Model::named("fisheye4"), input, options);
+    return fit_model(input.models->named(options.model), input, options);
+  auto perspective = fit_model(input.models->named("opencv5"), input, options);
+  auto fisheye = fit_model(input.models->named("fisheye4"), input, options);
   if (!perspective || !fisheye) return perspective ? perspective : fisheye;
   const auto per_corner = [](const CalibrationFit& fit) {
     return fit.summary.cost / std::max(1, fit.num_inliers());

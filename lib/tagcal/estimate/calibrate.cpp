@@ -6,6 +6,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/doubt.hpp"
+#include "tagcal/estimate/fixed_options.hpp"
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/misfit.hpp"
 #include "tagcal/estimate/model_error.hpp"
@@ -52,7 +53,8 @@ constexpr double kShareOfLargerLens = 0.1;
 // have one direction on it. (Not where a larger lens explains more of them.)
 void check_target(Calibration& c, const CalibrationInput& input, const Bundle& solved,
                   const FlatBoard* board) {
-  if (!is_answer(c.status)) return;
+  // A wrong target may be why the residuals refuse a focal length.
+  if (!is_answer(c.status) && c.status != Status::focal_not_observable) return;
   const auto error = target_error(input, c, board);
   if (!error) return;
   const auto larger = larger_lens(solved, c.sigma_px);
@@ -95,7 +97,7 @@ std::optional<CalibrationFit> fit_with_model_error(const Model& model, Calibrati
 bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
                          const CalibrateOptions& options) {
   if (leave_out_what_stands_out(input, chosen, options)) return true;
-  const Model& usual = Model::named("opencv5");
+  const Model& usual = input.models->named("opencv5");
   const bool large = chosen.bundle.model->num_free() > usual.num_free() ||
                      chosen.bundle.model->lens_type() == LensType::fisheye;
   if (!large && 50 * chosen.num_inliers() > 49 * chosen.num_corners) return false;
@@ -117,6 +119,7 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
   if (!choice) return without_answer(input, "");
   Calibration c = choice->weak ? calibrate_weak(input, options)
                                : report(choice->fit, options, board, choice->supported);
+  if (!choice->weak) check_target(c, input, choice->fit.bundle, board);
   if (!choice->weak && c.status == Status::focal_not_observable) {
     // At the very bound, where the noise of all corners is not that of the ladder.
     choice->status = c.status;
@@ -127,7 +130,6 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
     withdraw(c, choice->status);
     c.warnings.push_back(choice->reason);
   }
-  if (c.model != "weak") check_target(c, input, choice->fit.bundle, board);
   c.steps = choice->steps;
   c.bic = choice->fit.bic;
   return c;
@@ -140,8 +142,8 @@ std::optional<CalibrationFit> fit_from_other_starts(const CalibrationFit& fit, c
                                                     const CalibrationInput& input,
                                                     const CalibrateOptions& options) {
   std::vector<CalibrationFit> starts = {fit};
-  if (auto fisheye = fit_model(Model::named("fisheye4"), input, options)) {
-    fisheye->bundle = with_model(fisheye->bundle, Model::named("f"));
+  if (auto fisheye = fit_model(model.sibling("fisheye4"), input, options)) {
+    fisheye->bundle = with_model(fisheye->bundle, model.sibling("f"));
     if (solve(fisheye->bundle, options.max_iterations).converged)
       starts.push_back(std::move(*fisheye));
   }
@@ -201,7 +203,7 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
                             const FlatBoard* board) {
   Calibration c = is_auto(options)
                       ? calibrate_auto(input, options, board)
-                      : calibrate_model(Model::named(options.model), input, options, board);
+                      : calibrate_model(input.models->named(options.model), input, options, board);
   c.model_error_px = input.model_error_px;
   c.outliers.insert(c.outliers.end(), input.dropped.begin(), input.dropped.end());
   return c;
@@ -231,6 +233,8 @@ Calibration calibrate_bent(const CalibrationInput& flat, const CalibrateOptions&
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
+  check_start(options);
+  check_fixed(options);
   if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
     throw Error("board_warp: model weak holds no perspective that would show a bent board");
   if (!(options.tolerance_px >= 0))
@@ -244,9 +248,11 @@ void check_options(const CalibrateOptions& options) {
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   const auto begin = Clock::now();
   check_options(options);
+  if (options.start && options.start->image_size != dataset.image_size)
+    throw Error("start: must have the image size of the data set");
   const std::optional<FlatBoard> board = flat_board(dataset);
   if (options.board_warp && !board) throw Error("board_warp: needs one board, and a flat one");
-  CalibrationInput input = calibration_input(dataset, options.sigma_px > 0);
+  CalibrationInput input = calibration_input(dataset, options);
   Calibration result = options.board_warp
                            ? calibrate_bent(input, options, *board)
                            : calibrate_input(input, options, board ? &*board : nullptr);

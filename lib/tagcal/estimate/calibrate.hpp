@@ -19,7 +19,14 @@ struct CalibrateOptions {
   // Noise per coordinate; 0: each corner's own covariance where at least half of them have one (and
   // 0.5 px for the others), with what residuals hold beyond it; else estimated from the residuals.
   double sigma_px = 0;
-  bool reject_outliers = true;
+  bool reject_outliers = true;  // false: all views and corners take part, but for repeated views
+  // Where the solver starts, instead of a search: a camera of the data set's image size (its lens
+  // is the start for models of that kind), or a focal length, > 0 where it is known.
+  std::optional<Camera> start;
+  double start_focal_px = 0;
+  // Lens parameters that are held at these values, by name: fx, fy, cx, cy, k1, ..; f is fx and fy
+  // (HeldModels). Distortion needs a model by its name.
+  std::map<std::string, double> fixed;
   // `auto` takes the smallest model whose projection differs from that of the best one by at most
   // this (RMS over the seen region); the difference counts in every standard deviation. >= 0.
   double tolerance_px = 0;
@@ -109,6 +116,7 @@ struct Calibration {
   // (ModelStep::weight).
   MatrixX covariance;
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
+  std::map<std::string, double> fixed;  // lens parameters that were held as asked, and their values
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
   SeenRegion seen;                                // where in the image the corners were
   std::optional<BoardWarp> board_warp;            // where it was asked for
@@ -135,15 +143,17 @@ struct Calibration {
 };
 
 // Throws Error for what `calibrate` refuses whatever the data set: a model that is not known, a
-// board that `weak` should bend, a distance that is not positive, or a tolerance that is negative
-// or without `auto`.
+// board that `weak` should bend, a distance that is not positive, a tolerance that is negative or
+// without `auto`, a parameter to hold that the model does not have, a start of another kind of
+// lens.
 void check_options(const CalibrateOptions& options);
 
 // Camera and all poses from the observations of one data set: closed-form start on consensus,
 // maximum likelihood by Ceres, corners beyond 5 sigma rejected and the rest solved again,
 // covariance from the exact inverse of the information. Model `weak` asked for by its name is an
 // answer (ok): a scaled orthographic pose for each view, and no focal length. Throws Error as
-// `check_options` does, and for a board_warp of anything but one flat board.
+// `check_options` does, for a board_warp of anything but one flat board, and for a start of another
+// image size.
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options = {});
 
 }  // namespace tagcal

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "tagcal/estimate/corner_noise.hpp"
+#include "tagcal/estimate/fixed_options.hpp"
 #include "tagcal/estimate/point_spread.hpp"
 #include "tagcal/estimate/pose_problem.hpp"
 #include "tagcal/estimate/wrong_views.hpp"
@@ -80,13 +81,14 @@ double sum_of_pixels(const CalibrationView& view) {
 
 }  // namespace
 
-CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
+CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options) {
   CalibrationInput input;
+  input.models = held_models(options);
   input.image_size = dataset.image_size;
   const auto points = world_points(dataset.boards);
   CornerNoise noise;
   for (const View& view : dataset.views) noise.add(view);
-  input.whitened = !sigma_stated && noise.counts();
+  input.whitened = options.sigma_px == 0 && noise.counts();
   if (input.whitened && noise.num_assumed() > 0)
     input.warnings.push_back(fmt::format(
         "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
@@ -108,7 +110,7 @@ CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated) {
                                input.views[twin->second].image);
       continue;
     }
-    if (leave_out_mirrored(prepared, input)) continue;
+    if (options.reject_outliers && leave_out_mirrored(prepared, input)) continue;
     twins.emplace(sum, input.views.size());
     input.views.push_back(std::move(prepared));
   }

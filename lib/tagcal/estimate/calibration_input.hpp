@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace tagcal {
 // on a line), mirrored ones and repeats are left out, and said in the warnings.
 struct CalibrationInput {
   ImageSize image_size;
+  std::shared_ptr<const HeldModels> models;  // that are fitted
   std::vector<CalibrationView> views;
   bool whitened = false;      // residuals are whitened by the corners' own covariances,
   double model_error_px = 0;  // with so much more noise per coordinate
@@ -19,7 +21,8 @@ struct CalibrationInput {
   std::vector<Outlier> dropped;  // corners of views that were taken out as wrong
 };
 // The corners' own covariances count where half of them and more have one (0.5 px of noise is
-// assumed for the rest) and no noise for all of them is stated.
-CalibrationInput calibration_input(const Dataset& dataset, bool sigma_stated);
+// assumed for the rest) and no noise for all of them is stated. Mirrored views stay where nothing
+// is to be rejected.
+CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options);
 
 }  // namespace tagcal

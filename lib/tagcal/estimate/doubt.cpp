@@ -27,7 +27,7 @@ Bundle some_views(const Bundle& bundle, std::size_t count) {
 // The same views with one focal length: from their poses, or from none where a fisheye has these
 // beyond what a plain lens sees. No value where such a lens has no poses for them.
 std::optional<Bundle> with_focal_length(const Bundle& bundle) {
-  const Model& model = Model::named("f");
+  const Model& model = bundle.model->sibling("f");
   Bundle plain = with_model(bundle, model);
   if (well_in_front(bundle)) return plain;
   std::vector<CalibrationView> views;
@@ -71,7 +71,7 @@ Asked ask(const Bundle& solved, double sigma, double most) {
     asked.refused = std::move(seen);
     return asked;
   }
-  const Model& plain = Model::named(solved.model->num_free() > 5 ? "pinhole" : "f+c");
+  const Model& plain = solved.model->sibling(solved.model->num_free() > 5 ? "pinhole" : "f+c");
   if (solved.model->num_free() <= plain.num_free()) return asked;
   state = with_model(*state, plain);
   asked.excess = solve(*state, kIterations).cost - cost;
@@ -83,14 +83,22 @@ Asked ask(const Bundle& solved, double sigma, double most) {
 }
 
 // How far the plain lens is from the solved one, in squared standard deviations of the parameters
-// that both have: these are the first.
+// that both have.
 double distance_square(const Bundle& plain, const Bundle& solved,
                        const Eigen::MatrixXd& covariance) {
-  const Eigen::Index k = plain.model->num_free();
-  const Eigen::VectorXd difference =
-      Eigen::Map<const Eigen::VectorXd>(plain.free_values.data(), k) -
-      Eigen::Map<const Eigen::VectorXd>(solved.free_values.data(), k);
-  const auto inverse = exact_inverse(covariance.topLeftCorner(k, k));
+  std::vector<Eigen::Index> common;  // among those of the solved one
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < plain.free_values.size(); ++i) {
+    for (std::size_t j = 0; j < solved.free_values.size(); ++j) {
+      if (plain.model->free()[i].lens_parameters[0] != solved.model->free()[j].lens_parameters[0])
+        continue;
+      common.push_back(static_cast<Eigen::Index>(j));
+      differences.push_back(plain.free_values[i] - solved.free_values[j]);
+    }
+  }
+  const Eigen::Map<const Eigen::VectorXd> difference(
+      differences.data(), static_cast<Eigen::Index>(differences.size()));
+  const auto inverse = exact_inverse(covariance(common, common));
   return inverse ? difference.dot(*inverse * difference) : 0;
 }
 
@@ -136,7 +144,7 @@ Bundle with_model(const Bundle& bundle, const Model& model) {
 }
 
 std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
-  const Model& usual = Model::named("opencv5");
+  const Model& usual = solved.model->sibling("opencv5");
   if (solved.model->lens_type() != LensType::perspective ||
       solved.model->num_free() >= usual.num_free())
     return std::nullopt;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/fixed_options.hpp"
 #include "tagcal/estimate/observability.hpp"
 
 namespace tagcal {
@@ -221,7 +222,7 @@ double CalibrationFit::truncated_misfit(double sigma) const {
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options) {
   const auto begin = Clock::now();
-  const auto start = find_start(model, input.image_size, input.views, options.num_threads);
+  const auto start = find_start(model, input.image_size, input.views, start_options(options));
   if (!start) return std::nullopt;
   CalibrationFit fit;
   fit.bundle = Bundle{&model, input.image_size, start->free_values, {}, {}};

@@ -73,7 +73,8 @@ void pass_up_refusals(std::vector<Rung>& rungs) {
   for (Rung& rung : rungs) {
     const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
     for (const Rung* smaller : refused) {
-      const bool plain = smaller->model().num_free() <= Model::named("pinhole").num_free();
+      const bool plain =
+          smaller->model().num_free() <= smaller->model().sibling("pinhole").num_free();
       if (rung.seen.status != Status::ok || smaller->bic > rung.bic || (is_fisheye && !plain))
         continue;
       rung.seen.status = smaller->seen.status;
@@ -89,9 +90,9 @@ std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations
   std::vector<Rung> rungs;
   Bundle below = from;
   double lowest = kInfinity;
-  for (const Model& model : Model::all()) {
-    if (model.lens_type() != LensType::perspective || model.num_free() > top.num_free()) continue;
-    rungs.push_back(rung_from(below, model, max_iterations));
+  for (const Model* model : from.model->siblings()) {
+    if (model->lens_type() != LensType::perspective || model->num_free() > top.num_free()) continue;
+    rungs.push_back(rung_from(below, *model, max_iterations));
     const Rung& rung = rungs.back();
     if (!rung.summary.converged || rung.summary.cost >= lowest) continue;
     lowest = rung.summary.cost;
@@ -113,7 +114,8 @@ Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fis
                     const CalibrateOptions& options) {
   Ladder ladder;
   if (perspective)
-    ladder.rungs = climb(perspective->bundle, Model::named("opencv8"), options.max_iterations);
+    ladder.rungs = climb(perspective->bundle, perspective->bundle.model->sibling("opencv8"),
+                         options.max_iterations);
   if (fisheye) ladder.rungs.push_back({fisheye->bundle, fisheye->summary, {}, 0, kInfinity});
   const CalibrationFit& any = perspective ? *perspective : *fisheye;
   ladder.num_residuals = 2 * any.num_corners;

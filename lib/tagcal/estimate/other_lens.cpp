@@ -27,7 +27,7 @@ bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
 std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& model,
                                        const CalibrationInput& input,
                                        const CalibrateOptions& options) {
-  Bundle bundle = with_model(fit.bundle, Model::named("f"));
+  Bundle bundle = with_model(fit.bundle, fit.bundle.model->sibling("f"));
   if (model.lens_type() == LensType::perspective) solve(bundle, kIterations);
   bundle = with_model(bundle, model);
   if (!solve(bundle, kIterations).converged) return std::nullopt;
@@ -43,6 +43,7 @@ std::optional<LensQuestion> question_of_lens(const CalibrationFit& fit,
   const std::size_t n = input.views.size(), count = std::min(n, kMostViews);
   LensQuestion question{fit, {}, count == n};
   question.input.image_size = input.image_size;
+  question.input.models = input.models;
   question.input.whitened = input.whitened;
   question.input.model_error_px = input.model_error_px;
   for (std::size_t i = 0; i < count; ++i)  // evenly spread
@@ -56,7 +57,7 @@ std::optional<std::string> better_other_lens(const LensQuestion& question,
   if (!question.all_views) own = refit(question.fit.bundle, question.fit, question.input, options);
   if (!own) return std::nullopt;
   const bool is_fisheye = own->bundle.model->lens_type() == LensType::fisheye;
-  const Model& model = Model::named(is_fisheye ? "opencv5" : "fisheye4");
+  const Model& model = own->bundle.model->sibling(is_fisheye ? "opencv5" : "fisheye4");
   const auto other = fit_from(*own, model, question.input, options);
   if (!other) return std::nullopt;
   const double least = other->truncated_misfit(sigma);

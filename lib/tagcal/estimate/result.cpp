@@ -218,6 +218,8 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   const Model& model = *fit.bundle.model;
   c.model = model.name();
   c.camera = Camera{fit.bundle.lens(), fit.bundle.image_size};
+  for (const auto& [k, value] : model.held())
+    c.fixed.emplace(parameter_names(c.camera->lens)[static_cast<std::size_t>(k)], value);
   c.outliers = fit.outliers;
   c.warnings = fit.warnings;
   c.num_iterations = fit.num_iterations;

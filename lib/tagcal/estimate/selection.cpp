@@ -206,7 +206,7 @@ CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
   std::erase_if(generous.outliers,
                 [&](const Outlier& o) { return o.residual_px < kGrosslyWrongSigmas * sigma; });
   Bundle rational = fit.bundle;
-  rational.model = &Model::named("opencv8");
+  rational.model = &input.models->named("opencv8");
   rational.free_values = rational.model->free_values(fit.bundle.lens());
   std::optional<CalibrationFit> more = refit(rational, generous, input, options);
   const bool better = more && more->num_inliers() > fit.num_inliers() &&
@@ -218,7 +218,7 @@ CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
 // where the largest is more than the data hold and the smallest explains as many.
 std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
                                               const CalibrateOptions& options) {
-  std::optional<CalibrationFit> large = fit_model(Model::named("opencv5"), input, options);
+  std::optional<CalibrationFit> large = fit_model(input.models->named("opencv5"), input, options);
   if (large && large->summary.converged) {
     const int freedom = std::max(1, degrees_of_freedom(large->bundle));
     const double sigma = std::sqrt(large->summary.cost / freedom);
@@ -226,7 +226,7 @@ std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
       return with_rational_corners(*large, sigma, input, options);
     }
   }
-  std::optional<CalibrationFit> small = fit_model(Model::named("f"), input, options);
+  std::optional<CalibrationFit> small = fit_model(input.models->named("f"), input, options);
   if (!small) return large;
   if (large && 20 * small->num_inliers() < 19 * large->num_inliers()) return large;
   return small;
@@ -238,7 +238,7 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options) {
   const auto begin = Clock::now();
   const auto perspective = fit_perspective(input, options);
-  const auto fisheye = fit_model(Model::named("fisheye4"), input, options);
+  const auto fisheye = fit_model(input.models->named("fisheye4"), input, options);
   if (!perspective && !fisheye) return std::nullopt;
   const Ladder ladder =
       build_ladder(perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr, options);

@@ -22,11 +22,33 @@ using Eigen::Vector3d;
 constexpr std::size_t kMaxSearchViews = 8;  // that the focal length is searched on,
 constexpr std::size_t kEnoughPoints = 36;   // of each; a closed form needs no more
 
-// The model's lens without distortion, the principal point at the image centre.
+// The lens with what the model holds at its place.
+Lens as_held(const Model& model, const ImageSize& size, const Lens& lens) {
+  if (model.lens_type() == LensType::parallel) return lens;
+  return model.lens(model.free_values(lens), size).value_or(lens);
+}
+
+// The model's lens without distortion, the principal point at the image centre, but for what the
+// model holds elsewhere.
 Lens plain_lens(const Model& model, const ImageSize& size, double focal) {
   const Vector2d c = image_centre(size);
-  if (model.lens_type() == LensType::fisheye) return Fisheye({focal, focal, c.x(), c.y()});
-  return pinhole(focal, focal, c.x(), c.y());
+  const bool fisheye = model.lens_type() == LensType::fisheye;
+  const Lens plain = fisheye ? Lens(Fisheye({focal, focal, c.x(), c.y()}))
+                             : Lens(pinhole(focal, focal, c.x(), c.y()));
+  return model.held().empty() ? plain : as_held(model, size, plain);
+}
+
+bool is_kind(const Lens& lens, const Model& model) {
+  return model.lens_type() == LensType::fisheye ? std::holds_alternative<Fisheye>(lens)
+                                                : std::holds_alternative<Perspective>(lens);
+}
+
+// The start that was given, if there is one for the model.
+std::optional<Lens> known_lens(const Model& model, const ImageSize& size,
+                               const StartOptions& options) {
+  if (options.lens && is_kind(*options.lens, model)) return as_held(model, size, *options.lens);
+  if (options.focal_px > 0) return plain_lens(model, size, options.focal_px);
+  return std::nullopt;
 }
 
 // The seed of a view as points and rays, and which of them agree.
@@ -48,7 +70,7 @@ std::vector<Vector3d> rays_of(const std::vector<Correspondence>& correspondences
 }
 
 std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index, const Lens& lens,
-                                  std::vector<std::uint8_t>& inlier) {
+                                  std::vector<std::uint8_t>& inlier, bool keep_all = false) {
   std::vector<Correspondence> all;
   std::vector<Vector3d> points;
   for (const std::size_t i : view.seed) {
@@ -60,11 +82,11 @@ std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index
   if (spread.shape == PointShape::point || spread.shape == PointShape::line) return std::nullopt;
   for (Vector3d& p : points) p = spread.in_plane(p);
   const auto consensus = find_consensus(points, spread.shape, rays_of(all, lens));
-  if (!consensus) return std::nullopt;
+  if (!consensus && !keep_all) return std::nullopt;
   SeedView seed;
   seed.index = index;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!consensus->inlier[i]) continue;
+    if (consensus && !consensus->inlier[i]) continue;
     inlier[view.seed[i]] = 1;
     seed.problem.correspondences.push_back(all[i]);
     seed.points.push_back(all[i].point);
@@ -137,7 +159,7 @@ Lens search_lens(const Model& model, const ImageSize& size, const std::vector<Se
                  double nominal) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const double extent = std::max(size.width, size.height);
-  const Model& equidistant = Model::named("fisheye4");
+  const Model& equidistant = model.sibling("fisheye4");
   std::vector<Lens> candidates;
   for (double f = 0.15 * extent; f < (fisheye ? 3 : 15) * extent; f *= 1.3)
     candidates.push_back(plain_lens(model, size, f));
@@ -165,10 +187,18 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
                             const std::vector<std::optional<Pose>>& poses) {
   const auto p = parameters(plain);
   Perspective::Parameters result = {p[kFx], p[kFy], p[kCx], p[kCy]};
+  for (const auto& [k, value] : model.held()) result[static_cast<std::size_t>(k)] = value;
+  const std::vector<int> radial = {kK1, kK2, kK3};
+  const Vector3d held(result[kK1], result[kK2], result[kK3]);
   std::vector<int> free;
-  for (const int k : {int{kK1}, int{kK2}, int{kK3}})
-    for (const FreeParameter& parameter : model.free())
-      if (parameter.lens_parameters.front() == k) free.push_back(k);
+  std::vector<Eigen::Index> order;  // of the free ones among the radial
+  for (std::size_t i = 0; i < radial.size(); ++i) {
+    for (const FreeParameter& parameter : model.free()) {
+      if (parameter.lens_parameters.front() != radial[i]) continue;
+      free.push_back(radial[i]);
+      order.push_back(static_cast<Eigen::Index>(i));
+    }
+  }
   const auto n = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
@@ -180,15 +210,23 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
       const Vector2d at = x.hnormalized();
       const Vector2d px(p[kFx] * at.x(), p[kFy] * at.y());
       const double s = at.squaredNorm();
-      const Eigen::VectorXd powers = Vector3d(s, s * s, s * s * s).head(n);
+      const Vector3d all(s, s * s, s * s * s);
+      const Eigen::VectorXd powers = all(order);
       information += px.squaredNorm() * powers * powers.transpose();
-      gradient += px.dot(c.pixel - Vector2d(p[kCx], p[kCy]) - px) * powers;
+      gradient += px.dot(c.pixel - Vector2d(p[kCx], p[kCy]) - (1 + held.dot(all)) * px) * powers;
     }
   }
+  const Perspective plain_perspective(result);
   const Eigen::VectorXd k = information.ldlt().solve(gradient);
   for (Eigen::Index i = 0; i < n && k.allFinite(); ++i)
     result[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])] = k[i];
-  return Perspective(result);
+  const Perspective bent(result);
+  // A polynomial that folds among the points is no start for them.
+  for (const SeedView& seed : seeds)
+    for (const Correspondence& c : seed.problem.correspondences)
+      if (poses[seed.index] && !bent.in_domain(*poses[seed.index] * c.point))
+        return plain_perspective;
+  return bent;
 }
 
 std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
@@ -207,23 +245,24 @@ std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
 
 std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
                                            const std::vector<CalibrationView>& views,
-                                           std::size_t num_threads) {
+                                           const StartOptions& options) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const double nominal = std::max(size.width, size.height) * (fisheye ? 0.4 : 1.0);
-  const Lens nominal_lens = plain_lens(model, size, nominal);
+  const std::optional<Lens> known = known_lens(model, size, options);
+  const Lens nominal_lens = known ? *known : plain_lens(model, size, nominal);
   CalibrationStart start;
   start.camera_from_world.resize(views.size());
   start.inlier.resize(views.size());
   std::vector<std::optional<SeedView>> found(views.size());
-  parallel_for(views.size(), num_threads, [&](std::size_t i) {
-    found[i] = find_seed(views[i], i, nominal_lens, start.inlier[i]);
+  parallel_for(views.size(), options.num_threads, [&](std::size_t i) {
+    found[i] = find_seed(views[i], i, nominal_lens, start.inlier[i], options.keep_all);
   });
   std::vector<SeedView> seeds;
   for (std::optional<SeedView>& seed : found)
     if (seed) seeds.push_back(std::move(*seed));
   if (seeds.empty()) return std::nullopt;
-  const Lens lens = search_lens(model, size, largest(seeds), nominal);
-  parallel_for(seeds.size(), num_threads, [&](std::size_t i) {
+  const Lens lens = known ? *known : search_lens(model, size, largest(seeds), nominal);
+  parallel_for(seeds.size(), options.num_threads, [&](std::size_t i) {
     const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 4);
     if (pose) start.camera_from_world[seeds[i].index] = pose->camera_from_target;
   });

@@ -26,12 +26,20 @@ struct CalibrationStart {
   std::vector<std::vector<std::uint8_t>> inlier;
 };
 
+// What is known before, and by how many threads the rest is found.
+struct StartOptions {
+  const Lens* lens = nullptr;  // the start for models of its kind; it must outlive the call
+  double focal_px = 0;         // where no lens is the start: a focal length; 0: not known
+  bool keep_all = false;       // a view without a consensus starts by all of its corners
+  std::size_t num_threads = 1;
+};
+
 // Closed form on consensus: which corners of each view agree on one projective map, then the focal
-// length, of Zhang's closed form and a ladder of others, whose closed-form poses fit best. No value
-// where no view has a consensus.
+// length, unless it is known, of Zhang's closed form and a ladder of others, whose closed-form
+// poses fit best. No value where no view has a consensus.
 std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
                                            const std::vector<CalibrationView>& views,
-                                           std::size_t num_threads = 1);
+                                           const StartOptions& options = {});
 
 // The pose of one view for a known lens, from the corners that agree on one; no value where none
 // do.

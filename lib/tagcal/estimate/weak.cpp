@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/fixed_options.hpp"
 #include "tagcal/estimate/weak_perspective.hpp"
 
 namespace tagcal {
@@ -252,7 +253,8 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
 std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
   constexpr int kMaxRounds = 15;
   const auto begin = std::chrono::steady_clock::now();
-  const auto start = find_start(Model::named("f"), input.image_size, input.views);
+  const auto start =
+      find_start(input.models->named("f"), input.image_size, input.views, start_options(options));
   if (!start) return std::nullopt;
   const std::size_t n = input.views.size();
   Rounds rounds{input,

@@ -55,8 +55,16 @@ std::string camera_yaml(const Camera& camera, std::string_view model) {
          matrix_yaml("distortion_coefficients", row_of(distortion_of(camera.lens, model)));
 }
 
+std::string fixed_yaml(const std::map<std::string, double>& fixed) {
+  if (fixed.empty()) return "";
+  std::string values;
+  for (const auto& [name, value] : fixed)
+    values += fmt::format("{}{}: {}", values.empty() ? "" : ", ", name, value);
+  return fmt::format("fixed: {{ {} }}\n", values);
+}
+
 std::string uncertainty_yaml(const Calibration& calibration) {
-  std::string text;
+  std::string text = fixed_yaml(calibration.fixed);
   const bool weak = std::holds_alternative<Parallel>(calibration.camera->lens);
   if (!weak && !calibration.sigmas.empty()) {
     text += texts_yaml("parameter_names", parameter_names(calibration.camera->lens)) +
@@ -64,9 +72,9 @@ std::string uncertainty_yaml(const Calibration& calibration) {
   }
   if (calibration.covariance.size() > 0) {
     std::vector<std::string_view> names;
-    for (const FreeParameter& free : Model::named(calibration.model).free()) {
+    const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
+    for (const FreeParameter& free : models.named(calibration.model).free())
       names.push_back(free.name);
-    }
     text +=
         texts_yaml("covariance_names", names) + matrix_yaml("covariance", calibration.covariance);
   }
@@ -192,8 +200,15 @@ std::vector<double> read_distortion(const YamlValue& value, bool fisheye) {
   return k;
 }
 
+void read_fixed(const YamlValue& values, CalibrationFile& file) {
+  for (const std::string_view name : parameter_names(file.camera.lens))
+    if (const auto value = values.find(name))
+      file.fixed.emplace(name, name[0] == 'f' ? value->positive() : value->number());
+}
+
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
   const std::size_t num_parameters = parameters(file.camera.lens).size();
+  if (const auto fixed = top.find("fixed")) read_fixed(*fixed, file);
   if (const auto sigmas = top.find("sigmas")) {
     file.sigmas = read_row(*sigmas);
     if (file.sigmas.size() != num_parameters) {
@@ -207,7 +222,8 @@ void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
   if (const auto covariance = top.find("covariance")) {
     if (file.model.empty()) covariance->fail_plainly("needs the key model, which is missing");
     file.covariance = read_matrix(*covariance);
-    const int n = Model::named(file.model).num_free();
+    const HeldModels models(file.fixed, Model::named(file.model).lens_type());
+    const int n = models.named(file.model).num_free();
     if (file.covariance.rows() != n || file.covariance.cols() != n) {
       covariance->fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
                                            file.model, file.covariance.rows(),
@@ -246,6 +262,7 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
   const Model& holds_all = Model::named(fisheye ? "fisheye4" : "opencv8");
   CalibrationFile read{make_camera(numbers, model ? *model : holds_all, top),
                        model ? std::string(model->name()) : "",
+                       {},
                        {},
                        {},
                        {}};

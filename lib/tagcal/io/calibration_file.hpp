@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -11,7 +12,8 @@ namespace tagcal {
 // What a calibration file says of its camera; of others' files (OpenCV's own samples), the camera.
 struct CalibrationFile {
   Camera camera;
-  std::string model;           // "" where the file does not say
+  std::string model;                         // "" where the file does not say
+  std::map<std::string, double> fixed = {};  // lens parameters that were held as asked
   std::vector<double> sigmas;  // of the lens parameters, empty where the file does not say
   MatrixX covariance;          // of the free parameters, empty where the file does not say
   SeenRegion seen;             // where the corners were, empty where the file does not say
