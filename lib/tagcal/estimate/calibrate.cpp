@@ -52,14 +52,15 @@ constexpr double kShareOfLargerLens = 0.1;
 // A target that is wrong in every view fits itself, but for the residuals of its corners, which
 // have one direction on it. (Not where a larger lens explains more of them.)
 void check_target(Calibration& c, const CalibrationInput& input, const Bundle& solved,
-                  const FlatBoard* board) {
+                  const CalibrateOptions& options, const FlatBoard* board) {
   // A wrong target may be why the residuals refuse a focal length.
   if (!is_answer(c.status) && c.status != Status::focal_not_observable) return;
   const auto error = target_error(input, c, board);
   if (!error) return;
   const auto larger = larger_lens(solved, c.sigma_px);
   if (larger && larger->share > std::max(error->share, kShareOfLargerLens)) return;
-  if (error->gross) withdraw(c, Status::no_consensus);
+  // Who keeps all corners knows better.
+  if (error->gross && options.reject_outliers) withdraw(c, Status::no_consensus);
   // What else is warned of follows from it.
   c.warnings.insert(c.warnings.begin(), error->sentences.begin(), error->sentences.end());
 }
@@ -119,7 +120,7 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
   if (!choice) return without_answer(input, "");
   Calibration c = choice->weak ? calibrate_weak(input, options)
                                : report(choice->fit, options, board, choice->supported);
-  if (!choice->weak) check_target(c, input, choice->fit.bundle, board);
+  if (!choice->weak) check_target(c, input, choice->fit.bundle, options, board);
   if (!choice->weak && c.status == Status::focal_not_observable) {
     // At the very bound, where the noise of all corners is not that of the ladder.
     choice->status = c.status;
@@ -191,7 +192,7 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
   if (is_answer(c.status) && question)
     if (auto sentence = better_other_lens(*question, options, sigma_that_counts(c, options)))
       c.warnings.push_back(*sentence);
-  check_target(c, input, fit->bundle, board);
+  check_target(c, input, fit->bundle, options, board);
   return c;
 }
 

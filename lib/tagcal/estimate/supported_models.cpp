@@ -169,20 +169,17 @@ std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& c
 void add_model_uncertainty(BundleCovariance& covariance, const Bundle& chosen,
                            std::span<const std::string> images,
                            std::span<const SupportedModel> others) {
-  const double own = 1 - total_weight(others);
-  const MatrixXd parameters = covariance.parameters;
-  covariance.parameters *= own;
-  for (Matrix6& pose : covariance.poses) pose *= own;
+  const MatrixXd own = covariance.parameters;
+  const std::vector<Matrix6> poses = covariance.poses;
+  covariance.parameters *= 1 - total_weight(others);
+  for (const SupportedModel& other : others)
+    covariance.parameters += other.weight * second_moment(other, chosen, own);
   for (const SupportedModel& other : others) {
-    covariance.parameters += other.weight * second_moment(other, chosen, parameters);
-    const bool same_views = std::ranges::equal(other.images, images);
+    if (!std::ranges::equal(other.images, images)) continue;
     for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
-      if (!same_views) {
-        covariance.poses[v] /= std::max(1e-300, 1 - other.weight);
-        continue;
-      }
       const Vector6d d = minus(other.bundle.camera_from_target[v], chosen.camera_from_target[v]);
-      covariance.poses[v] += other.weight * (other.covariance.poses[v] + d * d.transpose());
+      const Matrix6 moment = other.covariance.poses[v] + d * d.transpose();
+      covariance.poses[v] += other.weight * (moment - poses[v]);
     }
   }
 }
