@@ -16,7 +16,7 @@ struct Diagnosis {
 constexpr Diagnosis kDiagnoses[] = {{"bent", "board bent by"},
                                     {"bent", "bent board better"},
                                     {"target", "the target is not as its file says"},
-                                    {"moved", "did it move"},
+                                    {"moved", "moved during the exposure"},
                                     {"view", "do not hang where they should"},
                                     {"view", "its corners do not agree"},
                                     {"view", "its tags are mirrored"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/doubt.hpp"
@@ -58,7 +59,8 @@ void check_target(Calibration& c, const CalibrationInput& input, const Bundle& s
   const auto larger = larger_lens(solved, c.sigma_px);
   if (larger && larger->share > std::max(error->share, kShareOfLargerLens)) return;
   if (error->gross) withdraw(c, Status::no_consensus);
-  c.warnings.insert(c.warnings.begin(), error->sentence);  // what else is warned of follows from it
+  // What else is warned of follows from it.
+  c.warnings.insert(c.warnings.begin(), error->sentences.begin(), error->sentences.end());
 }
 
 bool is_weak(const Model& model) { return model.lens_type() == LensType::parallel; }
@@ -132,6 +134,32 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
   return c;
 }
 
+// What stands at the fold of a lens, or does not explain the corners, may be a second minimum: the
+// models below, from the same poses and from those of a fisheye, lead to others. No value where
+// none explains the corners better.
+std::optional<CalibrationFit> fit_from_other_starts(const CalibrationFit& fit, const Model& model,
+                                                    const CalibrationInput& input,
+                                                    const CalibrateOptions& options) {
+  std::vector<CalibrationFit> starts = {fit};
+  if (auto fisheye = fit_model(input.models->named("fisheye4"), input, options)) {
+    fisheye->bundle = with_model(fisheye->bundle, input.models->named("f"));
+    if (solve(fisheye->bundle, options.max_iterations).converged)
+      starts.push_back(std::move(*fisheye));
+  }
+  const double sigma = std::sqrt(fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle)));
+  std::optional<CalibrationFit> best;
+  for (const CalibrationFit& start : starts) {
+    const std::vector<Rung> rungs = climb(start.bundle, model, options.max_iterations);
+    auto other = refit(rungs.back().bundle, start, input, options);
+    if (!other || !other->summary.converged) continue;
+    if (!best || other->truncated_misfit(sigma) < best->truncated_misfit(sigma))
+      best = std::move(other);
+  }
+  const bool is_better = best && (!fit.summary.converged ||
+                                  best->truncated_misfit(sigma) < fit.truncated_misfit(sigma));
+  return is_better ? best : std::nullopt;
+}
+
 Calibration calibrate_model(const Model& model, CalibrationInput& input,
                             const CalibrateOptions& options, const FlatBoard* board) {
   if (is_weak(model)) return calibrate_weak(input, options);
@@ -144,12 +172,13 @@ Calibration calibrate_model(const Model& model, CalibrationInput& input,
   if (!fit) return without_answer(input, std::string(model.name()));
   settle(fit->bundle, fit->summary, options.max_iterations);
   Calibration c = report(*fit, options, board);
-  if (c.status == Status::not_converged && model.lens_type() == LensType::perspective) {
-    const std::vector<Rung> rungs = climb(fit->bundle, model, options.max_iterations);
-    fit = refit(rungs.back().bundle, *fit, input, options);
-    if (!fit) return c;
-    settle(fit->bundle, fit->summary, options.max_iterations);
-    c = report(*fit, options, board);
+  const bool is_doubtful = c.status == Status::not_converged || c.variance_inflation > 1;
+  if (is_doubtful && model.lens_type() == LensType::perspective) {
+    if (auto other = fit_from_other_starts(*fit, model, input, options)) {
+      fit = std::move(other);
+      settle(fit->bundle, fit->summary, options.max_iterations);
+      c = report(*fit, options, board);
+    }
   }
   const std::optional<Observability> doubt =
       is_answer(c.status) ? doubt_of_plain_lens(fit->bundle, c.covariance, c.sigma_px)

@@ -111,7 +111,10 @@ struct Calibration {
   // No value without an estimate (degenerate, no_consensus). With a status that is no answer, the
   // lens is where the solver stood, for diagnosis only.
   std::optional<Camera> camera;
-  MatrixX covariance;          // of the model's free parameters, in their order; empty if singular
+  // Of the model's free parameters, in their order; empty if singular. Of `auto` it is
+  // unconditional: the other models that the data support count by their weights
+  // (ModelStep::weight).
+  MatrixX covariance;
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::map<std::string, double> fixed;  // lens parameters that were held as asked, and their values
   std::vector<ProjectionUncertainty> projection;  // per distance; empty without a covariance
@@ -126,6 +129,9 @@ struct Calibration {
   // Noise per coordinate beyond the corners' own covariances, as the residuals show it: what lens
   // and target are not as modelled.
   double model_error_px = 0;
+  // By which all variances grew, since residuals differ from place to place, or halves of the views
+  // by more than independent noise makes them.
+  double variance_inflation = 1;
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;
@@ -137,8 +143,9 @@ struct Calibration {
 };
 
 // Throws Error for what `calibrate` refuses whatever the data set: a model that is not known, a
-// board that `weak` should bend, a distance that is not positive, a parameter to hold that the
-// model does not have, a start of another kind of lens.
+// board that `weak` should bend, a distance that is not positive, a tolerance that is negative or
+// without `auto`, a parameter to hold that the model does not have, a start of another kind of
+// lens.
 void check_options(const CalibrateOptions& options);
 
 // Camera and all poses from the observations of one data set: closed-form start on consensus,

@@ -212,6 +212,13 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
 
 int CalibrationFit::num_inliers() const { return tagcal::num_corners(bundle); }
 
+double CalibrationFit::truncated_misfit(double sigma) const {
+  double sum = 0;
+  for (const double square : squares)
+    sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
+  return sum;
+}
+
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options) {
   const auto begin = Clock::now();

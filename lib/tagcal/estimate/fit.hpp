@@ -35,6 +35,8 @@ struct CalibrationFit {
   double solve_seconds = 0;
 
   int num_inliers() const;
+  // Squared residuals of all corners in units of a noise, each up to the rejection bound.
+  double truncated_misfit(double sigma) const;
 };
 
 // Starts, solves, leaves out what is further than five standard deviations from the answer, takes

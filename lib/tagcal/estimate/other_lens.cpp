@@ -34,14 +34,6 @@ std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& m
   return refit(bundle, fit, input, options);
 }
 
-// Squared residuals of all corners in units of the noise, each up to the bound of rejection.
-double misfit(const CalibrationFit& fit, double sigma) {
-  double sum = 0;
-  for (const double square : fit.squares)
-    sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
-  return sum;
-}
-
 }  // namespace
 
 std::optional<LensQuestion> question_of_lens(const CalibrationFit& fit,
@@ -68,12 +60,12 @@ std::optional<std::string> better_other_lens(const LensQuestion& question,
   const Model& model = own->bundle.model->sibling(is_fisheye ? "opencv5" : "fisheye4");
   const auto other = fit_from(*own, model, question.input, options);
   if (!other) return std::nullopt;
-  const double least = misfit(*other, sigma);
-  double squares = misfit(*own, sigma);
+  const double least = other->truncated_misfit(sigma);
+  double squares = own->truncated_misfit(sigma);
   if (squares - least < kChiSquare) return std::nullopt;
   // Corners that the own lens lost on its way do not speak for the other.
   const auto again = fit_from(*other, *own->bundle.model, question.input, options);
-  if (again) squares = std::min(squares, misfit(*again, sigma));
+  if (again) squares = std::min(squares, again->truncated_misfit(sigma));
   if (squares - least < kChiSquare) return std::nullopt;
   return "the model is too small: " + std::string(model.name()) + " would explain " +
          percent((squares - least) / squares) + " of the squares of its residuals";

@@ -18,6 +18,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kWorthAWord = 0.005;  // of a weight, as whole per cents say it
+
 void fill_sigmas(Calibration& c, const Model& model) {
   c.sigmas.assign(parameters(c.camera->lens).size(), 0.0);
   for (int i = 0; i < model.num_free(); ++i)
@@ -112,6 +114,42 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
                            " at infinity)");
 }
 
+// The parts of the image without corners, and under which assumption something is claimed there.
+void warn_of_extrapolation(Calibration& c, const Bundle& bundle, const UncertainLens& lens,
+                           std::span<const Eigen::Vector2d> samples,
+                           const CalibrateOptions& options,
+                           std::span<const SupportedModel> supported) {
+  const bool is_by_name = !options.model.empty() && options.model != "auto";
+  auto gaps = c.seen.gaps();
+  if (gaps && supported.empty())
+    *gaps += "; what is claimed there holds for a lens of model " + c.model;
+  if (gaps && !supported.empty()) {
+    std::vector<std::string> names = {c.model};
+    for (const SupportedModel& other : supported)
+      if (other.weight > kWorthAWord) names.emplace_back(other.bundle.model->name());
+    *gaps += "; what is claimed there holds for a lens of model " + listed(names);
+  }
+  if (!gaps && is_by_name && c.covariance.size() > 0)
+    gaps = extrapolated_corners(bundle, c.sigma_px, lens, samples);
+  if (gaps) c.warnings.push_back(std::move(*gaps));
+  if (!is_by_name) return;
+  if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
+}
+
+void warn_of_domain(Calibration& c) {
+  if (has_pole(*c.camera))
+    c.warnings.emplace_back(
+        "the distortion has a pole inside the image: undistorting programs tear the image there; "
+        "take model opencv5 or fisheye4");
+  const Eigen::MatrixXd& sigma_px = c.projection.front().sigma_px;
+  const auto silent = sigma_px.array().isNaN().count();
+  if (silent > 0)
+    c.warnings.push_back(
+        "the lens folds before the border of the image: no projection is claimed "
+        "at " +
+        std::to_string(silent) + " of " + std::to_string(sigma_px.size()) + " nodes");
+}
+
 // How well the lens is known over the image, and where it is not: all that needs a covariance.
 // `own`: the covariance of the model alone.
 void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen::MatrixXd& own,
@@ -122,11 +160,7 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen
   const UncertainLens lens{bundle.model, c.camera->lens, own};
   if (c.covariance.size() > 0) warn_of_weak_directions(c, lens, samples);
   if (!is_answer(c.status)) return;
-  if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
-  auto gaps = c.seen.gaps();
-  if (!gaps && c.covariance.size() > 0)
-    gaps = extrapolated_corners(bundle, c.sigma_px, lens, samples);
-  if (gaps) c.warnings.push_back(std::move(*gaps));
+  warn_of_extrapolation(c, bundle, lens, samples, options, supported);
   const double near_m = median_distance_m(bundle);
   std::vector<double> distances = options.distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, near_m};
@@ -134,6 +168,7 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
     add_model_uncertainty(c.projection.back(), *c.camera, supported, samples);
   }
+  warn_of_domain(c);
   warn_of_misfit(c, evidence);
 }
 
@@ -199,6 +234,7 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
     compare_residuals(c, evidence, options);
     judge_model_and_board(c, evidence, options);
     own = claim(seen, fit, evidence, supported, c.sigma_px);
+    c.variance_inflation = evidence.inflation();
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);
   }

@@ -196,14 +196,6 @@ void add_weight(ModelStep& step, double weight) {
   if (weight > kWorthAWord) step.sentence += "; counts " + percent(weight) + " in what is claimed";
 }
 
-// Squared residuals in units of the noise, each up to the rejection bound.
-double bounded_misfit(const CalibrationFit& fit, double sigma) {
-  double sum = 0;
-  for (const double square : fit.squares)
-    sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
-  return sum;
-}
-
 // Corners that only the rational lens reaches must not be lost to it: it gets a try at those which
 // the fit left out, but for the grossly wrong ones. Wrong corners that it bends to are no gain.
 CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
@@ -218,7 +210,7 @@ CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
   rational.free_values = rational.model->free_values(fit.bundle.lens());
   std::optional<CalibrationFit> more = refit(rational, generous, input, options);
   const bool better = more && more->num_inliers() > fit.num_inliers() &&
-                      bounded_misfit(*more, sigma) < bounded_misfit(fit, sigma);
+                      more->truncated_misfit(sigma) < fit.truncated_misfit(sigma);
   return better ? std::move(*more) : fit;
 }
 

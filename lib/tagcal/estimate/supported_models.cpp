@@ -15,6 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kLeastWeight = 1e-4;  // see the header
+// Of the image's diagonal: cameras have their principal points some per cent beside the centre.
+constexpr double kCentreSpread = 0.02;
 
 bool contains(const Model& larger, const Model& smaller) {
   if (larger.lens_type() != smaller.lens_type()) return false;
@@ -86,9 +88,21 @@ double total_weight(std::span<const SupportedModel> others) {
   return sum;
 }
 
-// A model that cannot be taken (the solver stopped at a fold, or there is a pole in the image) is
-// still one that the data may ask for: to first order about the largest model inside it that can be
-// taken. The step to its minimum counts as the difference.
+// The views say little of the principal point where they do not determine it, cameras more.
+void add_prior_of_centre(BundleInformation& information, const Bundle& bundle, double sigma) {
+  const double spread_px =
+      kCentreSpread * std::hypot(bundle.image_size.width, bundle.image_size.height);
+  const auto& free = bundle.model->free();
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const int k = free[i].lens_parameters.front();
+    const auto at = static_cast<Index>(i);
+    if (k == kCx || k == kCy) information.halves[0](at, at) += std::pow(sigma / spread_px, 2);
+  }
+}
+
+// A model that cannot be taken (the views do not determine it, the solver stopped at a fold, or
+// there is a pole in the image) is still one that may have made the data: to first order about the
+// largest model inside it that can be taken. The step to its minimum counts as the difference.
 std::optional<SupportedModel> linearised(const Ladder& ladder, const Rung& rung, double& misfit) {
   const Rung* base = nullptr;
   for (const Rung& other : ladder.rungs)
@@ -96,14 +110,17 @@ std::optional<SupportedModel> linearised(const Ladder& ladder, const Rung& rung,
   if (!base) return std::nullopt;
   const double sigma = ladder.whitened ? 1 : std::sqrt(ladder.noise_square);
   SupportedModel result{with_model(base->bundle, rung.model()), {}, {}, 0};
-  const auto information = bundle_information(result.bundle);
-  const Observability seen = observability(result.bundle, information, sigma);
-  if (seen.status != Status::ok || !information) return std::nullopt;
-  result.covariance = *seen.covariance;
+  auto information = bundle_information(result.bundle);
+  if (!information) return std::nullopt;
+  if (rung.seen.status != Status::ok) add_prior_of_centre(*information, result.bundle, sigma);
+  const auto covariance = covariance_of(*information, rung.model().num_free(), sigma);
+  if (!covariance) return std::nullopt;
+  result.covariance = *covariance;
   const VectorXd gradient =
       (information->gradients[0] + information->gradients[1]) / (sigma * sigma);
   const VectorXd step = result.covariance.parameters * gradient;
-  misfit = std::min(rung.misfit, base->misfit - gradient.dot(step));
+  misfit = base->misfit - gradient.dot(step);
+  if (rung.seen.status == Status::ok) misfit = std::min(misfit, rung.misfit);
   result.covariance.parameters += step * step.transpose();
   return result;
 }
@@ -112,8 +129,7 @@ std::optional<SupportedModel> as_supported(const Ladder& ladder, const Rung& run
   misfit = rung.misfit;
   if (rung.holds() && rung.seen.covariance)
     return SupportedModel{rung.bundle, {}, *rung.seen.covariance, 0};
-  const bool is_refused = rung.seen.status != Status::ok;
-  return is_refused ? std::nullopt : linearised(ladder, rung, misfit);
+  return linearised(ladder, rung, misfit);
 }
 
 }  // namespace

@@ -174,7 +174,8 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
       const auto& whitening = view.problem.whitening;
       Corner& corner = corners.at(view.ids[i], view.problem.correspondences[i].point);
       Sums& sums = out ? corner.outliers : corner.inliers;
-      sums.add(by_shift, residuals[i], whitening.empty() ? nullptr : &whitening[i]);
+      // Observed less projected, so that shifts are those of the target.
+      sums.add(by_shift, -residuals[i], whitening.empty() ? nullptr : &whitening[i]);
       total.count += !out;
     }
   }
@@ -286,13 +287,11 @@ std::string sentence_of(const std::vector<MisplacedTag>& tags) {
 }
 
 // All tags are of another size than the file says, beside their spacing.
-std::optional<TargetError> scale_error(const TagScale& scale, double variance) {
+void say_scale(const TagScale& scale, double variance, TargetError& error) {
   const double sigma = scale.sigma * std::sqrt(variance);
   if (!(std::abs(scale.change) > kNormalQuantile * sigma && scale.moved_px > kScaleSaidPx &&
         std::abs(scale.change) < kMostTagScale))
-    return std::nullopt;
-  TargetError error;
-  error.shift_px = scale.moved_px;
+    return;
   char text[250];
   std::snprintf(text, sizeof text,
                 "all tags look %.2g %% %s against their spacing than the target's file says "
@@ -300,8 +299,7 @@ std::optional<TargetError> scale_error(const TagScale& scale, double variance) {
                 "detector's; check tagSize and tagSpacing",
                 100 * std::abs(scale.change), scale.change < 0 ? "smaller" : "larger",
                 scale.moved_px);
-  error.sentence = text;
-  return error;
+  error.sentences.emplace_back(text);
 }
 
 }  // namespace
@@ -344,10 +342,11 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
     if (stands_out || (all && 2 * tag.mm() > tags[0].mm()))
       error.tags.push_back({tag.tag_id, tag.mm()});
   }
-  if (error.tags.empty()) return scale_error(scale, variance);
   error.gross = (all && error.share > kShareGross && error.shift_px > kGrossPx) ||
                 static_cast<double>(wrong) > kTagsGross * static_cast<double>(tags.size());
-  error.sentence = sentence_of(error.tags);
+  if (!error.tags.empty()) error.sentences.push_back(sentence_of(error.tags));
+  say_scale(scale, variance, error);
+  if (error.sentences.empty()) return std::nullopt;
   return error;
 }
 

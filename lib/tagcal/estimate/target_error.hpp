@@ -21,7 +21,7 @@ struct TargetError {
   double share = 0;     // of the squared residuals of the inliers, that a shift of each explains
   double shift_px = 0;  // RMS of that
   bool gross = false;   // no calibration against such a target is an answer
-  std::string sentence;
+  std::vector<std::string> sentences;
 };
 
 // Each corner of the target is given one shift, the same in all views (in the plane of `board`,

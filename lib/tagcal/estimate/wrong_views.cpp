@@ -14,8 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kManyTimes = 1.8;     // the median RMS
-constexpr double kSeveralTimes = 1.3;  // where the residuals go together
+constexpr double kSeveralTimes = 1.3;  // the median RMS
 constexpr std::size_t kFewestViews = 4;
 
 // A view as a fit sees it.
@@ -107,7 +106,6 @@ UsualView usual_view(const std::vector<FittedView>& views, double least_sigma) {
 
 bool stands_out(const FittedView& fitted, const CalibrationView& view, const Lens& lens,
                 const UsualView& usual) {
-  if (fitted.rms > kManyTimes * usual.rms) return true;
   if (fitted.rms > kSeveralTimes * usual.rms && goes_together(fitted, view, lens, true))
     return true;
   const double more_out = fitted.share_out() - usual.share_out;
@@ -169,7 +167,9 @@ void leave_out_view(CalibrationInput& input, const FittedView& fitted, const Len
   const auto residuals = residuals_px(at->problem.correspondences, lens, fitted.camera_from_world);
   for (std::size_t i = 0; i < residuals.size(); ++i) drop(input, *at, i, residuals[i]);
   input.warnings.push_back(
-      at->image + ": left out, its corners do not go with those of the other views: did it move?");
+      at->image +
+      ": left out, its residuals are larger than those of the other views and "
+      "correlated: camera or board moved during the exposure, or the board was bent");
   input.views.erase(at);
 }
 

@@ -10,11 +10,10 @@ bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input);
 
 // Views that a fit explains much worse than the others, corner by corner rejection notwithstanding,
 // as when the board moved during the exposure: they would bend the model. A view stands out
-//   - by an RMS of its inliers of 1.8 medians (or of the least noise that may be), or of 1.3 and
-//   residuals that go together
-//     (agreement.hpp), or
-//   - where 40 points of percent more of its largest board were rejected than usual, or 30 that do
-//     not scatter, but go together.
+//   - by an RMS of its inliers of 1.3 medians (or of the least noise that may be) and spatially
+//     correlated residuals (agreement.hpp): noise alone, however large, is no reason, or
+//   - where 40 points of percent more of its largest board were rejected than usual, or 30 with
+//     spatially correlated residuals.
 // Where more than a third of the views do so, it is not the views that are wrong. Of several boards
 // those are left out of a view that were rejected for the most part while the largest was not:
 // they do not hang where the data set says. What is left out stands in input.dropped with its
