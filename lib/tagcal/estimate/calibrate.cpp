@@ -143,8 +143,8 @@ std::optional<CalibrationFit> fit_from_other_starts(const CalibrationFit& fit, c
                                                     const CalibrationInput& input,
                                                     const CalibrateOptions& options) {
   std::vector<CalibrationFit> starts = {fit};
-  if (auto fisheye = fit_model(model.sibling("fisheye4"), input, options)) {
-    fisheye->bundle = with_model(fisheye->bundle, model.sibling("f"));
+  if (auto fisheye = fit_model(input.models->named("fisheye4"), input, options)) {
+    fisheye->bundle = with_model(fisheye->bundle, input.models->named("f"));
     if (solve(fisheye->bundle, options.max_iterations).converged)
       starts.push_back(std::move(*fisheye));
   }
