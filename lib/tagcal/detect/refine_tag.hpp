@@ -56,6 +56,9 @@ struct TagFitOptions {
   // and by paper so bright that it eats black, each. Corners are where they would be without. Zero:
   // not at all.
   double shift_sd_px = 0;
+  // Grey levels are light to this power, as cameras make it for screens: then the blur of a border
+  // is not symmetric.
+  double gamma = 1;
 };
 
 struct TagFit {

@@ -55,7 +55,7 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
       start_(start),
       scale_(region.scale),
       middle_(region.middle),
-      model_(region.grid, region.scale) {}
+      model_(region.grid, region.scale, options.gamma) {}
 
 // One step from the sums; false where it is not a number.
 bool TagFitter::step() {
