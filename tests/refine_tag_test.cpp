@@ -159,6 +159,7 @@ TEST(RefineTag, Profiles) {
   TagTable table{};
   table.per_unit = 1;
   table.gain = 1;
+  table.gamma = 1;
   for (TagAxis* axis : {&table.columns, &table.rows}) {
     std::fill(std::begin(axis->lines), std::end(axis->lines), TagLine{1, 0, -1e4F, 0, 1, {}});
     axis->count = 3;

@@ -130,10 +130,17 @@ SeenBoards BoardFinder::find(const Image8& image) {
   const bool small = image.width() * image.height() <= kMostPixelsDoubled;
   if (halves_ && small && shows_nothing(seen)) search(image, {{0, 0, image.size()}, -1}, seen);
   if (is_fitted_) {
-    for (std::size_t i = 0; i < boards_.size(); ++i) {
-      fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
-      drop_unfitted(seen.completions[i]);
-    }
+    std::vector<FoundTag*> tags;
+    for (Completion& completion : seen.completions)
+      for (FoundTag& tag : completion.tags) tags.push_back(&tag);
+    const auto fit_bent = [&] {
+      for (std::size_t i = 0; i < boards_.size(); ++i)
+        fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
+    };
+    fit_bent();
+    if (detector_.find_gamma(image, tags)) fit_bent();
+    detector_.forget_gamma();
+    for (Completion& completion : seen.completions) drop_unfitted(completion);
   }
   return seen;
 }

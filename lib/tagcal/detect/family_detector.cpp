@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/known_tag.hpp"
+#include "tagcal/detect/picture_gamma.hpp"
 #include "tagcal/detect/quad.hpp"
 
 namespace tagcal {
@@ -192,6 +193,24 @@ bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
   return fit(tag, image, camera_, false) || (camera_ && fit(tag, image, nullptr, false));
 }
 
+bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*>& tags) {
+  // First those that no bends beyond what is modelled disturb.
+  std::vector<const FoundTag*> order(tags.begin(), tags.end());
+  std::ranges::stable_partition(order, [](const FoundTag* tag) { return !tag->by_corner; });
+  std::vector<TagInPicture> fitted;
+  for (const FoundTag* tag : order) {
+    if (!tag->fitted) continue;
+    const bool is_rough = tag->rough_camera.has_value();
+    fitted.push_back({&wanted_.patterns.at(tag->id), tag->corners,
+                      is_rough ? &*tag->rough_camera : camera_, is_rough});
+  }
+  gamma_ = gamma_of_picture(image, std::move(fitted));
+  if (gamma_ == 1) return false;
+  for (FoundTag* tag : tags)
+    if (!fit(*tag, image)) tag->fitted = false;  // what it was without is not to be trusted
+  return true;
+}
+
 bool FamilyDetector::fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const {
   return fit(tag, image, &camera, true);
 }
@@ -200,13 +219,15 @@ bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const Camera* camer
                          bool is_rough) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fit = fit_known_tag(image, pattern->second, tag.corners, camera, is_rough);
+  const auto fit = fit_known_tag(image, pattern->second, tag.corners, {camera, is_rough, gamma_});
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;
   tag.fitted = true;
   tag.refined = true;
   tag.by_corner = fit->is_by_corner;
+  tag.rough_camera.reset();
+  if (is_rough) tag.rough_camera = *camera;
   return true;
 }
 

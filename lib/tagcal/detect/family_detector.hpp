@@ -29,8 +29,9 @@ struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
-  bool fitted = false;     // then the covariance of (x0, y0, x1, y1, ..) is known
-  bool by_corner = false;  // fitted corner by corner
+  bool fitted = false;                 // then the covariance of (x0, y0, x1, y1, ..) is known
+  bool by_corner = false;              // fitted corner by corner
+  std::optional<Camera> rough_camera;  // under which it was fitted, with bends
   Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
 };
 
@@ -66,6 +67,12 @@ class FamilyDetector {
   // found. Stock corners are made finer by their edges here.
   std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start);
 
+  // The gamma of a picture's grey levels from tags that were found, which are fitted again with it;
+  // it holds until the next call of this.
+  // False where it is 1, and nothing is fitted again.
+  bool find_gamma(const Image8& image, const std::vector<FoundTag*>& tags);
+  void forget_gamma() { gamma_ = 1; }
+
   // Fits a tag from its corners as they are, to 2 px, under a lens that is known roughly. False
   // where that fails: then the tag is as it was.
   bool fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const;
@@ -93,6 +100,7 @@ class FamilyDetector {
   int threads_;
   Refinement refinement_;
   const Camera* camera_;
+  double gamma_ = 1;
   std::vector<Pass> passes_;
   int num_quads_ = 0;
 };

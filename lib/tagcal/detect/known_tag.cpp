@@ -7,17 +7,19 @@
 namespace tagcal {
 
 std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& pattern,
-                                    const Quad& start, const Camera* camera, bool is_rough) {
-  constexpr double kMaxMove = 2;          // px
+                                    const Quad& start, const KnownTagOptions& known) {
+  constexpr double kMaxMove = 2;  // px
   // Ink spreads by up to about 0.15 px, and whites at 2.5 times the full exposure grow by 0.6 px.
   constexpr double kShiftSd = 0.1;
   constexpr double kMaxRoughMove = 0.04;  // of a side: a third of a cell
   TagFitOptions options;
-  options.camera = camera;
-  options.is_rough = is_rough;
+  options.camera = known.camera;
+  options.is_rough = known.is_rough;
+  options.gamma = known.gamma;
+  options.is_whole = known.is_whole;
   options.shift_sd_px = kShiftSd;
   const double max_move =
-      is_rough ? std::max(kMaxMove, kMaxRoughMove * shortest_side(start)) : kMaxMove;
+      known.is_rough ? std::max(kMaxMove, kMaxRoughMove * shortest_side(start)) : kMaxMove;
   const TagFit fit = refine_tag(image, pattern, start, options);
   if (fit.status != TagFitStatus::converged || largest_distance(fit.corners, start) > max_move)
     return std::nullopt;

@@ -9,6 +9,7 @@
 #include "tagcal/detect/board_patterns.hpp"
 #include "tagcal/detect/known_tag.hpp"
 #include "tagcal/detect/picture_batch.hpp"
+#include "tagcal/detect/picture_gamma.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -23,16 +24,26 @@ struct ViewRefinement {
   void run(const Image8& image, const std::map<int, TagPattern>& patterns, const Camera& camera) {
     std::map<int, std::vector<Observation*>> by_tag;
     for (Observation& seen : view.observations) by_tag[seen.id.tag_id].push_back(&seen);
+    std::vector<TagInPicture> tags;
+    std::vector<int> ids;
     for (const auto& [id, corners] : by_tag) {
       const auto pattern = patterns.find(id);
       if (pattern == patterns.end() || corners.size() != 4) continue;
-      ++num_tags;
-      Quad start;
-      for (const Observation* c : corners) start[static_cast<std::size_t>(c->id.corner)] = c->pixel;
-      const auto fit = fit_known_tag(image, pattern->second, start, &camera);
+      ids.push_back(id);
+      TagInPicture& tag = tags.emplace_back();
+      tag.pattern = &pattern->second;
+      tag.camera = &camera;
+      for (const Observation* c : corners)
+        tag.corners[static_cast<std::size_t>(c->id.corner)] = c->pixel;
+    }
+    num_tags = static_cast<int>(tags.size());
+    const double gamma = gamma_of_picture(image, tags);
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+      const auto fit =
+          fit_known_tag(image, *tags[i].pattern, tags[i].corners, {&camera, false, gamma});
       if (!fit) continue;
       ++num_refined;
-      for (Observation* c : corners) {
+      for (Observation* c : by_tag[ids[i]]) {
         c->pixel = fit->corners[static_cast<std::size_t>(c->id.corner)];
         c->covariance_px2 = fit->covariance_px2.block<2, 2>(2 * c->id.corner, 2 * c->id.corner);
       }

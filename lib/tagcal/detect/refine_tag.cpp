@@ -63,10 +63,12 @@ TagFit fit_beyond_whole(const Image<T>& image, const TagPattern& pattern, const 
                         const TagFitOptions& options) {
   const TagFit parts = fit_parts(image, pattern, start, options);
   if (parts.status == TagFitStatus::converged) return parts;
+  TagFitOptions whole = options;
+  whole.is_whole = true;
   const TagRegion region = whole_tag(pattern, start);
-  TagFitter fitter(region, start, options);
+  TagFitter fitter(region, start, whole);
   if (!fitter.cut(image)) return {};
-  TagFit fit = fitter.fit_whole();
+  TagFit fit = fitter.fit();
   fit.is_by_corner = true;
   fit.covariance_px2.diagonal().array() += std::pow(kNextOrder * fitter.third_order_px(), 2);
   return fit;
@@ -76,8 +78,8 @@ template <typename T>
 TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
                const TagFitOptions& options) {
   const double side_px = 2 * mean_half_side(start);
-  const bool is_bent =
-      options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 && !options.camera;
+  const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 &&
+                       !options.camera && !options.is_whole;
   if (is_bent && side_px > kWholePx) return fit_beyond_whole(image, pattern, start, options);
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, options);

@@ -52,10 +52,15 @@ struct TagFitOptions {
   const Camera* camera = nullptr;
   // The camera is known roughly only: bends as above are believed of what it leaves.
   bool is_rough = false;
+  // Never corner by corner: the whole tag, however large and bent.
+  bool is_whole = false;
   // How far borders between black and white are believed to be shifted, px: by ink that spreads,
   // and by paper so bright that it eats black, each. Corners are where they would be without. Zero:
   // not at all.
   double shift_sd_px = 0;
+  // Grey levels are light to this power, as cameras make it for screens: then the blur of a border
+  // is not symmetric.
+  double gamma = 1;
 };
 
 struct TagFit {

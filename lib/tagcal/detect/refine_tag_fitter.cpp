@@ -55,7 +55,7 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
       start_(start),
       scale_(region.scale),
       middle_(region.middle),
-      model_(region.grid, region.scale) {}
+      model_(region.grid, region.scale, options.gamma) {}
 
 // One step from the sums; false where it is not a number.
 bool TagFitter::step() {
@@ -200,7 +200,7 @@ bool TagFitter::come_near() {
 }
 
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || view_ || is_whole_anyway_ || 2 * scale_ < kPartsPx)
+  if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole || 2 * scale_ < kPartsPx)
     return false;
   const double third_order = third_order_px();
   if (third_order < kThirdOrderPx) return false;
@@ -250,11 +250,6 @@ TagFit TagFitter::fit() {
   }
   is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
   return fit;
-}
-
-TagFit TagFitter::fit_whole() {
-  is_whole_anyway_ = true;
-  return fit();
 }
 
 bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }

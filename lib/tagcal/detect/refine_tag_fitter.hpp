@@ -74,8 +74,7 @@ class TagFitter {
   // Whether a lens bends the whole tag beyond what is left of it in third order. Seen on few rows
   // already: then fit() has ended there, with corners that are good as a start only.
   bool is_for_parts() const { return is_for_parts_; }
-  // Likewise, but to the end whatever the bends; and how far those of third order move a corner.
-  TagFit fit_whole();
+  // How far bends of third order move a corner.
   double third_order_px() const;
 
  private:
@@ -143,7 +142,6 @@ class TagFitter {
   double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
   double left_over_ = 0;      // what is left after it, squared, in standard deviations
   bool is_for_parts_ = false;
-  bool is_whole_anyway_ = false;
   int iterations_ = 0;
 };
 

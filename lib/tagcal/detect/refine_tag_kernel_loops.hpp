@@ -192,10 +192,22 @@ inline void put_bends(TagBlock& block, int at, Pack by_x, Pack by_y) {
   }
 }
 
+// The share of white in grey levels from that of light; multiplies `gain` by its derivative.
+inline Pack grey_of_light(const TagTable& table, Pack white, Pack& gain) {
+  const Pack least = all(1e-3F), light = table.black_light + (1.0F - table.black_light) * white;
+  const Pack x = chosen(light > least, light, least);
+  const Pack grey = exp_minus(-table.gamma * logarithm(x));
+  const Pack stretch = all(1.0F / (1.0F - table.black_grey));
+  gain *= stretch * table.gamma * (1.0F - table.black_light) * grey / x;
+  return stretch * (grey - table.black_grey);
+}
+
 inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack white,
                             const ByGeometry& by) {
   const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
-  const Pack gain = table.gain + table.gain_by_x * x + table.gain_by_y * y;
+  const Pack contrast = table.gain + table.gain_by_x * x + table.gain_by_y * y;
+  Pack gain = contrast;
+  if (table.gamma != 1.0F) white = grey_of_light(table, white, gain);
   int column = 0;
   const ByHomography* const parts[2] = {&by.columns, &by.rows};
   for (const ByHomography* part : parts) {
@@ -210,7 +222,7 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   put(block, column++, at, white);
   put(block, column++, at, white * x);
   put(block, column++, at, white * y);
-  put(block, column++, at, load<Pack>(&block.level[at]) - table.black - gain * white);
+  put(block, column++, at, load<Pack>(&block.level[at]) - table.black - contrast * white);
   put(block, column++, at, gain * table.per_px * by.shifts.by_shift);
   put(block, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
   if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);

@@ -40,6 +40,8 @@ struct TagTable {
   // of the places.
   float shift, shift_on_tag;
   float last_x, last_y;  // the homography's last row, but for its 1
+  // Grey is light to the power of gamma; light and grey of black, where those of white are 1.
+  float gamma, black_light, black_grey;
 };
 
 // Which lines are felt along a row of pixels.

@@ -25,8 +25,8 @@ Vector2d normal(const TagLine& line) { return Vector2d(line.by_x, line.by_y).nor
 
 }  // namespace
 
-TagModel::TagModel(const TagGrid& grid, double scale)
-    : scale_(scale), column_lines_(grid.columns), row_lines_(grid.rows) {
+TagModel::TagModel(const TagGrid& grid, double scale, double gamma)
+    : scale_(scale), gamma_(gamma), column_lines_(grid.columns), row_lines_(grid.rows) {
   const std::size_t n = grid.columns.size() - 1;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     if (grid.cells[i] == TagPattern::white) cells_[i / n] |= 1U << (i % n);
@@ -44,6 +44,11 @@ void TagModel::set(const TagParameters& parameters) {
   table_.gain = static_cast<float>(parameters[kGain]);
   table_.gain_by_x = static_cast<float>(parameters[kGainSlope]);
   table_.gain_by_y = static_cast<float>(parameters[kGainSlope + 1]);
+  const double black_grey =
+      std::clamp(parameters[kBlack] / (parameters[kBlack] + parameters[kGain]), 0.0, 0.9);
+  table_.gamma = static_cast<float>(gamma_);
+  table_.black_grey = static_cast<float>(black_grey);
+  table_.black_light = static_cast<float>(std::pow(black_grey, 1 / gamma_));
   table_.shift = static_cast<float>(parameters[kShift] / spread_);
   table_.shift_on_tag = static_cast<float>(parameters[kShift + 1] / spread_);
   table_.last_x = static_cast<float>(parameters[kM3]);

@@ -59,7 +59,8 @@ struct TagGrid {
 
 class TagModel {
  public:
-  TagModel(const TagGrid& grid, double scale);
+  // Grey is light to the power of gamma.
+  TagModel(const TagGrid& grid, double scale, double gamma = 1);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }
@@ -89,6 +90,7 @@ class TagModel {
                          int end);
 
   double scale_;
+  double gamma_;
   std::vector<double> column_lines_, row_lines_;  // on the tag
   // Per row of cells, bit i: cell i is white; unknown. Then rows of zeros.
   std::array<std::uint32_t, 2 * kMaxTagLines> cells_{}, unknown_{};

@@ -56,6 +56,17 @@ inline Pack inverse_root(Pack squared) {
 #endif
 }
 
+// Natural logarithm of a positive number, to 1e-6.
+inline Pack logarithm(Pack x) {
+  const IntPack bits = bits_of(x);
+  // With a mantissa from 2/3 to 4/3.
+  const IntPack exponent = (bits - 0x3f2aaaab) >> 23;
+  const Pack m = from_bits(bits - (exponent << 23));
+  const Pack t = (m - 1.0F) / (m + 1.0F), t2 = t * t;
+  return 0.693147181F * __builtin_convertvector(exponent, Pack) +
+         2.0F * t * (1.0F + t2 * (0.333333333F + t2 * (0.2F + t2 * 0.142857143F)));
+}
+
 // exp(-a) for 0 <= a <= 80, to 6e-6 of itself, without branches.
 inline Pack exp_minus(Pack a) {
   const Pack t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor

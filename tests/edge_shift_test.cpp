@@ -1,0 +1,100 @@
+// Borders that are not where they were printed: ink that has spread, grey levels that are a power
+// of light. Corners stay where they would be without.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "corner_tally.hpp"
+#include "rendered_tag.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/picture_gamma.hpp"
+
+namespace tagcal {
+namespace {
+
+struct Print {
+  double ink_px = 0;  // that black has grown
+  double gamma = 1;
+};
+
+// Tags of 40 px, tilted by up to 60 degrees.
+class PrintedTags {
+ public:
+  explicit PrintedTags(const Print& print) : print_(print) {}
+
+  TagView next() {
+    TagScene tag({kSide, random_.uniform(0, 60), 0.8, 2}, random_);
+    tag.scene.camera = {pinhole(900, 900, kMiddle, kMiddle), {kWidth, kWidth}};
+    tag.scene.ink_spread_m = print_.ink_px / kSide;  // the tag's side is 1 m
+    tag.scene.sensor.gamma = print_.gamma;
+    tag.scene.paper_level = std::pow(220 / 255.0, 1 / print_.gamma);
+    tag.scene.ink_level = std::pow(30 / 255.0, 1 / print_.gamma);
+    const Pose pose = tag_pose(Eigen::Vector3d::UnitZ(), 900 / kSide, random_.uniform(0, 60),
+                               random_turns(random_));
+    return tag.view(pose, random_);
+  }
+
+  Random& random() { return random_; }
+
+ private:
+  static constexpr double kSide = 40, kMiddle = 59.8;
+  static constexpr int kWidth = 120;
+  Print print_;
+  Random random_{77};
+};
+
+Trials trials(const Print& print, TagFitOptions options) {
+  PrintedTags tags(print);
+  const TagFamily family = tag_family("tag36h11", 1);
+  options.bend_sd_per_px = 0;
+  Tally tally;
+  for (int i = 0; i < 40; ++i) {
+    const TagView view = tags.next();
+    const Corners start = moved(view.corners, 0.2, tags.random());
+    tally.add(refine_tag(view.image, tag_pattern(family, view.id, 1), start, options),
+              view.corners);
+  }
+  return tally.result();
+}
+
+TEST(EdgeShift, CornersStayWhereInkHasSpread) {
+  TagFitOptions options;
+  options.shift_sd_px = 0.1;
+  for (const double ink_px : {-0.15, 0.0, 0.15}) {
+    const Trials t = trials({ink_px, 1}, options);
+    EXPECT_EQ(t.failed, 0) << ink_px;
+    EXPECT_LT(std::abs(t.outwards), 0.005) << ink_px;
+    EXPECT_LT(t.rms, 0.008) << ink_px;
+    EXPECT_NEAR(t.nees, 1, 0.4) << ink_px;  // what the shift has of second order is left out
+  }
+  EXPECT_GT(trials({0.15, 1}, {}).outwards, 0.03);
+}
+
+TEST(EdgeShift, CornersStayUnderGamma) {
+  TagFitOptions options;
+  options.shift_sd_px = 0.1;
+  EXPECT_GT(trials({0, 0.45}, options).nees, 2);
+  options.gamma = 0.45;
+  for (const double ink_px : {0.0, 0.1}) {
+    const Trials t = trials({ink_px, 0.45}, options);
+    EXPECT_EQ(t.failed, 0) << ink_px;
+    EXPECT_LT(std::abs(t.outwards), 0.005) << ink_px;
+    EXPECT_NEAR(t.nees, 1, 0.3) << ink_px;
+  }
+}
+
+TEST(EdgeShift, APictureShowsItsGamma) {
+  const TagFamily family = tag_family("tag36h11", 1);
+  for (const double gamma : {1.0, 0.7, 0.45}) {
+    PrintedTags tags({0.1, gamma});
+    for (int i = 0; i < 5; ++i) {
+      const TagView view = tags.next();
+      const TagPattern pattern = tag_pattern(family, view.id, 1);
+      EXPECT_NEAR(gamma_of_picture(view.image, {{&pattern, view.corners}}), gamma, 0.1);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tagcal
