@@ -218,7 +218,10 @@ TEST(RealCorners, NoBoardBendsByMillimetresForASmallLens) {
 TEST(RealCorners, TheTargetsAreAsTheirFilesSay) {
   for (const Witness& w : witnesses())
     for (const std::string model : {"f", "opencv5", "auto"})
-      EXPECT_FALSE(warns(calibrated(w.set, with_model(model)), "target")) << w.set << model;
+      EXPECT_FALSE(warns(calibrated(w.set, with_model(model)), "target is not as its file says"))
+          << w.set << model;
+  // The corners of Kalibr's detector make all tags of EuRoC's board look a little too small.
+  EXPECT_TRUE(warns(calibrated("euroc_cam0", with_model("opencv5")), "all tags look"));
 }
 
 TEST(RealCorners, GapsAreOneWarning) {

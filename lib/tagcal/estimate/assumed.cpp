@@ -7,12 +7,11 @@
 
 #include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/observability.hpp"
+#include "tagcal/estimate/supported_models.hpp"
 
 namespace tagcal {
 namespace {
 
-// Of the image's diagonal: cameras have their principal points some per cent beside the centre.
-constexpr double kCentreSpread = 0.02;
 constexpr double kMuchLarger = 1.5;  // a standard deviation than that of the model alone
 constexpr double kCornerPx = 0.5;
 constexpr double kCornerShare = 0.005;  // of the image's diagonal

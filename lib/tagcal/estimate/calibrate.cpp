@@ -112,11 +112,15 @@ bool leave_out_of_choice(CalibrationInput& input, const CalibrationFit& chosen,
 
 Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,
                            const FlatBoard* board) {
-  std::optional<ModelChoice> choice = choose_with_model_error(input, options);
+  // Views are judged by the best model: what a tolerance leaves out is no reason to reject them.
+  CalibrateOptions best = options;
+  best.tolerance_px = 0;
+  std::optional<ModelChoice> choice = choose_with_model_error(input, best);
   for (int round = 0; choice && options.reject_outliers && round < kMostRounds; ++round) {
-    if (!leave_out_of_choice(input, choice->fit, options)) break;
-    choice = choose_with_model_error(input, options);
+    if (!leave_out_of_choice(input, choice->fit, best)) break;
+    choice = choose_with_model_error(input, best);
   }
+  if (choice && options.tolerance_px > 0) choice = choose_model(input, options);
   if (!choice) return without_answer(input, "");
   Calibration c = choice->weak ? calibrate_weak(input, options)
                                : report(choice->fit, options, board, choice->supported);

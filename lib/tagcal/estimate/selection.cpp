@@ -232,6 +232,30 @@ std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
   return small;
 }
 
+void count_supported(ModelChoice& choice, const Ladder& ladder, const Rung& chosen,
+                     const CalibrationFit* perspective, const CalibrationFit* fisheye,
+                     const CalibrateOptions& options) {
+  const ResidualField field = residual_field(chosen.bundle, least_sigma(ladder.whitened, options));
+  choice.supported = supported_models(ladder, chosen, field.inflation, perspective, fisheye);
+  for (const SupportedModel& supported : choice.supported)
+    for (ModelStep& step : choice.steps)
+      if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
+}
+
+// `chosen`: null where nothing but the basis is left.
+void judge(ModelChoice& choice, const Ladder& ladder, const Rung& basis, const Rung* chosen) {
+  if (!chosen) {
+    const bool held = basis.seen.status == Status::ok;
+    choice.status = held ? Status::not_converged : basis.seen.status;
+    choice.reason = held ? "no model's solution converged" : basis.seen.reason;
+  } else if (const Rung* more = wanted(ladder, *chosen)) {
+    choice.status = Status::not_observable;
+    choice.reason = "the corners show more than model " + std::string(chosen->model().name()) +
+                    " explains, but they do not determine " + std::string(more->model().name()) +
+                    ": " + more->seen.reason;
+  }
+}
+
 }  // namespace
 
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
@@ -257,23 +281,9 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
   if (chosen)
-    choice.supported = supported_models(
-        ladder, *chosen,
-        residual_field(chosen->bundle, least_sigma(ladder.whitened, options)).inflation,
-        perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr);
-  for (const SupportedModel& supported : choice.supported)
-    for (ModelStep& step : choice.steps)
-      if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
-  if (!chosen) {
-    const bool held = basis.seen.status == Status::ok;
-    choice.status = held ? Status::not_converged : basis.seen.status;
-    choice.reason = held ? "no model's solution converged" : basis.seen.reason;
-  } else if (const Rung* more = wanted(ladder, *chosen)) {
-    choice.status = Status::not_observable;
-    choice.reason = "the corners show more than model " + std::string(chosen->model().name()) +
-                    " explains, but they do not hold " + std::string(more->model().name()) + ": " +
-                    more->seen.reason;
-  }
+    count_supported(choice, ladder, *chosen, perspective ? &*perspective : nullptr,
+                    fisheye ? &*fisheye : nullptr, options);
+  judge(choice, ladder, basis, chosen);
   return choice;
 }
 

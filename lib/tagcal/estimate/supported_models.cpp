@@ -15,8 +15,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kLeastWeight = 1e-4;  // see the header
-// Of the image's diagonal: cameras have their principal points some per cent beside the centre.
-constexpr double kCentreSpread = 0.02;
 
 bool contains(const Model& larger, const Model& smaller) {
   if (larger.lens_type() != smaller.lens_type()) return false;

@@ -9,6 +9,9 @@
 
 namespace tagcal {
 
+// Of the image's diagonal: cameras have their principal points some per cent beside the centre.
+inline constexpr double kCentreSpread = 0.02;
+
 // A model that the data support beside the chosen one, and by how much.
 struct SupportedModel {
   Bundle bundle;
@@ -18,7 +21,8 @@ struct SupportedModel {
 };
 
 // The models of the ladder that the data determine and that the chosen one does not contain (those
-// that stopped at a fold or have a pole: to first order about the largest one below), with
+// that are not determined, stopped at a fold or have a pole: to first order about the largest one
+// below, with the principal point within kCentreSpread where it is not determined), with
 // Akaike weights w ~ exp(-AIC / 2), AIC = chi-square + 2 k (Burnham & Anderson, Model Selection and
 // Multimodel Inference, 2002, section 2.9). BIC chooses the model; how much the choice leaves out
 // is a question of prediction, which is AIC's. Weights below 1e-4 are left out: such a model is
@@ -31,8 +35,8 @@ std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& c
 
 // The unconditional covariance of an estimate that was made with one of several supported models:
 // sum of w_i (C_i + d_i d_i'), d_i the difference to the estimate (Burnham & Anderson, eq. 4.9, as
-// a variance). Parameters that another lens type does not have keep the chosen model's variance;
-// poses count where the models have the same views.
+// a variance). Coefficients that mean another thing in the other model keep the chosen one's
+// variance; poses count where the models have the same views.
 void add_model_uncertainty(BundleCovariance& covariance, const Bundle& chosen,
                            std::span<const std::string> images,
                            std::span<const SupportedModel> others);

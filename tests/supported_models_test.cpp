@@ -1,0 +1,88 @@
+// What a choice of the model leaves out is part of what is claimed.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibration_diff.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+WorldOptions few_views() {
+  WorldOptions options;
+  options.num_views = 6;
+  options.min_distance_m = 0.9;
+  options.max_distance_m = 1.4;
+  options.sigma_px = 0.3;
+  return options;
+}
+
+// The largest error over the image at infinity, in claimed standard deviations.
+double worst_in_image(const Camera& truth, const Calibration& c) {
+  const ProjectionUncertainty& claimed = c.projection.front();
+  const auto d = lens_difference(truth, *c.camera, c.seen.samples(), kInfinitelyFar);
+  double worst = 0;
+  for (int row = 0; d && row < claimed.grid.rows; ++row) {
+    for (int column = 0; column < claimed.grid.columns; ++column) {
+      const double sigma = claimed.sigma_px(row, column);
+      const double error = std::hypot(d->u_px(row, column), d->v_px(row, column));
+      if (std::isfinite(sigma)) worst = std::max(worst, error / (std::sqrt(2) * sigma));
+    }
+  }
+  return worst;
+}
+
+// Distortions between what no one sees and what everyone does: the corners do not tell which model
+// made them, and many are answered by one that is too small.
+TEST(SupportedModels, CountInWhatIsClaimed) {
+  int too_small = 0, answers = 0;
+  double squares = 0;
+  for (const double k1 : {-0.001, -0.002, -0.004, -0.008}) {
+    for (int seed = 1; seed <= 15; ++seed) {
+      const Dataset world = make_world(Perspective({900, 900, 651, 392, k1}), seed, few_views());
+      const Calibration c = calibrate(world);
+      ASSERT_EQ(c.status, Status::ok) << k1 << " " << seed;
+      ++answers;
+      too_small += c.model == "f" || c.model == "f+c" || c.model == "pinhole";
+      const double ratio = (parameters(c.camera->lens)[0] - 900) / c.sigmas[0];
+      EXPECT_LT(std::abs(ratio), 5) << k1 << " " << seed << " " << c.model;
+      EXPECT_LT(worst_in_image(world.truth->camera, c), 5) << k1 << " " << seed << " " << c.model;
+      squares += ratio * ratio;
+    }
+  }
+  EXPECT_GT(too_small, 10);
+  // Neither too bold nor inflated.
+  EXPECT_LT(squares / answers, 1.7);
+  EXPECT_GT(squares / answers, 0.3);
+}
+
+TEST(SupportedModels, WeightsAddUpToAtMostOne) {
+  const Calibration c =
+      calibrate(make_world(Perspective({900, 900, 651, 392, -0.002}), 3, few_views()));
+  double sum = 0;
+  for (const ModelStep& step : c.steps) {
+    EXPECT_GE(step.weight, 0) << step.model;
+    if (step.model == c.model) EXPECT_EQ(step.weight, 0) << step.model;
+    sum += step.weight;
+  }
+  EXPECT_GT(sum, 0);
+  EXPECT_LT(sum, 1);
+}
+
+TEST(HasPole, WhereTheDenominatorVanishesWithinTheImage) {
+  const auto camera = [](double k4) {
+    return Camera{Perspective({900, 900, 639.5, 399.5, 0, 0, 0, 0, 0, k4, 0, 0}), {1280, 800}};
+  };
+  // The corners are at radius 0.838: 1 + k4 r^2 = 0 there for k4 = -1.42.
+  EXPECT_TRUE(has_pole(camera(-1.45)));
+  EXPECT_FALSE(has_pole(camera(0.3)));
+  EXPECT_FALSE(has_pole(camera(0)));
+  EXPECT_FALSE(has_pole({opencv5_lens(), {1280, 800}}));
+  EXPECT_FALSE(has_pole({fisheye_lens(), {1280, 800}}));
+}
+
+}  // namespace
+}  // namespace tagcal
