@@ -194,7 +194,8 @@ StabilityOutcome of_one_fisheye_view(std::size_t method) {
 
 TEST(OursIsNotSilent, WhereOneViewShowsTheFisheye) {
   EXPECT_EQ(of_one_fisheye_view(0), StabilityOutcome::right_and_said);  // auto
-  EXPECT_EQ(of_one_fisheye_view(1), StabilityOutcome::wrong_and_said);  // opencv5 by its name
+  // opencv5 by its name: what it claims covers the fisheye, or it says that this explains more.
+  EXPECT_NE(of_one_fisheye_view(1), StabilityOutcome::wrong_and_silent);
 }
 
 // Every map draws problems in all of its cells that its judge can hold to the truth.
