@@ -72,7 +72,7 @@ class PanelRefinement {
       lens_ = lens_of_panel(corners(), image_.size(), lens_ ? &*lens_ : nullptr);
       if (!lens_) break;
       for (PanelTag& tag : tags_)
-        if (!tag.is_plain) fit(tag);
+        if (!is_at_rest(tag)) fit(tag);
     }
     for (std::size_t i = 0; i < tags_.size(); ++i)
       if (!tags_[i].is_plain && !is_finished(tags_[i])) *tags_[i].found = before_[i];
@@ -103,9 +103,9 @@ class PanelRefinement {
     return true;
   }
 
+  static bool is_at_rest(const PanelTag& tag) { return tag.is_plain || tag.last_move < kAtRest; }
   bool is_at_rest() const {
-    return std::ranges::all_of(
-        tags_, [](const PanelTag& tag) { return tag.is_plain || tag.last_move < kAtRest; });
+    return std::ranges::all_of(tags_, [](const PanelTag& tag) { return is_at_rest(tag); });
   }
 
   std::vector<PanelCorner> corners() const {

@@ -9,7 +9,7 @@
 namespace tagcal {
 namespace {
 
-constexpr std::size_t kTags = 4;     // the largest, that are looked at
+constexpr std::size_t kTags = 3;     // the largest, that are looked at
 constexpr double kLargeEnough = 60;  // px, beyond which none is preferred
 constexpr double kStep = 0.35;       // of the logarithm of gamma; cameras have 0.45 to 1
 constexpr double kLowest = -1.2;     // of the same
@@ -32,15 +32,20 @@ class GammaCost {
   // Tags that cannot be fitted as they are say nothing.
   void add(const TagInPicture& tag) {
     const auto fit = fit_with(image_, tag, 0);
-    if (fit) tags_.push_back({tag, fit->num_pixels});
+    if (!fit) return;
+    tags_.push_back({tag, fit->num_pixels});
+    linear_ += cost_of(tags_.back(), *fit);
   }
+
+  // At gamma 1.
+  double linear() const { return linear_; }
 
   std::optional<double> at(double log_gamma) const {
     double sum = 0;
     for (const Seen& seen : tags_) {
       const auto fit = fit_with(image_, seen.tag, log_gamma);
       if (!fit) return std::nullopt;
-      sum += 2 * seen.num_pixels * std::log(fit->noise_levels);
+      sum += cost_of(seen, *fit);
     }
     return sum;
   }
@@ -50,8 +55,13 @@ class GammaCost {
     TagInPicture tag;
     int num_pixels = 0;
   };
+  static double cost_of(const Seen& seen, const TagFit& fit) {
+    return 2 * seen.num_pixels * std::log(fit.noise_levels);
+  }
+
   const Image8& image_;
   std::vector<Seen> tags_;
+  double linear_ = 0;
 };
 
 // Where the parabola through three places has its least value.
@@ -71,9 +81,9 @@ double gamma_of_picture(const Image8& image, std::vector<TagInPicture> tags) {
   for (const TagInPicture& tag : tags)
     if (cost.num_tags() < kTags) cost.add(tag);
   if (cost.num_tags() == 0) return 1;
-  const auto linear = cost.at(0);
+  const std::optional<double> linear = cost.linear();
   const auto below = cost.at(-kStep);
-  if (!linear || !below) return 1;
+  if (!below) return 1;
   // Down while it goes down, then the parabola about the lowest.
   double at = 0, step = kStep;
   std::optional<double> here = linear, before = below, after;
@@ -88,6 +98,9 @@ double gamma_of_picture(const Image8& image, std::vector<TagInPicture> tags) {
   if (!after) return 1;
   const auto rough = least(at, step, *before, *here, *after);
   if (!rough) return 1;
+  // What the parabola says of gamma 1 already.
+  const double offset = (*rough - at) / step, half = 0.5 * (*before - 2 * *here + *after);
+  if (at == 0 && half * offset * offset < 0.5 * kSurely) return 1;
   at = std::clamp(*rough, kLowest, kHighest);
   if (*linear - cost.at(at).value_or(*linear) < kSurely) return 1;
   step = 0.3 * kStep;

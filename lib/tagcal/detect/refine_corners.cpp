@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -10,22 +11,47 @@
 #include "tagcal/detect/known_tag.hpp"
 #include "tagcal/detect/picture_batch.hpp"
 #include "tagcal/detect/picture_gamma.hpp"
+#include "tagcal/detect/refine_tag_model.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
 namespace {
 
-// Fits the tags of one view; counts those that it moved.
+// Parameters of a tag's bends, each of which costs the logarithm of the pixels (Schwarz 1978).
+constexpr int kNumBends = tag_parameter::kNumBends;
+
+// The tags of one view fitted under the lens, and under it with bends: paper that is not flat, or a
+// lens that is not quite this one, bend them still.
 struct ViewRefinement {
-  View view;
+  View straight, bent;
   int num_tags = 0;
-  int num_refined = 0;
+  int num_straight = 0, num_bent = 0;  // that could be fitted
+  double gain_of_bends = 0;            // of the Bayesian information, over tags fitted either way
 
   void run(const Image8& image, const std::map<int, TagPattern>& patterns, const Camera& camera) {
-    std::map<int, std::vector<Observation*>> by_tag;
-    for (Observation& seen : view.observations) by_tag[seen.id.tag_id].push_back(&seen);
-    std::vector<TagInPicture> tags;
     std::vector<int> ids;
+    const std::vector<TagInPicture> tags = whole_tags(patterns, camera, ids);
+    num_tags = static_cast<int>(tags.size());
+    const double gamma = gamma_of_picture(image, tags);
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+      const auto fitted = [&](bool is_bent) {
+        return fit_known_tag(image, *tags[i].pattern, tags[i].corners, {&camera, is_bent, gamma});
+      };
+      const auto one = fitted(false), other = fitted(true);
+      num_straight += put(one, ids[i], straight);
+      num_bent += put(other, ids[i], bent);
+      if (one && other)
+        gain_of_bends += 2 * one->num_pixels * std::log(one->noise_levels / other->noise_levels) -
+                         kNumBends * std::log(one->num_pixels);
+    }
+  }
+
+ private:
+  std::vector<TagInPicture> whole_tags(const std::map<int, TagPattern>& patterns,
+                                       const Camera& camera, std::vector<int>& ids) const {
+    std::map<int, std::vector<const Observation*>> by_tag;
+    for (const Observation& seen : straight.observations) by_tag[seen.id.tag_id].push_back(&seen);
+    std::vector<TagInPicture> tags;
     for (const auto& [id, corners] : by_tag) {
       const auto pattern = patterns.find(id);
       if (pattern == patterns.end() || corners.size() != 4) continue;
@@ -36,18 +62,18 @@ struct ViewRefinement {
       for (const Observation* c : corners)
         tag.corners[static_cast<std::size_t>(c->id.corner)] = c->pixel;
     }
-    num_tags = static_cast<int>(tags.size());
-    const double gamma = gamma_of_picture(image, tags);
-    for (std::size_t i = 0; i < tags.size(); ++i) {
-      const auto fit =
-          fit_known_tag(image, *tags[i].pattern, tags[i].corners, {&camera, false, gamma});
-      if (!fit) continue;
-      ++num_refined;
-      for (Observation* c : by_tag[ids[i]]) {
-        c->pixel = fit->corners[static_cast<std::size_t>(c->id.corner)];
-        c->covariance_px2 = fit->covariance_px2.block<2, 2>(2 * c->id.corner, 2 * c->id.corner);
-      }
+    return tags;
+  }
+
+  // How many tags were put into the view: one, or none that was not fitted.
+  static int put(const std::optional<TagFit>& fit, int id, View& view) {
+    if (!fit) return 0;
+    for (Observation& seen : view.observations) {
+      if (seen.id.tag_id != id) continue;
+      seen.pixel = fit->corners[static_cast<std::size_t>(seen.id.corner)];
+      seen.covariance_px2 = fit->covariance_px2.block<2, 2>(2 * seen.id.corner, 2 * seen.id.corner);
     }
+    return 1;
   }
 };
 
@@ -61,7 +87,7 @@ RefinedCorners refine_corners(const std::vector<ImageSource>& images,
   std::map<std::string, const ImageSource*> by_name;
   for (const ImageSource& image : images) by_name[image.name] = &image;
   std::vector<ViewRefinement> refined;
-  for (const View& view : views) refined.push_back({view});
+  for (const View& view : views) refined.push_back({view, view});
   std::vector<int> workers(
       std::clamp<std::size_t>(views.size(), 1, static_cast<std::size_t>(threads_of(threads))));
   for_each_picture(
@@ -78,10 +104,13 @@ RefinedCorners refine_corners(const std::vector<ImageSource>& images,
       },
       progress);
   RefinedCorners result;
+  double gain_of_bends = 0;
+  for (const ViewRefinement& r : refined) gain_of_bends += r.gain_of_bends;
+  const bool is_bent = gain_of_bends > 0;
   for (ViewRefinement& r : refined) {
-    result.views.push_back(std::move(r.view));
+    result.views.push_back(std::move(is_bent ? r.bent : r.straight));
     result.num_tags += r.num_tags;
-    result.num_refined += r.num_refined;
+    result.num_refined += is_bent ? r.num_bent : r.num_straight;
   }
   return result;
 }

@@ -17,9 +17,11 @@ struct RefinedCorners {
 
 // The corners of tags found before, fitted again in their pictures now that the lens is known
 // (refine_tag.hpp): its bends need not be found from each tag, so that large tags and tags near the
-// border say more, and what they claim is right. Pictures are known by name; the answer does not
-// depend on the number of threads (0: one per core). `progress` as of detect_all(). Throws Error
-// where a picture cannot be read or has another size than the camera's.
+// border say more, and what they claim is right. Where the tags of all pictures together show bends
+// that the lens does not explain (paper that is not flat), these are fitted as without a lens.
+// Pictures are known by name; the answer does not depend on the number of threads (0: one per
+// core). `progress` as of detect_all(). Throws Error where a picture cannot be read or has another
+// size than the camera's.
 RefinedCorners refine_corners(const std::vector<ImageSource>& images,
                               const std::vector<PlacedBoard>& boards,
                               const std::vector<View>& views, const Camera& camera, int threads = 0,
