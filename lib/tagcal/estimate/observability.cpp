@@ -13,17 +13,6 @@ constexpr int kFewestDegreesOfFreedom = 11;
 
 double half_diagonal(const ImageSize& size) { return 0.5 * std::hypot(size.width, size.height); }
 
-double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
-  double largest = 0;
-  const auto& free = bundle.model->free();
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    if (free[i].name[0] == 'f')
-      largest = std::max(largest, std::sqrt(covariance(k, k)) / bundle.free_values[i]);
-  }
-  return largest;
-}
-
 // The free parameters, the focal length aside, that are least known in pixels at the image corner.
 std::string weakest_parameters(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
   const double f = parameters(bundle.lens())[0];
@@ -220,6 +209,17 @@ Observability observability(const Bundle& bundle,
     result.open.clear();
   }
   return result;
+}
+
+double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
+  double largest = 0;
+  const auto& free = bundle.model->free();
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (free[i].name[0] == 'f')
+      largest = std::max(largest, std::sqrt(covariance(k, k)) / bundle.free_values[i]);
+  }
+  return largest;
 }
 
 void judge_focal_length(Observability& seen, const Bundle& bundle) {

@@ -42,6 +42,9 @@ Observability observability(const Bundle& bundle,
                             const std::optional<BundleInformation>& information, double sigma,
                             bool bend_open = false);
 
+// The largest sd(f) / f of a covariance of the bundle's free parameters.
+double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covariance);
+
 // Refuses where the covariance that it holds has grown beyond what a focal length may have.
 void judge_focal_length(Observability& seen, const Bundle& bundle);
 

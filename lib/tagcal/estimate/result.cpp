@@ -182,9 +182,11 @@ Eigen::MatrixXd claim(Observability& seen, const CalibrationFit& fit,
   covariance.parameters *= inflation;
   for (Matrix6& pose : covariance.poses) pose *= inflation;
   count_bend(covariance, evidence, sigma);
+  if (seen.status == Status::ok) judge_focal_length(seen, fit.bundle);
   const Eigen::MatrixXd own = covariance.parameters;
   add_model_uncertainty(covariance, fit.bundle, fit.images, supported);
-  if (seen.status == Status::ok) judge_focal_length(seen, fit.bundle);
+  // Another model that would not determine the focal length widens the claim, and refuses nothing.
+  seen.focal_share = relative_focal_sigma(fit.bundle, covariance.parameters);
   return own;
 }
 
