@@ -127,8 +127,21 @@ class PanelRefinement {
     return result;
   }
 
+  // Whether the lens has changed so little since the tag was fitted that it would not move.
+  bool stays(PanelTag& tag) const {
+    if (!tag.is_by_lens) return false;
+    const auto moves =
+        bias_between(tag.found->rough_camera->lens, lens_->camera.lens, tag.found->corners);
+    if (!moves) return false;
+    const auto sds = tag.found->covariance_px2.diagonal().cwiseSqrt();
+    const double largest = moves->cwiseQuotient(sds).cwiseAbs().maxCoeff();
+    if (largest < kAtRest) tag.last_move = largest;
+    return largest < kAtRest;
+  }
+
   // Straight sides may lead away from the corners: then from where the lens shows these.
   void fit(PanelTag& tag) const {
+    if (stays(tag)) return;
     std::optional<FoundTag> fitted = fitted_from(*tag.found, tag.found->corners);
     if (!fitted && !tag.found->fitted)
       if (const auto start = predicted(tag)) fitted = fitted_from(*tag.found, *start);

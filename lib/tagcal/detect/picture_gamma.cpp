@@ -9,8 +9,8 @@
 namespace tagcal {
 namespace {
 
-constexpr std::size_t kTags = 3;     // the largest, that are looked at
-constexpr double kLargeEnough = 60;  // px, beyond which none is preferred
+constexpr std::size_t kTags = 2;     // the largest, that are looked at
+constexpr double kLargeEnough = 45;  // px, of a tag's side
 constexpr double kStep = 0.35;       // of the logarithm of gamma; cameras have 0.45 to 1
 constexpr double kLowest = -1.2;     // of the same
 constexpr double kHighest = 0.35;
@@ -74,8 +74,10 @@ std::optional<double> least(double x, double step, double before, double here, d
 }  // namespace
 
 double gamma_of_picture(const Image8& image, std::vector<TagInPicture> tags) {
-  std::ranges::stable_sort(tags, std::greater(), [](const TagInPicture& tag) {
-    return std::min(shortest_side(tag.corners), kLargeEnough);
+  // The smallest that are large enough, which cost least, then the largest of the others.
+  std::ranges::stable_sort(tags, {}, [](const TagInPicture& tag) {
+    const double side = shortest_side(tag.corners);
+    return side >= kLargeEnough ? side : 1e9 - side;
   });
   GammaCost cost(image);
   for (const TagInPicture& tag : tags)

@@ -120,4 +120,12 @@ std::optional<Eigen::Matrix<double, 8, 8>> covariance_by_lens(const PanelLens& l
   return covariance;
 }
 
+std::optional<Eigen::Matrix<double, 8, 1>> bias_between(const Lens& lens, const Lens& other,
+                                                        const Quad& corners) {
+  const auto places = TagPlaces::of(lens, corners);
+  const auto moved = places ? places->under(other) : std::nullopt;
+  if (!moved) return std::nullopt;
+  return places->left_by_fit() * *moved;
+}
+
 }  // namespace tagcal

@@ -15,4 +15,8 @@ namespace tagcal {
 std::optional<Eigen::Matrix<double, 8, 8>> covariance_by_lens(const PanelLens& lens,
                                                               const Quad& corners);
 
+// How much one lens moves corners fitted with bends under another: (x0, y0, x1, y1, ..), px.
+std::optional<Eigen::Matrix<double, 8, 1>> bias_between(const Lens& lens, const Lens& other,
+                                                        const Quad& corners);
+
 }  // namespace tagcal
