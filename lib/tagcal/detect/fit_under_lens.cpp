@@ -14,7 +14,7 @@
 namespace tagcal {
 namespace {
 
-constexpr int kMaxRounds = 8;
+constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work
 // Standard deviations of corners about a rough lens, px: of fitted ones, and of straight sides.
 constexpr double kFittedSd = 0.1;
 constexpr double kSidesSd = 1;

@@ -26,13 +26,13 @@ constexpr std::size_t kMinCorners = 24;  // twice as many equations as parameter
 // Half fields of view from 95 to 13 degrees along the longer side.
 constexpr double kFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // of the longer side
 constexpr std::size_t kStarts = 2;                        // that are followed
-constexpr double kFocalSd = 1;      // of the focal length's logarithm, about half the longer side
-constexpr double kAspectSd = 0.01;  // of the logarithm of fy / fx
-constexpr double kCentreSd = 0.05;  // of the principal point, of the longer side
-constexpr double kTermSd = 0.5;     // of k1..k4; those of a perspective are 0.33 and less
-constexpr double kMinSpread = 0.1;
-constexpr double kTail = 3;  // spreads, beyond which weights fall (Cauchy's)
-constexpr int kMaxSteps = 40;
+constexpr double kFocalSd = 1;       // of the focal length's logarithm, about half the longer side
+constexpr double kAspectSd = 0.01;   // of the logarithm of fy / fx
+constexpr double kCentreSd = 0.05;   // of the principal point, of the longer side
+constexpr double kTermSd = 0.5;      // of k1..k4; those of a perspective are 0.33 and less
+constexpr double kMinSpread = 0.1;   // px, of residuals: below it no corner is unlike the others
+constexpr double kTail = 3;          // spreads, beyond which weights fall (Cauchy's)
+constexpr int kMaxSteps = 40;        // Gauss-Newton, as a limit of work
 constexpr double kSmallGain = 1e-4;  // relative, of the cost
 
 struct State {

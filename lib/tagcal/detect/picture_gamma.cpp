@@ -13,10 +13,10 @@ constexpr std::size_t kTags = 2;     // the largest, that are looked at
 constexpr double kLargeEnough = 45;  // px, of a tag's side
 constexpr double kStep = 0.35;       // of the logarithm of gamma; cameras have 0.45 to 1
 constexpr double kLowest = -1.2;     // of the same
-constexpr double kHighest = 0.35;
-constexpr double kSurely = 30;  // log-likelihood twice, by which 1 must be worse
+constexpr double kHighest = 0.35;    // likewise: a gamma of 1.4
+constexpr double kSurely = 30;       // log-likelihood twice, by which 1 must be worse
 
-// Of a tag's pixels at a gamma.
+// Fits a tag at a given gamma; no value where that fails.
 std::optional<TagFit> fit_with(const Image8& image, const TagInPicture& tag, double log_gamma) {
   return fit_known_tag(image, *tag.pattern, tag.corners,
                        {tag.camera, tag.is_rough, std::exp(log_gamma), true});

@@ -18,8 +18,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kWorthAWord = 0.005;  // of a weight, as whole per cents say it
-
 void fill_sigmas(Calibration& c, const Model& model) {
   c.sigmas.assign(parameters(c.camera->lens).size(), 0.0);
   for (int i = 0; i < model.num_free(); ++i)

@@ -8,7 +8,6 @@
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/residual_field.hpp"
-#include "tagcal/estimate/settle.hpp"
 #include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
@@ -192,7 +191,6 @@ std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const R
 
 void add_weight(ModelStep& step, double weight) {
   step.weight = weight;
-  constexpr double kWorthAWord = 0.005;  // as whole per cents say it
   if (weight > kWorthAWord) step.sentence += "; counts " + percent(weight) + " in what is claimed";
 }
 

@@ -12,6 +12,9 @@ namespace tagcal {
 // Of the image's diagonal: cameras have their principal points some per cent beside the centre.
 inline constexpr double kCentreSpread = 0.02;
 
+// Models of a smaller weight count, and are not named: sentences say whole per cents.
+inline constexpr double kWorthAWord = 0.005;
+
 // A model that the data support beside the chosen one, and by how much.
 struct SupportedModel {
   Bundle bundle;
