@@ -9,11 +9,13 @@ namespace {
 
 // A line at a pack of pixels: distance in spreads, the Gaussian's density there, the step with the
 // pixel's square and its derivative; white by that distance; the share of the line that is a
-// border, of either kind.
+// border, of either kind, and of borders to white less that of borders to black.
 struct FeltLine {
   LinePack line;
-  Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance, border;
-  Pack near;  // the distance, but no larger than what polynomials in it can bear
+  Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance, border, change;
+  Pack near;   // the distance, but no larger than what polynomials in it can bear
+  Pack there;  // spreads by which a shift of one on the tag moves it
+  Pack white;  // by the shift, to first order
 };
 
 // Normal integral (Abramowitz & Stegun 7.1.26) and density, each to 3e-6, without branches.
@@ -86,14 +88,18 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
     }
     white += weight * sum;
     if (j > 0) {
-      rows[j - 1].by_distance = rows[j - 1].slope * (sum - last);
+      rows[j - 1].change = sum - last;
+      rows[j - 1].by_distance = rows[j - 1].slope * rows[j - 1].change;
       rows[j - 1].border = Pack{};
       for (int i = 0; i <= kFelt; ++i) rows[j - 1].border += widths[i] * cell(bits ^ above, i);
     }
     last = sum;
     above = bits;
   }
-  for (int i = 0; i < kFelt; ++i) columns[i].by_distance *= columns[i].slope;
+  for (int i = 0; i < kFelt; ++i) {
+    columns[i].change = columns[i].by_distance;
+    columns[i].by_distance *= columns[i].slope;
+  }
   return white;
 }
 
@@ -123,23 +129,56 @@ inline Pack junction(int num_terms, Pack contrast, FeltLine& column, FeltLine& r
   return scaled * sum;
 }
 
-// White by the shifts, and what they make of it; by_distance of the lines with what that adds.
+// White by the shifts, and what they make of it.
 struct ByShift {
-  Pack by_shift = {}, by_shift_on_tag = {}, white = {};
+  Pack by_shift = {}, by_shift_on_tag = {}, by_log_spread = {}, white = {};
+
+  void add(Pack by_this, Pack there, Pack shift) {
+    by_shift += by_this;
+    by_shift_on_tag += by_this * there;
+    by_log_spread -= by_this * shift;
+  }
 };
 
+// Borders to white move one way, those to black the other: a line at distance z with a share a of
+// the one and b of the other is a step(z + s) - b step(z - s), to third order in s up to half a
+// spread, and linear beyond.
 template <int kFelt>
 inline void shift_borders(const TagTable& table, Pack per_tag, FeltLine* lines, ByShift& by) {
   for (int i = 0; i < kFelt; ++i) {
     FeltLine& line = lines[i];
-    const Pack there = per_tag * line.line.inv_length * line.stretched;
-    const Pack shift = table.shift + table.shift_on_tag * there;
-    const Pack by_shift = line.border * line.slope;
-    by.by_shift += by_shift;
-    by.by_shift_on_tag += by_shift * there;
-    by.white += by_shift * shift;
-    line.by_distance -= shift * line.border * line.near * line.density;
+    line.there = per_tag * line.line.inv_length * line.stretched;
+    const Pack shift = table.shift + table.shift_on_tag * line.there;
+    const Pack curvature = -line.near * line.density;
+    line.by_distance += shift * line.border * curvature;
+    Pack by_shift = line.border * line.slope;
+    if (table.is_far_shifted) {
+      const Pack most = all(0.5F), high = chosen(shift < most, shift, most);
+      const Pack near = chosen(high > -most, high, -most), half = 0.5F * near;
+      const Pack third = (line.near * line.near - 1.0F) * line.density;
+      line.white = near * line.slope;
+      line.by_distance += near * half * line.change * third;
+      by.white -= near * half * (line.change * curvature + near / 1.5F * line.border * third);
+      by_shift += near * (half * line.border * third + line.change * curvature);
+    }
+    by.white += shift * by_shift;
+    by.add(by_shift, line.there, shift);
   }
+}
+
+// What shifts of two lines that cross make beyond that of each: a white corner grows by the square
+// of the shift, one of black shrinks, two that touch become one. `num_white`: of the four cells.
+inline void shift_corner(Pack contrast, Pack num_white, const FeltLine& column, const FeltLine& row,
+                         ByShift& by) {
+  const Pack size = magnitude(contrast), single = size * (2.0F - num_white);
+  const Pack touching = chosen(size > 1.5F, all(2.0F), Pack{});
+  const Pack white = column.white * (single * row.white - touching * magnitude(row.white));
+  by.white += white;
+  const Pack by_column = column.slope * (single * row.white - touching * magnitude(row.white));
+  const Pack by_row = row.slope * (single * column.white - touching * magnitude(column.white));
+  by.by_shift += by_column + by_row;
+  by.by_shift_on_tag += by_column * column.there + by_row * row.there;
+  by.by_log_spread -= 2.0F * white;
 }
 
 // White by a row of the homography's matrix, and by its last row.
@@ -240,21 +279,23 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
       feel<kStretched>(table, table.rows.lines + i, block.row + at, pixel, rows[i]);
     }
     Pack white = blend<kFelt>(block, at, columns, rows);
-    for (int j = 0; j < kFelt; ++j) {
-      const BitPack upper = load<BitPack>(&block.cells[j][at]);
-      const BitPack lower = load<BitPack>(&block.cells[j + 1][at]);
-      for (int i = 0; i < kFelt; ++i) {
-        const Pack contrast =
-            cell(lower, i + 1) - cell(lower, i) - cell(upper, i + 1) + cell(upper, i);
-        white += junction(table.num_terms, contrast, columns[i], rows[j]);
-      }
-    }
     ByGeometry by;
     const Pack per_tag = 1.0F + table.last_x * pixel.x + table.last_y * pixel.y;
     shift_borders<kFelt>(table, per_tag, columns, by.shifts);
     shift_borders<kFelt>(table, per_tag, rows, by.shifts);
+    for (int j = 0; j < kFelt; ++j) {
+      const BitPack upper = load<BitPack>(&block.cells[j][at]);
+      const BitPack lower = load<BitPack>(&block.cells[j + 1][at]);
+      for (int i = 0; i < kFelt; ++i) {
+        const Pack a = cell(upper, i), b = cell(upper, i + 1), c = cell(lower, i),
+                   d = cell(lower, i + 1), contrast = d - c - b + a;
+        white += junction(table.num_terms, contrast, columns[i], rows[j]);
+        if (table.is_far_shifted)
+          shift_corner(contrast, a + b + c + d, columns[i], rows[j], by.shifts);
+      }
+    }
     white += by.shifts.white;
-    by.by_log_spread -= by.shifts.white;
+    by.by_log_spread += by.shifts.by_log_spread;
     for (int i = 0; i < kFelt; ++i) {
       differentiate(table, pixel, columns[i], by.columns, by);
       differentiate(table, pixel, rows[i], by.rows, by);

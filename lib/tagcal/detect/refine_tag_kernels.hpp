@@ -39,6 +39,7 @@ struct TagTable {
   // picture, and as far everywhere on the tag; spreads, the latter where one unit of the tag is one
   // of the places.
   float shift, shift_on_tag;
+  bool is_far_shifted;  // so that more than the first order counts
   float last_x, last_y;  // the homography's last row, but for its 1
   // Grey is light to the power of gamma; light and grey of black, where those of white are 1.
   float gamma, black_light, black_grey;

@@ -13,6 +13,7 @@ constexpr double kBoxCumulant = -1.0 / 120;  // fourth, of the square of a pixel
 constexpr double kLeastTerm = 1e-3;  // of a quadrant's series; the sum of what is left is below a
                                      // twentieth of it
 constexpr int kMaxTerms = 16;
+constexpr double kFirstOrder = 0.05;  // spreads: a shift whose square makes 3e-4 of the contrast
 
 // Kernels are made for some numbers of lines only: what is beyond those felt weighs next to
 // nothing, but is read.
@@ -51,6 +52,8 @@ void TagModel::set(const TagParameters& parameters) {
   table_.black_light = static_cast<float>(std::pow(black_grey, 1 / gamma_));
   table_.shift = static_cast<float>(parameters[kShift] / spread_);
   table_.shift_on_tag = static_cast<float>(parameters[kShift + 1] / spread_);
+  table_.is_far_shifted =
+      std::abs(parameters[kShift]) + std::abs(parameters[kShift + 1]) > kFirstOrder * spread_;
   table_.last_x = static_cast<float>(parameters[kM3]);
   table_.last_y = static_cast<float>(parameters[kM3 + 1]);
   set_axis(table_.columns, column_lines_, kM1);
