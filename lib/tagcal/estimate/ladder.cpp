@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/doubt.hpp"
 #include "tagcal/estimate/pose_problem.hpp"
-
 #include "tagcal/estimate/settle.hpp"
 
 namespace tagcal {
@@ -65,23 +65,77 @@ Rung rung_from(const Bundle& start, const Model& model, int max_iterations) {
   return rung;
 }
 
+bool is_fisheye(const Rung& rung) { return rung.model().lens_type() == LensType::fisheye; }
+
 // A model contains those below it; what is not determined in one of them is not determined in it,
 // while the smaller one explains the corners as well (its BIC is not higher). A fisheye's
 // coefficients can make up the information of a focal length, too: it needs the plain pinhole's.
 void pass_up_refusals(std::vector<Rung>& rungs) {
   std::vector<const Rung*> refused;
   for (Rung& rung : rungs) {
-    const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
     for (const Rung* smaller : refused) {
       const bool plain =
           smaller->model().num_free() <= smaller->model().sibling("pinhole").num_free();
-      if (rung.seen.status != Status::ok || smaller->bic > rung.bic || (is_fisheye && !plain))
+      if (rung.seen.status != Status::ok || smaller->bic > rung.bic || (is_fisheye(rung) && !plain))
         continue;
       rung.seen.status = smaller->seen.status;
       rung.seen.reason = smaller->seen.reason;
     }
     if (rung.seen.status == Status::focal_not_observable) refused.push_back(&rung);
   }
+}
+
+std::vector<Rung> climb_from(const CalibrationFit& fit, const CalibrateOptions& options) {
+  const Model& model = *fit.bundle.model;
+  const bool fisheye = model.lens_type() == LensType::fisheye;
+  const Bundle start = fisheye ? with_model(fit.bundle, model.sibling("f")) : fit.bundle;
+  std::vector<Rung> rungs = climb(start, model.sibling("opencv8"), options.max_iterations);
+  for (Rung& rung : rungs) rung.fit = &fit;
+  return rungs;
+}
+
+Count count_in(const Ladder& ladder, const CalibrateOptions& options) {
+  const double least = least_sigma(ladder.whitened, options);
+  return {ladder.noise_square,
+          kRejectSigmas * kRejectSigmas * std::max(1.0, least * least / ladder.noise_square)};
+}
+
+// How well a rung explains the corners.
+void explain(Rung& rung, const Ladder& ladder, const Count& count) {
+  const double rejected =
+      counted_misfit(*rung.fit, count) - counted_misfit(rung.fit->bundle, count);
+  rung.misfit = rejected + rung.summary.cost / ladder.noise_square;
+  rung.bic = rejected + counted_misfit(rung.bundle, count) +
+             rung.model().num_free() * std::log(ladder.num_residuals);
+}
+
+// The same of all, in units of the best one's noise.
+void weigh(Ladder& ladder, const CalibrateOptions& options) {
+  ladder.noise_square = noise_square(ladder.rungs, options);
+  const Count count = count_in(ladder, options);
+  for (Rung& rung : ladder.rungs) explain(rung, ladder, count);
+}
+
+// Climbs again, from another fit's poses: each rung stands where it explains more from there.
+void improve(Ladder& ladder, const CalibrationFit& from, const CalibrateOptions& options) {
+  const Count count = count_in(ladder, options);
+  bool any = false;
+  std::size_t i = 0;
+  for (Rung& other : climb_from(from, options)) {
+    Rung& rung = ladder.rungs[i++];
+    explain(other, ladder, count);
+    if (!other.summary.converged || (rung.summary.converged && other.bic >= rung.bic)) continue;
+    rung = std::move(other);
+    any = true;
+  }
+  if (any) weigh(ladder, options);
+}
+
+double lowest_bic(const Ladder& ladder, bool of_fisheye) {
+  double lowest = kInfinity;
+  for (const Rung& rung : ladder.rungs)
+    if (is_fisheye(rung) == of_fisheye) lowest = std::min(lowest, rung.bic);
+  return lowest;
 }
 
 }  // namespace
@@ -92,8 +146,12 @@ std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations
   double lowest = kInfinity;
   for (const Model* model : from.model->siblings()) {
     if (model->lens_type() != LensType::perspective || model->num_free() > top.num_free()) continue;
-    rungs.push_back(rung_from(below, *model, max_iterations));
-    const Rung& rung = rungs.back();
+    Rung rung = rung_from(below, *model, max_iterations);
+    if (cost_of(with_model(from, *model)) < rung.summary.cost) {
+      Rung other = rung_from(from, *model, max_iterations);
+      if (other.summary.cost < rung.summary.cost) rung = std::move(other);
+    }
+    rungs.push_back(rung);
     if (!rung.summary.converged || rung.summary.cost >= lowest) continue;
     lowest = rung.summary.cost;
     below = rung.bundle;
@@ -110,28 +168,23 @@ std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations
   return rungs;
 }
 
-Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
-                    const CalibrateOptions& options) {
+Ladder build_ladder(const LadderFits& fits, const CalibrateOptions& options) {
+  const CalibrationFit *perspective = fits.perspective, *fisheye = fits.fisheye;
   Ladder ladder;
-  if (perspective)
-    ladder.rungs = climb(perspective->bundle, perspective->bundle.model->sibling("opencv8"),
-                         options.max_iterations);
-  if (fisheye) ladder.rungs.push_back({fisheye->bundle, fisheye->summary, {}, 0, kInfinity});
+  if (perspective) ladder.rungs = climb_from(*perspective, options);
+  if (fisheye) ladder.rungs.push_back({fisheye->bundle, fisheye->summary, fisheye});
   const CalibrationFit& any = perspective ? *perspective : *fisheye;
   ladder.num_residuals = 2 * any.num_corners;
   ladder.whitened = any.whitened;
-  ladder.noise_square = noise_square(ladder.rungs, options);
-  const double noise = ladder.noise_square;
-  const double least = least_sigma(ladder.whitened, options);
-  const Count count{noise, kRejectSigmas * kRejectSigmas * std::max(1.0, least * least / noise)};
-  const double sigma = options.sigma_px > 0 ? options.sigma_px : std::sqrt(noise);
+  weigh(ladder, options);
+  if (perspective && fits.other_perspective) improve(ladder, *fits.other_perspective, options);
+  // Polynomials and the fisheye describe the same cameras up to some field of view: where the
+  // fisheye explains the corners better, the perspectives may stand at second minima.
+  if (perspective && fisheye && lowest_bic(ladder, true) < lowest_bic(ladder, false) &&
+      well_in_front(fisheye->bundle))
+    improve(ladder, *fisheye, options);
+  const double sigma = options.sigma_px > 0 ? options.sigma_px : std::sqrt(ladder.noise_square);
   for (Rung& rung : ladder.rungs) {
-    const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
-    const CalibrationFit& fit = is_fisheye ? *fisheye : *perspective;
-    const double rejected = counted_misfit(fit, count) - counted_misfit(fit.bundle, count);
-    rung.misfit = rejected + rung.summary.cost / noise;
-    rung.bic = rejected + counted_misfit(rung.bundle, count) +
-               rung.model().num_free() * std::log(ladder.num_residuals);
     rung.seen = observability(rung.bundle, ladder.whitened ? 1.0 : sigma);
     rung.has_pole = has_pole({rung.bundle.lens(), rung.bundle.image_size});
   }

@@ -13,6 +13,7 @@ namespace tagcal {
 struct Rung {
   Bundle bundle;
   BundleSummary summary;
+  const CalibrationFit* fit = nullptr;  // whose corners these are
   Observability seen;
   double misfit = 0;  // squared residuals / noise^2; rejected corners count up to the bound
   double bic = std::numeric_limits<double>::infinity();  // all corners count up to it
@@ -30,14 +31,21 @@ struct Ladder {
   bool whitened = false;
 };
 
-// The perspectives of the ladder on the same corners and from the same poses, up to `top`, each
-// from the best one below it: so that a solver that stops at the fold of a lens leads no other
-// there.
+// The perspectives of the ladder on the same corners, up to `top`, each from the best one below it,
+// so that a solver that stops at the fold of a lens leads no other there; or from `from`, where
+// that explains more.
 std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations);
 
-// f, f+c, ... opencv8 on the corners of `perspective`, and the fisheye as it is; either may be
-// null, not both.
-Ladder build_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
-                    const CalibrateOptions& options);
+// What a ladder is made of; null where there is none, but for one of the first two. They must
+// outlive the ladder.
+struct LadderFits {
+  const CalibrationFit* perspective = nullptr;
+  const CalibrationFit* fisheye = nullptr;
+  const CalibrationFit* other_perspective = nullptr;  // another start
+};
+
+// f, f+c, ... opencv8 on the corners of `perspective`, or on those of another fit where they
+// explain more from its poses; and the fisheye as it is.
+Ladder build_ladder(const LadderFits& fits, const CalibrateOptions& options);
 
 }  // namespace tagcal

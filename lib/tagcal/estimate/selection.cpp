@@ -212,29 +212,31 @@ CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
   return better ? std::move(*more) : fit;
 }
 
+struct PerspectiveFits {
+  std::optional<CalibrationFit> chosen;
+  std::optional<CalibrationFit> other;
+};
+
 // The corners that all perspectives are held against: those of the largest, or of the smallest
 // where the largest is more than the data hold and the smallest explains as many.
-std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
-                                              const CalibrateOptions& options) {
+PerspectiveFits fit_perspectives(const CalibrationInput& input, const CalibrateOptions& options) {
   std::optional<CalibrationFit> large = fit_model(input.models->named("opencv5"), input, options);
   if (large && large->summary.converged) {
     const int freedom = std::max(1, degrees_of_freedom(large->bundle));
     const double sigma = std::sqrt(large->summary.cost / freedom);
-    if (observability(large->bundle, sigma).status == Status::ok) {
-      return with_rational_corners(*large, sigma, input, options);
-    }
+    if (observability(large->bundle, sigma).status == Status::ok)
+      return {with_rational_corners(*large, sigma, input, options), std::nullopt};
   }
   std::optional<CalibrationFit> small = fit_model(input.models->named("f"), input, options);
-  if (!small) return large;
-  if (large && 20 * small->num_inliers() < 19 * large->num_inliers()) return large;
-  return small;
+  const bool is_enough = small && !(large && 20 * small->num_inliers() < 19 * large->num_inliers());
+  if (is_enough) std::swap(small, large);
+  return {std::move(large), std::move(small)};
 }
 
 void count_supported(ModelChoice& choice, const Ladder& ladder, const Rung& chosen,
-                     const CalibrationFit* perspective, const CalibrationFit* fisheye,
                      const CalibrateOptions& options) {
   const ResidualField field = residual_field(chosen.bundle, least_sigma(ladder.whitened, options));
-  choice.supported = supported_models(ladder, chosen, field.inflation, perspective, fisheye);
+  choice.supported = supported_models(ladder, chosen, field.inflation);
   for (const SupportedModel& supported : choice.supported)
     for (ModelStep& step : choice.steps)
       if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
@@ -259,28 +261,29 @@ void judge(ModelChoice& choice, const Ladder& ladder, const Rung& basis, const R
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options) {
   const auto begin = Clock::now();
-  const auto perspective = fit_perspective(input, options);
+  const PerspectiveFits perspectives = fit_perspectives(input, options);
+  const auto& perspective = perspectives.chosen;
   const auto fisheye = fit_model(input.models->named("fisheye4"), input, options);
   if (!perspective && !fisheye) return std::nullopt;
+  const auto pointer = [](const std::optional<CalibrationFit>& fit) {
+    return fit ? &*fit : nullptr;
+  };
   const Ladder ladder =
-      build_ladder(perspective ? &*perspective : nullptr, fisheye ? &*fisheye : nullptr, options);
+      build_ladder({pointer(perspective), pointer(fisheye), pointer(perspectives.other)}, options);
   std::vector<std::optional<double>> differences(ladder.rungs.size());
   const Rung* winner = lowest_score(ladder);
   const Rung* chosen =
       winner ? simplified(ladder, *winner, options.tolerance_px, differences) : nullptr;
   const Rung& basis = chosen ? *chosen : ladder.rungs.front();
-  const CalibrationFit& other = is_fisheye(basis) ? *fisheye : *perspective;
-  std::optional<CalibrationFit> fit = refit(basis.bundle, other, input, options);
-  ModelChoice choice{fit ? std::move(*fit) : other, chosen == nullptr, Status::ok, "", {}, {}};
+  std::optional<CalibrationFit> fit = refit(basis.bundle, *basis.fit, input, options);
+  ModelChoice choice{fit ? std::move(*fit) : *basis.fit, chosen == nullptr, Status::ok, "", {}, {}};
   choice.fit.bic = basis.bic;
   choice.fit.start_seconds =
       (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
   choice.fit.solve_seconds =
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
-  if (chosen)
-    count_supported(choice, ladder, *chosen, perspective ? &*perspective : nullptr,
-                    fisheye ? &*fisheye : nullptr, options);
+  if (chosen) count_supported(choice, ladder, *chosen, options);
   judge(choice, ladder, basis, chosen);
   return choice;
 }

@@ -133,8 +133,7 @@ std::optional<SupportedModel> as_supported(const Ladder& ladder, const Rung& run
 }  // namespace
 
 std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& chosen,
-                                             double inflation, const CalibrationFit* perspective,
-                                             const CalibrationFit* fisheye) {
+                                             double inflation) {
   const auto akaike = [&](double misfit, const Model& model) {
     return misfit / inflation + 2 * model.num_free();
   };
@@ -146,8 +145,7 @@ std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& c
     double misfit = 0;
     std::optional<SupportedModel> other = as_supported(ladder, rung, misfit);
     if (!other) continue;
-    const bool is_fisheye = rung.model().lens_type() == LensType::fisheye;
-    other->images = (is_fisheye ? fisheye : perspective)->images;
+    other->images = rung.fit->images;
     other->weight = akaike(misfit, rung.model());
     least = std::min(least, other->weight);
     supported.push_back(std::move(*other));

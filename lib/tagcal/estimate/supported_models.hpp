@@ -33,8 +33,7 @@ struct SupportedModel {
 // chi-squares, where residuals are not independent (ResidualField::inflation; QAIC, ibid.
 // section 2.5).
 std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& chosen,
-                                             double inflation, const CalibrationFit* perspective,
-                                             const CalibrationFit* fisheye);
+                                             double inflation);
 
 // The unconditional covariance of an estimate that was made with one of several supported models:
 // sum of w_i (C_i + d_i d_i'), d_i the difference to the estimate (Burnham & Anderson, eq. 4.9, as
