@@ -12,7 +12,10 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kNextOrder = 0.25;  // of what bends of third order do to a corner, what others may
-constexpr double kWholePx = 110;     // beyond it, what lenses do to a tag has more than third order
+// Standard deviations of what is believed: one corner hardly tells a shift of its borders from its
+// own place, and a fit that ends farther out, 1 in 16,000 by chance, is a second minimum.
+constexpr double kMostShift = 4;
+constexpr double kWholePx = 110;  // beyond it, what lenses do to a tag has more than third order
 
 bool is_inside(const TagCorners& corners, const ImageSize& size) {
   return std::ranges::all_of(corners, [&](const Vector2d& corner) {
@@ -38,7 +41,9 @@ TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorn
   for (std::size_t i = 0; i < 4; ++i) {
     const TagRegion region = part_of_tag(pattern, start, i);
     TagFitter fitter(region, start, options);
-    const TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
+    TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
+    if (options.shift_sd_px > 0 && part.shift_px.norm() > kMostShift * options.shift_sd_px)
+      part.status = TagFitStatus::not_converged;
     if (part.status != TagFitStatus::converged) {
       fit.status = part.status;
       return fit;

@@ -237,10 +237,9 @@ TagFit TagFitter::fit() {
   set_prior(parameters);
   model_.set(parameters);
   if ((region_.corner && !open_windows()) || !come_near()) return {};
-  TagFit fit;
-  for (std::size_t i = 0; i < 4; ++i) fit.corners[i] = pixel(corner(i)).value_or(start_[i]);
-  if (is_for_parts_) return fit;
-  fit = iterate();
+  TagFit near;
+  for (std::size_t i = 0; i < 4; ++i) near.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  TagFit fit = iterate();
   // What is farther from the corner was taken for something else: without it.
   if (region_.corner && !is_like_window()) {
     model_.set(in_window_);
@@ -248,8 +247,9 @@ TagFit TagFitter::fit() {
     fit = iterate();
     if (!is_like_window()) return {};
   }
-  is_for_parts_ = fit.status == TagFitStatus::converged && is_bent_beyond_whole();
-  return fit;
+  // What does not converge, because it is bent so much, may seem so only near the start.
+  if (fit.status == TagFitStatus::converged) is_for_parts_ = is_bent_beyond_whole();
+  return is_for_parts_ && fit.status != TagFitStatus::converged ? near : fit;
 }
 
 bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }

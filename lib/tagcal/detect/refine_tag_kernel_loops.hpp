@@ -13,13 +13,14 @@ namespace {
 struct FeltLine {
   LinePack line;
   Pack normal_x, normal_y, stretched, distance, density, step, slope, by_distance, border, change;
-  Pack near;   // the distance, but no larger than what polynomials in it can bear
-  Pack there;  // spreads by which a shift of one on the tag moves it
-  Pack white;  // by the shift, to first order
+  Pack near;                   // the distance, but no larger than what polynomials in it can bear
+  Pack there;                  // spreads by which a shift of one on the tag moves it
+  Pack white, white_by_shift;  // that a border of either kind is worth, by its shift
+  Pack box;                    // fourth cumulant of the pixel's square along the normal
 };
 
 // Normal integral (Abramowitz & Stegun 7.1.26) and density, each to 3e-6, without branches.
-inline void set_profile(FeltLine& felt, Pack box) {
+inline void set_profile(FeltLine& felt) {
   const Pack z = felt.distance, size = magnitude(z);
   const Pack twelve = all(12.0F);
   const Pack a = chosen(size < twelve, size, twelve);
@@ -33,8 +34,8 @@ inline void set_profile(FeltLine& felt, Pack box) {
   const Pack normal = chosen(z < 0.0F, tail, 1.0F - tail);
   const Pack z2 = z * z;
   felt.density = 0.398942280F * e;
-  felt.step = normal - box * z * (z2 - 3.0F) * felt.density;
-  felt.slope = felt.density * (1.0F + box * (z2 * (z2 - 6.0F) + 3.0F));
+  felt.step = normal - felt.box * z * (z2 - 3.0F) * felt.density;
+  felt.slope = felt.density * (1.0F + felt.box * (z2 * (z2 - 6.0F) + 3.0F));
 }
 
 struct PixelPack {
@@ -56,7 +57,8 @@ inline void feel(const TagTable& table, const TagLine* lines, const std::int32_t
                                   y2 * pixel.yy);
     felt.distance *= felt.stretched;
   }
-  set_profile(felt, table.box * (x2 * x2 + y2 * y2));
+  felt.box = table.box * (x2 * x2 + y2 * y2);
+  set_profile(felt);
 }
 
 inline Pack cell(BitPack bits, int i) {
@@ -103,10 +105,18 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
   return white;
 }
 
+// Of the angle between two lines in the picture.
+template <bool kStretched>
+inline Pack cosine(const PixelPack& pixel, const FeltLine& a, const FeltLine& b) {
+  const Pack xx = a.normal_x * b.normal_x, yy = a.normal_y * b.normal_y;
+  if constexpr (!kStretched) return xx + yy;
+  const Pack xy = a.normal_x * b.normal_y + a.normal_y * b.normal_x;
+  return a.stretched * b.stretched * (xx * pixel.xx + xy * pixel.xy + yy * pixel.yy);
+}
+
 // Beyond the product of its steps, the bivariate normal integral over a quadrant at (h, k) is the
 // sum over n >= 0 of rho^(n+1) / (n+1)! He_n(h) He_n(k) times both densities (Pearson 1901).
-inline Pack junction(int num_terms, Pack contrast, FeltLine& column, FeltLine& row) {
-  const Pack rho = column.normal_x * row.normal_x + column.normal_y * row.normal_y;
+inline Pack junction(int num_terms, Pack contrast, Pack rho, FeltLine& column, FeltLine& row) {
   const Pack h = column.near, k = row.near;
   Pack of_h = all(1.0F), next_of_h = h, of_k = of_h, next_of_k = k;
   Pack term = rho, sum = {}, by_h = {}, by_k = {};
@@ -140,28 +150,34 @@ struct ByShift {
   }
 };
 
+// The same line, moved.
+inline FeltLine moved(FeltLine line, Pack shift) {
+  line.distance += shift;
+  set_profile(line);
+  return line;
+}
+
 // Borders to white move one way, those to black the other: a line at distance z with a share a of
-// the one and b of the other is a step(z + s) - b step(z - s), to third order in s up to half a
-// spread, and linear beyond.
+// the one and b of the other is a step(z + s) - b step(z - s).
 template <int kFelt>
 inline void shift_borders(const TagTable& table, Pack per_tag, FeltLine* lines, ByShift& by) {
   for (int i = 0; i < kFelt; ++i) {
     FeltLine& line = lines[i];
     line.there = per_tag * line.line.inv_length * line.stretched;
     const Pack shift = table.shift + table.shift_on_tag * line.there;
-    const Pack curvature = -line.near * line.density;
-    line.by_distance += shift * line.border * curvature;
     Pack by_shift = line.border * line.slope;
-    if (table.is_far_shifted) {
-      const Pack most = all(0.5F), high = chosen(shift < most, shift, most);
-      const Pack near = chosen(high > -most, high, -most), half = 0.5F * near;
-      const Pack third = (line.near * line.near - 1.0F) * line.density;
-      line.white = near * line.slope;
-      line.by_distance += near * half * line.change * third;
-      by.white -= near * half * (line.change * curvature + near / 1.5F * line.border * third);
-      by_shift += near * (half * line.border * third + line.change * curvature);
+    if (!table.is_far_shifted) {
+      by.white += shift * by_shift;
+      line.by_distance -= shift * line.border * line.near * line.density;
+    } else {
+      const FeltLine to_white = moved(line, shift), to_black = moved(line, -shift);
+      const Pack a = 0.5F * (line.border + line.change), b = line.border - a;
+      by.white += a * (to_white.step - line.step) - b * (to_black.step - line.step);
+      by_shift = a * to_white.slope + b * to_black.slope;
+      line.by_distance += a * (to_white.slope - line.slope) - b * (to_black.slope - line.slope);
+      line.white = 0.5F * (to_white.step - to_black.step);
+      line.white_by_shift = 0.5F * (to_white.slope + to_black.slope);
     }
-    by.white += shift * by_shift;
     by.add(by_shift, line.there, shift);
   }
 }
@@ -174,8 +190,10 @@ inline void shift_corner(Pack contrast, Pack num_white, const FeltLine& column, 
   const Pack touching = chosen(size > 1.5F, all(2.0F), Pack{});
   const Pack white = column.white * (single * row.white - touching * magnitude(row.white));
   by.white += white;
-  const Pack by_column = column.slope * (single * row.white - touching * magnitude(row.white));
-  const Pack by_row = row.slope * (single * column.white - touching * magnitude(column.white));
+  const Pack by_column =
+      column.white_by_shift * (single * row.white - touching * magnitude(row.white));
+  const Pack by_row =
+      row.white_by_shift * (single * column.white - touching * magnitude(column.white));
   by.by_shift += by_column + by_row;
   by.by_shift_on_tag += by_column * column.there + by_row * row.there;
   by.by_log_spread -= 2.0F * white;
@@ -289,7 +307,8 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
       for (int i = 0; i < kFelt; ++i) {
         const Pack a = cell(upper, i), b = cell(upper, i + 1), c = cell(lower, i),
                    d = cell(lower, i + 1), contrast = d - c - b + a;
-        white += junction(table.num_terms, contrast, columns[i], rows[j]);
+        const Pack rho = cosine<kStretched>(pixel, columns[i], rows[j]);
+        white += junction(table.num_terms, contrast, rho, columns[i], rows[j]);
         if (table.is_far_shifted)
           shift_corner(contrast, a + b + c + d, columns[i], rows[j], by.shifts);
       }

@@ -22,7 +22,11 @@ int lines_taken(int num_felt) {
   return num_felt <= 6 ? 6 : kMaxTagLines;
 }
 
-Vector2d normal(const TagLine& line) { return Vector2d(line.by_x, line.by_y).normalized(); }
+// Of the angle between two lines, where `squares` are those of the places' slopes in the picture.
+double cosine(const TagLine& a, const TagLine& b, const Eigen::Matrix2d& squares) {
+  const Vector2d m(a.by_x, a.by_y), n(b.by_x, b.by_y);
+  return m.dot(squares * n) / std::sqrt(m.dot(squares * m) * n.dot(squares * n));
+}
 
 }  // namespace
 
@@ -58,7 +62,6 @@ void TagModel::set(const TagParameters& parameters) {
   table_.last_y = static_cast<float>(parameters[kM3 + 1]);
   set_axis(table_.columns, column_lines_, kM1);
   set_axis(table_.rows, row_lines_, kM2);
-  set_num_terms();
 }
 
 void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const {
@@ -79,13 +82,18 @@ void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row
   std::fill(line, std::end(axis.lines), TagLine{table_.per_unit, 0, kNever, 0, 0, {}});
 }
 
-// As many as the directions need that are farthest from right angles: those of outermost lines.
-void TagModel::set_num_terms() {
+// As many terms as the directions need that are farthest from right angles: those of outermost
+// lines, in the picture, where the first, the middle and the last of the pixels are.
+void TagModel::set_num_terms(const TagBlock& block) {
   double largest = 0;
-  for (const int i : {0, table_.columns.count - 1})
-    for (const int j : {0, table_.rows.count - 1})
-      largest = std::max(
-          largest, std::abs(normal(table_.columns.lines[i]).dot(normal(table_.rows.lines[j]))));
+  for (const int n : {0, block.size / 2, std::max(0, block.size - 1)}) {
+    Eigen::Matrix2d squares = Eigen::Matrix2d::Identity();
+    if (block.is_stretched) squares << block.xx[n], block.xy[n], block.xy[n], block.yy[n];
+    for (const int i : {0, table_.columns.count - 1})
+      for (const int j : {0, table_.rows.count - 1})
+        largest = std::max(
+            largest, std::abs(cosine(table_.columns.lines[i], table_.rows.lines[j], squares)));
+  }
   int& n = table_.num_terms;
   double power = largest;
   for (n = 0; n < kMaxTerms && power / (n + 1) > kLeastTerm; ++n) power *= largest;
@@ -122,7 +130,8 @@ void TagModel::add(TagBlock& block, int c, float level) const {
   block.yy[n] = row_.straight.yy[c];
 }
 
-void TagModel::evaluate(TagBlock& block) const {
+void TagModel::evaluate(TagBlock& block) {
+  set_num_terms(block);
   block.num_felt = lines_taken(block.num_felt);
   for (int n = 0; n < block.size; ++n)
     for (int j = 0; j <= block.num_felt; ++j)

@@ -80,11 +80,11 @@ class TagModel {
   void add(TagBlock& block, int c, float level) const;
   // Where pixel c of the row is before it is bent.
   Eigen::Vector2f place(int c) const;
-  void evaluate(TagBlock& block) const;
+  void evaluate(TagBlock& block);
 
  private:
   void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
-  void set_num_terms();
+  void set_num_terms(const TagBlock& block);
   void bend_row(int begin, int end);
   void bend_straight_row(const Eigen::Matrix<float, tag_parameter::kNumBends, 1>& bends, int begin,
                          int end);

@@ -133,6 +133,7 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
   }
   if (is_answer(c.status) && choice->status != Status::ok) {
     withdraw(c, choice->status);
+    c.warnings = choice->fit.warnings;  // the others are about the answer
     c.warnings.push_back(choice->reason);
   }
   c.steps = choice->steps;

@@ -66,8 +66,7 @@ Asked ask(const Bundle& solved, double sigma, double most) {
   const double cost = cost_of(solved);
   asked.excess = solve(*state, kIterations).cost - cost;
   Observability seen = observability(*state, sigma);
-  if (seen.status == Status::focal_not_observable &&
-      (well_in_front(solved) || asked.excess < most)) {
+  if (seen.status == Status::focal_not_observable && asked.excess < most) {
     asked.refused = std::move(seen);
     return asked;
   }

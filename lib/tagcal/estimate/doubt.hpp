@@ -9,8 +9,8 @@ namespace tagcal {
 // Many free coefficients can talk the information of an estimate into a lens that the same data do
 // not hold: noise makes curvature, and curvature tells of a centre and a focal length. So plain
 // lenses are asked, too:
-//   1. whether one focal length alone is held;
-//   2. where f+c or pinhole explains the corners as well (by BIC), whether that is held, and
+//   1. where one focal length alone explains the corners as well (by BIC), whether that is held;
+//   2. where f+c or pinhole does, whether that is held, and
 //   3. whether it is within the standard deviations of the estimate: the cost rises by d^2 sigma^2
 //      at d of them, or they say nothing.
 // What these answer where they are not; no value where there is nothing to doubt. First a few of

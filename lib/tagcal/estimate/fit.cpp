@@ -172,7 +172,7 @@ double truncated_loss(const std::vector<std::vector<double>>& squares, double bo
 void reconsider(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
                 Settled& state) {
   constexpr double kAsLarge = 1.05;
-  for (const double times : {2.0, 8.0}) {
+  for (const double times : {2.0, 8.0, kInfinity}) {
     const double bound = kRejectSigmas * state.sigma;
     Selection wider = state.selection;
     if (!reselect(state.squares, times * bound, wider)) continue;

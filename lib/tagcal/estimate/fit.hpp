@@ -40,9 +40,10 @@ struct CalibrationFit {
 };
 
 // Starts, solves, leaves out what is further than five standard deviations from the answer, takes
-// back what is nearer, and solves again until nothing moves. Then what is out by up to forty is
-// fitted with the others, and that is the answer where it explains all corners better, each
-// counting up to the bound of rejection. No value where no view has a consensus.
+// back what is nearer, and solves again until nothing moves. Then what is out by up to ten
+// or forty, and all that is out, is fitted with the others, and that is the answer where it
+// explains all corners better, each counting up to the bound of rejection. No value where no view
+// has a consensus.
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
 

@@ -138,6 +138,34 @@ double lowest_bic(const Ladder& ladder, bool of_fisheye) {
   return lowest;
 }
 
+// Whether the larger model is needed, by BIC and more.
+bool is_far_worse(const Rung& small, const Rung& large) {
+  const double noise_square = large.summary.cost / std::max(1, degrees_of_freedom(large.bundle));
+  const int more = large.model().num_free() - small.model().num_free();
+  return small.summary.cost - large.summary.cost >
+         (more + 1) * std::log(2.0 * num_corners(large.bundle)) * noise_square;
+}
+
+// From poses that the smallest model bent to distortion a larger one may have found no way to its
+// minimum: each is tried from `from`, if that is its model, and from the next larger one, down from
+// the largest; followed where a few steps from there explain more.
+void descend(std::vector<Rung>& rungs, const Bundle& from, int max_iterations) {
+  constexpr int kFewSteps = 5;
+  for (std::size_t i = rungs.size(); i-- > 0;) {
+    Rung& rung = rungs[i];
+    const auto follow = [&](const Bundle& start) {
+      Bundle trial = with_model(start, rung.model());
+      if (cost_of(start) >= rung.summary.cost || solve(trial, kFewSteps).cost >= rung.summary.cost)
+        return;
+      Rung other = rung_from(trial, rung.model(), max_iterations);
+      if (other.summary.converged && !at_fold(other.bundle, other.summary)) rung = std::move(other);
+    };
+    if (from.model == &rung.model()) follow(from);
+    if (i + 1 < rungs.size() && rungs[i + 1].summary.converged && is_far_worse(rung, rungs[i + 1]))
+      follow(rungs[i + 1].bundle);
+  }
+}
+
 }  // namespace
 
 std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations) {
@@ -146,12 +174,8 @@ std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations
   double lowest = kInfinity;
   for (const Model* model : from.model->siblings()) {
     if (model->lens_type() != LensType::perspective || model->num_free() > top.num_free()) continue;
-    Rung rung = rung_from(below, *model, max_iterations);
-    if (cost_of(with_model(from, *model)) < rung.summary.cost) {
-      Rung other = rung_from(from, *model, max_iterations);
-      if (other.summary.cost < rung.summary.cost) rung = std::move(other);
-    }
-    rungs.push_back(rung);
+    rungs.push_back(rung_from(below, *model, max_iterations));
+    const Rung& rung = rungs.back();
     if (!rung.summary.converged || rung.summary.cost >= lowest) continue;
     lowest = rung.summary.cost;
     below = rung.bundle;
@@ -165,6 +189,7 @@ std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations
     if (again.summary.converged && !at_fold(again.bundle, again.summary))
       rungs[i] = std::move(again);
   }
+  descend(rungs, from, max_iterations);
   return rungs;
 }
 

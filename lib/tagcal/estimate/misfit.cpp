@@ -40,14 +40,15 @@ double chi_square(const BoardWarp& warp, const Calibration& c, const CalibrateOp
   return share * share * warp.chi_square;
 }
 
-// `auto` has asked the larger models itself.
-bool warn_of_small_model(Calibration& c, const MisfitEvidence& evidence, double bent,
-                         const CalibrateOptions& options) {
-  if (options.model.empty() || options.model == "auto") return false;
+// A larger lens explains more than a bent board would. No word of it where `auto` has asked the
+// larger models itself, and the smaller one stands for them.
+bool is_small_model(Calibration& c, const MisfitEvidence& evidence, double bent,
+                    const CalibrateOptions& options) {
   const auto larger = larger_lens(*evidence.bundle, sigma_that_counts(c, options));
   if (!larger || larger->chi_square < std::max(kSmallModelChiSquare, bent)) return false;
-  c.warnings.push_back("the model is too small: opencv5 would explain " + percent(larger->share) +
-                       " of the squares of its residuals");
+  if (!options.model.empty() && options.model != "auto")
+    c.warnings.push_back("the model is too small: opencv5 would explain " + percent(larger->share) +
+                         " of the squares of its residuals");
   return true;
 }
 
@@ -72,7 +73,7 @@ void judge_model_and_board(Calibration& c, MisfitEvidence& evidence,
   if (evidence.board && evidence.information)
     warp = estimate_warp(*evidence.information, c.sigma_px);
   const double bent = warp ? chi_square(*warp, c, options) : 0;
-  evidence.small_model = warn_of_small_model(c, evidence, bent, options);
+  evidence.small_model = is_small_model(c, evidence, bent, options);
   if (options.board_warp) {
     c.board_warp = warp;
   } else if (bent > kBentChiSquare && !evidence.small_model &&

@@ -116,12 +116,12 @@ const Rung* simplified(const Ladder& ladder, const Rung& winner, double toleranc
 }
 
 // A model that the data ask for and do not determine.
-const Rung* wanted(const Ladder& ladder, const Rung& chosen) {
+const Rung* wanted(const Ladder& ladder, const Rung& winner) {
   for (const Rung& rung : ladder.rungs) {
     const bool undetermined = rung.seen.status != Status::ok;
-    if (!undetermined || !rung.summary.converged || is_fisheye(rung) || is_fisheye(chosen))
+    if (!undetermined || !rung.summary.converged || is_fisheye(rung) || is_fisheye(winner))
       continue;
-    if (rung.bic < chosen.bic - kStrongEvidence) return &rung;
+    if (rung.bic < winner.bic - kStrongEvidence) return &rung;
   }
   return nullptr;
 }
@@ -242,15 +242,15 @@ void count_supported(ModelChoice& choice, const Ladder& ladder, const Rung& chos
       if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
 }
 
-// `chosen`: null where nothing but the basis is left.
-void judge(ModelChoice& choice, const Ladder& ladder, const Rung& basis, const Rung* chosen) {
-  if (!chosen) {
+// `winner`: null where nothing but the basis is left.
+void judge(ModelChoice& choice, const Ladder& ladder, const Rung& basis, const Rung* winner) {
+  if (!winner) {
     const bool held = basis.seen.status == Status::ok;
     choice.status = held ? Status::not_converged : basis.seen.status;
     choice.reason = held ? "no model's solution converged" : basis.seen.reason;
-  } else if (const Rung* more = wanted(ladder, *chosen)) {
+  } else if (const Rung* more = wanted(ladder, *winner)) {
     choice.status = Status::not_observable;
-    choice.reason = "the corners show more than model " + std::string(chosen->model().name()) +
+    choice.reason = "the corners show more than model " + std::string(winner->model().name()) +
                     " explains, but they do not determine " + std::string(more->model().name()) +
                     ": " + more->seen.reason;
   }
@@ -284,7 +284,7 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = explain(ladder, chosen, winner, differences);
   if (chosen) count_supported(choice, ladder, *chosen, options);
-  judge(choice, ladder, basis, chosen);
+  judge(choice, ladder, basis, winner);
   return choice;
 }
 
