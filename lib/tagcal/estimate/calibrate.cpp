@@ -80,8 +80,11 @@ constexpr int kModelErrorRounds = 3;  // until it stays the same
 std::optional<ModelChoice> choose_with_model_error(CalibrationInput& input,
                                                    const CalibrateOptions& options) {
   std::optional<ModelChoice> choice = choose_model(input, options);
-  for (int i = 0; choice && i < kModelErrorRounds && count_model_error(input, choice->fit); ++i)
+  // What a model leaves over that does not explain the corners is no error that the others have.
+  for (int i = 0; choice && choice->status == Status::ok && i < kModelErrorRounds; ++i) {
+    if (!count_model_error(input, choice->fit)) break;
     choice = choose_model(input, options);
+  }
   return choice;
 }
 

@@ -200,8 +200,9 @@ Observability observability(const Bundle& bundle,
     refuse(result, bundle, information);
   } else if (focal_held && !held) {
     result.status = Status::not_observable;
-    result.reason = "not observable from these views: " + weakest_parameters(bundle, covariance) +
-                    " (the projection is uncertain by " +
+    const std::string weakest = weakest_parameters(bundle, covariance);
+    result.reason = "not observable from these views: " + weakest + (weakest.empty() ? "" : " ") +
+                    "(the projection is uncertain by " +
                     std::to_string(std::lround(std::min(result.projection_px, 1e9))) + " px)";
   }
   if (!held) {

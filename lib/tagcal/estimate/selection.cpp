@@ -8,6 +8,7 @@
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/ladder.hpp"
 #include "tagcal/estimate/residual_field.hpp"
+#include "tagcal/estimate/settle.hpp"
 #include "tagcal/estimate/weak.hpp"
 
 namespace tagcal {
@@ -276,6 +277,7 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
       winner ? simplified(ladder, *winner, options.tolerance_px, differences) : nullptr;
   const Rung& basis = chosen ? *chosen : ladder.rungs.front();
   std::optional<CalibrationFit> fit = refit(basis.bundle, *basis.fit, input, options);
+  if (fit) settle(fit->bundle, fit->summary, options.max_iterations);
   ModelChoice choice{fit ? std::move(*fit) : *basis.fit, chosen == nullptr, Status::ok, "", {}, {}};
   choice.fit.bic = basis.bic;
   choice.fit.start_seconds =
