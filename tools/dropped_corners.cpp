@@ -44,18 +44,18 @@ double badness(const DroppedView& view) {
 }
 
 std::vector<DroppedView> by_view(const Calibration& calibration) {
-  std::set<std::string_view> taken;
-  for (const CalibratedView& view : calibration.views) taken.insert(view.image);
-  std::map<std::string_view, DroppedView> views;
+  std::set<std::size_t> taken;
+  for (const CalibratedView& view : calibration.views) taken.insert(view.view);
+  std::map<std::size_t, DroppedView> views;
   for (const Outlier& o : calibration.outliers) {
-    DroppedView& view = views[o.image];
+    DroppedView& view = views[o.view];
     view.image = o.image;
     view.tags[o.id.tag_id].push_back(&o);
     ++view.count;
-    view.whole = !taken.contains(o.image);
+    view.whole = !taken.contains(o.view);
   }
   std::vector<DroppedView> sorted;
-  for (auto& [image, view] : views) sorted.push_back(std::move(view));
+  for (auto& [index, view] : views) sorted.push_back(std::move(view));
   std::stable_sort(sorted.begin(), sorted.end(), [](const DroppedView& a, const DroppedView& b) {
     return std::pair(a.whole, badness(a)) > std::pair(b.whole, badness(b));
   });

@@ -42,6 +42,10 @@ struct Outlier {
   std::string image;
   CornerId id;
   double residual_px = 0;  // NaN where the answer does not project it at all
+  // By number in the data set: Dataset::views[view].observations[corner]. Names of images are for
+  // people: they may be empty or equal.
+  std::size_t view = 0;
+  std::size_t corner = 0;
 };
 
 struct CalibratedView {
@@ -55,6 +59,7 @@ struct CalibratedView {
   std::optional<double> scale_px_per_m;  // of model weak
   double scale_sigma_px_per_m = 0;       // NaN where it is not known
   std::optional<Pose> mirrored;  // of model weak and a plane: the other pose, which fits as well
+  std::size_t view = 0;          // by number in the data set
 };
 
 // One model of the ladder as `auto` saw it.

@@ -31,21 +31,25 @@ std::map<CornerId, WorldPoint> world_points(const std::vector<PlacedBoard>& boar
   return points;
 }
 
-CalibrationView calibration_view(const View& view, const std::map<CornerId, WorldPoint>& points,
-                                 bool whitened) {
+CalibrationView calibration_view(const View& view, std::size_t index,
+                                 const std::map<CornerId, WorldPoint>& points, bool whitened) {
   CalibrationView result;
   result.image = view.image;
+  result.index = index;
   std::map<std::size_t, std::vector<std::size_t>> by_board;
+  result.corners.reserve(view.observations.size());
   result.ids.reserve(view.observations.size());
   result.problem.correspondences.reserve(view.observations.size());
   auto point = points.begin();
-  for (const Observation& o : view.observations) {
+  for (std::size_t i = 0; i < view.observations.size(); ++i) {
+    const Observation& o = view.observations[i];
     // Most often corners come in the order of the board: the next is not looked for.
     if (point != points.end()) ++point;
     if (point == points.end() || point->first != o.id) point = points.find(o.id);
     if (point == points.end()) continue;
     by_board[point->second.board].push_back(result.ids.size());
     result.ids.push_back(o.id);
+    result.corners.push_back(i);
     result.problem.correspondences.push_back({point->second.position, o.pixel});
     if (whitened) result.problem.whitening.push_back(whitening_of(covariance_or_assumed(o)));
   }
@@ -94,10 +98,11 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
         "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
         noise.num_assumed(), noise.num_corners, kAssumedSigmaPx));
   Twins twins;
-  for (const View& view : dataset.views) {
-    CalibrationView prepared = calibration_view(view, points, input.whitened);
+  for (std::size_t v = 0; v < dataset.views.size(); ++v) {
+    CalibrationView prepared = calibration_view(dataset.views[v], v, points, input.whitened);
     if (!fixes_a_pose(prepared)) {
-      input.warnings.push_back(view.image + ": left out, it has no four corners that fix a pose");
+      input.warnings.push_back(prepared.name() +
+                               ": left out, it has no four corners that fix a pose");
       continue;
     }
     const double sum = sum_of_pixels(prepared);
@@ -106,8 +111,8 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
       return same_corners(input.views[other.second], prepared);
     });
     if (twin != last) {
-      input.warnings.push_back(view.image + ": left out, it repeats " +
-                               input.views[twin->second].image);
+      input.warnings.push_back(prepared.name() + ": left out, it repeats " +
+                               input.views[twin->second].name());
       continue;
     }
     if (options.reject_outliers && leave_out_mirrored(prepared, input)) continue;

@@ -117,7 +117,7 @@ void list_outliers(const CalibrationInput& input, const Selection& selection,
     fit.squares.insert(fit.squares.end(), squares[v].begin(), squares[v].end());
     const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
     const bool taken = selection.pose[v] && count >= 4;
-    if (!taken) fit.warnings.push_back(view.image + ": left out, its corners do not agree");
+    if (!taken) fit.warnings.push_back(view.name() + ": left out, its corners do not agree");
     std::vector<Vector2d> residuals;
     if (selection.pose[v])
       residuals = residuals_px(view.problem.correspondences, fit.bundle.lens(), *selection.pose[v]);
@@ -125,7 +125,8 @@ void list_outliers(const CalibrationInput& input, const Selection& selection,
       if (!taken || !selection.inlier[v][i])
         fit.outliers.push_back(
             {view.image, view.ids[i],
-             residuals.empty() ? std::numeric_limits<double>::quiet_NaN() : residuals[i].norm()});
+             residuals.empty() ? std::numeric_limits<double>::quiet_NaN() : residuals[i].norm(),
+             view.index, view.corners[i]});
   }
 }
 
@@ -204,7 +205,10 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
   fit.summary = state.summary;
   if (fit.bundle.views.empty())
     state.squares = all_squares(fit.bundle.lens(), input, state.selection);
-  for (const std::size_t v : state.used) fit.images.push_back(input.views[v].image);
+  for (const std::size_t v : state.used) {
+    fit.views.push_back(input.views[v].index);
+    fit.images.push_back(input.views[v].image);
+  }
   list_outliers(input, state.selection, state.squares, fit);
 }
 
@@ -241,20 +245,20 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
 std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
                                     const CalibrationInput& input,
                                     const CalibrateOptions& options) {
-  std::map<std::string, Pose> poses;
-  for (std::size_t i = 0; i < other.images.size(); ++i)
-    poses[other.images[i]] = solved.camera_from_target[i];
-  std::set<std::pair<std::string, CornerId>> out;
-  for (const Outlier& o : other.outliers) out.emplace(o.image, o.id);
+  std::map<std::size_t, Pose> poses;
+  for (std::size_t i = 0; i < other.views.size(); ++i)
+    poses[other.views[i]] = solved.camera_from_target[i];
+  std::set<std::pair<std::size_t, std::size_t>> out;
+  for (const Outlier& o : other.outliers) out.emplace(o.view, o.corner);
   Selection selection;
   for (const CalibrationView& view : input.views) {
-    const auto pose = poses.find(view.image);
+    const auto pose = poses.find(view.index);
     selection.pose.push_back(pose == poses.end() ? std::nullopt : std::optional(pose->second));
     auto& inlier = selection.inlier.emplace_back();
-    for (const CornerId& id : view.ids) inlier.push_back(!out.contains({view.image, id}));
+    for (const std::size_t i : view.corners) inlier.push_back(!out.contains({view.index, i}));
   }
   CalibrationFit fit{
-      {solved.model, solved.image_size, solved.free_values, {}, {}}, {}, input.whitened};
+      {solved.model, solved.image_size, solved.free_values, {}, {}}, {}, {}, input.whitened};
   fit.warnings = input.warnings;
   run_rounds(input, options, fit, selection);
   if (fit.bundle.views.empty()) return std::nullopt;

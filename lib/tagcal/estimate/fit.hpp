@@ -22,7 +22,8 @@ inline double least_sigma(bool whitened, const CalibrateOptions& options) {
 // One model, solved on the corners that agree with it.
 struct CalibrationFit {
   Bundle bundle;                    // inliers only
-  std::vector<std::string> images;  // per view of the bundle
+  std::vector<std::size_t> views;   // of the data set, by number, per view of the bundle
+  std::vector<std::string> images;  // their names
   bool whitened = false;
   BundleSummary summary;
   int num_corners = 0;  // inliers and outliers

@@ -88,6 +88,7 @@ void fill_views(Calibration& c, const CalibrationFit& fit,
   for (std::size_t i = 0; i < fit.bundle.views.size(); ++i) {
     CalibratedView view;
     view.image = fit.images[i];
+    view.view = fit.views[i];
     view.camera_from_world = fit.bundle.camera_from_target[i];
     if (covariance) view.covariance = covariance->poses[i];
     double view_sum = 0;
@@ -182,7 +183,7 @@ Eigen::MatrixXd claim(Observability& seen, const CalibrationFit& fit,
   count_bend(covariance, evidence, sigma);
   if (seen.status == Status::ok) judge_focal_length(seen, fit.bundle);
   const Eigen::MatrixXd own = covariance.parameters;
-  add_model_uncertainty(covariance, fit.bundle, fit.images, supported);
+  add_model_uncertainty(covariance, fit.bundle, fit.views, supported);
   // Another model that would not determine the focal length widens the claim, and refuses nothing.
   seen.focal_share = relative_focal_sigma(fit.bundle, covariance.parameters);
   return own;

@@ -12,10 +12,15 @@ namespace tagcal {
 
 // One view of a data set, ready for the solvers.
 struct CalibrationView {
-  std::string image;
-  std::vector<CornerId> ids;      // per correspondence
-  ViewProblem problem;            // points in world coordinates
-  std::vector<std::size_t> seed;  // the correspondences of the board that has most of them here
+  std::string image;                 // for people; `index` is which it is
+  std::size_t index = 0;             // in the data set
+  std::vector<CornerId> ids;         // per correspondence
+  std::vector<std::size_t> corners;  // likewise: observations of the view, by number
+  ViewProblem problem;               // points in world coordinates
+  std::vector<std::size_t> seed;     // the correspondences of the board that has most of them here
+
+  // "desk.png", or "view 3" where it has no name.
+  std::string name() const { return image.empty() ? "view " + std::to_string(index) : image; }
 };
 
 // Where the solver starts: free parameters, and per view a pose (none where no consensus was found)

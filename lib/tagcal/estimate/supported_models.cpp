@@ -145,7 +145,7 @@ std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& c
     double misfit = 0;
     std::optional<SupportedModel> other = as_supported(ladder, rung, misfit);
     if (!other) continue;
-    other->images = rung.fit->images;
+    other->views = rung.fit->views;
     other->weight = akaike(misfit, rung.model());
     least = std::min(least, other->weight);
     supported.push_back(std::move(*other));
@@ -163,7 +163,7 @@ std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& c
 }
 
 void add_model_uncertainty(BundleCovariance& covariance, const Bundle& chosen,
-                           std::span<const std::string> images,
+                           std::span<const std::size_t> views,
                            std::span<const SupportedModel> others) {
   const MatrixXd own = covariance.parameters;
   const std::vector<Matrix6> poses = covariance.poses;
@@ -171,7 +171,7 @@ void add_model_uncertainty(BundleCovariance& covariance, const Bundle& chosen,
   for (const SupportedModel& other : others)
     covariance.parameters += other.weight * second_moment(other, chosen, own);
   for (const SupportedModel& other : others) {
-    if (!std::ranges::equal(other.images, images)) continue;
+    if (!std::ranges::equal(other.views, views)) continue;
     for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
       const Vector6d d = minus(other.bundle.camera_from_target[v], chosen.camera_from_target[v]);
       const Matrix6 moment = other.covariance.poses[v] + d * d.transpose();

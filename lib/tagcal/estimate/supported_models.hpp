@@ -18,7 +18,7 @@ inline constexpr double kWorthAWord = 0.005;
 // A model that the data support beside the chosen one, and by how much.
 struct SupportedModel {
   Bundle bundle;
-  std::vector<std::string> images;  // per view of the bundle
+  std::vector<std::size_t> views;  // of the data set, by number, per view of the bundle
   BundleCovariance covariance;
   double weight = 0;  // Akaike's, among the chosen model and all of these
 };
@@ -40,7 +40,7 @@ std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& c
 // a variance). Coefficients that mean another thing in the other model keep the chosen one's
 // variance; poses count where the models have the same views.
 void add_model_uncertainty(BundleCovariance& covariance, const Bundle& chosen,
-                           std::span<const std::string> images,
+                           std::span<const std::size_t> views,
                            std::span<const SupportedModel> others);
 
 // The same of the projection over the image, the pose between the lenses taken out. A node at which

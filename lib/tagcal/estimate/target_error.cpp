@@ -104,20 +104,14 @@ class OutlierList {
  public:
   explicit OutlierList(const std::vector<Outlier>& all) : next_(all.begin()), end_(all.end()) {}
 
-  bool in_view(const std::string& image) {
-    view_ = next_ != end_ && next_->image == image;
-    return view_;
-  }
-  bool take(const std::string& image, const CornerId& id) {
-    if (!view_ || next_->id != id) return false;
+  bool take(std::size_t view, std::size_t corner) {
+    if (next_ == end_ || next_->view != view || next_->corner != corner) return false;
     ++next_;
-    in_view(image);
     return true;
   }
 
  private:
   std::vector<Outlier>::const_iterator next_, end_;
-  bool view_ = false;
 };
 
 // How a pixel moves with its point, of a lens without distortion; `axes`: in which directions.
@@ -158,17 +152,16 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
   auto answer = c.views.begin();
   ByShift by_shift;
   for (const CalibrationView& view : input.views) {
-    const bool taken = answer != c.views.end() && answer->image == view.image;
-    outliers.in_view(view.image);
+    const bool taken = answer != c.views.end() && answer->view == view.index;
     if (!taken) {
-      for (const CornerId& id : view.ids) outliers.take(view.image, id);
+      for (const std::size_t corner : view.corners) outliers.take(view.index, corner);
       continue;
     }
     const auto residuals =
         residuals_px(view.problem.correspondences, c.camera->lens, answer->camera_from_world);
     const Scale scale(c.camera->lens, (answer++)->camera_from_world, axes);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
-      const bool out = outliers.take(view.image, view.ids[i]);
+      const bool out = outliers.take(view.index, view.corners[i]);
       if (!residuals[i].allFinite() || !scale.at(view.problem.correspondences[i].point, by_shift))
         continue;
       const auto& whitening = view.problem.whitening;

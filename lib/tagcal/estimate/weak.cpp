@@ -208,15 +208,17 @@ void fill(const Rounds& rounds, WeakFit& weak) {
     if (const auto& answer = rounds.views[v]) {
       fit.bundle.views.push_back(chosen(view.problem, rounds.inlier[v]));
       fit.bundle.camera_from_target.push_back(answer->camera_from_target);
+      fit.views.push_back(view.index);
       fit.images.push_back(view.image);
       fit.summary.cost += answer->cost;
       weak.views.push_back(*answer);
     } else {
-      fit.warnings.push_back(view.image + ": left out, its corners do not agree");
+      fit.warnings.push_back(view.name() + ": left out, its corners do not agree");
     }
     for (std::size_t i = 0; i < view.ids.size(); ++i)
       if (!rounds.views[v] || !rounds.inlier[v][i])
-        fit.outliers.push_back({view.image, view.ids[i], rounds.residuals[v][i].norm()});
+        fit.outliers.push_back(
+            {view.image, view.ids[i], rounds.residuals[v][i].norm(), view.index, view.corners[i]});
   }
 }
 

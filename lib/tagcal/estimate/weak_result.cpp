@@ -87,6 +87,7 @@ Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options) {
     c.views.push_back(weak_view(weak.views[v], bundle.views[v], centre, c.sigma_px));
     CalibratedView& view = c.views.back();
     view.image = weak.fit.images[v];
+    view.view = weak.fit.views[v];
     sum += view.rms_px * view.rms_px * view.num_corners;
     c.num_corners += view.num_corners;
   }

@@ -37,9 +37,9 @@ struct FittedView {
   }
 };
 
-bool is_outlier(const std::vector<Outlier>& outliers, std::size_t next, const std::string& image,
-                const CornerId& id) {
-  return next < outliers.size() && outliers[next].image == image && outliers[next].id == id;
+bool is_outlier(const std::vector<Outlier>& outliers, std::size_t next, std::size_t view,
+                std::size_t corner) {
+  return next < outliers.size() && outliers[next].view == view && outliers[next].corner == corner;
 }
 
 // Squares and outliers of a fit stand in the order of the input's corners.
@@ -50,14 +50,14 @@ std::vector<FittedView> fitted_views(const CalibrationInput& input, const Calibr
     FittedView view;
     view.view = v;
     double sum = 0;
-    for (const CornerId& id : input.views[v].ids) {
-      const bool outlier = is_outlier(fit.outliers, out, input.views[v].image, id);
+    for (const std::size_t corner : input.views[v].corners) {
+      const bool outlier = is_outlier(fit.outliers, out, input.views[v].index, corner);
       view.inlier.push_back(!outlier);
       if (!outlier) sum += fit.squares[square];
       ++square;
       out += outlier;
     }
-    if (taken == fit.images.size() || fit.images[taken] != input.views[v].image) continue;
+    if (taken == fit.views.size() || fit.views[taken] != input.views[v].index) continue;
     view.camera_from_world = fit.bundle.camera_from_target[taken++];
     view.num_inliers =
         static_cast<std::size_t>(std::count(view.inlier.begin(), view.inlier.end(), 1));
@@ -138,7 +138,8 @@ std::vector<const FittedView*> wrong_views(const std::vector<FittedView>& views,
 
 void drop(CalibrationInput& input, const CalibrationView& view, std::size_t corner,
           const Vector2d& residual) {
-  input.dropped.push_back({view.image, view.ids[corner], residual.norm()});
+  input.dropped.push_back(
+      {view.image, view.ids[corner], residual.norm(), view.index, view.corners[corner]});
 }
 
 // Keeps the largest board of a view.
@@ -147,6 +148,7 @@ void leave_out_others(CalibrationInput& input, const FittedView& fitted, const L
   const auto residuals = residuals_px(view.problem.correspondences, lens, fitted.camera_from_world);
   CalibrationView kept;
   kept.image = view.image;
+  kept.index = view.index;
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
     if (!std::binary_search(view.seed.begin(), view.seed.end(), i)) {
       drop(input, view, i, residuals[i]);
@@ -154,10 +156,11 @@ void leave_out_others(CalibrationInput& input, const FittedView& fitted, const L
     }
     kept.seed.push_back(kept.ids.size());
     kept.ids.push_back(view.ids[i]);
+    kept.corners.push_back(view.corners[i]);
     kept.problem.correspondences.push_back(view.problem.correspondences[i]);
     if (input.whitened) kept.problem.whitening.push_back(view.problem.whitening[i]);
   }
-  input.warnings.push_back(view.image +
+  input.warnings.push_back(view.name() +
                            ": one board only takes part, the others do not hang where they should");
   view = std::move(kept);
 }
@@ -167,7 +170,7 @@ void leave_out_view(CalibrationInput& input, const FittedView& fitted, const Len
   const auto residuals = residuals_px(at->problem.correspondences, lens, fitted.camera_from_world);
   for (std::size_t i = 0; i < residuals.size(); ++i) drop(input, *at, i, residuals[i]);
   input.warnings.push_back(
-      at->image +
+      at->name() +
       ": left out, its residuals are larger than those of the other views and "
       "correlated: camera or board moved during the exposure, or the board was bent");
   input.views.erase(at);
@@ -202,7 +205,7 @@ bool is_mirrored(const CalibrationView& view) {
 
 bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input) {
   if (!is_mirrored(view)) return false;
-  input.warnings.push_back(view.image + ": left out, its tags are mirrored");
+  input.warnings.push_back(view.name() + ": left out, its tags are mirrored");
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < view.ids.size(); ++i) drop(input, view, i, {unknown, unknown});
   return true;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
+#include <string_view>
 #include <unordered_map>
 
 #include "tagcal/error.hpp"
@@ -232,8 +234,11 @@ std::string observations_csv(const std::vector<View>& views) {
   fmt::memory_buffer out;
   const auto end = std::back_inserter(out);
   fmt::format_to(end, "{}\n", header(has_covariances ? 8 : 5));
+  std::set<std::string_view> names;
   for (const View& view : views) {
     const std::string image = image_field(view.image);
+    if (!names.insert(view.image).second)
+      throw Error(fmt::format("image: two views have the name {}", shown(view.image)));
     for (const Observation& o : view.observations) {
       fmt::format_to(end, "{},{},{},{},{}", image, o.id.tag_id, o.id.corner, o.pixel.x(),
                      o.pixel.y());
