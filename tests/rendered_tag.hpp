@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "tagcal/geometry/pose.hpp"
 #include "tagcal/study/tag_view.hpp"
 
 namespace tagcal {
@@ -33,7 +34,7 @@ inline bool is_near_fold(const Camera& camera, const Eigen::Vector2d& pixel) {
   if (!ray) return true;
   Eigen::Matrix<double, 2, 2> by_direction;
   constexpr double kAngle = 1e-4;
-  const auto turned = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray->direction);
+  const auto turned = rotation_between(Eigen::Vector3d::UnitZ(), ray->direction);
   for (int i = 0; i < 2; ++i) {
     Eigen::Vector3d aside = Eigen::Vector3d::UnitZ();
     aside[i] = kAngle;

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace tagcal::tools {
@@ -19,6 +20,30 @@ std::optional<T> number_of(const std::string& text) {
 }
 
 }  // namespace
+
+CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description) {
+  return app.add_subcommand(name, description);
+}
+
+CLI::Option* add_option(CLI::App& command, const std::string& name, std::string& value,
+                        const std::string& help) {
+  return command.add_option(name, value, help);
+}
+
+CLI::Option* add_option(CLI::App& command, const std::string& name,
+                        std::vector<std::string>& values, const std::string& help) {
+  return command.add_option(name, values, help);
+}
+
+CLI::Option* add_option(CLI::App& command, const std::string& name, std::uint64_t& value,
+                        const std::string& help) {
+  return command.add_option(name, value, help);
+}
+
+CLI::Option* add_flag(CLI::App& command, const std::string& name, bool& value,
+                      const std::string& help) {
+  return command.add_flag(name, value, help);
+}
 
 CLI::Option* add_integer(CLI::App& command, const std::string& name, int& value, int minimum,
                          const std::string& help) {

@@ -100,10 +100,12 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_board(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("board", "a target to print, true to scale");
+  CLI::App* command = add_command(app, "board", "a target to print, true to scale");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("TARGET.yaml", arguments->target, "the target")->option_text(" ")->required();
-  command->add_option("--out", arguments->out, "file to write: board.svg or board.png")
+  add_option(*command, "TARGET.yaml", arguments->target, "the target")
+      ->option_text(" ")
+      ->required();
+  add_option(*command, "--out", arguments->out, "file to write: board.svg or board.png")
       ->option_text("FILE REQUIRED")
       ->required();
   add_positive(*command, "--dpi", arguments->dpi, "pixels an inch of a PNG (300)");

@@ -139,11 +139,11 @@ std::string model_names() {
 }  // namespace
 
 Command add_calibrate(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("calibrate", "the camera and its standard deviations");
+  CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
-  command->add_option("--model", arguments->job.options.model, "auto, " + model_names())
+  add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names())
       ->option_text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; without it, each corner's own where the file "
@@ -151,43 +151,39 @@ Command add_calibrate(CLI::App& app) {
   add_positive(*command, "--tolerance", arguments->job.options.tolerance_px,
                "in pixels: auto takes the smallest model within it of the best one, RMS where "
                "corners were; the difference counts in what is claimed");
-  command
-      ->add_option("--out", arguments->out,
-                   "file for the camera, where there is an answer; of several data sets a "
-                   "folder, with one file each")
+  add_option(*command, "--out", arguments->out,
+             "file for the camera, where there is an answer; of several data sets a "
+             "folder, with one file each")
       ->option_text("FILE|DIR");
-  command
-      ->add_option("--uncertainty", arguments->uncertainty,
-                   "picture of the projection's uncertainty over the image, .svg or .png")
+  add_option(*command, "--uncertainty", arguments->uncertainty,
+             "picture of the projection's uncertainty over the image, .svg or .png")
       ->option_text("FILE");
   add_positive(*command, "--distance", arguments->near_m,
                "in metres, at which the uncertainty is given beside infinity; without it, the "
                "corners' median");
-  command->add_flag("--keep-all", arguments->keep_all,
-                    "reject no corner and no view, but those that repeat another");
-  command
-      ->add_option("--start", arguments->start,
-                   "a camera to start from, instead of a search: a calibration, ours or OpenCV's")
+  add_flag(*command, "--keep-all", arguments->keep_all,
+           "reject no corner and no view, but those that repeat another");
+  add_option(*command, "--start", arguments->start,
+             "a camera to start from, instead of a search: a calibration, ours or OpenCV's")
       ->option_text("C.yaml");
   add_positive(*command, "--focal", arguments->job.options.start_focal_px,
                "a focal length in pixels to start from, instead of a search");
-  command
-      ->add_option("--fix", arguments->fixed,
-                   "parameters that are held, taken as exact: f, fx, fy, cx, cy, and with --model "
-                   "k1, k2, .. (cx=319.5,k3=0)")
+  add_option(*command, "--fix", arguments->fixed,
+             "parameters that are held, taken as exact: f, fx, fy, cx, cy, and with --model "
+             "k1, k2, .. (cx=319.5,k3=0)")
       ->delimiter(',')
       ->option_text("NAME=VALUE,..")
       ->allow_extra_args(false)  // the data set after it is none
       ->take_all();
-  command->add_flag("--board-warp", arguments->job.options.board_warp,
-                    "let the board be bent, by two parameters; needs one flat board");
-  command->add_flag("--refine-corners", arguments->job.refine_corners,
-                    "fit the corners in their pictures again under the lens that was found, and "
-                    "calibrate again");
-  command->add_flag("--advise", arguments->job.advise,
-                    "the next view that would teach most, and what to expect of it");
-  command->add_flag("--json", arguments->json,
-                    "one JSON object on stdout; of several data sets an array of them");
+  add_flag(*command, "--board-warp", arguments->job.options.board_warp,
+           "let the board be bent, by two parameters; needs one flat board");
+  add_flag(*command, "--refine-corners", arguments->job.refine_corners,
+           "fit the corners in their pictures again under the lens that was found, and "
+           "calibrate again");
+  add_flag(*command, "--advise", arguments->job.advise,
+           "the next view that would teach most, and what to expect of it");
+  add_flag(*command, "--json", arguments->json,
+           "one JSON object on stdout; of several data sets an array of them");
   add_threads(*command, arguments->job.threads)
       ->description("data sets, or the pictures of one, worked on side by side; 0: one per core");
   command->footer(

@@ -130,14 +130,13 @@ int run(const Arguments& a) {
 
 Command add_chart(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("chart", "speed against accuracy, ours and other libraries' methods");
+      add_command(app, "chart", "speed against accuracy, ours and other libraries' methods");
   const auto a = std::make_shared<Arguments>();
-  command
-      ->add_option("JOB", a->job,
-                   fmt::format("{}, or all: each in a folder of its own",
-                               fmt::join(chart_job_names(), ", ")))
+  add_option(
+      *command, "JOB", a->job,
+      fmt::format("{}, or all: each in a folder of its own", fmt::join(chart_job_names(), ", ")))
       ->option_text(" ");
-  command->add_option("--out", a->out, "folder for chart.csv, .md, .svg, .png and trials.csv")
+  add_option(*command, "--out", a->out, "folder for chart.csv, .md, .svg, .png and trials.csv")
       ->option_text("DIR REQUIRED")
       ->required();
   add_integer(*command, "--trials", a->trials, 1,
@@ -145,10 +144,10 @@ Command add_chart(CLI::App& app) {
   add_integer(*command, "--seed", a->seed, 0, "of the problems (1); equal seeds, equal errors");
   add_integer(*command, "--threads", a->threads, 0,
               "problems worked on side by side; 0: one per core; times are best with 1");
-  command->add_flag("--quick", a->quick, "fewer trials and smaller problems: under a minute");
-  command->add_option("--shard", a->shard, "part i of n of the trials, to be merged")
+  add_flag(*command, "--quick", a->quick, "fewer trials and smaller problems: under a minute");
+  add_option(*command, "--shard", a->shard, "part i of n of the trials, to be merged")
       ->option_text("i/n");
-  command->add_option("--merge", a->merge, "the folders of all shards of one study")
+  add_option(*command, "--merge", a->merge, "the folders of all shards of one study")
       ->option_text("DIR...");
   command->footer("Example: tagcal chart pose --quick --out charts");
   return {command, [a] { return run(*a); }};

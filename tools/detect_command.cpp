@@ -110,7 +110,7 @@ int run(const Arguments& arguments) {
   }
   if (drawings) draw(input, names, *drawings);
   if (arguments.explain) explain_all(input);
-  if (num_corners(views) == 0) input.warnings.push_back("no tag found in any picture");
+  if (num_corners(views) == 0) input.warnings.emplace_back("no tag found in any picture");
   print_warnings(input.warnings);
   print_to_stderr("{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
                   num_corners(views));
@@ -120,27 +120,24 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_detect(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("detect", "corners of a target's tags in pictures, as CSV");
+  CLI::App* command = add_command(app, "detect", "corners of a target's tags in pictures, as CSV");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
-  command->add_option("--out", arguments->out, "file for the corners, instead of stdout")
+  add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
       ->option_text("CSV");
-  command
-      ->add_option(
-          "--camera", arguments->camera,
-          "the camera's calibration, where it is known: --refinement fit fits tags under its lens")
+  add_option(
+      *command, "--camera", arguments->camera,
+      "the camera's calibration, where it is known: --refinement fit fits tags under its lens")
       ->option_text("C.yaml");
-  command
-      ->add_option(
-          "--draw", arguments->draw,
-          fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
-                      "ellipses of {} standard deviations; dashed what is read, but not reported",
-                      kEllipseScale))
+  add_option(
+      *command, "--draw", arguments->draw,
+      fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
+                  "ellipses of {} standard deviations; dashed what is read, but not reported",
+                  kEllipseScale))
       ->option_text("DIR");
-  command->add_flag("--explain", arguments->explain,
-                    "per picture, on stderr: what was seen, why tags are not reported, and what "
-                    "is probably wrong with the target");
+  add_flag(*command, "--explain", arguments->explain,
+           "per picture, on stderr: what was seen, why tags are not reported, and what "
+           "is probably wrong with the target");
   add_threads(*command, arguments->threads);
   command->footer(
       "Example: tagcal detect desk --out corners.csv\n"

@@ -146,16 +146,16 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_diff(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "diff", "how far two calibrations project apart, a moved camera taken out");
+  CLI::App* command =
+      add_command(app, "diff", "how far two calibrations project apart, a moved camera taken out");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("A", arguments->a, "a calibration")->required();
-  command->add_option("B", arguments->b, "another of the same image size")->required();
+  add_option(*command, "A", arguments->a, "a calibration")->required();
+  add_option(*command, "B", arguments->b, "another of the same image size")->required();
   add_positive(*command, "--distance", arguments->near_m,
                "the near distance in metres (1), beside infinity");
-  command->add_flag("--whole-image", arguments->whole_image,
-                    "fit the pose over the whole image, not only where both saw corners");
-  command->add_flag("--json", arguments->json, "one JSON object on stdout");
+  add_flag(*command, "--whole-image", arguments->whole_image,
+           "fit the pose over the whole image, not only where both saw corners");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   command->footer("Example: tagcal diff monday.yaml friday.yaml --distance 2");
   return {command, [arguments] { return run(*arguments); }};
 }

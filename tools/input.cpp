@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "arguments.hpp"
 #include "messages.hpp"
 #include "progress.hpp"
 #include "tagcal/detect/refine_corners.hpp"
@@ -96,26 +97,22 @@ Input read_folder(const InputArguments& arguments) {
 }  // namespace
 
 void add_input(CLI::App& command, InputArguments& arguments) {
-  command
-      .add_option("DATASET|IMAGE", arguments.inputs,
-                  "a folder with dataset.yaml, or (with --target) pictures")
+  add_option(command, "DATASET|IMAGE", arguments.inputs,
+             "a folder with dataset.yaml, or (with --target) pictures")
       ->option_text(" ")
       ->required();
-  command.add_option("--target", arguments.target, "the board in the pictures: a target file")
+  add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
       ->option_text("T.yaml");
-  command
-      .add_option(
-          "--refinement", arguments.refinement,
-          "how corners are found in pictures: fit (the whole printed tag, with covariances; "
-          "the usual one), edges (its four sides) or stock (AprilTag's own)")
+  add_option(command, "--refinement", arguments.refinement,
+             "how corners are found in pictures: fit (the whole printed tag, with covariances; "
+             "the usual one), edges (its four sides) or stock (AprilTag's own)")
       ->check(CLI::IsMember({"fit", "edges", "stock"}))
       ->option_text("R");
 }
 
 void add_observations(CLI::App& command, InputArguments& arguments) {
-  command
-      .add_option("--observations", arguments.observations,
-                  "corners found before (tagcal detect), instead of those of the data set")
+  add_option(command, "--observations", arguments.observations,
+             "corners found before (tagcal detect), instead of those of the data set")
       ->option_text("CSV");
 }
 

@@ -100,7 +100,7 @@ PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOption
                     const std::optional<Camera>& camera, const ImageSize& image_size) {
   PoseReport report;
   if (problem.ids.empty())
-    report.warnings.push_back("nothing of the target is seen");
+    report.warnings.emplace_back("nothing of the target is seen");
   else if (camera)
     report = reported(estimate_pose(problem.correspondences, *camera, options));
   else
@@ -224,16 +224,16 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_pose(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "pose", "where the camera of each view is, with a known or an unknown focal length");
+  CLI::App* command = add_command(
+      app, "pose", "where the camera of each view is, with a known or an unknown focal length");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
-  command->add_option("--camera", arguments->camera, "the camera's calibration")
+  add_option(*command, "--camera", arguments->camera, "the camera's calibration")
       ->option_text("C.yaml");
-  command->add_flag("--unknown-focal", arguments->unknown_focal,
-                    "find the focal length too, of a pinhole with its centre in the image's; "
-                    "instead of --camera");
+  add_flag(*command, "--unknown-focal", arguments->unknown_focal,
+           "find the focal length too, of a pinhole with its centre in the image's; "
+           "instead of --camera");
   add_positive(*command, "--prior-focal", arguments->prior_focal_px,
                "focal length to take, px, where a view does not show it");
   add_positive(
@@ -243,15 +243,15 @@ Command add_pose(CLI::App& app) {
   add_positive(*command, "--camera-error-px", arguments->camera_error_px,
                "what lens and target are wrong by, per coordinate, beside the corners' own "
                "covariances; without it, what the camera's file says");
-  command->add_option("--view", arguments->views, "only this picture, by its name; may be repeated")
+  add_option(*command, "--view", arguments->views,
+             "only this picture, by its name; may be repeated")
       ->option_text("NAME")
       ->expected(1)
       ->take_all();
-  command
-      ->add_option("--draw", arguments->draw,
-                   "folder for pictures with the target's axes and a box, where there is an answer")
+  add_option(*command, "--draw", arguments->draw,
+             "folder for pictures with the target's axes and a box, where there is an answer")
       ->option_text("DIR");
-  command->add_flag("--json", arguments->json, "one JSON object on stdout");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   command->footer(
       "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"

@@ -112,12 +112,11 @@ int run(const Arguments& arguments) {
 
 Command add_render(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("render", "images and exact corners of a scene, as a data set");
+      add_command(app, "render", "images and exact corners of a scene, as a data set");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
-  command
-      ->add_option("--out", arguments->out,
-                   "folder to write: images, dataset.yaml, targets, truth.yaml")
+  add_option(*command, "SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
+  add_option(*command, "--out", arguments->out,
+             "folder to write: images, dataset.yaml, targets, truth.yaml")
       ->option_text("DIR REQUIRED")
       ->required();
   add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");

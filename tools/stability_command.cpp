@@ -105,20 +105,21 @@ int run(const Arguments& a) {
 
 Command add_stability(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("stability", "maps of where methods fail, ours and other libraries'");
+      add_command(app, "stability", "maps of where methods fail, ours and other libraries'");
   const auto a = std::make_shared<Arguments>();
-  command->add_option("MAP", a->maps, "names of maps (see --list); default: all")->option_text(" ");
-  command->add_option("--out", a->out, "folder for atlas.md and each map's .csv and .png")
+  add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all")
+      ->option_text(" ");
+  add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
       ->option_text("DIR");
   add_integer(*command, "--trials", a->trials, 1,
               "trials of each cell, of ours; peers stop at 200. Default: what the map takes");
-  command->add_option("--seed", a->seed, "of the problems; equal seeds, equal outcomes")
+  add_option(*command, "--seed", a->seed, "of the problems; equal seeds, equal outcomes")
       ->option_text("N");
   add_integer(*command, "--threads", a->threads, 0,
               "problems worked on side by side; 0: one per core; times are best with 1");
-  command->add_flag("--quick", a->quick, "few trials: all maps in about a minute");
-  command->add_flag("--ours", a->ours, "our methods alone: the peers are most of the time");
-  command->add_flag("--list", a->list, "names and titles of the maps, and nothing else");
+  add_flag(*command, "--quick", a->quick, "few trials: all maps in about a minute");
+  add_flag(*command, "--ours", a->ours, "our methods alone: the peers are most of the time");
+  add_flag(*command, "--list", a->list, "names and titles of the maps, and nothing else");
   command->footer("Example: tagcal stability tag-tilt-distance --quick --out atlas");
   return {command, [a] { return run(*a); }};
 }

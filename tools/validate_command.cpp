@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "arguments.hpp"
 #include "commands.hpp"
 #include "input.hpp"
 #include "progress.hpp"
@@ -140,21 +141,20 @@ int run(const Arguments& arguments) {
 
 Command add_validate(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("validate", "a calibration against OpenCV's projection and the truth");
+      add_command(app, "validate", "a calibration against OpenCV's projection and the truth");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("CALIBRATION", arguments->calibration, "a calibration: ours or OpenCV's")
+  add_option(*command, "CALIBRATION", arguments->calibration, "a calibration: ours or OpenCV's")
       ->option_text(" ")
       ->required();
-  command->add_option("--dataset", arguments->dataset, "a folder with dataset.yaml")
+  add_option(*command, "--dataset", arguments->dataset, "a folder with dataset.yaml")
       ->option_text("DATASET REQUIRED")
       ->required();
-  command
-      ->add_option("--observations", arguments->observations,
-                   "corners found before (tagcal detect), instead of those of the data set")
+  add_option(*command, "--observations", arguments->observations,
+             "corners found before (tagcal detect), instead of those of the data set")
       ->option_text("CSV");
-  command->add_flag("--truth", arguments->truth,
-                    "a parameter more than 5 standard deviations off the truth is exit 1");
-  command->add_flag("--json", arguments->json, "one JSON object on stdout");
+  add_flag(*command, "--truth", arguments->truth,
+           "a parameter more than 5 standard deviations off the truth is exit 1");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   command->footer("Example: tagcal validate camera.yaml --dataset desk --observations corners.csv");
   return {command, [arguments] { return run(*arguments); }};
 }

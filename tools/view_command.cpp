@@ -98,23 +98,21 @@ int run(const Arguments& arguments) {
 
 Command add_view(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("view", "the viewing pipeline of one camera, and a point through it");
+      add_command(app, "view", "the viewing pipeline of one camera, and a point through it");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
-  command
-      ->add_option("--at", arguments->at,
-                   "the point to follow: a corner of a tag, or a point of the world in metres "
-                   "(the first corner)")
+  add_option(*command, "SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
+  add_option(*command, "--at", arguments->at,
+             "the point to follow: a corner of a tag, or a point of the world in metres "
+             "(the first corner)")
       ->option_text("TAG:CORNER|X,Y,Z");
   add_integer(*command, "--view", arguments->view, 0, "which camera of the path (0)");
   add_integer(*command, "--seed", arguments->seed, 0,
               "moves the cameras by the scene's jitter (0)");
   add_positive(*command, "--near", arguments->near_m, "distance of the near plane, m");
   add_positive(*command, "--far", arguments->far_m, "distance of the far plane, m");
-  auto* json = command->add_flag("--json", arguments->json, "one JSON object on stdout");
-  command
-      ->add_flag("--svg", arguments->svg,
-                 "a drawing on stdout: the scene with the frustum, and the image")
+  auto* json = add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  add_flag(*command, "--svg", arguments->svg,
+           "a drawing on stdout: the scene with the frustum, and the image")
       ->excludes(json);
   command->footer("Example: tagcal view scene.yaml --at 7:2 --svg > view.svg");
   return {command, [arguments] { return run(*arguments); }};

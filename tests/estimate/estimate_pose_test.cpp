@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/geometry/pose.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -326,7 +327,7 @@ TEST(EstimatePose, AFisheyeSeesBesideAndBehindItself) {
     const double angle = random.uniform(1.05, 2.27), turn = random.uniform(0, 6.28);
     const Vector3d centre = 0.5 * Vector3d(std::sin(angle) * std::cos(turn),
                                            std::sin(angle) * std::sin(turn), std::cos(angle));
-    const Pose facing(Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), -centre), centre);
+    const Pose facing(rotation_between(Vector3d::UnitZ(), -centre), centre);
     const Pose pose = facing * Pose(exp_rotation({random.uniform(0.4, 0.8), 0, 0}), {0, 0, 0}) *
                       Pose(exp_rotation({0, 0, random.uniform(-3, 3)}), {0, 0, 0});
     for (const auto& points :

@@ -70,7 +70,7 @@ TEST(Selection, TheModelThatMadeTheData) {
       EXPECT_EQ(c.model, model) << "seed " << seed << ladder_of(c);
       EXPECT_TRUE(step.taken);
       EXPECT_FALSE(step_of(c, "weak").taken);
-      for (const ModelStep& step : c.steps) EXPECT_FALSE(step.sentence.empty()) << step.model;
+      for (const ModelStep& any : c.steps) EXPECT_FALSE(any.sentence.empty()) << any.model;
     }
   }
 }
@@ -102,9 +102,10 @@ TEST(Selection, AToleranceLeavesOutWhatNoSceneNeeds) {
   ASSERT_TRUE(d.has_value());
   for (int row = 0; row < at_infinity.grid.rows; ++row)
     for (int column = 0; column < at_infinity.grid.columns; ++column)
-      if (!std::isnan(at_infinity.sigma_px(row, column)))
+      if (!std::isnan(at_infinity.sigma_px(row, column))) {
         EXPECT_LT(std::hypot(d->u_px(row, column), d->v_px(row, column)),
                   5 * std::sqrt(2) * at_infinity.sigma_px(row, column));
+      }
   tolerant.model = "f";
   EXPECT_THROW(calibrate(world, tolerant), Error);
 }

@@ -65,7 +65,9 @@ TEST(SupportedModels, WeightsAddUpToAtMostOne) {
   double sum = 0;
   for (const ModelStep& step : c.steps) {
     EXPECT_GE(step.weight, 0) << step.model;
-    if (step.model == c.model) EXPECT_EQ(step.weight, 0) << step.model;
+    if (step.model == c.model) {
+      EXPECT_EQ(step.weight, 0) << step.model;
+    }
     sum += step.weight;
   }
   EXPECT_GT(sum, 0);

@@ -148,7 +148,8 @@ class Explainer {
     for (const FoundTag& tag : completion.tags) result_.reported.push_back(tag.id);
     for (const MissingTag& tag : completion.missing)
       result_.not_reported.push_back({tag.id, std::string(why_not_text(tag.why))});
-    for (const int id : repeated) result_.not_reported.push_back({id, "seen more than once"});
+    const std::string twice = "seen more than once";
+    for (const int id : repeated) result_.not_reported.push_back({id, twice});
   }
 
   void name_mistakes(const Board& board, const Completion& completion, std::size_t strange) {

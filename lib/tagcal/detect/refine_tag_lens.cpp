@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/geometry/pose.hpp"
+
 namespace tagcal {
 namespace {
 
@@ -39,8 +41,7 @@ std::optional<StraightView> StraightView::about(const Lens& lens, const Vector2d
   view.lens_ = lens;
   const auto ray = ray_in_camera(lens, middle);
   if (!ray) return std::nullopt;
-  view.view_from_camera_ =
-      Eigen::Quaterniond::FromTwoVectors(ray->direction, Vector3d::UnitZ()).toRotationMatrix();
+  view.view_from_camera_ = rotation_between(ray->direction, Vector3d::UnitZ()).toRotationMatrix();
   Eigen::Matrix2d tangent_from_pixel;
   for (int k = 0; k < 2; ++k) {
     const Vector2d delta = kDeltaPx * Vector2d::Unit(k);

@@ -12,6 +12,7 @@
 
 #include "tagcal/estimate/observability.hpp"
 #include "tagcal/estimate/uncertainty.hpp"
+#include "tagcal/geometry/pose.hpp"
 
 namespace tagcal {
 namespace {
@@ -97,8 +98,7 @@ std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const Boar
   const auto ray = ray_in_camera(camera.lens, pixel_of(c, camera.image_size));
   if (!ray) return std::nullopt;
   const double angle = c.side * std::numbers::pi / 4;
-  const Eigen::Quaterniond to_ray =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray->direction);
+  const Eigen::Quaterniond to_ray = rotation_between(Vector3d::UnitZ(), ray->direction);
   const Eigen::Quaterniond tilt =
       exp_rotation(c.tilt_rad * Vector3d(std::cos(angle), std::sin(angle), 0));
   const Eigen::Quaterniond facing(0, 1, 0, 0);  // x right, y up, z to the viewer

@@ -62,7 +62,7 @@ void look_for_model_error(const Lens& lens, AgreeingFit<N>& result) {
     differences.push_back(residuals.projected()[i] - view.pixels[i]);
   result.model_error = go_together(view.pixels, differences);
   if (result.model_error)
-    result.warnings.push_back(
+    result.warnings.emplace_back(
         "the residuals go together from corner to corner, as noise does not: the lens bends lines, "
         "or the target is not as stated, and the standard deviations do not count with that");
 }
@@ -240,7 +240,7 @@ AgreeingFit<N> fit_agreeing(std::span<const Correspondence> correspondences, con
   if (agreement == Agreement::noisy) raise_noise(result);
   if (agreement == Agreement::noisy || !result.fit->noise.known) look_for_model_error(lens, result);
   if (result.fit->noise.assumed)
-    result.warnings.push_back(
+    result.warnings.emplace_back(
         "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
   return result;
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "tagcal/geometry/pose.hpp"
+
 namespace tagcal {
 namespace {
 
@@ -22,8 +24,7 @@ Matrix3d normalising_map(std::span<const Vector3d> rays) {
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& ray : rays) mean += ray.normalized();
   if (mean.norm() < 1e-6) return Matrix3d::Identity();
-  const Matrix3d turn =
-      Eigen::Quaterniond::FromTwoVectors(mean, Vector3d::UnitZ()).toRotationMatrix();
+  const Matrix3d turn = rotation_between(mean, Vector3d::UnitZ()).toRotationMatrix();
   double square = 0;
   for (const Vector3d& ray : rays) square += (turn * ray.normalized()).head<2>().squaredNorm();
   const double stretch = std::sqrt(2 * static_cast<double>(rays.size()) / square);

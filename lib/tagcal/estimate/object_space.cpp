@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "tagcal/geometry/pose.hpp"
+
 namespace tagcal {
 namespace {
 
@@ -47,7 +49,7 @@ Matrix3d z_along_mean(std::span<const Vector3d> rays) {
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& v : rays) mean += unit(v);
   if (mean.norm() < 1e-3 * static_cast<double>(rays.size())) return Matrix3d::Identity();
-  return Quaterniond::FromTwoVectors(mean, Vector3d::UnitZ()).toRotationMatrix();
+  return rotation_between(mean, Vector3d::UnitZ()).toRotationMatrix();
 }
 
 struct Sums {

@@ -48,13 +48,13 @@ PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, cons
   estimate.hypotheses = hypotheses_of<6>(*agreeing.problem, camera.lens, *agreeing.fit);
   if (estimate.hypotheses.empty()) {
     estimate.status = Status::degenerate;
-    estimate.warnings.push_back("the points do not fix a pose");
+    estimate.warnings.emplace_back("the points do not fix a pose");
     return estimate;
   }
   if (hides_turn_about_line(*agreeing.problem, camera.lens, *agreeing.fit)) {
     estimate.hypotheses.clear();
     estimate.status = Status::degenerate;
-    estimate.warnings.push_back(
+    estimate.warnings.emplace_back(
         "the points are nearly on a line: the turn about it cannot be told from noise");
     return estimate;
   }

@@ -40,7 +40,7 @@ std::string pixels(double sigma_px, const ImageSize& size) {
 Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen,
              const CalibrateOptions& options) {
   if (fit.num_inliers() < fit.num_corners / 2) {
-    c.warnings.push_back("more than half of the corners agree with no common answer");
+    c.warnings.emplace_back("more than half of the corners agree with no common answer");
     return Status::no_consensus;
   }
   if (seen.status != Status::ok) {
@@ -203,7 +203,7 @@ void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOpti
     c.sigma_from_residuals = true;
   } else {
     c.sigma_px = kAssumedSigmaPx;
-    c.warnings.push_back(
+    c.warnings.emplace_back(
         "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
   }
   const double shown = freedom > 0 ? std::sqrt(fit.summary.cost / freedom) : 0;

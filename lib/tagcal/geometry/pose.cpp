@@ -61,6 +61,11 @@ Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& v) {
   return q.normalized();
 }
 
+// Here once: Eigen's template brings a singular value decomposition into every file that uses it.
+Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to);
+}
+
 Eigen::Vector3d log_rotation(const Eigen::Quaterniond& q) {
   const double sign = q.w() < 0 ? -1 : 1;
   const double w = sign * q.w();

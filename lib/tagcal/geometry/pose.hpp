@@ -69,6 +69,10 @@ class Pose {
 // Rotation by |v| radians about v / |v|, right-handed. Exact for any v, zero included.
 Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& v);
 
+// The smallest turn that takes one direction to another, of any lengths but zero; one of the half
+// turns for opposite directions.
+Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 // The shortest rotation vector of a unit quaternion: |log| <= pi. At an angle of exactly pi either
 // of the two signs of the axis is right; the one whose quaternion has w >= 0 is given.
 Eigen::Vector3d log_rotation(const Eigen::Quaterniond& q);

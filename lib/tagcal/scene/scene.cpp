@@ -95,7 +95,7 @@ Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift&
   const Pose world_from_camera = path.camera_from_world[static_cast<std::size_t>(view)].inverse();
   const Vector3d axis = world_from_camera.rotation() * Vector3d::UnitZ();
   const Vector3d aim = axis + shift.target - shift.eye;
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(axis, aim);
+  const auto turn = rotation_between(axis, aim);
   const Pose moved(turn * world_from_camera.rotation(),
                    world_from_camera.translation() + shift.eye);
   return rotation_about_z(shift.roll_rad) * moved.inverse();

@@ -55,9 +55,9 @@ void add_panel(const Cell& cell, ChartStudy& study) {
   StudyPanel panel;
   const bool fisheye = std::holds_alternative<Fisheye>(cell.lens);
   panel.panel = {"", fisheye ? "fisheye4" : "opencv5", fmt::format("{} views", cell.num_views), {}};
-  if (fisheye) panel.panel.cannot.push_back("mrcal: has no lens of Kannala and Brandt");
+  if (fisheye) panel.panel.cannot.emplace_back("mrcal: has no lens of Kannala and Brandt");
   if (!fisheye && !has_mrcal())
-    panel.panel.cannot.push_back("mrcal: not there when this was built");
+    panel.panel.cannot.emplace_back("mrcal: not there when this was built");
   const auto methods = calibration_methods(cell.model);
   for (const CalibrationMethod& m : methods)
     panel.methods.push_back(study.number_of({m.name, m.settings, m.name.starts_with("tagcal")}));

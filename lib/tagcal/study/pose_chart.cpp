@@ -126,13 +126,15 @@ std::vector<std::string> cannot(const Cell& cell) {
     return {"OpenCV calibrateCamera: takes six points in space or more"};
   if (cell.focal) return {};
   std::vector<std::string> why;
-  if (cell.num_points > 4) why.push_back("OpenCV P3P, AP3P: take four points");
+  if (cell.num_points > 4) why.emplace_back("OpenCV P3P, AP3P: take four points");
   if (cell.geometry == Geometry::space) {
-    why.push_back("OpenCV IPPE, tagcal homography + ippe: take points in a plane");
-    if (cell.num_points == 4) why.push_back("OpenCV ITERATIVE: takes six points in space or more");
+    why.emplace_back("OpenCV IPPE, tagcal homography + ippe: take points in a plane");
+    if (cell.num_points == 4)
+      why.emplace_back("OpenCV ITERATIVE: takes six points in space or more");
   }
   if (cell.geometry == Geometry::space || cell.num_points > 4)
-    why.push_back("OpenCV IPPE_SQUARE, AprilTag estimate_tag_pose: take the corners of a square");
+    why.emplace_back(
+        "OpenCV IPPE_SQUARE, AprilTag estimate_tag_pose: take the corners of a square");
   return why;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/view_equations.hpp"
+#include "tagcal/geometry/pose.hpp"
 
 namespace tagcal {
 namespace {
@@ -65,8 +66,7 @@ Matrix7 pose_and_focal_information(const PoseTask& task) {
 
 Pose flipped(const Pose& camera_from_plane) {
   const Matrix3d sight =
-      Eigen::Quaterniond::FromTwoVectors(camera_from_plane.translation(), Vector3d::UnitZ())
-          .toRotationMatrix();
+      rotation_between(camera_from_plane.translation(), Vector3d::UnitZ()).toRotationMatrix();
   Matrix3d turned = sight * camera_from_plane.rotation_matrix();
   turned(2, 0) *= -1;
   turned(2, 1) *= -1;

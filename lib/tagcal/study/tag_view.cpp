@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tagcal/geometry/pose.hpp"
+
 namespace tagcal {
 
 using Eigen::Vector2d;
@@ -49,7 +51,7 @@ Pose tag_pose(const Vector3d& direction, double distance, double tilt_deg,
   const Eigen::AngleAxisd tilt(tilt_deg * std::numbers::pi / 180, axis);
   const Eigen::AngleAxisd roll(azimuth_and_roll.y(), Vector3d::UnitZ());
   const Eigen::AngleAxisd facing(std::numbers::pi, Vector3d::UnitX());
-  const auto ahead = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction);
+  const auto ahead = rotation_between(Vector3d::UnitZ(), direction);
   const Eigen::Quaterniond rotation(ahead * tilt * roll * facing);
   return Pose(rotation, distance * direction - rotation * Vector3d(0.5, 0.5, 0));
 }

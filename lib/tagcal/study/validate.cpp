@@ -115,7 +115,7 @@ void compare_view(const Camera& camera, const Pose& pose, std::span<const Corres
 void compare_with_truth(const Camera& camera, const std::vector<double>& sigmas, const Truth& truth,
                         Validation& result) {
   if (truth.camera.lens.index() != camera.lens.index()) {
-    result.warnings.push_back("the truth is another kind of lens: parameters are not compared");
+    result.warnings.emplace_back("the truth is another kind of lens: parameters are not compared");
     return;
   }
   const auto estimate = parameters(camera.lens), exact = parameters(truth.camera.lens);
@@ -164,7 +164,8 @@ Validation validate(const Camera& camera, const std::vector<double>& sigmas, con
   }
   result.rms_px = count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0;
   if (dataset.truth) compare_with_truth(camera, sigmas, *dataset.truth, result);
-  if (parallel) result.warnings.push_back("OpenCV has no parallel lens: nothing to compare with");
+  if (parallel)
+    result.warnings.emplace_back("OpenCV has no parallel lens: nothing to compare with");
   result.opencv_agrees = result.num_compared > 0 &&
                          result.max_projection_difference_px <= result.bound_px &&
                          result.max_jacobian_difference <= kJacobianBound;
