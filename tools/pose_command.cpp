@@ -246,7 +246,7 @@ Command add_pose(CLI::App& app) {
   add_option(*command, "--view", arguments->views,
              "only this picture, by its name; may be repeated")
       ->option_text("NAME")
-      ->expected(1)
+      ->allow_extra_args(false)  // the data set after it is none
       ->take_all();
   add_option(*command, "--draw", arguments->draw,
              "folder for pictures with the target's axes and a box, where there is an answer")

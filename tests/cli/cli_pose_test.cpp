@@ -32,6 +32,7 @@ TEST_F(PoseCli, PicturesWithATargetGiveWhatTheDataSetGives) {
   const Outcome one = run("pose" + target + path("set/images/002.png") + known() + " --json");
   const Outcome chosen = run("pose " + set() + known() + " --json --view 002.png --threads 1");
   EXPECT_EQ(one.out, chosen.out);
+  EXPECT_EQ(run("pose --view 002.png " + set() + known() + " --json --threads 1").out, one.out);
   EXPECT_EQ(Json::parse(one.out)["views"][0], Json::parse(folder.out)["views"][2]);
 }
 
