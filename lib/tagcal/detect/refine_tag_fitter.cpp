@@ -247,7 +247,7 @@ TagFit TagFitter::fit() {
     fit = iterate();
     if (!is_like_window()) return {};
   }
-  // What does not converge, because it is bent so much, may seem so only near the start.
+  // A tag that is bent too much to converge is known as such from the steps near the start only.
   if (fit.status == TagFitStatus::converged) is_for_parts_ = is_bent_beyond_whole();
   return is_for_parts_ && fit.status != TagFitStatus::converged ? near : fit;
 }

@@ -105,7 +105,7 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
   return white;
 }
 
-// Of the angle between two lines in the picture.
+// Cosine of the angle between two lines in the picture.
 template <bool kStretched>
 inline Pack cosine(const PixelPack& pixel, const FeltLine& a, const FeltLine& b) {
   const Pack xx = a.normal_x * b.normal_x, yy = a.normal_y * b.normal_y;
@@ -182,16 +182,16 @@ inline void shift_borders(const TagTable& table, Pack per_tag, FeltLine* lines, 
   }
 }
 
-// What shifts of two lines that cross make beyond that of each: a white corner grows by the square
-// of the shift, one of black shrinks, two that touch become one. `num_white`: of the four cells.
+// Adds what the shifts of two crossing lines do together: a white corner grows by the square of the
+// shift, one of black shrinks, two that touch become one. `num_white`: of the four cells.
 inline void shift_corner(Pack contrast, Pack num_white, const FeltLine& column, const FeltLine& row,
                          ByShift& by) {
   const Pack size = magnitude(contrast), single = size * (2.0F - num_white);
   const Pack touching = chosen(size > 1.5F, all(2.0F), Pack{});
-  const Pack white = column.white * (single * row.white - touching * magnitude(row.white));
+  const Pack of_row = single * row.white - touching * magnitude(row.white);
+  const Pack white = column.white * of_row;
   by.white += white;
-  const Pack by_column =
-      column.white_by_shift * (single * row.white - touching * magnitude(row.white));
+  const Pack by_column = column.white_by_shift * of_row;
   const Pack by_row =
       row.white_by_shift * (single * column.white - touching * magnitude(column.white));
   by.by_shift += by_column + by_row;

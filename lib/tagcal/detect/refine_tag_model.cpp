@@ -22,7 +22,8 @@ int lines_taken(int num_felt) {
   return num_felt <= 6 ? 6 : kMaxTagLines;
 }
 
-// Of the angle between two lines, where `squares` are those of the places' slopes in the picture.
+// Cosine of the angle between two lines, where `squares` are those of the places' slopes in the
+// picture.
 double cosine(const TagLine& a, const TagLine& b, const Eigen::Matrix2d& squares) {
   const Vector2d m(a.by_x, a.by_y), n(b.by_x, b.by_y);
   return m.dot(squares * n) / std::sqrt(m.dot(squares * m) * n.dot(squares * n));
@@ -62,6 +63,7 @@ void TagModel::set(const TagParameters& parameters) {
   table_.last_y = static_cast<float>(parameters[kM3 + 1]);
   set_axis(table_.columns, column_lines_, kM1);
   set_axis(table_.rows, row_lines_, kM2);
+  set_num_terms(largest_cosine(Eigen::Matrix2d::Identity()));
 }
 
 void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const {
@@ -82,18 +84,17 @@ void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row
   std::fill(line, std::end(axis.lines), TagLine{table_.per_unit, 0, kNever, 0, 0, {}});
 }
 
-// As many terms as the directions need that are farthest from right angles: those of outermost
-// lines, in the picture, where the first, the middle and the last of the pixels are.
-void TagModel::set_num_terms(const TagBlock& block) {
+// The outermost lines are farthest from right angles.
+double TagModel::largest_cosine(const Eigen::Matrix2d& squares) const {
   double largest = 0;
-  for (const int n : {0, block.size / 2, std::max(0, block.size - 1)}) {
-    Eigen::Matrix2d squares = Eigen::Matrix2d::Identity();
-    if (block.is_stretched) squares << block.xx[n], block.xy[n], block.xy[n], block.yy[n];
-    for (const int i : {0, table_.columns.count - 1})
-      for (const int j : {0, table_.rows.count - 1})
-        largest = std::max(
-            largest, std::abs(cosine(table_.columns.lines[i], table_.rows.lines[j], squares)));
-  }
+  for (const int i : {0, table_.columns.count - 1})
+    for (const int j : {0, table_.rows.count - 1})
+      largest = std::max(largest,
+                         std::abs(cosine(table_.columns.lines[i], table_.rows.lines[j], squares)));
+  return largest;
+}
+
+void TagModel::set_num_terms(double largest) {
   int& n = table_.num_terms;
   double power = largest;
   for (n = 0; n < kMaxTerms && power / (n + 1) > kLeastTerm; ++n) power *= largest;
@@ -131,7 +132,15 @@ void TagModel::add(TagBlock& block, int c, float level) const {
 }
 
 void TagModel::evaluate(TagBlock& block) {
-  set_num_terms(block);
+  if (block.is_stretched) {
+    double largest = 0;
+    for (const int n : {0, block.size / 2, std::max(0, block.size - 1)}) {
+      Eigen::Matrix2d squares;
+      squares << block.xx[n], block.xy[n], block.xy[n], block.yy[n];
+      largest = std::max(largest, largest_cosine(squares));
+    }
+    set_num_terms(largest);
+  }
   block.num_felt = lines_taken(block.num_felt);
   for (int n = 0; n < block.size; ++n)
     for (int j = 0; j <= block.num_felt; ++j)

@@ -84,7 +84,8 @@ class TagModel {
 
  private:
   void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
-  void set_num_terms(const TagBlock& block);
+  double largest_cosine(const Eigen::Matrix2d& squares) const;
+  void set_num_terms(double largest_cosine);
   void bend_row(int begin, int end);
   void bend_straight_row(const Eigen::Matrix<float, tag_parameter::kNumBends, 1>& bends, int begin,
                          int end);

@@ -80,7 +80,7 @@ constexpr int kModelErrorRounds = 3;  // until it stays the same
 std::optional<ModelChoice> choose_with_model_error(CalibrationInput& input,
                                                    const CalibrateOptions& options) {
   std::optional<ModelChoice> choice = choose_model(input, options);
-  // What a model leaves over that does not explain the corners is no error that the others have.
+  // A model that does not explain the corners says nothing of the error of the lens.
   for (int i = 0; choice && choice->status == Status::ok && i < kModelErrorRounds; ++i) {
     if (!count_model_error(input, choice->fit)) break;
     choice = choose_model(input, options);

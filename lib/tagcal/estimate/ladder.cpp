@@ -138,7 +138,7 @@ double lowest_bic(const Ladder& ladder, bool of_fisheye) {
   return lowest;
 }
 
-// Whether the larger model is needed, by BIC and more.
+// BIC asks for the larger model by the cost of one parameter and more.
 bool is_far_worse(const Rung& small, const Rung& large) {
   const double noise_square = large.summary.cost / std::max(1, degrees_of_freedom(large.bundle));
   const int more = large.model().num_free() - small.model().num_free();
@@ -150,7 +150,7 @@ bool is_far_worse(const Rung& small, const Rung& large) {
 // minimum: each is tried from `from`, if that is its model, and from the next larger one, down from
 // the largest; followed where a few steps from there explain more.
 void descend(std::vector<Rung>& rungs, const Bundle& from, int max_iterations) {
-  constexpr int kFewSteps = 5;
+  constexpr int kFewSteps = 5;  // iterations, as a limit of work: a better basin shows at once
   for (std::size_t i = rungs.size(); i-- > 0;) {
     Rung& rung = rungs[i];
     const auto follow = [&](const Bundle& start) {
