@@ -10,7 +10,7 @@
 #include <apriltag/tagStandard41h12.h>
 #include <apriltag/tagStandard52h13.h>
 
-#include "tagcal/scene/tag_family.hpp"
+#include "tagcal/scene/board.hpp"
 
 namespace tagcal {
 

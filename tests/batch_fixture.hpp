@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "lenses.hpp"
-#include "tagcal/camera/project_dispatch.hpp"
+#include "tagcal/camera/kernels/project_dispatch.hpp"
 
 // Batch projection by any of its kernels, and what goes in and comes out.
 
 namespace tagcal {
+using namespace internal;
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 

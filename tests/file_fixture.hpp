@@ -12,12 +12,13 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/pose.hpp"
-#include "tagcal/io/text_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
 #include "tagcal/random.hpp"
 
 // What the tests of files share.
 
 namespace tagcal {
+using namespace internal;
 
 namespace fs = std::filesystem;
 

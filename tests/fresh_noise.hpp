@@ -1,12 +1,14 @@
 #pragma once
 
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
-#include "tagcal/estimate/observability.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "worlds.hpp"
 
 // Projection uncertainty as predicted at the truth, and as solves with fresh noise show it.
 
 namespace tagcal {
+using namespace internal;
 
 // A world as a solved problem: exact pixels, the true lens and poses.
 inline Bundle exact_bundle(const Model& model, const Lens& lens, std::uint64_t seed,

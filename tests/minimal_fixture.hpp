@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/estimate/minimal.hpp"
+#include "tagcal/geometry/pose.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal {

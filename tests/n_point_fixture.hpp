@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "tagcal/estimate/n_point.hpp"
 #include "tagcal/random.hpp"
+#include "tagcal/solvers/n_point.hpp"
 
 // Random problems of n points with their truth, and what every answer must hold.
 

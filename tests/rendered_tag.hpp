@@ -8,10 +8,11 @@
 #include <cmath>
 #include <optional>
 
+#include "study/tasks/tag_view.hpp"
 #include "tagcal/geometry/pose.hpp"
-#include "tagcal/study/tag_view.hpp"
 
 namespace tagcal {
+using namespace study;
 
 // The part [x0, x0 + width) x [y0, y0 + height) of a camera's picture as a picture of its own.
 inline Camera cropped(const Camera& camera, int x0, int y0, const ImageSize& size) {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "tagcal/random.hpp"
+#include "tagcal/scene/board.hpp"
 #include "tagcal/scene/image.hpp"
-#include "tagcal/scene/tag_family.hpp"
 
 namespace tagcal {
 

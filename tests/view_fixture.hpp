@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "batch_fixture.hpp"
-#include "tagcal/estimate/view_solver.hpp"
+#include "tagcal/estimate/pose/refine_pose.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace internal;
 
 using Eigen::MatrixXd;
 using Eigen::Vector2d;

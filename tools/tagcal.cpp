@@ -1,129 +1,32 @@
-// The command table, and the only place where errors end.
+// The command table.
 
-#include <fmt/format.h>
-
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <algorithm>
-#include <exception>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
-#include "commands.hpp"
-#include "messages.hpp"
-#include "tagcal/error.hpp"
+#include "commands/commands.hpp"
+#include "commands/study_program.hpp"
+#include "input/command_line.hpp"
+#include "report/messages.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
-
-int report(const std::string& message) {
-  print_to_stderr("tagcal: {}\n", one_line(message));
-  return kBadInput;
-}
-
-const Command* chosen(const std::vector<Command>& commands) {
-  const auto found = std::find_if(commands.begin(), commands.end(),
-                                  [](const Command& c) { return c.arguments->parsed(); });
-  return found == commands.end() ? nullptr : &*found;
-}
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t change = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
-
-// " (did you mean X?)" for a slip of one letter or two.
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
-  for (const std::string& name : known) {
-    if (edit_distance(word, name) <= 2) return fmt::format(" (did you mean {}?)", name);
-  }
-  return "";
-}
-
-std::vector<std::string> option_names(const CLI::App& command) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : command.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  }
-  return names;
-}
-
-// The first argument that no command and no option takes.
-std::string unexpected(const CLI::App& app, const CLI::App& command) {
-  const std::vector<std::string> extra = app.remaining(true);
-  const auto option = std::find_if(extra.begin(), extra.end(),
-                                   [](const std::string& word) { return word.starts_with('-'); });
-  if (option == extra.end()) return fmt::format("{}: not expected", extra.front());
-  const std::string name = option->substr(0, option->find('='));
-  return fmt::format("{}: unknown option{}", name, did_you_mean(name, option_names(command)));
-}
-
-// CLI11's usage errors in our words, one line each.
-std::string usage_error(const CLI::ParseError& error, const CLI::App& app,
-                        const std::vector<Command>& commands) {
-  if (const Command* command = chosen(commands)) {
-    const CLI::App& arguments = *command->arguments;
-    const bool extra =
-        dynamic_cast<const CLI::ExtrasError*>(&error) && !app.remaining(true).empty();
-    return fmt::format("{}; see tagcal {} --help",
-                       extra ? unexpected(app, arguments) : error.what(), arguments.get_name());
-  }
-  const std::vector<std::string> extra = app.remaining();
-  std::vector<std::string> names;
-  for (const Command& command : commands) names.push_back(command.arguments->get_name());
-  if (extra.empty()) return fmt::format("needs a command: {}", fmt::join(names, ", "));
-  return fmt::format("{}: unknown command{}; known: {}", extra.front(),
-                     did_you_mean(extra.front(), names), fmt::join(names, ", "));
-}
-
-int run(int argc, char** argv) {
-  CLI::App app("Where a camera is, how it projects, and how far to trust that.", "tagcal");
-  app.set_version_flag("--version", "tagcal " TAGCAL_VERSION);
-  app.require_subcommand(1, 1);
-  app.footer(
-      "Example: tagcal render scene.yaml --out desk && tagcal calibrate desk --out camera.yaml\n"
-      "Exit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer.");
-  const std::vector<Command> commands = {
-      add_render(app), add_detect(app), add_calibrate(app), add_validate(app), add_pose(app),
-      add_board(app),  add_view(app),   add_diff(app),      add_chart(app),    add_stability(app)};
-  try {
-    app.parse(argc, argv);
-    return chosen(commands)->run();
-  } catch (const CLI::Success& help_or_version) {
-    return app.exit(help_or_version);
-  } catch (const CLI::ParseError& error) {
-    return report(usage_error(error, app, commands));
-  } catch (const Error& error) {
-    return report(error.what());
-  } catch (const std::bad_alloc&) {
-    return report("out of memory");
-  } catch (const std::exception& error) {
-    return report(error.what());
-  }
+std::vector<Command> command_table(CLI::App& app) {
+  return {add_render(app),
+          add_detect(app),
+          add_calibrate(app),
+          add_validate(app),
+          add_pose(app),
+          add_board(app),
+          add_view(app),
+          add_diff(app),
+          add_study_command(app, "chart", "speed against accuracy, ours and other libraries'"),
+          add_study_command(app, "stability", "maps of where methods fail, ours and others'")};
 }
 
 }  // namespace
 }  // namespace tagcal::tools
 
 int main(int argc, char** argv) {
-  tagcal::tools::reserve_standard_streams();
-  return tagcal::tools::run(argc, argv);
+  using namespace tagcal::tools;
+  reserve_standard_streams();
+  if (is_study_command(argc, argv)) return run_study_program(argv);
+  return run_command_line(argc, argv, command_table);
 }

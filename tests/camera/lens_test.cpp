@@ -5,11 +5,12 @@
 
 #include "lenses.hpp"
 #include "tagcal/camera/camera.hpp"
-#include "tagcal/camera/polynomial.hpp"
+#include "tagcal/camera/lenses/polynomial.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

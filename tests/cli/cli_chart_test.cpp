@@ -38,21 +38,11 @@ TEST_F(Cli, chartWritesTablesAndPictures) {
   EXPECT_EQ(files.size(), 9u);  // three pages, and no scripts left
 }
 
-TEST_F(Cli, chartOfShardsIsTheChart) {
-  for (const char* part : {"1/2", "2/2"})
-    ASSERT_EQ(run(std::string("chart focal --trials 3 --shard ") + part + " --out " +
-                  path(std::string("part") + part[0]))
-                  .exit_code,
-              0);
-  ASSERT_EQ(run("chart focal --trials 3 --threads 2 --out " + path("whole")).exit_code, 0);
-  const Outcome merged =
-      run("chart --merge " + path("part2") + " " + path("part1") + " --out " + path("merged"));
-  ASSERT_EQ(merged.exit_code, 0) << merged.err;
-  const auto whole = without_times(slurp(root() / "whole" / "chart.csv"));
-  EXPECT_EQ(without_times(slurp(root() / "merged" / "chart.csv")), whole);
-  EXPECT_NE(without_times(slurp(root() / "part1" / "chart.csv")), whole);
-  expect_bad_input("chart --merge " + path("part1") + " --out " + path("alone"),
-                   {"shard 2/2 is missing"});
+TEST_F(Cli, chartIsTheSameForAnyThreads) {
+  ASSERT_EQ(run("chart focal --trials 3 --out " + path("one")).exit_code, 0);
+  ASSERT_EQ(run("chart focal --trials 3 --threads 2 --out " + path("two")).exit_code, 0);
+  EXPECT_EQ(without_times(slurp(root() / "one" / "chart.csv")),
+            without_times(slurp(root() / "two" / "chart.csv")));
 }
 
 TEST_F(Cli, chartWithoutGnuplotHasTheTables) {
@@ -75,18 +65,11 @@ TEST_F(Cli, chartWithoutGnuplotHasTheTables) {
 
 TEST_F(Cli, chartRefusesBadInput) {
   const auto before = names();
-  expect_bad_input("chart --out " + path("x"), {"needs a job"});
+  expect_bad_input("chart --out " + path("x"), {"JOB"});
   expect_bad_input("chart poses --out " + path("x"), {"unknown job poses"});
   expect_bad_input("chart pose", {"--out"});
   expect_bad_input("chart pose --trials 0 --out " + path("x"), {"--trials", "1 or more"});
-  expect_bad_input("chart pose --shard 3/2 --out " + path("x"), {"--shard", "3/2"});
-  expect_bad_input("chart pose --shard 1 --out " + path("x"), {"--shard"});
   expect_bad_input("chart pose --seed -1 --out " + path("x"), {"--seed"});
-  expect_bad_input("chart --merge " + path("nothing") + " --out " + path("x"), {"nothing"});
-  expect_bad_input("chart --merge " + path("scene.yaml") + " --out " + path("x"),
-                   {"scene.yaml:1: is no file of trials"});
-  expect_bad_input("chart pose --merge " + path("nothing") + " --out " + path("x"),
-                   {"needs a job"});
   expect_bad_input("chart pose --trials 1 --out " + path("scene.yaml"), {"must be a folder"});
   EXPECT_EQ(names(), before);
 }

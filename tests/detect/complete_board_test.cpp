@@ -1,4 +1,4 @@
-#include "tagcal/detect/complete_board.hpp"
+#include "tagcal/detect/board_search/complete_board.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,14 +8,15 @@
 #include <numbers>
 
 #include "false_tag_pictures.hpp"
-#include "tagcal/detect/board_patterns.hpp"
+#include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/scene/render.hpp"
-#include "tagcal/scene/visibility.hpp"
+#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 const Lens kFisheye = Fisheye({300, 300, 319.5, 239.5, -0.01, 0.002, 0, 0});

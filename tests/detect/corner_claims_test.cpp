@@ -10,7 +10,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
-#include "tagcal/scene/visibility.hpp"
+#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
 namespace {

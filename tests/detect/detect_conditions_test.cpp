@@ -9,10 +9,11 @@
 
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/quad.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 struct Setup {

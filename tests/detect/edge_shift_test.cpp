@@ -8,9 +8,10 @@
 #include "corner_tally.hpp"
 #include "rendered_tag.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/picture_gamma.hpp"
+#include "tagcal/detect/tag_fit/picture_gamma.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 struct Print {

@@ -8,10 +8,11 @@
 #include <cstdlib>
 #include <set>
 
-#include "tagcal/detect/apriltag_handles.hpp"
+#include "tagcal/detect/apriltag/apriltag_handles.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 // A tag drawn from the plain data, one pixel a cell, as the comments of TagFamily describe it.

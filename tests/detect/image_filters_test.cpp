@@ -1,11 +1,13 @@
-#include "tagcal/detect/image_filters.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
 
 #include <gtest/gtest.h>
 
+#include "study/chart/corner_methods.hpp"
 #include "tagcal/detect/detector.hpp"
-#include "tagcal/study/corner_methods.hpp"
 
 namespace tagcal {
+using namespace study;
+using namespace internal;
 namespace {
 
 Image8 ramp(int width, int height, int across, int down) {

@@ -10,11 +10,12 @@
 #include "rendered_tag.hpp"
 #include "tag_patch.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/refine_tag_kernels.hpp"
-#include "tagcal/detect/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 constexpr TagFitOptions kStraight = {0, 0, 12,
@@ -69,7 +70,8 @@ TEST(RefineTag, PatternOfATag) {
 
 TagParameters bent_parameters() {
   TagParameters parameters;
-  parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4, 0.03, -0.04,  //
+  parameters << 0.42, 0.21, 0.5, -0.1, 0.51, 0.48, 0.03, -0.02, std::log(0.9), 30, 180, 6, -4, 0.03,
+      -0.04,  //
       2e-3, -3e-3, 1e-3, 2e-3, 1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 1e-3, 2e-3, -1e-3;
   return parameters;
 }

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "fresh_noise.hpp"
-#include "tagcal/estimate/halves.hpp"
-#include "tagcal/estimate/residual_field.hpp"
+#include "tagcal/estimate/bundle/residual_bias.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/checks/split_half_check.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 CalibrateOptions with_model(std::string model) {

@@ -1,10 +1,11 @@
-#include "tagcal/estimate/agreement.hpp"
+#include "tagcal/estimate/pose/residual_test.hpp"
 
 #include <gtest/gtest.h>
 
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

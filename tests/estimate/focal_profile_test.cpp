@@ -1,14 +1,17 @@
-#include "tagcal/estimate/focal_profile.hpp"
+#include "tagcal/estimate/pose/focal_profile.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tagcal/estimate/small_cholesky.hpp"
-#include "tagcal/estimate/view_fit.hpp"
-#include "tagcal/study/pose_tasks.hpp"
+#include "study/tasks/pose_tasks.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/pose/pose_minima.hpp"
+#include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 namespace tagcal {
+using namespace study;
+using namespace internal;
 namespace {
 
 using Matrix7d = Eigen::Matrix<double, 7, 7>;

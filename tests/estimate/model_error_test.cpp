@@ -1,10 +1,12 @@
-#include "tagcal/estimate/model_error.hpp"
+#include "tagcal/estimate/calibration/model_error.hpp"
 
 #include <gtest/gtest.h>
 
+#include "tagcal/estimate/calibrate.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -1,14 +1,15 @@
-#include "tagcal/estimate/odd_group.hpp"
+#include "tagcal/estimate/pose/shifted_tag_test.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tagcal/estimate/agreement.hpp"
-#include "tagcal/estimate/view_fit.hpp"
+#include "tagcal/estimate/pose/pose_minima.hpp"
+#include "tagcal/estimate/pose/residual_test.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -1,9 +1,10 @@
 #include <gtest/gtest.h>
 
 #include "batch_fixture.hpp"
-#include "tagcal/estimate/view_equations.hpp"
+#include "tagcal/estimate/pose/view_equations.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::MatrixXd;

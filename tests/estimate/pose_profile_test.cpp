@@ -1,14 +1,16 @@
-#include "tagcal/estimate/pose_profile.hpp"
+#include "tagcal/estimate/pose/pose_profile.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "tagcal/estimate/small_cholesky.hpp"
-#include "tagcal/study/pose_tasks.hpp"
+#include "study/tasks/pose_tasks.hpp"
+#include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 namespace tagcal {
+using namespace study;
+using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

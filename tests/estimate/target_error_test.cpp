@@ -1,12 +1,14 @@
 // Targets that are wrong in every view, and right ones.
 
-#include "tagcal/estimate/target_error.hpp"
+#include "tagcal/estimate/checks/target_error.hpp"
 
 #include <gtest/gtest.h>
 
 #include "spoiled_worlds.hpp"
+#include "tagcal/estimate/calibrate.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 constexpr char kSaid[] = "the target is not as its file says";

@@ -1,4 +1,4 @@
-#include "tagcal/estimate/view_consensus.hpp"
+#include "tagcal/estimate/pose/pose_ransac.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -1,4 +1,4 @@
-#include "tagcal/estimate/view_equations.hpp"
+#include "tagcal/estimate/pose/view_equations.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 #include "view_fixture.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 // The sums of any kernels, laid out as equations.

@@ -1,4 +1,4 @@
-#include "tagcal/estimate/view_solver.hpp"
+#include "tagcal/estimate/pose/refine_pose.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include "view_fixture.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 // Gauss-Newton on all rows, from next to the minimum: slow and plain.

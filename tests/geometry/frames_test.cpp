@@ -1,4 +1,4 @@
-#include "tagcal/geometry/frames.hpp"
+#include "tagcal/viewing/frames.hpp"
 
 #include <gtest/gtest.h>
 

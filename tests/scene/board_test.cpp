@@ -9,10 +9,11 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
-#include "tagcal/scene/board_ink.hpp"
 #include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

@@ -5,10 +5,11 @@
 #include <numbers>
 
 #include "tagcal/random.hpp"
-#include "tagcal/scene/coverage.hpp"
 #include "tagcal/scene/image.hpp"
+#include "tagcal/scene/raster/coverage.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -7,12 +7,13 @@
 #include <iterator>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/image_codec.hpp"
+#include "tagcal/io/image/image_codec.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

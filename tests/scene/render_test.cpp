@@ -4,11 +4,12 @@
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/scene/board_ink.hpp"
-#include "tagcal/scene/sheets.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/visibility/sheets.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -6,9 +6,10 @@
 
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/random.hpp"
-#include "tagcal/scene/tracer.hpp"
+#include "tagcal/scene/raster/tracer.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

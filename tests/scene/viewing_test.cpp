@@ -4,9 +4,9 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include "tagcal/camera/projection.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
+#include "tagcal/viewing/projection.hpp"
 
 namespace tagcal {
 namespace {

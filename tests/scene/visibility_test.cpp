@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <set>
 
-#include "tagcal/scene/sheets.hpp"
-#include "tagcal/scene/visibility.hpp"
+#include "tagcal/scene/viewing.hpp"
+#include "tagcal/scene/visibility/sheets.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

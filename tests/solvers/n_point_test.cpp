@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "n_point_fixture.hpp"
-#include "tagcal/estimate/object_space.hpp"
+#include "tagcal/solvers/numeric/object_space.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Quaterniond;

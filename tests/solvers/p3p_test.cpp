@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "minimal_fixture.hpp"
+#include "tagcal/solvers/p3p.hpp"
 
 namespace tagcal {
 namespace {

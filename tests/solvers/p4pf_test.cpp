@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "minimal_fixture.hpp"
+#include "tagcal/solvers/p4pf.hpp"
 
 namespace tagcal {
 namespace {

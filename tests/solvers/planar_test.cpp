@@ -1,4 +1,4 @@
-#include "tagcal/estimate/planar.hpp"
+#include "tagcal/solvers/plane.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tagcal/estimate/real_roots.hpp"
+#include "tagcal/solvers/numeric/real_roots.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include "tagcal/random.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 TEST(RealRoots, AreAllFound) {

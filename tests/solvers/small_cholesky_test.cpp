@@ -1,4 +1,4 @@
-#include "tagcal/estimate/small_cholesky.hpp"
+#include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include "tagcal/random.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::MatrixXd;

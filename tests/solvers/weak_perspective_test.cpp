@@ -1,4 +1,4 @@
-#include "tagcal/estimate/weak_perspective.hpp"
+#include "tagcal/solvers/weak_perspective.hpp"
 
 #include <gtest/gtest.h>
 

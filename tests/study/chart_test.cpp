@@ -1,4 +1,4 @@
-#include "tagcal/study/chart.hpp"
+#include "study/chart/chart.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +7,15 @@
 #include <sstream>
 #include <tuple>
 
+#include "study/chart/chart_file.hpp"
+#include "study/chart/chart_plot.hpp"
+#include "study/chart/chart_study.hpp"
+#include "study/chart/chart_table.hpp"
+#include "study/chart/pareto.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/study/chart_file.hpp"
-#include "tagcal/study/chart_plot.hpp"
-#include "tagcal/study/chart_study.hpp"
-#include "tagcal/study/chart_table.hpp"
-#include "tagcal/study/pareto.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 // A study whose errors are the random numbers of its problems.
@@ -91,68 +92,19 @@ TEST(Chart, errorsDoNotDependOnThreadsButOnTheSeed) {
 
 TEST(Chart, quickHasFewerTrials) { EXPECT_EQ(run_small({.quick = true}).num_trials, 5); }
 
-TEST(Chart, shardsMergeToTheWhole) {
-  const ChartResult whole = run_small({.trials = 11});
-  std::vector<ChartResult> parts;
-  for (const int i : {3, 1, 2}) parts.push_back(run_small({.trials = 11, .shard = {i, 3}}));
-  EXPECT_EQ(parts[1].trials.size(), 4u * 8);
-  const ChartResult merged = merge_charts(parts);
-  expect_same_errors(whole, merged);
-  EXPECT_EQ(merged.shards, whole.shards);
-}
-
-TEST(Chart, refusesPartsThatAreNoWhole) {
-  const auto part = [](int i, int n, std::uint64_t seed = 1) {
-    return run_small({.trials = 6, .seed = seed, .shard = {i, n}});
-  };
-  const auto merge = [](std::vector<ChartResult> parts) { return merge_charts(parts); };
-  EXPECT_NO_THROW(merge({part(1, 2), part(2, 2)}));
-  EXPECT_THROW(merge({part(1, 2)}), Error);
-  EXPECT_THROW(merge({part(1, 2), part(1, 2)}), Error);
-  EXPECT_THROW(merge({part(1, 2), part(2, 3)}), Error);
-  EXPECT_THROW(merge({part(1, 2), part(2, 2, 5)}), Error);
-  EXPECT_THROW(merge({}), Error);
-  EXPECT_THROW(part(0, 2), Error);
-  EXPECT_THROW(part(3, 2), Error);
-}
-
-TEST(Chart, fileKeepsEveryDigit) {
-  ChartResult result = run_small({.trials = 5, .shard = {2, 2}});
+TEST(Chart, trialsAsCsv) {
+  ChartResult result = run_small({.trials = 5});
   result.origin = {"made here: today"};
   const std::string text = trials_text(result);
-  const ChartResult read = read_trials(text, "trials.csv");
-  expect_same_errors(result, read);
-  EXPECT_EQ(read.shards, result.shards);
-  EXPECT_EQ(read.methods, result.methods);
-  EXPECT_EQ(read.panels, result.panels);
-  EXPECT_EQ(read.origin, result.origin);
-  EXPECT_EQ(trials_text(read), text);
+  EXPECT_NE(text.find("# seed: 1\n"), std::string::npos);
+  EXPECT_NE(text.find("# origin: made here: today\n"), std::string::npos);
+  const std::size_t header = text.find("panel,method,trial,time_us,error,error_over_bound\n");
+  ASSERT_NE(header, std::string::npos);
+  EXPECT_EQ(std::count(text.begin() + static_cast<std::ptrdiff_t>(header), text.end(), '\n'),
+            1 + static_cast<std::ptrdiff_t>(result.trials.size()));
 }
 
-TEST(Chart, refusesDamagedFiles) {
-  const std::string text = trials_text(run_small({.trials = 2}));
-  const auto message = [](const std::string& damaged) -> std::string {
-    try {
-      read_trials(damaged, "t.csv");
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
-  };
-  const auto with = [&](const std::string& from, const std::string& to) {
-    std::string damaged = text;
-    return damaged.replace(damaged.find(from), from.size(), to);
-  };
-  EXPECT_EQ(message(text), "");
-  EXPECT_TRUE(message("panel,method\n").starts_with("t.csv:1: "));
-  EXPECT_NE(message(text.substr(0, text.rfind("\n", text.size() - 2) + 1)),
-            "");  // a row is missing
-  EXPECT_NE(message(with("# shard: 1/1", "# shard: 1/0")), "");
-  EXPECT_NE(message(with("# seed: 1", "# seed: one")), "");
-  EXPECT_NE(message(with("# seed: 1", "# sead: 1")), "");
-  EXPECT_NE(message(with("\n0,0,0,", "\n9,0,0,")), "");
-  EXPECT_NE(message(with("\n0,0,0,", "\n0,0,0,nan,")), "");
-}
+TEST(Chart, refusesNegativeTrials) { EXPECT_THROW(run_small({.trials = -1}), Error); }
 
 TEST(Chart, pointsAsCsv) {
   const ChartResult result = run_small({.trials = 3});

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/atlas/map_calibration.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/study/map_calibration.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 CalibrationTask eight_views(double largest_tilt_deg) {

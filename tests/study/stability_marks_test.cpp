@@ -4,9 +4,10 @@
 
 #include <algorithm>
 
-#include "tagcal/study/stability.hpp"
+#include "study/atlas/stability.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 // Ours alone in some of the cells of a map.

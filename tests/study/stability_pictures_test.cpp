@@ -4,10 +4,11 @@
 
 #include <cmath>
 
-#include "tagcal/study/map_picture.hpp"
-#include "tagcal/study/stability_judge.hpp"
+#include "study/atlas/map_picture.hpp"
+#include "study/atlas/stability_judge.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 using Eigen::Vector2d;

@@ -1,4 +1,4 @@
-#include "tagcal/study/stability.hpp"
+#include "study/atlas/stability.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,14 +6,15 @@
 #include <cmath>
 #include <set>
 
+#include "study/atlas/atlas_page.hpp"
+#include "study/atlas/atlas_plot.hpp"
+#include "study/atlas/stability_file.hpp"
+#include "study/atlas/stability_judge.hpp"
+#include "study/tasks/pose_tasks.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/study/atlas_page.hpp"
-#include "tagcal/study/atlas_plot.hpp"
-#include "tagcal/study/pose_tasks.hpp"
-#include "tagcal/study/stability_file.hpp"
-#include "tagcal/study/stability_judge.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 StabilityMap map_named(const std::string& name) {

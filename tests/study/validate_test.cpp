@@ -1,4 +1,4 @@
-#include "tagcal/study/validate.hpp"
+#include "tagcal/validate/validate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "tagcal/camera/parameter_index.hpp"
-#include "tagcal/camera/polynomial.hpp"
+#include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/camera/lenses/polynomial.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 // Between the rays through two pixels; by way of the optical axis for a fisheye.

@@ -6,12 +6,13 @@
 #include <algorithm>
 #include <memory>
 
-#include "tagcal/detect/board_finder.hpp"
-#include "tagcal/detect/picture_batch.hpp"
-#include "tagcal/detect/wrong_border.hpp"
+#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/picture_batch.hpp"
+#include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures

@@ -8,14 +8,15 @@
 #include <map>
 #include <optional>
 
-#include "tagcal/detect/board_finder.hpp"
+#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/quad.hpp"
-#include "tagcal/detect/wrong_border.hpp"
-#include "tagcal/estimate/planar.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/solvers/plane.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -11,10 +11,11 @@
 #include <algorithm>
 #include <array>
 
-#include "tagcal/detect/apriltag_handles.hpp"
+#include "tagcal/detect/apriltag/apriltag_handles.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 struct KnownFamily {
@@ -33,7 +34,7 @@ constexpr std::array kFamilies = {
 
 }  // namespace
 
-FamilyHandle create_family(std::string_view name, int border_bits) {
+FamilyHandle internal::create_family(std::string_view name, int border_bits) {
   const auto known = std::find_if(kFamilies.begin(), kFamilies.end(),
                                   [&](const KnownFamily& family) { return family.name == name; });
   if (known == kFamilies.end()) {

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tagcal/scene/tag_family.hpp"
+#include "tagcal/scene/board.hpp"
 
 namespace tagcal {
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/detect/refine_tag_fitter.hpp"
+#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -10,11 +10,14 @@
 #include <memory>
 #include <numbers>
 
-#include "tagcal/estimate/observability.hpp"
-#include "tagcal/estimate/uncertainty.hpp"
+#include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/geometry/pose.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Index;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/types.hpp"
 
 namespace tagcal {
 

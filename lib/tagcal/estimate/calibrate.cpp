@@ -5,19 +5,20 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/doubt.hpp"
-#include "tagcal/estimate/fixed_options.hpp"
-#include "tagcal/estimate/ladder.hpp"
-#include "tagcal/estimate/misfit.hpp"
-#include "tagcal/estimate/model_error.hpp"
-#include "tagcal/estimate/other_lens.hpp"
-#include "tagcal/estimate/result.hpp"
-#include "tagcal/estimate/selection.hpp"
-#include "tagcal/estimate/settle.hpp"
-#include "tagcal/estimate/target_error.hpp"
-#include "tagcal/estimate/wrong_views.hpp"
+#include "tagcal/estimate/bundle/convergence.hpp"
+#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
+#include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/calibration/model_choice.hpp"
+#include "tagcal/estimate/calibration/model_error.hpp"
+#include "tagcal/estimate/calibration/model_ladder.hpp"
+#include "tagcal/estimate/calibration/simpler_model_test.hpp"
+#include "tagcal/estimate/calibration/view_rejection.hpp"
+#include "tagcal/estimate/checks/lack_of_fit.hpp"
+#include "tagcal/estimate/checks/report.hpp"
+#include "tagcal/estimate/checks/target_error.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Clock = std::chrono::steady_clock;

@@ -6,9 +6,10 @@
 #include <string>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/refine.hpp"
+#include "tagcal/estimate/bundle/bundle_adjustment.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -5,9 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tagcal/camera/camera.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
-#include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/estimate/types.hpp"
 
 namespace tagcal {
 
@@ -17,7 +15,7 @@ struct LensDifference {
   Pose b_from_a;  // the implied motion of the camera, taken out; at infinity a rotation
   ImageGrid grid;
   MatrixX u_px, v_px;  // b - a at the nodes (rows x columns); NaN where either has no value
-  double rms_px = 0;           // over the samples of the region, sqrt(mean |d|^2)
+  double rms_px = 0;   // over the samples of the region, sqrt(mean |d|^2)
   double max_px = 0;
 };
 

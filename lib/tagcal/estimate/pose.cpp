@@ -2,10 +2,11 @@
 
 #include <cmath>
 
-#include "tagcal/estimate/agreeing_fit.hpp"
-#include "tagcal/estimate/pose_hypotheses.hpp"
+#include "tagcal/estimate/pose/pose_hypotheses.hpp"
+#include "tagcal/estimate/pose/robust_pose.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 // Points so near to a line that the turn about it is hardly known. A linear covariance does not

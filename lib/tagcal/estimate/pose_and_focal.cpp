@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/estimate/agreeing_fit.hpp"
-#include "tagcal/estimate/agreement.hpp"
 #include "tagcal/estimate/pose.hpp"
-#include "tagcal/estimate/pose_hypotheses.hpp"
+#include "tagcal/estimate/pose/pose_hypotheses.hpp"
+#include "tagcal/estimate/pose/residual_test.hpp"
+#include "tagcal/estimate/pose/robust_pose.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 // The rule for the focal length: refused above 10 % of standard deviation, and as well ...

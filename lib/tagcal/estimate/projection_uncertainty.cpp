@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/estimate/reprojection.hpp"
+#include "tagcal/estimate/pose/reprojection.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::MatrixXd;

@@ -4,9 +4,10 @@
 #include <cmath>
 #include <string_view>
 
-#include "tagcal/estimate/observability.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -3,9 +3,10 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "tagcal/geometry/checks.hpp"
+#include "tagcal/internal/finite.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Matrix3d;

@@ -4,9 +4,10 @@
 #include <numbers>
 
 #include "tagcal/error.hpp"
-#include "tagcal/geometry/checks.hpp"
+#include "tagcal/internal/finite.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Matrix3d;

@@ -6,10 +6,11 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text_file.hpp"
-#include "tagcal/io/yaml_parts.hpp"
+#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 std::string number_yaml(double value) {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/types.hpp"
 
 namespace tagcal {
 

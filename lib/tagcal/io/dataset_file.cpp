@@ -7,12 +7,14 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/io/number_text.hpp"
 #include "tagcal/io/target_file.hpp"
-#include "tagcal/io/text_file.hpp"
-#include "tagcal/io/yaml_parts.hpp"
+#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

@@ -10,11 +10,12 @@
 #include <string_view>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/image_codec.hpp"
-#include "tagcal/io/image_orientation.hpp"
-#include "tagcal/io/text_file.hpp"
+#include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image/image_orientation.hpp"
+#include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 1ULL << 30;

@@ -8,10 +8,11 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
-#include "tagcal/io/number_text.hpp"
-#include "tagcal/io/text_file.hpp"
+#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 constexpr std::array<std::string_view, 8> kColumns = {"image", "tag_id",  "corner",  "x_px",

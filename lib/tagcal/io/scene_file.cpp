@@ -7,9 +7,11 @@
 #include <numbers>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/yaml_parts.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

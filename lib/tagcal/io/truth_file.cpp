@@ -1,10 +1,11 @@
 #include <fmt/format.h>
 
 #include "tagcal/io/dataset_file.hpp"
-#include "tagcal/io/text_file.hpp"
-#include "tagcal/io/yaml_parts.hpp"
+#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
+using namespace internal;
 
 Truth read_truth(const std::filesystem::path& file) {
   const YamlValue top = YamlValue::read(file);

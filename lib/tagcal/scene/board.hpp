@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <compare>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,24 @@
 #include "tagcal/geometry/pose.hpp"
 
 namespace tagcal {
+
+// The patterns of an AprilTag family, as plain data; tagcal/detect/families.hpp fills it from the
+// AprilTag library. Cells are counted from the upper-left cell of the whole printed tag, x right,
+// y down; total_width counts all cells, the white (or, for a reversed border, black) frame
+// included.
+struct TagFamily {
+  struct Cell {
+    int x = 0;
+    int y = 0;
+  };
+
+  std::string name;
+  int width_at_border = 0;  // cells between the corners that the detector reports
+  int total_width = 0;      // cells of the whole pattern
+  bool reversed_border = false;
+  std::vector<Cell> bits;            // place of each bit relative to the border's upper-left cell
+  std::vector<std::uint64_t> codes;  // per id, bits.front() is the most significant
+};
 
 // Names a point that can be observed: corner 0..3 of a tag (lower-left, lower-right, upper-right,
 // upper-left, on the upright tag), or the point `tag_id` of a `points` target, with corner 0.

@@ -7,12 +7,13 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
-#include "tagcal/scene/blur.hpp"
-#include "tagcal/scene/coverage.hpp"
-#include "tagcal/scene/sheets.hpp"
-#include "tagcal/scene/tracer.hpp"
+#include "tagcal/scene/raster/blur.hpp"
+#include "tagcal/scene/raster/coverage.hpp"
+#include "tagcal/scene/raster/tracer.hpp"
+#include "tagcal/scene/visibility/sheets.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

@@ -4,9 +4,9 @@
 #include <map>
 #include <string>
 
+#include "tagcal/scene/board.hpp"
 #include "tagcal/scene/image.hpp"
 #include "tagcal/scene/scene.hpp"
-#include "tagcal/scene/tag_family.hpp"
 
 namespace tagcal {
 

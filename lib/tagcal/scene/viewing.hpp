@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tagcal/camera/canonical.hpp"
 #include "tagcal/scene/scene.hpp"
+#include "tagcal/viewing/canonical.hpp"
 
 // The viewing pipeline of one camera of a scene, laid open: object -> world -> camera -> eye ->
 // clip -> normalised device -> raster, and a point followed through all of it (docs/viewing.md).
@@ -26,7 +26,7 @@ struct NamedPoint {
 std::optional<NamedPoint> named_corner(const Scene& scene, const CornerId& id);
 
 // The matrices of one camera. A matrix holds no distortion: from the eye on they are those of the
-// camera without it (undistorted() in camera/viewport.hpp), which any renderer can draw.
+// camera without it (undistorted() in viewing/viewport.hpp), which any renderer can draw.
 struct ViewingPipeline {
   Camera camera;
   Pose camera_from_world;
@@ -47,6 +47,12 @@ struct NearFar {
   double far_m = 0;
 };
 NearFar enclosing_planes(const Scene& scene, const Pose& camera_from_world);
+
+// Where the corners of the scene are in a view, exactly: those in front of the camera and in its
+// lens' domain, inside the image, on a face turned to the camera, and hidden neither by an occluder
+// nor by the paper of another board. Points of a `points` target have no face and are seen from
+// everywhere. Ordered by id.
+std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world);
 
 // What became of the point.
 enum class Sight {

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "study/atlas/calibration_judge.hpp"
+
+// Maps of failure of calibrations. Private to study.
+
+namespace tagcal::study {
+
+inline constexpr int kSmallGrid = 6;  // points across and down
+inline constexpr double kSmallSpacingM = 0.12;
+inline constexpr double kRadian = std::numbers::pi / 180;
+
+struct CalibrationSolver {
+  std::string name, settings;
+  bool ours = false;
+  std::string lens = {};  // "perspective" or "fisheye": what is asked for; empty: whatever fits
+  std::function<Prepared<LensAnswer>(const CalibrationQuestion&)> prepare = {};
+};
+
+CalibrationSolver our_calibration();          // auto, noise not stated
+CalibrationSolver our_calibration_by_name();  // the true model, noise stated
+CalibrationSolver our_calibration_by_name(const std::string& model);
+CalibrationSolver our_calibration_with_bend();                      // and the board may be bent
+CalibrationSolver opencv_calibration();                             // default flags
+CalibrationSolver opencv_calibration_of(const std::string& model);  // its coefficients only
+CalibrationSolver opencv_fisheye();
+// libmrcal, where it is there, on whole views of the small grid.
+std::vector<CalibrationSolver> with_mrcal(std::vector<CalibrationSolver> solvers);
+
+void ask_calibration(
+    StabilityMap& map, const std::vector<CalibrationSolver>& solvers,
+    const std::function<CalibrationQuestion(std::span<const double> at, Random& random)>& question);
+
+// 6 x 6 points, 0.6 m wide, about the origin of their plane.
+Board small_grid();
+
+// A camera of 1280 x 800 with the board of points in it, and no views yet.
+CalibrationTask empty_task(const Lens& lens, const std::string& model, double sigma_px);
+
+// 900 px, its principal point beside the centre of the image, no distortion: of model f+c.
+CalibrationTask pinhole_task();
+
+// A tilt, a side and a roll, at a distance of 0.9 to 1.3 m (times `nearer`), a little aside.
+Pose draw_view(double tilt_deg, Random& random, double nearer = 1);
+
+// Adds the view of the points that are in the image and in the lens' domain, and for which `seen`
+// holds, with noise.
+void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
+              const std::function<bool(const Eigen::Vector2d&)>& seen = {});
+
+// A question whose corners are all right.
+CalibrationQuestion ask_all(CalibrationTask task, JudgedLens judged = JudgedLens::camera_matrix);
+
+StabilityMap views_tilt_map();
+StabilityMap parallel_planes_map();
+StabilityMap roll_map();
+StabilityMap repeated_views_map();
+StabilityMap board_unit_map();
+StabilityMap extrapolation_map();
+StabilityMap fold_map();
+StabilityMap bent_board_map();
+StabilityMap wrong_lens_map();
+StabilityMap wrong_views_map();
+
+std::vector<StabilityMap> calibration_maps();
+
+}  // namespace tagcal::study

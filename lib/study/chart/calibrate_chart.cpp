@@ -1,0 +1,86 @@
+// The job `calibrate` of the chart.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "study/chart/chart_study.hpp"
+#include "study/peers/mrcal_peer.hpp"
+#include "study/tasks/calibration_tasks.hpp"
+#include "tagcal/camera/model.hpp"
+
+namespace tagcal::study {
+namespace {
+
+struct Cell {
+  Lens lens;
+  std::string model;
+  int num_views;
+};
+
+constexpr double kGrossFocalShare = 0.1;
+
+struct Truth {
+  std::vector<double> parameters;
+  Eigen::MatrixXd information;
+
+  Verdict judge(const CalibrationAnswer& answer) const {
+    if (answer.size() != parameters.size()) return {};
+    const auto n = static_cast<Eigen::Index>(parameters.size());
+    const Eigen::VectorXd e = Eigen::Map<const Eigen::VectorXd>(answer.data(), n) -
+                              Eigen::Map<const Eigen::VectorXd>(parameters.data(), n);
+    return {!(std::abs(e[0]) < kGrossFocalShare * parameters[0]), std::abs(e[0]),
+            std::sqrt(e.dot(information * e) / static_cast<double>(n))};
+  }
+};
+
+std::vector<Attempt> draw(const Cell& cell, const std::vector<CalibrationMethod>& methods,
+                          Random& random) {
+  const CalibrationTask task = draw_calibration(cell.lens, cell.model, cell.num_views, random);
+  auto truth = std::make_shared<Truth>();
+  truth->parameters = Model::named(cell.model).free_values(cell.lens);
+  truth->information = calibration_information(task);
+  std::vector<Attempt> attempts;
+  for (const CalibrationMethod& method : methods) {
+    Prepared<CalibrationAnswer> prepared = method.prepare(task);
+    attempts.push_back({std::move(prepared.solve), [truth, answer = std::move(prepared.answer)] {
+                          return truth->judge(answer());
+                        }});
+  }
+  return attempts;
+}
+
+void add_panel(const Cell& cell, ChartStudy& study) {
+  StudyPanel panel;
+  const bool fisheye = std::holds_alternative<Fisheye>(cell.lens);
+  panel.panel = {"", fisheye ? "fisheye4" : "opencv5", fmt::format("{} views", cell.num_views), {}};
+  if (fisheye) panel.panel.cannot.emplace_back("mrcal: has no lens of Kannala and Brandt");
+  if (!fisheye && !has_mrcal())
+    panel.panel.cannot.emplace_back("mrcal: not there when this was built");
+  const auto methods = calibration_methods(cell.model);
+  for (const CalibrationMethod& m : methods)
+    panel.methods.push_back(study.number_of({m.name, m.settings, m.name.starts_with("tagcal")}));
+  panel.draw = [cell, methods](Random& random) { return draw(cell, methods, random); };
+  study.panels.push_back(std::move(panel));
+}
+
+}  // namespace
+
+ChartStudy calibrate_study(bool quick) {
+  ChartStudy study;
+  study.error_unit = "fx, pixels";
+  study.bound_name = "Cramér-Rao bound";
+  study.failure = "no answer, or fx off by more than 10 %";
+  study.trials = 100;
+  study.quick_trials = 12;
+  const Lens brown = Perspective({900, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0});
+  const Lens fisheye = Fisheye({420, 419, 633, 405, 0.02, -0.01, 0.003, -0.0005});
+  for (const int views : quick ? std::vector<int>{5, 10, 20} : std::vector<int>{5, 20, 50}) {
+    add_panel({brown, "opencv5", views}, study);
+    add_panel({fisheye, "fisheye4", views}, study);
+  }
+  return study;
+}
+
+}  // namespace tagcal::study

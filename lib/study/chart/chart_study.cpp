@@ -1,0 +1,118 @@
+#include "study/chart/chart_study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "study/processor_time.hpp"
+#include "study/study_threads.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal::study {
+namespace {
+
+Random random_of(std::uint64_t seed, int panel, int trial) {
+  return {seed, (static_cast<std::uint64_t>(panel) << 32) + static_cast<std::uint64_t>(trial)};
+}
+
+// A method that throws, or whose numbers are none, has failed.
+ChartTrial attempted(const Attempt& attempt) {
+  ChartTrial done;
+  Verdict verdict;
+  try {
+    done.time_us = processor_us(attempt.solve);
+    verdict = attempt.answer();
+  } catch (const std::exception&) {
+    verdict = {};
+  }
+  const bool number = std::isfinite(verdict.error) && std::isfinite(verdict.over_bound);
+  done.failed = verdict.failed || !number;
+  if (!done.failed) done.error = verdict.error, done.over_bound = verdict.over_bound;
+  return done;
+}
+
+// One problem of one panel by all of its methods; with the number of the trial another one begins,
+// so that none always comes first.
+std::vector<ChartTrial> attempt_all(const ChartStudy& study, int panel, int trial,
+                                    std::uint64_t seed) {
+  const StudyPanel& what = study.panels[static_cast<std::size_t>(panel)];
+  Random random = random_of(seed, panel, trial);
+  const std::vector<Attempt> attempts = what.draw(random);
+  std::vector<ChartTrial> done(attempts.size());
+  for (std::size_t i = 0; i < attempts.size(); ++i) {
+    const std::size_t m = (i + static_cast<std::size_t>(trial)) % attempts.size();
+    done[m] = attempted(attempts[m]);
+    done[m].panel = panel, done[m].method = what.methods[m], done[m].trial = trial;
+  }
+  return done;
+}
+
+ChartStudy study_of(ChartJob job, bool quick) {
+  switch (job) {
+    case ChartJob::pose:
+      return pose_study();
+    case ChartJob::focal:
+      return focal_study();
+    case ChartJob::project:
+      return project_study();
+    case ChartJob::calibrate:
+      return calibrate_study(quick);
+    case ChartJob::corners:
+      return corners_study();
+  }
+  return {};
+}
+
+}  // namespace
+
+int ChartStudy::number_of(const ChartMethod& method) {
+  const auto found = std::find_if(methods.begin(), methods.end(),
+                                  [&](const ChartMethod& m) { return m.name == method.name; });
+  if (found != methods.end()) return static_cast<int>(found - methods.begin());
+  methods.push_back(method);
+  return static_cast<int>(methods.size()) - 1;
+}
+
+ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
+                      const std::function<void(int, int)>& progress) {
+  if (options.trials < 0) throw Error("trials: must not be negative");
+  ChartResult result;
+  result.error_unit = study.error_unit;
+  result.bound_name = study.bound_name;
+  result.failure = study.failure;
+  result.seed = options.seed;
+  result.quick = options.quick;
+  result.num_trials = options.trials > 0 ? options.trials
+                      : options.quick    ? study.quick_trials
+                                         : study.trials;
+  result.methods = study.methods;
+  for (const StudyPanel& panel : study.panels) result.panels.push_back(panel.panel);
+
+  const int panels = static_cast<int>(study.panels.size());
+  const auto num_trials = static_cast<std::size_t>(result.num_trials);
+  // Trial by trial through all panels: a slow moment of the machine hits all of them.
+  const int n = panels * result.num_trials;
+  std::vector<std::vector<ChartTrial>> done(static_cast<std::size_t>(n));
+  std::mutex mutex;
+  int num_done = 0;
+  const OneOpenCvThread one_thread;
+  in_threads(n, options.threads, [&](int i) {
+    const int panel = i % panels, trial = i / panels;
+    done[static_cast<std::size_t>(panel) * num_trials + static_cast<std::size_t>(trial)] =
+        attempt_all(study, panel, trial, options.seed);
+    const std::scoped_lock lock(mutex);
+    if (progress) progress(++num_done, n);
+  });
+  for (const auto& trials : done)
+    result.trials.insert(result.trials.end(), trials.begin(), trials.end());
+  return result;
+}
+
+ChartResult run_chart(ChartJob job, const ChartOptions& options,
+                      const std::function<void(int, int)>& progress) {
+  ChartResult result = run_study(study_of(job, options.quick), options, progress);
+  result.job = chart_job_names()[static_cast<std::size_t>(job)];
+  return result;
+}
+
+}  // namespace tagcal::study

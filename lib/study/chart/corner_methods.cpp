@@ -1,0 +1,190 @@
+#include "study/chart/corner_methods.hpp"
+
+#include <apriltag/apriltag.h>
+
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+
+#include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/detect/board_search/board_finder.hpp"
+
+namespace tagcal::study {
+using namespace internal;
+namespace {
+
+using Eigen::Vector2d;
+
+// AprilTag's families must not be made by two threads at once.
+std::mutex& family_lock() {
+  static std::mutex lock;
+  return lock;
+}
+
+// The covariance of the fit to the picture without noise, in proportion to the noise of a pixel and
+// its rounding.
+Eigen::Matrix<double, 8, 8> bound_of(const CornerTask& task) {
+  TagFitOptions options;
+  options.camera = &task.view.camera;
+  const TagFit exact = refine_tag(task.view.noiseless, task.pattern, task.view.corners, options);
+  if (exact.status != TagFitStatus::converged)
+    return Eigen::Matrix<double, 8, 8>::Constant(std::nan(""));
+  const double noise = std::hypot(task.spec.noise_levels, std::sqrt(1.0 / 12));
+  return exact.covariance_px2 * (noise / exact.noise_levels) * (noise / exact.noise_levels);
+}
+
+// The tag of a task in its picture, by the finder that `tagcal detect` uses.
+std::optional<CornerAnswer> found_by(BoardFinder& finder, const Image8& image) {
+  const SeenBoards seen = finder.find(image);
+  for (const Completion& completion : seen.completions)
+    for (const FoundTag& tag : completion.tags) {
+      CornerAnswer answer{tag.corners, {}};
+      if (!tag.fitted) return answer;
+      answer.covariance_px2.emplace();
+      for (int i = 0; i < 4; ++i)
+        (*answer.covariance_px2)[static_cast<std::size_t>(i)] =
+            tag.covariance_px2.block<2, 2>(2 * i, 2 * i);
+      return answer;
+    }
+  return std::nullopt;
+}
+
+// The finder is made before what is timed, as for many pictures.
+CornerMethod our_method(const std::string& name, const std::string& settings, Refinement refinement,
+                        bool lens_is_known) {
+  const auto prepare = [=](const CornerTask& given) -> Prepared<std::optional<CornerAnswer>> {
+    struct State {
+      CornerTask task;
+      std::vector<PlacedBoard> boards;  // outlives the finders
+      std::vector<std::unique_ptr<BoardFinder>> finders;
+      std::optional<CornerAnswer> corners;
+    };
+    auto state = std::make_shared<State>(State{given, {given.board}, {}, {}});
+    {
+      const std::scoped_lock lock(family_lock());
+      DetectOptions options;
+      options.refinement = refinement;
+      if (lens_is_known) options.camera = &state->task.view.camera;
+      state->finders = board_finders(state->boards, options, 1);
+    }
+    return {[state] { state->corners = found_by(*state->finders.front(), state->task.view.image); },
+            [state] { return state->corners; }};
+  };
+  return {name, prepare, settings};
+}
+
+// AprilTag's detector for the calling thread.
+struct StockDetector {
+  FamilyHandle family;
+  DetectorHandle detector{apriltag_detector_create()};
+
+  explicit StockDetector(const TagViewSpec& spec)
+      : family(create_family(spec.family, spec.border_bits)) {
+    apriltag_detector_add_family_bits(detector.get(), family.get(), 1);
+    detector->nthreads = 1;
+    detector->quad_decimate = 1;
+  }
+
+  std::optional<CornerAnswer> find(const CornerTask& task, bool refine_edges) const {
+    detector->refine_edges = refine_edges;
+    const Image8& image = task.view.image;
+    image_u8_t view = {image.width(), image.height(), image.width(),
+                       const_cast<std::uint8_t*>(image.row(0))};
+    const DetectionsHandle all(apriltag_detector_detect(detector.get(), &view));
+    for (int i = 0; i < zarray_size(all.get()); ++i) {
+      apriltag_detection_t* found = nullptr;
+      zarray_get(all.get(), i, &found);
+      if (found->id != task.view.id) continue;
+      CornerAnswer answer;  // AprilTag's pixel centres are at 0.5
+      for (std::size_t k = 0; k < 4; ++k)
+        answer.corners[k] = {found->p[k][0] - 0.5, found->p[k][1] - 0.5};
+      return answer;
+    }
+    return std::nullopt;
+  }
+};
+
+StockDetector& detector_of_this_thread(const TagViewSpec& spec) {
+  thread_local std::unique_ptr<StockDetector> detector;
+  if (!detector) {
+    const std::scoped_lock lock(family_lock());
+    detector = std::make_unique<StockDetector>(spec);
+  }
+  return *detector;
+}
+
+Quad with_subpix(const CornerTask& task, const Quad& start) {
+  const Image8& view = task.view.image;
+  cv::Mat image(view.height(), view.width(), CV_8U, const_cast<std::uint8_t*>(view.row(0)));
+  std::vector<cv::Point2f> corners;
+  for (const Vector2d& c : start)
+    corners.emplace_back(static_cast<float>(c.x()), static_cast<float>(c.y()));
+  const int half = std::clamp(static_cast<int>(task.spec.side_px / 8), 2, 5);
+  cv::cornerSubPix(image, corners, {half, half}, {-1, -1},
+                   {cv::TermCriteria::EPS + cv::TermCriteria::MAX_ITER, 30, 0.001});
+  Quad result;
+  for (std::size_t i = 0; i < 4; ++i) result[i] = {corners[i].x, corners[i].y};
+  return result;
+}
+
+CornerMethod stock_method(const std::string& name, const std::string& settings, bool refine_edges,
+                          bool subpix) {
+  const auto prepare = [=](const CornerTask& given) -> Prepared<std::optional<CornerAnswer>> {
+    struct State {
+      CornerTask task;
+      std::optional<CornerAnswer> corners;
+    };
+    auto state = std::make_shared<State>(State{given, {}});
+    return {[=] {
+              const CornerTask& task = state->task;
+              state->corners = detector_of_this_thread(task.spec).find(task, refine_edges);
+              if (subpix && state->corners)
+                state->corners->corners = with_subpix(task, state->corners->corners);
+            },
+            [state] { return state->corners; }};
+  };
+  return {name, prepare, settings};
+}
+
+}  // namespace
+
+double CornerTask::bound_px() const { return std::sqrt(bound_px2.trace() / 8); }
+
+CornerTask draw_corner_task(const TagViewSpec& spec, Random& random) {
+  CornerTask task{spec, rendered_tag(spec, random), {}, {}, {}};
+  const int id = task.view.id;
+  task.board = {
+      grid_board({1, 1, 1.0, 0.3, id}, spec.family, spec.border_bits, spec.corner_squares), Pose()};
+  task.pattern = tag_pattern(tag_family(spec.family, spec.border_bits), id, spec.border_bits);
+  task.bound_px2 = bound_of(task);
+  return task;
+}
+
+CornerMethod our_corners() {
+  return our_method("tagcal detect", "the whole tag fitted; the lens not known", Refinement::fit,
+                    false);
+}
+
+CornerMethod our_corners_of_edges() {
+  return our_method("tagcal detect, edges", "--refinement edges", Refinement::edges, false);
+}
+
+CornerMethod our_corners_under_the_lens() {
+  return our_method("tagcal detect, lens known", "--camera: the whole tag fitted under its lens",
+                    Refinement::fit, true);
+}
+
+CornerMethod apriltag_corners(bool refine_edges) {
+  return stock_method(refine_edges ? "AprilTag, refine_edges on" : "AprilTag, refine_edges off",
+                      "quad_decimate 1, one thread, 0.5 px subtracted", refine_edges, false);
+}
+
+CornerMethod opencv_corners() {
+  return stock_method("OpenCV cornerSubPix",
+                      "from AprilTag's corners (refine_edges off), half a window of an eighth of "
+                      "the tag (2 to 5 px), 30 iterations, 0.001 px",
+                      false, true);
+}
+
+}  // namespace tagcal::study

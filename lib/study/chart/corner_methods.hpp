@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "study/method.hpp"
+#include "study/tasks/tag_view.hpp"
+#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/tag_fit/refine_edges.hpp"
+
+// From a picture of one tag to its four corners, by ours and by the peers. Private to study.
+
+namespace tagcal::study {
+
+struct CornerTask {
+  TagViewSpec spec;
+  TagView view;
+  PlacedBoard board;  // the tag alone
+  TagPattern pattern;
+  // Cramer-Rao bound of (x0, y0, x1, y1, ..) under a known lens; NaN where the fit to the picture
+  // without noise does not converge.
+  Eigen::Matrix<double, 8, 8> bound_px2;
+
+  double bound_px() const;  // RMS of a coordinate
+};
+
+// A tag seen with the tilt of the specification, in the middle of a pinhole's picture.
+CornerTask draw_corner_task(const TagViewSpec& spec, Random& random);
+
+struct CornerAnswer {
+  internal::Quad corners;
+  std::optional<std::array<Matrix2, 4>> covariance_px2;  // of each corner, where it is claimed
+};
+
+using CornerMethod = Method<CornerTask, std::optional<CornerAnswer>>;
+
+CornerMethod our_corners();                 // as `tagcal detect` finds them
+CornerMethod our_corners_of_edges();        // as `tagcal detect --refinement edges`
+CornerMethod our_corners_under_the_lens();  // as `tagcal detect --camera`
+CornerMethod apriltag_corners(bool refine_edges);
+CornerMethod opencv_corners();  // cornerSubPix, from AprilTag's
+
+}  // namespace tagcal::study

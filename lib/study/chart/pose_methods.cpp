@@ -1,0 +1,233 @@
+#include "study/chart/pose_methods.hpp"
+
+#include <limits>
+#include <memory>
+
+#include "study/peers/apriltag_pose.hpp"
+#include "study/peers/ceres_peer.hpp"
+#include "study/peers/opencv_pose.hpp"
+#include "study/peers/opengv_peer.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/solvers/n_point.hpp"
+#include "tagcal/solvers/p4pf.hpp"
+#include "tagcal/solvers/plane.hpp"
+
+namespace tagcal::study {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// What both kinds of estimates say alike.
+template <typename Estimate>
+PoseAnswer answer_of(const Estimate& estimate) {
+  PoseAnswer answer;
+  answer.status = estimate.status;
+  answer.success = is_answer(estimate.status);
+  if (!answer.success) return answer;
+  answer.camera_from_target = estimate.camera_from_target();
+  for (std::size_t i = 1; i < estimate.hypotheses.size(); ++i)
+    answer.alternatives.push_back(
+        {estimate.hypotheses[i].camera_from_target, estimate.hypotheses[i].covariance});
+  return answer;
+}
+
+PreparedPose prepare_estimate_pose(const PoseTask& task) {
+  struct State {
+    PoseTask task;
+    PoseEstimate estimate;
+  };
+  auto state = std::make_shared<State>(State{task, {}});
+  return {[state] {
+            PoseOptions options;
+            options.sigma_px = state->task.sigma_px;
+            options.groups = state->task.groups;
+            state->estimate =
+                estimate_pose(state->task.correspondences, state->task.camera, options);
+          },
+          [state] {
+            PoseAnswer answer = answer_of(state->estimate);
+            if (answer.success) answer.covariance = state->estimate.hypotheses.front().covariance;
+            return answer;
+          }};
+}
+
+PreparedPose prepare_estimate_pose_and_focal(const PoseTask& task) {
+  struct State {
+    PoseTask task;
+    PoseAndFocalEstimate estimate;
+  };
+  auto state = std::make_shared<State>(State{task, {}});
+  return {[state] {
+            PoseAndFocalOptions options;
+            options.sigma_px = state->task.sigma_px;
+            options.groups = state->task.groups;
+            state->estimate = estimate_pose_and_focal(state->task.correspondences,
+                                                      state->task.camera.image_size, options);
+          },
+          [state] {
+            PoseAnswer answer = answer_of(state->estimate);
+            if (!answer.success) return answer;
+            answer.focal_px = state->estimate.focal_px;
+            answer.covariance_with_focal = state->estimate.covariance;
+            return answer;
+          }};
+}
+
+// The arrays that the solvers take.
+struct SolverInput {
+  explicit SolverInput(const PoseTask& task) {
+    const auto p = parameters(task.camera.lens);
+    for (const Correspondence& c : task.correspondences) {
+      points.push_back(c.point);
+      plane.push_back(c.point.head<2>());
+      from_centre.emplace_back(c.pixel.x() - p[2], c.pixel.y() - p[3]);
+      rays.emplace_back(from_centre.back().x() / p[0], from_centre.back().y() / p[1], 1);
+    }
+  }
+
+  std::vector<Vector3d> points, rays;
+  std::vector<Vector2d> plane, from_centre;
+};
+
+PoseAnswer found_pose(const Pose& pose, double focal_px = 0) {
+  PoseAnswer answer;
+  answer.success = true;
+  answer.camera_from_target = pose;
+  answer.focal_px = focal_px;
+  return answer;
+}
+
+template <std::size_t N>
+PoseAnswer first_of(const Solutions<Pose, N>& poses) {
+  return poses.empty() ? PoseAnswer{} : found_pose(poses.front());
+}
+
+// In the plane of unit focal length.
+double squared_residuals(const Pose& pose, const SolverInput& input) {
+  double sum = 0;
+  for (std::size_t i = 0; i < input.points.size(); ++i)
+    sum += ((pose * input.points[i]).hnormalized() - input.rays[i].head<2>()).squaredNorm();
+  return sum;
+}
+
+PreparedPose prepare_ippe(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    std::optional<Pose> better;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}});
+  return {[state] {
+            const SolverInput& input = state->input;
+            state->better.reset();
+            double least = std::numeric_limits<double>::infinity();
+            if (const auto h = homography(input.plane, input.rays))
+              for (const Pose& pose : ippe(*h))
+                if (const double squares = squared_residuals(pose, input); squares < least)
+                  least = squares, state->better = pose;
+          },
+          [state] { return state->better ? found_pose(*state->better) : PoseAnswer{}; }};
+}
+
+PreparedPose prepare_pnp(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    Solutions<Pose, 4> poses;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}});
+  return {[state] { state->poses = pnp(state->input.points, state->input.rays); },
+          [state] { return first_of(state->poses); }};
+}
+
+PreparedPose prepare_plane_pose_and_focal(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    std::optional<PoseAndFocal> found;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}});
+  return {[state] {
+            state->found = plane_pose_and_focal(state->input.plane, state->input.from_centre);
+          },
+          [state] {
+            if (!state->found) return PoseAnswer{};
+            return found_pose(state->found->camera_from_target, state->found->focal_px);
+          }};
+}
+
+PreparedPose prepare_p4pf(const PoseTask& task) {
+  struct State {
+    SolverInput input;
+    Solutions<PoseAndFocal, 6> found;
+    Pose truth;
+  };
+  auto state = std::make_shared<State>(State{SolverInput(task), {}, task.camera_from_target});
+  return {[state] {
+            state->found = p4pf(std::span<const Vector3d, 4>(state->input.points.data(), 4),
+                                std::span<const Vector2d, 4>(state->input.from_centre.data(), 4));
+          },
+          [state] {
+            PoseAnswer best;  // of a minimal solver, the solution nearest to the truth counts
+            for (const PoseAndFocal& s : state->found)
+              if (!best.success || angle_between_rad(s.camera_from_target, state->truth) <
+                                       angle_between_rad(best.camera_from_target, state->truth))
+                best = found_pose(s.camera_from_target, s.focal_px);
+            return best;
+          }};
+}
+
+std::vector<PoseMethod> with_opengv(std::vector<PoseMethod> methods) {
+  for (PoseMethod& method : opengv_poses()) methods.push_back(std::move(method));
+  return methods;
+}
+
+}  // namespace
+
+std::vector<PoseMethod> pose_methods(PoseJob job) {
+  const PoseMethod ours = {
+      "tagcal estimate_pose", prepare_estimate_pose,
+      "sigma_px given; with covariance, status and the search for wrong corners"};
+  const PoseMethod ours_focal = {"tagcal estimate_pose_and_focal", prepare_estimate_pose_and_focal,
+                                 "sigma_px given; with covariance, status and refusal"};
+  const PoseMethod our_pnp = {"tagcal pnp", prepare_pnp, "closed form, no refinement"};
+  const PoseMethod our_ippe = {"tagcal homography + ippe", prepare_ippe,
+                               "closed form, the pose of smaller residuals"};
+  const PoseMethod iterative = opencv_pose("ITERATIVE"), sqpnp = opencv_pose("SQPNP");
+  const PoseMethod epnp = opencv_pose("EPNP");
+  const PoseMethod p3p = opencv_pose("P3P"), ap3p = opencv_pose("AP3P");
+  const PoseMethod ransac = opencv_ransac("solvePnPRansac"), autodiff = ceres_autodiff_pose();
+  const PoseMethod usac = opencv_ransac("USAC (MSAC, inner LO)");
+  switch (job) {
+    case PoseJob::tag:
+      return with_opengv({ours, our_ippe, our_pnp, opencv_pose("IPPE_SQUARE"), opencv_pose("IPPE"),
+                          iterative, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac,
+                          apriltag_pose()});
+    case PoseJob::plane:
+      return with_opengv({ours, our_ippe, our_pnp, opencv_pose("IPPE"), iterative, sqpnp, epnp,
+                          autodiff, ransac, usac});
+    case PoseJob::space:
+      return with_opengv({ours, our_pnp, iterative, sqpnp, epnp, autodiff, ransac, usac});
+    case PoseJob::four_space:
+      return with_opengv({ours, our_pnp, sqpnp, epnp, p3p, ap3p, autodiff, ransac, usac});
+    case PoseJob::outliers:
+      return {ours,
+              ransac,
+              opencv_ransac("solvePnPRansac AP3P"),
+              opencv_ransac("solvePnPRansac SQPNP"),
+              usac,
+              opencv_ransac("USAC MAGSAC")};
+    case PoseJob::plane_focal:
+      return {ours_focal,
+              {"tagcal plane_pose_and_focal", prepare_plane_pose_and_focal,
+               "closed form, no refinement"},
+              opencv_calibrate_camera()};
+    case PoseJob::four_space_focal:
+      return {ours_focal,
+              {"tagcal p4pf", prepare_p4pf,
+               "minimal solver; of its solutions the nearest to the truth"}};
+    case PoseJob::space_focal:
+      return {ours_focal, opencv_calibrate_camera()};
+  }
+  return {};
+}
+
+}  // namespace tagcal::study

@@ -1,0 +1,85 @@
+#include "study/peers/apriltag_pose.hpp"
+
+#include <apriltag/apriltag.h>
+#include <apriltag/apriltag_pose.h>
+
+#include <Eigen/Dense>
+#include <cstdlib>
+#include <memory>
+
+#include "tagcal/solvers/plane.hpp"
+
+namespace tagcal::study {
+namespace {
+
+using Eigen::Vector3d;
+
+// A matd_t of 3 x 3 (the library exports no function that makes one).
+struct Matd3 {
+  alignas(matd_t) unsigned char bytes[sizeof(matd_t) + 9 * sizeof(double)] = {};
+
+  matd_t* set(const Eigen::Matrix3d& m) {
+    auto* matd = new (bytes) matd_t{3, 3};
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matd->data) = m;
+    return matd;
+  }
+};
+
+struct State {
+  apriltag_detection_t detection{};
+  apriltag_detection_info_t info{};
+  Matd3 homography;
+  Eigen::Matrix3d rotation;
+  Vector3d translation;
+
+  // AprilTag's own frame has y down and z into the tag: its corners are (-1, 1), (1, 1), (1, -1),
+  // (-1, -1) in half sides.
+  explicit State(const PoseTask& task) {
+    const auto p = parameters(task.camera.lens);
+    std::vector<Eigen::Vector2d> corners;
+    std::vector<Vector3d> pixels;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Correspondence& c = task.correspondences[3 - i];
+      detection.p[i][0] = c.pixel.x(), detection.p[i][1] = c.pixel.y();
+      corners.emplace_back(i == 0 || i == 3 ? -1 : 1, i < 2 ? 1 : -1);
+      pixels.push_back(c.pixel.homogeneous());
+    }
+    const auto h = tagcal::homography(corners, pixels);
+    if (h) detection.H = homography.set(*h / (*h)(2, 2));
+    const double side = (task.correspondences[1].point - task.correspondences[0].point).norm();
+    info = {&detection, side, p[0], p[1], p[2], p[3]};
+  }
+
+  void solve() {
+    if (!detection.H) return;
+    apriltag_pose_t pose{};
+    estimate_tag_pose(&info, &pose);
+    rotation = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.R->data);
+    translation = Eigen::Map<Vector3d>(pose.t->data);
+    std::free(pose.R);
+    std::free(pose.t);
+  }
+
+  PoseAnswer answer() const {
+    PoseAnswer result;
+    result.success = detection.H && rotation.allFinite() && translation.allFinite();
+    if (!result.success) return result;
+    const Eigen::Matrix3d ours = rotation * Vector3d(1, -1, -1).asDiagonal();
+    result.camera_from_target = Pose(Eigen::Quaterniond(ours), translation);
+    return result;
+  }
+};
+
+}  // namespace
+
+PoseMethod apriltag_pose() {
+  return {"AprilTag estimate_tag_pose",
+          [](const PoseTask& task) -> PreparedPose {
+            auto state = std::make_shared<State>(task);
+            return {[state] { state->solve(); }, [state] { return state->answer(); }};
+          },
+          "orthogonal iteration, 50 steps, the better of two poses; the detector's homography is "
+          "there before"};
+}
+
+}  // namespace tagcal::study

@@ -1,0 +1,81 @@
+#include "study/peers/opengv_peer.hpp"
+
+#ifdef TAGCAL_HAS_OPENGV
+
+#include <limits>
+#include <memory>
+#include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>
+#include <opengv/absolute_pose/methods.hpp>
+
+namespace tagcal::study {
+namespace {
+
+// OpenGV takes rays of unit length, and gives target_from_camera.
+struct State {
+  opengv::bearingVectors_t rays;
+  opengv::points_t points;
+  PoseAnswer found;
+
+  explicit State(const PoseTask& task) {
+    for (const Correspondence& c : task.correspondences) {
+      rays.push_back(ray_in_camera(task.camera.lens, c.pixel).value().direction.normalized());
+      points.push_back(c.point);
+    }
+  }
+
+  double squares(const opengv::transformation_t& target_from_camera) const {
+    double sum = 0;
+    const Eigen::Matrix3d rotation = target_from_camera.leftCols<3>().transpose();
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      sum += ((rotation * (points[i] - target_from_camera.col(3))).normalized() - rays[i])
+                 .squaredNorm();
+    return sum;
+  }
+
+  void solve(bool refine) {
+    found = {};
+    opengv::absolute_pose::CentralAbsoluteAdapter adapter(rays, points);
+    double least = std::numeric_limits<double>::infinity();
+    opengv::transformation_t best;
+    for (const opengv::transformation_t& pose : opengv::absolute_pose::upnp(adapter))
+      if (const double sum = squares(pose); sum < least) least = sum, best = pose;
+    if (!(least < std::numeric_limits<double>::infinity())) return;
+    if (refine) {
+      adapter.setR(best.leftCols<3>());
+      adapter.sett(best.col(3));
+      best = opengv::absolute_pose::optimize_nonlinear(adapter);
+    }
+    if (!best.allFinite()) return;
+    const Eigen::Matrix3d turn = best.leftCols<3>().transpose();
+    found.success = true;
+    found.camera_from_target = Pose(nearest_rotation(turn), -(turn * best.col(3)));
+  }
+};
+
+PoseMethod method(const std::string& name, const std::string& settings, bool refine) {
+  return {name,
+          [refine](const PoseTask& task) -> PreparedPose {
+            auto state = std::make_shared<State>(task);
+            return {[state, refine] { state->solve(refine); }, [state] { return state->found; }};
+          },
+          settings};
+}
+
+}  // namespace
+
+std::vector<PoseMethod> opengv_poses() {
+  return {method("OpenGV upnp", "of its solutions the one of least residuals", false),
+          method("OpenGV upnp, refined", "upnp, then optimize_nonlinear", true)};
+}
+
+}  // namespace tagcal::study
+
+#else
+
+namespace tagcal::study {
+
+std::vector<PoseMethod> opengv_poses() { return {}; }
+
+}  // namespace tagcal::study
+
+#endif

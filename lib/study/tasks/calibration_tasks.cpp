@@ -1,0 +1,84 @@
+#include "study/tasks/calibration_tasks.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <numbers>
+
+#include "tagcal/camera/model.hpp"
+#include "tagcal/estimate/pose/view_equations.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
+
+namespace tagcal::study {
+using namespace internal;
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kSigmaPx = 0.3;
+
+Board grid_of_points() {
+  Board board;
+  for (int i = 0; i < kGridPoints * kGridPoints; ++i)
+    board.points.push_back(
+        {{i, 0}, {kGridSpacingM * (i % kGridPoints), kGridSpacingM * (i / kGridPoints), 0}});
+  return board;
+}
+
+Pose draw_pose(Random& random) {
+  const Vector3d centre(0.33 + random.uniform(-0.15, 0.15), 0.33 + random.uniform(-0.15, 0.15), 0);
+  const double tilt = kDegree * random.uniform(0, 50), distance = random.uniform(0.8, 1.4);
+  const double azimuth = random.uniform(0, 2 * std::numbers::pi);
+  const double roll = random.uniform(0, 2 * std::numbers::pi);
+  return camera_from_world_looking_at(
+      centre + distance * cartesian_from_spherical({1, tilt, azimuth}), centre,
+      Vector3d(std::cos(roll), std::sin(roll), 0.1));
+}
+
+}  // namespace
+
+CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int num_views,
+                                 Random& random) {
+  CalibrationTask task{{}, lens, model, kSigmaPx, {}};
+  task.dataset.image_size = {1280, 800};
+  task.dataset.boards = {{grid_of_points(), Pose()}};
+  for (int i = 0; i < num_views; ++i) {
+    task.camera_from_board.push_back(draw_pose(random));
+    View view{std::to_string(i), {}};
+    for (const TargetPoint& p : task.dataset.boards[0].board.points) {
+      const auto pixel = project(lens, task.camera_from_board.back() * p.position);
+      const Vector2d noise = kSigmaPx * Vector2d(random.normal(), random.normal());
+      if (pixel && contains(task.dataset.image_size, *pixel))
+        view.observations.push_back({p.id, *pixel + noise, {}});
+    }
+    task.dataset.views.push_back(std::move(view));
+  }
+  return task;
+}
+
+Eigen::MatrixXd calibration_information(const CalibrationTask& task) {
+  const std::vector<FreeParameter>& free = Model::named(task.model).free();
+  const auto k = static_cast<Eigen::Index>(free.size());
+  const std::vector<TargetPoint>& board = task.dataset.boards[0].board.points;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(k, k), gram;
+  for (std::size_t i = 0; i < task.dataset.views.size(); ++i) {
+    std::vector<Vector3d> points;
+    std::vector<Vector2d> pixels;
+    for (const Observation& o : task.dataset.views[i].observations) {
+      points.push_back(board[static_cast<std::size_t>(o.id.tag_id)].position);
+      pixels.push_back(o.pixel);
+    }
+    if (points.size() < 4) continue;
+    const ViewPoints view{points, pixels};
+    ParameterSums sums(view, free);
+    if (!sums.at(task.lens, task.camera_from_board[i], gram)) continue;
+    const Eigen::MatrixXd all = gram.selfadjointView<Eigen::Upper>();
+    const Eigen::MatrixXd both = all.block(0, 6, 6, k);
+    information +=
+        all.block(6, 6, k, k) - both.transpose() * all.topLeftCorner(6, 6).ldlt().solve(both);
+  }
+  return information / (task.sigma_px * task.sigma_px);
+}
+
+}  // namespace tagcal::study

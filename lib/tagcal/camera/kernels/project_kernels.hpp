@@ -1,0 +1,75 @@
+#pragma once
+
+// The kernels of batch projection, compiled once for any processor, once for x86-64 with AVX2 and
+// FMA, and the longest sums for AVX-512; batch.cpp picks at run time. Nothing but plain data here,
+// no Eigen and no standard library: an inline function compiled in project_kernels_avx2.cpp could
+// be the copy that the linker keeps for the whole program, which would then not run without AVX2.
+// (So pointers, too.)
+
+namespace tagcal::internal {
+
+inline constexpr int kMaxLensParameters = 12;
+
+// n points and the camera that sees them. Row-major arrays of the caller's.
+struct ViewJob {
+  unsigned long num_points = 0;
+  const double* points = nullptr;  // n x 3, in the source frame
+  double rotation[9] = {};         // camera_from_source, row by row
+  double translation[3] = {};
+  double parameters[kMaxLensParameters] = {};
+  double limit = 0;  // of the domain: Perspective max_radius^2, Fisheye max_angle
+};
+
+// Where to project them.
+struct ProjectJob : ViewJob {
+  double* pixels = nullptr;         // n x 2
+  unsigned char* valid = nullptr;   // n
+  double* by_pose = nullptr;        // 2n x 6, or null: not wanted
+  double* by_parameters = nullptr;  // 2n x num_columns, or null: not wanted
+  int num_columns = 0;
+  unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
+};
+
+// The normal equations of the residuals, projected - observed pixel: sums over all points of the
+// products of the columns of [J | r], J by the pose step (6) and, with the focal length, by its
+// logarithm (fx and fy alike). The upper triangle, row by row: 28 numbers, or 36.
+struct SumJob : ViewJob {
+  const double* pixels = nullptr;     // n x 2, observed
+  const double* whitening = nullptr;  // n x 4, W (column by column) of rows W [J | r], or null: 1
+  double* sums = nullptr;
+};
+
+// The same with the columns of free parameters between the pose step and the residual and, where
+// the target can be bent, two more after them: N = 6 + num_columns + (bend ? 2 : 0) + 1,
+// N (N + 1) / 2 sums.
+struct ParameterSumJob : SumJob {
+  int num_columns = 0;
+  unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
+  const double* bend = nullptr;   // n x 2: how far a point moves by a unit of each bend, or null
+  double bend_direction[3] = {};  // in which it moves; camera frame
+};
+
+// What there is to compute. A pinhole leaves out the terms of distortion, Brown-Conrady those of
+// the denominator (k4 k5 k6): both values and columns.
+enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
+
+struct ParameterSumKernels {
+  using Kernel = bool (*)(const ParameterSumJob&);  // false: a point is out of the domain
+  Kernel of[kNumKernelKinds] = {};
+};
+
+struct ProjectKernels {
+  using Kernel = void (*)(const ProjectJob&);
+  using SumKernel = bool (*)(const SumJob&);    // false: a point is out of the domain
+  Kernel pixels[kNumKernelKinds] = {};          // leaves the Jacobians alone
+  Kernel with_jacobians[kNumKernelKinds] = {};  // those that are wanted
+  SumKernel sums_pose[kNumKernelKinds] = {};
+  SumKernel sums_pose_and_focal[kNumKernelKinds] = {};
+  ParameterSumKernels sums_with_parameters;
+};
+
+extern const ProjectKernels kPortableKernels;
+extern const ProjectKernels kAvx2Kernels;  // null pointers where the compiler has no AVX2
+extern const ParameterSumKernels kAvx512ParameterSums;  // the same without AVX-512
+
+}  // namespace tagcal::internal

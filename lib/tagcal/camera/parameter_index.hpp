@@ -1,9 +1,0 @@
-#pragma once
-
-namespace tagcal {
-
-// Indices into Perspective::Parameters. (No includes here: the kernels of batch projection, which
-// are compiled for one kind of processor, use it.)
-enum PerspectiveIndex { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3, kK4, kK5, kK6 };
-
-}  // namespace tagcal

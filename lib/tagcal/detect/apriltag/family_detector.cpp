@@ -1,0 +1,234 @@
+#include "tagcal/detect/apriltag/family_detector.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <thread>
+
+#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/tag_fit/known_tag.hpp"
+#include "tagcal/detect/tag_fit/picture_gamma.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr double kUnsureMargin = 6;  // px, from the edge of the picture
+
+// Black shrinks by so many px before a look. The corner squares of a Kalibr board, which touch the
+// tags' corners, then no longer hang together with them.
+constexpr std::array kShrinks = {0, 1, 2};
+constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
+
+// The quad with every side moved outwards by `distance`.
+Quad grown(const Quad& quad, double distance) {
+  const auto side = [&](std::size_t i) {
+    const Eigen::Vector2d along = (quad[(i + 1) % 4] - quad[i]).normalized();
+    const Eigen::Vector2d outwards(-along.y(), along.x());
+    return Eigen::Vector3d(outwards.x(), outwards.y(), -outwards.dot(quad[i]) - distance);
+  };
+  Quad result;
+  for (std::size_t i = 0; i < 4; ++i) {
+    result[i] = side((i + 3) % 4).cross(side(i)).hnormalized();
+  }
+  return result;
+}
+
+// Two of one id that overlap so far are one tag.
+bool overlap(const Quad& a, const Quad& b) {
+  return (centre_of(a) - centre_of(b)).norm() < 0.5 * std::min(shortest_side(a), shortest_side(b));
+}
+
+// Corners seen in a doubled picture, in the one that it was made from.
+Quad undoubled(Quad corners) {
+  for (Eigen::Vector2d& corner : corners) corner = 0.5 * corner - Eigen::Vector2d(0.25, 0.25);
+  return corners;
+}
+
+}  // namespace
+
+bool is_whole(const FoundTag& tag, const ImageSize& size) {
+  return tag.fitted ? is_inside(tag.corners, size) : is_inside(tag.corners, size, kUnsureMargin);
+}
+
+FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
+    : wanted_(wanted),
+      family_(create_family(wanted.family, wanted.border_bits)),
+      max_hamming_(std::clamp(options.max_hamming, 0, 2)),
+      threads_(threads),
+      refinement_(options.refinement),
+      camera_(options.camera) {
+  for (const int shrink : kShrinks) {
+    // Where black shrank, so did the corners: they are of use only if they are refined.
+    if (shrink > 0 && (!wanted.corner_squares || refinement_ == Refinement::stock)) break;
+    passes_.push_back({shrink, DetectorHandle(apriltag_detector_create())});
+    apriltag_detector_t& detector = *passes_.back().detector;
+    apriltag_detector_add_family_bits(&detector, family_.get(), max_hamming_);
+    detector.nthreads = 1;
+    detector.quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
+    // It loses small tags, and ours is nearer; but of tags whose corners squares touch it is needed
+    // where ours fails.
+    detector.refine_edges = refinement_ == Refinement::stock || wanted.corner_squares;
+  }
+}
+
+std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
+  std::vector<FoundTag> found;
+  find(image, {{0, 0, image.size()}, 0}, found);
+  return found;
+}
+
+void FamilyDetector::find(const Image8& image, const Search& search, std::vector<FoundTag>& found) {
+  const bool whole = search.box.size == image.size();
+  Image8 part;
+  if (!whole) part = part_of(image, search.box);
+  const Image8& from = whole ? image : part;
+  const bool is_doubled = search.halvings < 0;
+  std::vector<Image8> scaled;
+  if (is_doubled) scaled.push_back(doubled(from));
+  for (int i = 0; i < search.halvings; ++i) scaled.push_back(halved(i > 0 ? scaled.back() : from));
+  const Image8& searched = scaled.empty() ? from : scaled.back();
+  num_quads_ = 0;
+  if (std::min(searched.width(), searched.height()) < kMinImageSide) return;
+  const std::vector<std::vector<Sighting>> sightings = look(searched);
+  const Eigen::Vector2d offset(search.box.left, search.box.top);
+  for (std::size_t i = 0; i < passes_.size(); ++i) {
+    num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
+    for (const Sighting& seen : sightings[i]) {
+      Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen.corners);
+      for (Eigen::Vector2d& corner : corners) corner += offset;
+      add(image, {seen.id, corners}, search.halvings <= 0 && passes_[i].shrink == 0, found);
+    }
+  }
+}
+
+// What each pass sees.
+std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
+    const Image8& searched) const {
+  std::vector<std::vector<Sighting>> sightings(passes_.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < passes_.size(); i = next++)
+      sightings[i] = look(searched, passes_[i], max_hamming_);
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 1; i < std::min(threads_, static_cast<int>(passes_.size())); ++i)
+    threads.emplace_back(work);
+  work();
+  threads.clear();  // waits for them
+  return sightings;
+}
+
+std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched, const Pass& pass,
+                                                           int max_hamming) {
+  Image8 shrunk;
+  if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
+  const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
+  // AprilTag does not write into the picture that it is given.
+  image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
+                     const_cast<std::uint8_t*>(looked_at.row(0))};
+  const DetectionsHandle detections(apriltag_detector_detect(pass.detector.get(), &view));
+  std::vector<Sighting> sightings;
+  for (int i = 0; i < zarray_size(detections.get()); ++i) {
+    apriltag_detection_t* detection = nullptr;
+    zarray_get(detections.get(), i, &detection);
+    if (detection->hamming > max_hamming) continue;
+    Sighting seen{detection->id, {}};
+    for (std::size_t c = 0; c < 4; ++c) {
+      // AprilTag's pixel centres are at 0.5.
+      seen.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+    }
+    if (!is_face(seen.corners)) continue;
+    if (pass.shrink > 0) seen.corners = grown(seen.corners, pass.shrink);
+    sightings.push_back(seen);
+  }
+  return sightings;
+}
+
+// Corners seen in the last of the halves, in the picture that these were made from. They are made
+// finer on the way, so that they stay as near as the next fit needs them.
+Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners) const {
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  for (std::size_t i = halves.size(); i-- > 0;) {
+    corners = refine_edges(halves[i], corners, shape).value_or(corners);
+    for (Eigen::Vector2d& corner : corners) corner = 2 * corner + Eigen::Vector2d(0.5, 0.5);
+  }
+  return corners;
+}
+
+// The same tag, seen in another pass, is kept once. Corners that are not `exact` are nothing
+// without refinement.
+void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exact,
+                         std::vector<FoundTag>& found) {
+  const auto same = std::ranges::find_if(found, [&](const FoundTag& other) {
+    return other.id == sighting.id && overlap(other.corners, sighting.corners);
+  });
+  if (same != found.end() && (same->refined || refinement_ == Refinement::stock)) return;
+  if (!is_inside(sighting.corners, image.size())) return;
+  FoundTag tag{sighting.id, sighting.corners, false};
+  if (refinement_ != Refinement::stock) tag = refined(image, tag.id, tag.corners).value_or(tag);
+  if (!tag.refined && (!exact || same != found.end())) return;
+  if (!is_face(tag.corners) || !is_whole(tag, image.size())) return;
+  if (same != found.end()) {
+    *same = tag;
+  } else {
+    found.push_back(tag);
+  }
+}
+
+std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, const Quad& start) {
+  FoundTag tag{id, start, false};
+  if (refinement_ == Refinement::fit && fit(tag, image)) return tag;
+  const QuadShape shape{family_->width_at_border, !family_->reversed_border};
+  const std::optional<Quad> corners = refine_edges(image, start, shape);
+  if (!corners) return std::nullopt;
+  tag.corners = *corners;
+  tag.refined = true;
+  if (refinement_ == Refinement::fit) fit(tag, image);  // from nearer
+  return tag;
+}
+
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
+  return fit(tag, image, camera_, false) || (camera_ && fit(tag, image, nullptr, false));
+}
+
+bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*>& tags) {
+  // First those that no bends beyond what is modelled disturb.
+  std::vector<const FoundTag*> order(tags.begin(), tags.end());
+  std::ranges::stable_partition(order, [](const FoundTag* tag) { return !tag->by_corner; });
+  std::vector<TagInPicture> fitted;
+  for (const FoundTag* tag : order) {
+    if (!tag->fitted) continue;
+    const bool is_rough = tag->rough_camera.has_value();
+    fitted.push_back({&wanted_.patterns.at(tag->id), tag->corners,
+                      is_rough ? &*tag->rough_camera : camera_, is_rough});
+  }
+  gamma_ = gamma_of_picture(image, std::move(fitted));
+  if (gamma_ == 1) return false;
+  for (FoundTag* tag : tags)
+    if (!fit(*tag, image)) tag->fitted = false;  // what it was without is not to be trusted
+  return true;
+}
+
+bool FamilyDetector::fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const {
+  return fit(tag, image, &camera, true);
+}
+
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const Camera* camera,
+                         bool is_rough) const {
+  const auto pattern = wanted_.patterns.find(tag.id);
+  if (pattern == wanted_.patterns.end()) return false;
+  const auto fit = fit_known_tag(image, pattern->second, tag.corners, {camera, is_rough, gamma_});
+  if (!fit) return false;
+  tag.corners = fit->corners;
+  tag.covariance_px2 = fit->covariance_px2;
+  tag.fitted = true;
+  tag.refined = true;
+  tag.by_corner = fit->is_by_corner;
+  tag.rough_camera.reset();
+  if (is_rough) tag.rough_camera = *camera;
+  return true;
+}
+
+}  // namespace tagcal::internal

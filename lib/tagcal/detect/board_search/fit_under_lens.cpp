@@ -1,0 +1,181 @@
+#include "tagcal/detect/board_search/fit_under_lens.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "tagcal/detect/board_search/panel_lens.hpp"
+#include "tagcal/detect/board_search/rough_lens_error.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work
+// Standard deviations of corners about a rough lens, px: of fitted ones, and of straight sides.
+constexpr double kFittedSd = 0.1;
+constexpr double kSidesSd = 1;
+// A fit stands where a better lens does not move it: in its standard deviations. Rounds converge at
+// least as fast as halving, so that less than this is left.
+constexpr double kAtRest = 0.3;
+constexpr double kFarOff =
+    6;  // standard deviations, of a corner from the lens: 1 in 10^7 by chance
+
+struct PanelTag {
+  FoundTag* found = nullptr;
+  Quad on_panel;
+  bool is_plain = false;    // fitted as a whole without a lens
+  bool is_by_lens = false;  // `found` is fitted under the lens of the last round
+  double last_move = std::numeric_limits<double>::infinity();  // in standard deviations
+};
+
+Quad on_panel(const Tag& tag, const Pose& panel_from_board) {
+  Quad result;
+  const auto corners = tag_corners(tag);
+  for (std::size_t i = 0; i < 4; ++i) result[i] = (panel_from_board * corners[i]).head<2>();
+  return result;
+}
+
+// The largest move of a coordinate, in its standard deviations.
+double move_in_sds(const Quad& from, const FoundTag& to) {
+  double largest = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Index at = 2 * static_cast<Eigen::Index>(i) + k;
+      largest = std::max(
+          largest, std::abs(to.corners[i][k] - from[i][k]) / std::sqrt(to.covariance_px2(at, at)));
+    }
+  return largest;
+}
+
+// The found tags of one panel, fitted again under the lens that they show together.
+class PanelRefinement {
+ public:
+  PanelRefinement(const Image8& image, const FamilyDetector& detector, const BoardPanel& panel,
+                  const std::map<int, FoundTag*>& found)
+      : image_(image), detector_(detector) {
+    const Pose panel_from_board = panel.tags.front().board_from_tag.inverse();
+    for (const Tag& tag : panel.tags) {
+      const auto it = found.find(tag.id);
+      if (it == found.end()) continue;
+      tags_.push_back({it->second, on_panel(tag, panel_from_board),
+                       it->second->fitted && !it->second->by_corner});
+      before_.push_back(*it->second);
+    }
+  }
+
+  void run() {
+    for (int round = 0; round < kMaxRounds && !is_at_rest(); ++round) {
+      lens_ = lens_of_panel(corners(), image_.size(), lens_ ? &*lens_ : nullptr);
+      if (!lens_) break;
+      for (PanelTag& tag : tags_)
+        if (!is_at_rest(tag)) fit(tag);
+    }
+    for (std::size_t i = 0; i < tags_.size(); ++i)
+      if (!tags_[i].is_plain && !is_finished(tags_[i])) *tags_[i].found = before_[i];
+  }
+
+ private:
+  // Adds to the covariance what the lens is not known.
+  bool is_finished(PanelTag& tag) const {
+    if (!(tag.last_move < kAtRest) || !is_explained(tag)) return false;
+    const auto by_lens = covariance_by_lens(*lens_, tag.found->corners);
+    if (!by_lens) return false;
+    tag.found->covariance_px2 += *by_lens;
+    return true;
+  }
+
+  // A lens that does not go through a tag's corners says nothing of its bends.
+  bool is_explained(const PanelTag& tag) const {
+    const auto expected = predicted(tag);
+    if (!expected) return false;
+    const double spread_px = kFittedSd * lens_->spread;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto at = static_cast<Eigen::Index>(2 * i);
+      const double variance =
+          spread_px * spread_px + tag.found->covariance_px2.block<2, 2>(at, at).trace() / 2;
+      if ((tag.found->corners[i] - (*expected)[i]).squaredNorm() > kFarOff * kFarOff * variance)
+        return false;
+    }
+    return true;
+  }
+
+  static bool is_at_rest(const PanelTag& tag) { return tag.is_plain || tag.last_move < kAtRest; }
+  bool is_at_rest() const {
+    return std::ranges::all_of(tags_, [](const PanelTag& tag) { return is_at_rest(tag); });
+  }
+
+  std::vector<PanelCorner> corners() const {
+    std::vector<PanelCorner> corners;
+    for (const PanelTag& tag : tags_)
+      for (std::size_t i = 0; i < 4; ++i)
+        corners.push_back(
+            {tag.on_panel[i], tag.found->corners[i], tag.found->fitted ? kFittedSd : kSidesSd});
+    return corners;
+  }
+
+  std::optional<Quad> predicted(const PanelTag& tag) const {
+    Quad result;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto pixel = lens_->pixel(tag.on_panel[i]);
+      if (!pixel) return std::nullopt;
+      result[i] = *pixel;
+    }
+    return result;
+  }
+
+  // Whether the lens has changed so little since the tag was fitted that it would not move.
+  bool stays(PanelTag& tag) const {
+    if (!tag.is_by_lens) return false;
+    const auto moves =
+        bias_between(tag.found->rough_camera->lens, lens_->camera.lens, tag.found->corners);
+    if (!moves) return false;
+    const auto sds = tag.found->covariance_px2.diagonal().cwiseSqrt();
+    const double largest = moves->cwiseQuotient(sds).cwiseAbs().maxCoeff();
+    if (largest < kAtRest) tag.last_move = largest;
+    return largest < kAtRest;
+  }
+
+  // Straight sides may lead away from the corners: then from where the lens shows these.
+  void fit(PanelTag& tag) const {
+    if (stays(tag)) return;
+    std::optional<FoundTag> fitted = fitted_from(*tag.found, tag.found->corners);
+    if (!fitted && !tag.found->fitted)
+      if (const auto start = predicted(tag)) fitted = fitted_from(*tag.found, *start);
+    tag.last_move = fitted && tag.is_by_lens ? move_in_sds(tag.found->corners, *fitted)
+                                             : std::numeric_limits<double>::infinity();
+    tag.is_by_lens = fitted.has_value();
+    if (fitted) *tag.found = *fitted;
+  }
+
+  std::optional<FoundTag> fitted_from(const FoundTag& tag, const Quad& start) const {
+    FoundTag fitted = tag;
+    fitted.corners = start;
+    if (!is_inside(start, image_.size(), 0)) return std::nullopt;
+    if (!detector_.fit_roughly(fitted, image_, lens_->camera)) return std::nullopt;
+    if (!is_face(fitted.corners) || !is_whole(fitted, image_.size())) return std::nullopt;
+    return fitted;
+  }
+
+  const Image8& image_;
+  const FamilyDetector& detector_;
+  std::vector<PanelTag> tags_;
+  std::vector<FoundTag> before_;
+  std::optional<PanelLens> lens_;
+};
+
+}  // namespace
+
+void fit_under_lens(const Image8& image, const Board& board, const FamilyDetector& detector,
+                    Completion& completion) {
+  if (board.tags.empty()) return;
+  std::map<int, FoundTag*> found;
+  for (FoundTag& tag : completion.tags) found[tag.id] = &tag;
+  for (const BoardPanel& panel : board_panels(board, 0))
+    PanelRefinement(image, detector, panel, found).run();
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,291 @@
+#include "tagcal/detect/board_search/tag_cells.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/solvers/plane.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kSpread = 0.28;     // cells, from a cell's centre to its four samples
+constexpr double kSearchStep = 0.5;  // cells, of the search as a whole
+constexpr double kFirstStep = 0.5;   // cells, of the corners
+constexpr double kLastStepPx = 0.2;  // no need to be finer than this
+constexpr int kSweeps = 3;           // over all corners, for each step
+constexpr int kFewFixed = 8;         // cells of a colour that make a plane
+
+double level_at(const Image8& image, const Vector2d& place) {
+  const double x = std::clamp(place.x(), 0.0, image.width() - 1.0);
+  const double y = std::clamp(place.y(), 0.0, image.height() - 1.0);
+  const int x0 = std::min(static_cast<int>(x), image.width() - 2);
+  const int y0 = std::min(static_cast<int>(y), image.height() - 2);
+  const double u = x - x0, v = y - y0;
+  const std::uint8_t* above = image.row(y0) + x0;
+  const std::uint8_t* below = image.row(y0 + 1) + x0;
+  return (1 - v) * ((1 - u) * above[0] + u * above[1]) + v * ((1 - u) * below[0] + u * below[1]);
+}
+
+// Pixels from cells, the origin at the tag's centre.
+std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_border) {
+  const double h = 0.5 * width_at_border;
+  const Vector2d points[4] = {{-h, h}, {h, h}, {h, -h}, {-h, -h}};
+  const Vector2d middle = centre_of(quad);
+  Vector3d rays[4];
+  for (std::size_t i = 0; i < 4; ++i) rays[i] = (quad[i] - middle).homogeneous();
+  std::optional<Matrix3d> h_middle = homography(points, rays);
+  if (h_middle) h_middle->topRows<2>() += middle * h_middle->row(2);
+  return h_middle;
+}
+
+// The mean level of each cell; `spread` 0 takes its centre only.
+std::vector<double> cell_levels(const Image8& image, const Matrix3d& pixels, int width,
+                                double spread) {
+  std::vector<double> levels;
+  levels.reserve(static_cast<std::size_t>(width * width));
+  const double first = 0.5 - 0.5 * width;
+  const auto level = [&](double x, double y) {
+    return level_at(image, (pixels * Vector3d(x, y, 1)).hnormalized());
+  };
+  for (int row = 0; row < width; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const double x = first + column, y = first + row;
+      levels.push_back(
+          spread == 0 ? level(x, y)
+                      : 0.25 * (level(x - spread, y - spread) + level(x + spread, y - spread) +
+                                level(x - spread, y + spread) + level(x + spread, y + spread)));
+    }
+  }
+  return levels;
+}
+
+double correlation(const std::vector<double>& levels, const TagCells& pattern) {
+  double n = 0, white = 0, sum = 0, squares = 0, product = 0;
+  for (int y = 0; y < pattern.width(); ++y) {
+    for (int x = 0; x < pattern.width(); ++x) {
+      const TagCells::Cell& cell = pattern.cell(x, y);
+      if (cell.part == TagCells::Part::unknown) continue;
+      const double level = levels[static_cast<std::size_t>(y * pattern.width() + x)];
+      n += 1;
+      white += cell.white;
+      sum += level;
+      squares += level * level;
+      product += cell.white * level;
+    }
+  }
+  const double variance = squares - sum * sum / n;
+  const double of_pattern = white - white * white / n;
+  if (!(variance > n) || !(of_pattern > 0)) return 0;  // sd below one grey level
+  return (product - white * sum / n) / std::sqrt(variance * of_pattern);
+}
+
+double likeness(const Image8& image, const Quad& quad, const TagCells& pattern, double spread) {
+  if (!is_face(quad)) return -1;
+  const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
+  if (!pixels) return -1;
+  return correlation(cell_levels(image, *pixels, pattern.width(), spread), pattern);
+}
+
+Quad moved(const Quad& quad, const Vector2d& by) {
+  Quad result = quad;
+  for (Vector2d& corner : result) corner += by;
+  return result;
+}
+
+Quad settled_as_a_whole(const Image8& image, const Quad& start, const TagCells& pattern,
+                        double reach) {
+  const double cells = pattern.width_at_border();
+  const Vector2d across = (start[1] - start[0] + start[2] - start[3]) / (2 * cells);
+  const Vector2d down = (start[0] - start[3] + start[1] - start[2]) / (2 * cells);
+  const int steps = static_cast<int>(std::floor(reach / kSearchStep));
+  Quad best = start;
+  double highest = likeness(image, start, pattern, 0);
+  for (int y = -steps; y <= steps; ++y) {
+    for (int x = -steps; x <= steps; ++x) {
+      const Quad there = moved(start, kSearchStep * (x * across + y * down));
+      const double here = likeness(image, there, pattern, 0);
+      if (here <= highest) continue;
+      highest = here;
+      best = there;
+    }
+  }
+  return best;
+}
+
+// A quad, and how like its pattern the picture is there; cells are sampled `spread` from their
+// centres.
+struct Candidate {
+  Quad quad;
+  double likeness = -1;
+};
+
+struct Fitting {
+  const Image8& image;
+  const TagCells& pattern;
+  double spread = kSpread;
+
+  Candidate at(const Quad& quad) const { return {quad, likeness(image, quad, pattern, spread)}; }
+};
+
+// Tries the four ways from a corner; true where one of them was better.
+bool improve_corner(const Fitting& fitting, std::size_t i, double step_px, Candidate& best) {
+  const Candidate before = best;
+  for (const Vector2d& way : {Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
+    Quad there = before.quad;
+    there[i] += step_px * way;
+    const Candidate here = fitting.at(there);
+    if (here.likeness > best.likeness) best = here;
+  }
+  return best.likeness > before.likeness;
+}
+
+// A plane over the cells, about the pattern's centre.
+class LevelPlane {
+ public:
+  void add(double x, double y, double level) {
+    const Vector3d row(x, y, 1);
+    information_ += row * row.transpose();
+    gradient_ += level * row;
+    ++count_;
+  }
+  int count() const { return count_; }
+  void fit() { plane_ = information_.ldlt().solve(gradient_); }
+  double at(double x, double y) const { return plane_.dot(Vector3d(x, y, 1)); }
+
+ private:
+  // Slopes are held where too few cells, or cells on a line, say nothing of them.
+  Matrix3d information_ = Vector3d(1e-3, 1e-3, 1e-9).asDiagonal();
+  Vector3d gradient_ = Vector3d::Zero();
+  Vector3d plane_ = Vector3d::Zero();
+  int count_ = 0;
+};
+
+// Each cell's level with the share of its neighbours taken off.
+std::vector<double> sharpened(const std::vector<double>& levels, int width) {
+  std::vector<double> result = levels;
+  for (int y = 0; y < width; ++y) {
+    for (int x = 0; x < width; ++x) {
+      double sum = 0;
+      int count = 0;
+      for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+        if (x + dx < 0 || y + dy < 0 || x + dx >= width || y + dy >= width) continue;
+        sum += levels[static_cast<std::size_t>((y + dy) * width + x + dx)];
+        ++count;
+      }
+      const auto i = static_cast<std::size_t>(y * width + x);
+      result[i] += 0.25 * (count * levels[i] - sum);
+    }
+  }
+  return result;
+}
+
+struct Levels {
+  LevelPlane black;
+  LevelPlane white;
+};
+
+Levels fitted_levels(const std::vector<double>& levels, const TagCells& pattern) {
+  Levels result;
+  const double middle = 0.5 * (pattern.width() - 1);
+  const auto add = [&](TagCells::Part part, bool colour, LevelPlane& plane) {
+    for (int y = 0; y < pattern.width(); ++y) {
+      for (int x = 0; x < pattern.width(); ++x) {
+        const TagCells::Cell& cell = pattern.cell(x, y);
+        if (cell.part != part || cell.white != colour) continue;
+        plane.add(x - middle, y - middle,
+                  levels[static_cast<std::size_t>(y * pattern.width() + x)]);
+      }
+    }
+  };
+  for (const auto& [plane, colour] : {std::pair{&result.black, false}, {&result.white, true}}) {
+    add(TagCells::Part::fixed, colour, *plane);
+    if (plane->count() < kFewFixed) add(TagCells::Part::bit, colour, *plane);
+    plane->fit();
+  }
+  return result;
+}
+
+}  // namespace
+
+TagCells::TagCells(const TagFamily& family, int id, const CellSurroundings& surroundings)
+    : width_(family.total_width),
+      border_(family.width_at_border),
+      cells_(static_cast<std::size_t>(width_ * width_), Cell{false, Part::fixed}) {
+  const int ring = start() - (family.reversed_border ? 0 : 1);
+  const bool framed = family.reversed_border || surroundings.white_frame;
+  for (int i = ring; i < width_ - ring; ++i) {
+    for (const auto& [x, y] :
+         {std::pair{i, ring}, {i, width_ - 1 - ring}, {ring, i}, {width_ - 1 - ring, i}}) {
+      at(x, y) = {true, framed ? Part::fixed : Part::unknown};
+    }
+  }
+  if (!family.reversed_border && surroundings.corner_squares) {
+    for (const int x : {0, width_ - 1})
+      for (const int y : {0, width_ - 1}) at(x, y).part = Part::unknown;
+  }
+  const std::uint64_t code = family.codes[static_cast<std::size_t>(id)];
+  for (std::size_t i = 0; i < family.bits.size(); ++i) {
+    const bool white = (code >> (family.bits.size() - 1 - i) & 1U) != 0;
+    at(family.bits[i].x + start(), family.bits[i].y + start()) = {white, Part::bit};
+  }
+}
+
+TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& pattern) {
+  TagAnswer answer;
+  const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
+  if (!pixels) return answer;
+  const int width = pattern.width();
+  const std::vector<double> raw = cell_levels(image, *pixels, width, kSpread);
+  const std::vector<double> levels = sharpened(cell_levels(image, *pixels, width, 0), width);
+  const Levels planes = fitted_levels(raw, pattern);
+  const double middle = 0.5 * (width - 1);
+  answer.contrast = planes.white.at(0, 0) - planes.black.at(0, 0);
+  int fixed = 0, wrong = 0;
+  for (int y = 0; y < width; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const TagCells::Cell& cell = pattern.cell(x, y);
+      const double threshold =
+          0.5 * (planes.black.at(x - middle, y - middle) + planes.white.at(x - middle, y - middle));
+      const bool agrees =
+          (levels[static_cast<std::size_t>(y * width + x)] > threshold) == cell.white;
+      if (cell.part == TagCells::Part::bit) answer.wrong_bits += !agrees;
+      if (cell.part != TagCells::Part::fixed) continue;
+      ++fixed;
+      wrong += !agrees;
+    }
+  }
+  answer.wrong_fixed = static_cast<double>(wrong) / std::max(1, fixed);
+  return answer;
+}
+
+double likeness(const Image8& image, const Quad& quad, const TagCells& pattern) {
+  return likeness(image, quad, pattern, kSpread);
+}
+
+Quad settle(const Image8& image, const Quad& start, const TagCells& pattern, double reach) {
+  Quad quad = settled_as_a_whole(image, start, pattern, reach);
+  const double cell_px = shortest_side(start) / pattern.width_at_border();
+  for (double step = kFirstStep; step * cell_px > kLastStepPx; step *= 0.5) {
+    // Samples near the cells' edges, as far as those are sharp, feel the smaller steps.
+    const double edge = std::max(step, 1 / cell_px);
+    const Fitting fitting{image, pattern, std::max(kSpread, 0.5 - edge)};
+    Candidate best = fitting.at(quad);
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      bool better = false;
+      for (std::size_t i = 0; i < 4; ++i)
+        better |= improve_corner(fitting, i, step * cell_px, best);
+      if (!better) break;
+    }
+    quad = best.quad;
+  }
+  return quad;
+}
+
+}  // namespace tagcal::internal

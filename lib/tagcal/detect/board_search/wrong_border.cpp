@@ -1,0 +1,126 @@
+#include "tagcal/detect/board_search/wrong_border.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "tagcal/detect/board_search/picture_batch.hpp"
+#include "tagcal/detect/board_search/tag_cells.hpp"
+#include "tagcal/detect/families.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr double kSureShare = 0.1;      // of the cells of border and frame that may be wrong
+constexpr std::size_t kMostProbed = 3;  // pictures; a border is wrong in all of them or in none
+constexpr int kMinImageSide = 8;
+
+int other_border(const Board& board) { return 3 - board.border_bits; }
+
+// The boards as they would be with the other border, laid out as its target file has them.
+std::vector<PlacedBoard> with_other_border(const std::vector<PlacedBoard>& boards) {
+  std::vector<PlacedBoard> others;
+  for (PlacedBoard placed : boards) {
+    Board& board = placed.board;
+    if (board.tags.empty() || tag_family(board.family, board.border_bits).reversed_border) continue;
+    board.border_bits = other_border(board);
+    board.corner_squares = board.border_bits == 2 && board.grid;
+    others.push_back(placed);
+  }
+  return others;
+}
+
+// The finders of one thread. Tags are only counted: their sides are enough.
+class OtherReader {
+ public:
+  OtherReader(const std::vector<PlacedBoard>& boards, int threads)
+      : finders_(board_finders(boards, {.refinement = Refinement::edges}, threads)) {}
+
+  std::size_t count(const Image8& image) {
+    if (image.width() < kMinImageSide || image.height() < kMinImageSide) return 0;
+    TagCount count;
+    for (const auto& finder : finders_)
+      for (const Completion& completion : finder->find(image).completions)
+        count.add(image, completion, finder->family());
+    return count.sure;
+  }
+
+ private:
+  std::vector<std::unique_ptr<BoardFinder>> finders_;
+};
+
+std::vector<std::size_t> suspicious_pictures(const std::vector<TagCount>& counts) {
+  std::vector<std::size_t> pictures;
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (counts[i].unread > counts[i].sure) pictures.push_back(i);
+  return pictures;
+}
+
+std::vector<std::size_t> evenly_spread(const std::vector<std::size_t>& all, std::size_t n) {
+  if (all.size() <= n) return all;
+  std::vector<std::size_t> some;
+  for (std::size_t i = 0; i < n; ++i) some.push_back(all[i * (all.size() - 1) / (n - 1)]);
+  return some;
+}
+
+std::string warning_text(std::size_t shown, std::size_t num_pictures, const Board& other) {
+  return fmt::format(
+      "the tags of {} of {} pictures look as if printed with a border of {} bit{}, and the target "
+      "file says {}: few of them are read, some of these wrongly; put border_bits: {} into "
+      "the target file",
+      shown, num_pictures, other.border_bits, other.border_bits == 1 ? "" : "s",
+      other_border(other), other.border_bits);
+}
+
+}  // namespace
+
+bool is_sure(const Image8& image, const FoundTag& tag, const TagFamily& family) {
+  const TagAnswer answer =
+      read_tag(image, tag.corners, TagCells(family, tag.id, {.corner_squares = true}));
+  return answer.wrong_bits <= 1 && answer.wrong_fixed < kSureShare;
+}
+
+void TagCount::add(const Image8& image, const Completion& completion, const TagFamily& family) {
+  for (const FoundTag& tag : completion.tags)
+    ++(tag.fitted || is_sure(image, tag, family) ? sure : unread);
+  unread += static_cast<std::size_t>(std::ranges::count_if(
+      completion.missing, [](const MissingTag& tag) { return tag.why != WhyNot::outside; }));
+}
+
+std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& images,
+                                               const std::vector<TagCount>& counts,
+                                               const std::vector<PlacedBoard>& boards,
+                                               const DetectOptions& options) {
+  const std::vector<std::size_t> suspicious = suspicious_pictures(counts);
+  const std::vector<PlacedBoard> others = with_other_border(boards);
+  if (suspicious.empty() || others.empty()) return {};
+  const int threads = threads_of(options.threads);
+  std::vector<std::size_t> read(images.size(), 0);
+  const auto look_at = [&](const std::vector<std::size_t>& pictures) {
+    std::vector<OtherReader> readers;
+    const int num_readers = std::clamp(static_cast<int>(pictures.size()), 1, threads);
+    for (int i = 0; i < num_readers; ++i) readers.emplace_back(others, threads / num_readers);
+    for_each_picture(pictures.size(), readers,
+                     [&](OtherReader& reader, std::size_t i) {
+                       read[pictures[i]] = reader.count(images[pictures[i]].load());
+                     },
+                     {});
+  };
+  const auto shows_other = [&](std::size_t i) { return shows_other_kind(read[i], counts[i].sure); };
+  const std::vector<std::size_t> probes = evenly_spread(suspicious, kMostProbed);
+  look_at(probes);
+  if (std::ranges::none_of(probes, shows_other)) return {};
+  look_at(suspicious);
+  std::size_t all_read = 0;
+  std::size_t all_sure = 0;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    all_read += read[i];
+    all_sure += counts[i].sure;
+  }
+  if (!shows_other_kind(all_read, all_sure)) return {};
+  const auto shown = static_cast<std::size_t>(std::ranges::count_if(suspicious, shows_other));
+  return {warning_text(shown, images.size(), others.front().board)};
+}
+
+}  // namespace tagcal::internal

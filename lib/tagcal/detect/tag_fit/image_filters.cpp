@@ -1,0 +1,81 @@
+#include "tagcal/detect/tag_fit/image_filters.hpp"
+
+#include <algorithm>
+
+namespace tagcal::internal {
+namespace {
+
+// Loops that compilers turn into a few vector instructions.
+void raise_to(const std::uint8_t* in, int count, std::uint8_t* out) {
+  for (int x = 0; x < count; ++x) out[x] = std::max(out[x], in[x]);
+}
+
+}  // namespace
+
+Image8 brightest(const Image8& image, int radius) {
+  const int width = image.width(), height = image.height();
+  Image8 rows = image;
+  for (int y = 0; y < height; ++y) {
+    for (int shift = 1; shift <= std::min(radius, width - 1); ++shift) {
+      raise_to(image.row(y) + shift, width - shift, rows.row(y));
+      raise_to(image.row(y), width - shift, rows.row(y) + shift);
+    }
+  }
+  Image8 result = rows;
+  for (int y = 0; y < height; ++y) {
+    for (int i = std::max(0, y - radius); i <= std::min(height - 1, y + radius); ++i)
+      if (i != y) raise_to(rows.row(i), width, result.row(y));
+  }
+  return result;
+}
+
+Image8 halved(const Image8& image) {
+  Image8 result({image.width() / 2, image.height() / 2});
+  for (int y = 0; y < result.height(); ++y) {
+    const std::uint8_t* above = image.row(2 * y);
+    const std::uint8_t* below = image.row(2 * y + 1);
+    std::uint8_t* out = result.row(y);
+    for (int x = 0; x < result.width(); ++x) {
+      const int sum = above[2 * x] + above[2 * x + 1] + below[2 * x] + below[2 * x + 1];
+      out[x] = static_cast<std::uint8_t>((sum + 2) / 4);
+    }
+  }
+  return result;
+}
+
+Image8 doubled(const Image8& image) {
+  // New pixels lie a quarter to each side of the old ones.
+  static constexpr int kWeights[4] = {-6, 58, 222, -18};  // of 256: 1.75, 0.75, 0.25 and 1.25 away
+  const auto at = [](const auto& value, int i, int n, bool after) {
+    int sum = 0;
+    for (int k = 0; k < 4; ++k) {
+      const int j = after ? i + 2 - k : i - 2 + k;
+      sum += kWeights[k] * value(std::clamp(j, 0, n - 1));
+    }
+    return sum;
+  };
+  const int width = image.width(), height = image.height();
+  std::vector<int> above(static_cast<std::size_t>(width));
+  Image8 result({2 * width, 2 * height});
+  for (int y = 0; y < result.height(); ++y) {
+    for (int x = 0; x < width; ++x)
+      above[static_cast<std::size_t>(x)] =
+          at([&](int row) { return int{image.row(row)[x]}; }, y / 2, height, y % 2 == 1);
+    std::uint8_t* out = result.row(y);
+    for (int x = 0; x < result.width(); ++x) {
+      const int sum = at([&](int column) { return above[static_cast<std::size_t>(column)]; }, x / 2,
+                         width, x % 2 == 1);
+      out[x] = static_cast<std::uint8_t>(std::clamp((sum + (1 << 15)) >> 16, 0, 255));
+    }
+  }
+  return result;
+}
+
+Image8 part_of(const Image8& image, const PixelBox& box) {
+  Image8 result(box.size);
+  for (int y = 0; y < box.size.height; ++y)
+    std::copy_n(image.row(box.top + y) + box.left, box.size.width, result.row(y));
+  return result;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "tagcal/scene/image.hpp"
+
+// Private to detect.
+namespace tagcal::internal {
+
+// The brightest of each pixel's neighbours up to `radius` away in x and y: black shrinks by so
+// much.
+Image8 brightest(const Image8& image, int radius);
+
+// Half as wide and high, rounded down: each pixel the mean of four. Precondition: 2x2 at least.
+Image8 halved(const Image8& image);
+
+// Twice as wide and high, by cubic convolution (Keys, IEEE ASSP 1981): lines and parabolas
+// stay as they are.
+Image8 doubled(const Image8& image);
+
+// A rectangle of pixels, part of a picture.
+struct PixelBox {
+  int left = 0;
+  int top = 0;
+  ImageSize size;
+};
+
+Image8 part_of(const Image8& image, const PixelBox& box);
+
+}  // namespace tagcal::internal

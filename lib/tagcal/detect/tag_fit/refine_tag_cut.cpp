@@ -1,0 +1,146 @@
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <variant>
+
+#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+
+// How a fit begins: the pixels that it sees, and the parameters.
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using namespace tag_parameter;
+
+constexpr double kStartBlur = 0.8;  // px
+
+// Image from the tag's plane.
+Matrix3d homography(const TagCorners& on_tag, const TagCorners& corners) {
+  Eigen::Matrix<double, 8, 8> system;
+  Eigen::Matrix<double, 8, 1> right;
+  for (int i = 0; i < 4; ++i) {
+    const double u = on_tag[static_cast<std::size_t>(i)].x();
+    const double v = on_tag[static_cast<std::size_t>(i)].y();
+    const Vector2d& c = corners[static_cast<std::size_t>(i)];
+    system.row(2 * i) << u, v, 1, 0, 0, 0, -c.x() * u, -c.x() * v;
+    system.row(2 * i + 1) << 0, 0, 0, u, v, 1, -c.y() * u, -c.y() * v;
+    right.segment<2>(2 * i) = c;
+  }
+  const Eigen::Matrix<double, 8, 1> h = system.partialPivLu().solve(right);
+  Matrix3d result;
+  result << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return result;
+}
+
+}  // namespace
+
+std::optional<Vector2d> TagFitter::straight_place(const Vector2d& pixel) const {
+  if (view_) return view_->place(pixel);
+  return (pixel - middle_) / scale_;
+}
+
+std::optional<Vector2d> TagFitter::pixel(const Vector2d& straight_place) const {
+  if (view_) return view_->pixel(straight_place);
+  return middle_ + scale_ * straight_place;
+}
+
+bool TagFitter::look() {
+  if (options_.camera && !std::holds_alternative<Parallel>(options_.camera->lens)) {
+    view_ = StraightView::about(options_.camera->lens, middle_, scale_);
+    if (!view_) return false;
+  }
+  TagCorners places;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto place = straight_place(start_[i]);
+    if (!place) return false;
+    places[i] = *place;
+  }
+  image_from_tag_ = homography(region_.corners_on_tag, places);
+  return true;
+}
+
+// The pixels that the region may cover.
+std::optional<Eigen::AlignedBox2d> TagFitter::box() const {
+  constexpr int kSteps = 4;  // along each side, which the lens may bend
+  const auto& [columns, rows, cells] = region_.grid;
+  Eigen::AlignedBox2d box;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double u = columns.front() + i * (columns.back() - columns.front()) / kSteps;
+      const double v = rows.front() + j * (rows.back() - rows.front()) / kSteps;
+      const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
+      if (!(p.z() > 0)) return std::nullopt;
+      if (const auto at = pixel(p.hnormalized())) box.extend(*at);
+    }
+  }
+  if (box.isEmpty()) return std::nullopt;
+  return box;
+}
+
+template <typename T>
+bool TagFitter::cut(const Image<T>& image) {
+  if (!look()) return false;
+  const auto covered = box();
+  if (!covered) return false;
+  size_ = image.size();
+  const Vector2d last(image.width() - 1, image.height() - 1);
+  const Vector2d low = covered->min().cwiseMax(0.0).cwiseMin(last);
+  const Vector2d high = covered->max().cwiseMax(0.0).cwiseMin(last);
+  patch_.x0 = static_cast<int>(std::floor(low.x()));
+  patch_.y0 = static_cast<int>(std::floor(low.y()));
+  patch_.width = static_cast<int>(std::ceil(high.x())) - patch_.x0 + 1;
+  patch_.height = static_cast<int>(std::ceil(high.y())) - patch_.y0 + 1;
+  for (int y = 0; y < patch_.height; ++y) {
+    const T* row = image.row(patch_.y0 + y) + patch_.x0;
+    patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
+  }
+  spans_.resize(static_cast<std::size_t>(patch_.height));
+  if (view_)
+    places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),
+                    ImageSize{patch_.width, patch_.height}, scale_);
+  return true;
+}
+
+template bool TagFitter::cut(const Image8& image);
+template bool TagFitter::cut(const Image16& image);
+
+bool TagFitter::start_parameters(TagParameters& parameters) const {
+  Matrix3d tag_from_image = image_from_tag_.inverse();
+  tag_from_image /= tag_from_image(2, 2);
+  parameters.setZero();
+  parameters.segment<3>(kM1) = tag_from_image.row(0);
+  parameters.segment<3>(kM2) = tag_from_image.row(1);
+  parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
+  parameters[kLogSpread] = 0.5 * std::log(kStartBlur * kStartBlur + kBoxVariance);
+  return parameters.allFinite() && start_levels(parameters);
+}
+
+// Mean levels at the middles of black and of white cells.
+bool TagFitter::start_levels(TagParameters& parameters) const {
+  double sum[2] = {0, 0};
+  int count[2] = {0, 0};
+  const TagGrid& grid = region_.grid;
+  const std::size_t n = grid.columns.size() - 1;
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+    const std::size_t column = i % n, row = i / n;
+    const double u = 0.5 * (grid.columns[column] + grid.columns[column + 1]);
+    const double v = 0.5 * (grid.rows[row] + grid.rows[row + 1]);
+    const auto place = pixel((image_from_tag_ * Vector3d(u, v, 1)).hnormalized());
+    if (!place) continue;
+    const int x = static_cast<int>(std::lround(place->x())) - patch_.x0;
+    const int y = static_cast<int>(std::lround(place->y())) - patch_.y0;
+    if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
+    if (grid.cells[i] == TagPattern::unknown) continue;
+    const int white = grid.cells[i] == TagPattern::white ? 1 : 0;
+    sum[white] += patch_.at(x, y);
+    ++count[white];
+  }
+  if (count[0] == 0 || count[1] == 0) return false;
+  parameters[kBlack] = sum[0] / count[0];
+  parameters[kGain] = sum[1] / count[1] - parameters[kBlack];
+  return parameters[kGain] > 0;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "tagcal/detect/tag_fit/refine_tag_lens.hpp"
+#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/refine_tag_region.hpp"
+#include "tagcal/detect/types.hpp"
+
+// Private to detect: the least squares behind refine_tag().
+namespace tagcal::internal {
+
+using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_parameter::kCount>;
+using TagProducts = Eigen::Matrix<double, kTagColumns, kTagColumns, Eigen::RowMajor>;
+using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
+
+constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
+
+// The pixels about a tag.
+struct TagPatch {
+  int x0 = 0;
+  int y0 = 0;
+  int width = 0;
+  int height = 0;
+  std::vector<float> levels;
+
+  float at(int x, int y) const {
+    return levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+};
+
+// Pixels [begin, end) of a row.
+struct PixelSpan {
+  int begin = 0;
+  int end = 0;
+};
+
+// Sums over pixels that one colour fills.
+struct FlatSums {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  double level = 0, x_level = 0, y_level = 0, square_level = 0;
+
+  void add(double px, double py, double value) {
+    n += 1;
+    x += px;
+    y += py;
+    xx += px * px;
+    xy += px * py;
+    yy += py * py;
+    level += value;
+    x_level += px * value;
+    y_level += py * value;
+    square_level += value * value;
+  }
+};
+
+// The fit of one region of a tag, from its start to its end.
+class TagFitter {
+ public:
+  // The region and the options must outlive it.
+  TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options);
+
+  // The pixels that the pattern reaches; false where the start is no view of a tag.
+  template <typename T>
+  bool cut(const Image<T>& image);
+  // Of a region about one corner, the others and their covariance stay zero.
+  TagFit fit();
+  // Whether a lens bends the whole tag beyond what is left of it in third order. Seen on few rows
+  // already: then fit() has ended there, with corners that are good as a start only.
+  bool is_for_parts() const { return is_for_parts_; }
+  // How far bends of third order move a corner.
+  double third_order_px() const;
+
+ private:
+  bool look();
+  std::optional<Eigen::AlignedBox2d> box() const;
+  bool start_parameters(TagParameters& parameters) const;
+  bool start_levels(TagParameters& parameters) const;
+  void set_prior(const TagParameters& start);
+  bool is_in_region(std::size_t corner) const;
+  PixelSpan in_window(int row) const;
+  PixelSpan in_picture(int row) const;
+  void collect();
+  void collect_row(int row);
+  void add_block();
+  void add_flat(bool white);
+  // To a start of what follows. False where the answer is no number, or there is none.
+  bool open_windows();
+  bool come_near();
+  TagFit iterate();
+  bool is_like_window() const;
+  bool step();
+  void believe_bends();
+  bool is_bent_beyond_whole() const;
+  // The tag's homography lies between the tag and the places that the lens, if known, straightens.
+  std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
+  std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
+  Eigen::Vector2d straight_corner(std::size_t i) const;
+  Eigen::Vector2d corner(std::size_t i) const;
+  TagCornerJacobian corner_jacobian() const;
+  TagFit result() const;
+
+  const TagRegion& region_;
+  const TagFitOptions& options_;
+  const TagCorners start_;
+  double scale_;
+  Eigen::Vector2d middle_;
+  TagModel model_;
+  std::optional<StraightView> view_;  // where the lens is known
+  std::optional<StraightPlaces> places_;
+  Eigen::Matrix3d image_from_tag_;
+  TagPatch patch_;
+  ImageSize size_;  // of the picture
+
+  // Of the present parameters: pixels that know of the geometry, some at a time; sums over all.
+  TagBlock block_{};
+  TagProducts products_;
+  TagInformation information_;
+  TagParameters gradient_;
+  TagParameters prior_ = TagParameters::Zero();  // weights
+  TagParameters prior_mean_ = TagParameters::Zero();
+  double squares_ = 0;
+  double variance_ = 1;
+  std::array<FlatSums, 2> flat_;  // black, white
+  std::vector<PixelSpan> spans_;  // of known pixels, row by row
+  bool are_spans_fixed_ = false;
+  double spans_spread_ = 0;  // of the blur, when they were taken
+  double window_px_ = 0;     // about the region's corner, that is looked at; 0: all
+  TagParameters in_window_;  // the largest of them
+  double window_variance_ = 1;
+  int row_step_ = 1;
+  int num_bends_ = tag_parameter::kNumBends;  // that are free
+  bool is_strongly_bent_ = false;
+  int num_pixels_ = 0;
+  double move_px_ = 0;        // of the last step, of a corner
+  double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
+  double left_over_ = 0;      // what is left after it, squared, in standard deviations
+  bool is_for_parts_ = false;
+  int iterations_ = 0;
+};
+
+}  // namespace tagcal::internal

@@ -1,0 +1,23 @@
+// Compiled with -mavx2 -mfma on x86-64 (lib/CMakeLists.txt); see refine_tag_kernels.hpp for what
+// must not be included here. Everywhere else there are no such kernels.
+#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+
+#if defined(__AVX2__) && defined(__FMA__)
+
+#include "tagcal/detect/tag_fit/refine_tag_kernel_loops.hpp"
+
+namespace tagcal::internal {
+
+constinit const TagKernels kAvx2TagKernels = {locate, evaluate, add_products};
+
+}  // namespace tagcal::internal
+
+#else
+
+namespace tagcal::internal {
+
+constinit const TagKernels kAvx2TagKernels = {};
+
+}  // namespace tagcal::internal
+
+#endif

@@ -1,0 +1,152 @@
+#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+using namespace tag_parameter;
+
+constexpr double kBoxCumulant = -1.0 / 120;  // fourth, of the square of a pixel along a side
+constexpr double kLeastTerm = 1e-3;  // of a quadrant's series; the sum of what is left is below a
+                                     // twentieth of it
+constexpr int kMaxTerms = 16;
+constexpr double kFirstOrder = 0.05;  // spreads: a shift whose square makes 3e-4 of the contrast
+
+// Kernels are made for some numbers of lines only: what is beyond those felt weighs next to
+// nothing, but is read.
+int lines_taken(int num_felt) {
+  if (num_felt <= 4) return std::max(1, num_felt);
+  return num_felt <= 6 ? 6 : kMaxTagLines;
+}
+
+// Cosine of the angle between two lines, where `squares` are those of the places' slopes in the
+// picture.
+double cosine(const TagLine& a, const TagLine& b, const Eigen::Matrix2d& squares) {
+  const Vector2d m(a.by_x, a.by_y), n(b.by_x, b.by_y);
+  return m.dot(squares * n) / std::sqrt(m.dot(squares * m) * n.dot(squares * n));
+}
+
+}  // namespace
+
+TagModel::TagModel(const TagGrid& grid, double scale, double gamma)
+    : scale_(scale), gamma_(gamma), column_lines_(grid.columns), row_lines_(grid.rows) {
+  const std::size_t n = grid.columns.size() - 1;
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+    if (grid.cells[i] == TagPattern::white) cells_[i / n] |= 1U << (i % n);
+    if (grid.cells[i] == TagPattern::unknown) unknown_[i / n] |= 1U << (i % n);
+  }
+}
+
+void TagModel::set(const TagParameters& parameters) {
+  parameters_ = parameters;
+  spread_ = std::exp(parameters[kLogSpread]);
+  table_.per_unit = static_cast<float>(scale_ / spread_);
+  table_.per_px = static_cast<float>(1 / spread_);
+  table_.box = static_cast<float>(kBoxCumulant / (24 * std::pow(spread_, 4)));
+  table_.black = static_cast<float>(parameters[kBlack]);
+  table_.gain = static_cast<float>(parameters[kGain]);
+  table_.gain_by_x = static_cast<float>(parameters[kGainSlope]);
+  table_.gain_by_y = static_cast<float>(parameters[kGainSlope + 1]);
+  const double black_grey =
+      std::clamp(parameters[kBlack] / (parameters[kBlack] + parameters[kGain]), 0.0, 0.9);
+  table_.gamma = static_cast<float>(gamma_);
+  table_.black_grey = static_cast<float>(black_grey);
+  table_.black_light = static_cast<float>(std::pow(black_grey, 1 / gamma_));
+  table_.shift = static_cast<float>(parameters[kShift] / spread_);
+  table_.shift_on_tag = static_cast<float>(parameters[kShift + 1] / spread_);
+  table_.is_far_shifted =
+      std::abs(parameters[kShift]) + std::abs(parameters[kShift + 1]) > kFirstOrder * spread_;
+  table_.last_x = static_cast<float>(parameters[kM3]);
+  table_.last_y = static_cast<float>(parameters[kM3 + 1]);
+  set_axis(table_.columns, column_lines_, kM1);
+  set_axis(table_.rows, row_lines_, kM2);
+  set_num_terms(largest_cosine(Eigen::Matrix2d::Identity()));
+}
+
+void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const {
+  axis.count = static_cast<int>(lines.size());
+  const double per_unit = scale_ / spread_;
+  TagLine* line = axis.lines;
+  for (const double at : lines) {
+    const Vector2d across = parameters_.segment<2>(row_of_m) - at * parameters_.segment<2>(kM3);
+    const double inv_length = 1 / across.norm();
+    line->by_x = static_cast<float>(per_unit * inv_length * across.x());
+    line->by_y = static_cast<float>(per_unit * inv_length * across.y());
+    line->by_1 = static_cast<float>(per_unit * inv_length * (parameters_[row_of_m + 2] - at));
+    line->at = static_cast<float>(at);
+    line->inv_length = static_cast<float>(inv_length);
+    ++line;
+  }
+  constexpr float kNever = -1e4F;
+  std::fill(line, std::end(axis.lines), TagLine{table_.per_unit, 0, kNever, 0, 0, {}});
+}
+
+// The outermost lines are farthest from right angles.
+double TagModel::largest_cosine(const Eigen::Matrix2d& squares) const {
+  double largest = 0;
+  for (const int i : {0, table_.columns.count - 1})
+    for (const int j : {0, table_.rows.count - 1})
+      largest = std::max(largest,
+                         std::abs(cosine(table_.columns.lines[i], table_.rows.lines[j], squares)));
+  return largest;
+}
+
+void TagModel::set_num_terms(double largest) {
+  int& n = table_.num_terms;
+  double power = largest;
+  for (n = 0; n < kMaxTerms && power / (n + 1) > kLeastTerm; ++n) power *= largest;
+}
+
+void TagModel::start(TagBlock& block, bool is_bent, bool is_stretched) const {
+  block.size = 0;
+  block.num_felt = 0;
+  block.is_bent = is_bent;
+  block.is_stretched = is_stretched;
+}
+
+Eigen::Vector2f TagModel::place(int c) const {
+  if (row_.straight.x != nullptr) return {row_.straight.x[c], row_.straight.y[c]};
+  return {static_cast<float>(row_.left + c * row_.step), static_cast<float>(row_.y)};
+}
+
+void TagModel::add(TagBlock& block, int c, float level) const {
+  const auto k = static_cast<std::size_t>(c);
+  const int n = block.size++;
+  block.x[n] = bent_x_[k];
+  block.y[n] = bent_y_[k];
+  const Eigen::Vector2f raw = place(c);
+  block.raw_x[n] = raw.x();
+  block.raw_y[n] = raw.y();
+  block.level[n] = level;
+  block.column[n] = columns_.first[k];
+  block.row[n] = rows_.first[k];
+  block.num_felt = std::max(
+      {block.num_felt, columns_.last[k] - columns_.first[k], rows_.last[k] - rows_.first[k]});
+  if (!block.is_stretched) return;
+  block.xx[n] = row_.straight.xx[c];
+  block.xy[n] = row_.straight.xy[c];
+  block.yy[n] = row_.straight.yy[c];
+}
+
+void TagModel::evaluate(TagBlock& block) {
+  if (block.is_stretched) {
+    double largest = 0;
+    for (const int n : {0, block.size / 2, std::max(0, block.size - 1)}) {
+      Eigen::Matrix2d squares;
+      squares << block.xx[n], block.xy[n], block.xy[n], block.yy[n];
+      largest = std::max(largest, largest_cosine(squares));
+    }
+    set_num_terms(largest);
+  }
+  block.num_felt = lines_taken(block.num_felt);
+  for (int n = 0; n < block.size; ++n)
+    for (int j = 0; j <= block.num_felt; ++j)
+      block.cells[j][n] =
+          cells_[static_cast<std::size_t>(block.row[n] - 1 + j)] >> (block.column[n] - 1);
+  fastest_tag_kernels().evaluate(table_, block);
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,137 @@
+#pragma once
+
+#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+// Packs of numbers that the loops of refine_tag_kernels.hpp work on. Included by the files of
+// kernels only. Vectors are the compiler's own: any processor has them, in one register of its own
+// or in several.
+namespace tagcal::internal {
+namespace {
+
+#ifdef __AVX2__
+constexpr int kLanes = 8;
+#else
+constexpr int kLanes = 4;
+#endif
+static_assert(kTagPack % kLanes == 0);
+
+typedef float Pack __attribute__((vector_size(4 * kLanes)));
+typedef std::int32_t IntPack __attribute__((vector_size(4 * kLanes)));
+typedef std::uint32_t BitPack __attribute__((vector_size(4 * kLanes)));
+
+inline IntPack bits_of(Pack a) { return __builtin_bit_cast(IntPack, a); }
+inline Pack from_bits(IntPack a) { return __builtin_bit_cast(Pack, a); }
+inline Pack all(float value) { return value - Pack{}; }
+
+template <typename P, typename T>
+inline P load(const T* from) {
+  P result;
+  __builtin_memcpy(&result, from, sizeof result);
+  return result;
+}
+
+template <typename P, typename T>
+inline void store(T* to, const P& pack) {
+  __builtin_memcpy(to, &pack, sizeof pack);
+}
+
+// Bit by bit.
+inline Pack chosen(IntPack mask, Pack yes, Pack no) {
+  return from_bits((mask & bits_of(yes)) | (~mask & bits_of(no)));
+}
+
+inline Pack magnitude(Pack a) { return from_bits(bits_of(a) & 0x7fffffff); }
+
+inline Pack inverse_root(Pack squared) {
+#ifdef __AVX2__
+  return 1.0F / _mm256_sqrt_ps(squared);
+#else
+  Pack result;
+  for (int i = 0; i < kLanes; ++i) result[i] = 1.0F / __builtin_sqrtf(squared[i]);
+  return result;
+#endif
+}
+
+// Natural logarithm of a positive number, to 1e-6.
+inline Pack logarithm(Pack x) {
+  const IntPack bits = bits_of(x);
+  // With a mantissa from 2/3 to 4/3.
+  const IntPack exponent = (bits - 0x3f2aaaab) >> 23;
+  const Pack m = from_bits(bits - (exponent << 23));
+  const Pack t = (m - 1.0F) / (m + 1.0F), t2 = t * t;
+  return 0.693147181F * __builtin_convertvector(exponent, Pack) +
+         2.0F * t * (1.0F + t2 * (0.333333333F + t2 * (0.2F + t2 * 0.142857143F)));
+}
+
+// exp(-a) for 0 <= a <= 80, to 6e-6 of itself, without branches.
+inline Pack exp_minus(Pack a) {
+  const Pack t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
+  const IntPack whole = __builtin_convertvector(t, IntPack);
+  const Pack f = t - __builtin_convertvector(whole, Pack);
+  const Pack power =
+      1.0F +
+      f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
+                                                                     f * f * 0.000154035F))));
+  return power * from_bits((whole + 27) << 23);
+}
+
+// Adds the sum over the lanes of each of four packs.
+inline void add_sums(const Pack* packs, double* sums) {
+#ifdef __AVX2__
+  const __m256 all =
+      _mm256_hadd_ps(_mm256_hadd_ps(packs[0], packs[1]), _mm256_hadd_ps(packs[2], packs[3]));
+  const __m128 four = _mm_add_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
+  _mm256_storeu_pd(sums, _mm256_add_pd(_mm256_loadu_pd(sums), _mm256_cvtps_pd(four)));
+#else
+  for (int j = 0; j < 4; ++j) {
+    float sum = 0;
+    for (int lane = 0; lane < kLanes; ++lane) sum += packs[j][lane];
+    sums[j] += static_cast<double>(sum);
+  }
+#endif
+}
+
+// The lines that are felt next at a pack of pixels.
+struct LinePack {
+  Pack by_x, by_y, by_1, at, inv_length;
+};
+
+inline LinePack load_lines(const TagLine* lines, const std::int32_t* first) {
+#ifdef __AVX2__
+  // Rows of eight numbers to columns.
+  __m256 r[8], s[8];
+  for (int i = 0; i < 8; ++i) r[i] = _mm256_load_ps(&lines[first[i]].by_x);
+  for (int i = 0; i < 4; ++i) {
+    s[2 * i] = _mm256_unpacklo_ps(r[2 * i], r[2 * i + 1]);
+    s[2 * i + 1] = _mm256_unpackhi_ps(r[2 * i], r[2 * i + 1]);
+  }
+  for (int i = 0; i < 8; i += 4) {
+    r[i] = _mm256_shuffle_ps(s[i], s[i + 2], 0x44);
+    r[i + 1] = _mm256_shuffle_ps(s[i], s[i + 2], 0xee);
+    r[i + 2] = _mm256_shuffle_ps(s[i + 1], s[i + 3], 0x44);
+  }
+  return {_mm256_permute2f128_ps(r[0], r[4], 0x20), _mm256_permute2f128_ps(r[1], r[5], 0x20),
+          _mm256_permute2f128_ps(r[2], r[6], 0x20),
+          _mm256_permute2f128_ps(_mm256_shuffle_ps(s[1], s[3], 0xee),
+                                 _mm256_shuffle_ps(s[5], s[7], 0xee), 0x20),
+          _mm256_permute2f128_ps(r[0], r[4], 0x31)};
+#else
+  LinePack pack;
+  for (int i = 0; i < kLanes; ++i) {
+    const TagLine& line = lines[first[i]];
+    pack.by_x[i] = line.by_x;
+    pack.by_y[i] = line.by_y;
+    pack.by_1[i] = line.by_1;
+    pack.at[i] = line.at;
+    pack.inv_length[i] = line.inv_length;
+  }
+  return pack;
+#endif
+}
+
+}  // namespace
+}  // namespace tagcal::internal

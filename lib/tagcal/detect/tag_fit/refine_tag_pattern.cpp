@@ -1,0 +1,56 @@
+#include <algorithm>
+
+#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+bool covers(const Rectangle& rectangle, double x, double y) {
+  return rectangle[0].x() < x && x < rectangle[2].x() && rectangle[0].y() < y &&
+         y < rectangle[2].y();
+}
+
+}  // namespace
+
+TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
+                       const TagSurroundings& surroundings) {
+  // Drawn as a board of one tag, so that pictures and their model cannot differ.
+  const bool has_squares = surroundings.corner_squares && surroundings.gap > 0;
+  const Board board =
+      grid_board({1, 1, 1.0, surroundings.gap, id}, family.name, border_bits, has_squares);
+  const std::vector<Rectangle> ink = ink_cells(board, family);
+
+  int own_border = family.reversed_border ? border_bits : family.width_at_border;
+  if (!family.reversed_border)
+    for (const TagFamily::Cell& bit : family.bits) own_border = std::min(own_border, bit.x);
+  const int more = border_bits - own_border;
+  const int side = family.width_at_border + 2 * more;
+  // Kalibr's squares begin where the white frame of other tags is.
+  const int frame = has_squares ? 0 : (family.total_width + 2 * more - side) / 2;
+  TagPattern pattern;
+  for (int i = -frame; i <= side + frame; ++i)
+    pattern.lines.push_back(static_cast<double>(i) / side);
+  if (surroundings.gap > static_cast<double>(frame) / side) {
+    pattern.lines.insert(pattern.lines.begin(), -surroundings.gap);
+    pattern.lines.push_back(1 + surroundings.gap);
+  }
+  const std::vector<double>& lines = pattern.lines;
+  for (std::size_t row = 0; row + 1 < lines.size(); ++row) {
+    for (std::size_t column = 0; column + 1 < lines.size(); ++column) {
+      const double x = 0.5 * (lines[column] + lines[column + 1]);
+      const double y = 1 - 0.5 * (lines[row] + lines[row + 1]);  // the board's y points up
+      const bool is_black = std::ranges::any_of(
+          ink, [&](const Rectangle& rectangle) { return covers(rectangle, x, y); });
+      const bool is_corner = (x < 0 || x > 1) && (y < 0 || y > 1);
+      pattern.cells.push_back(is_corner && surroundings.corner_squares && !has_squares
+                                  ? TagPattern::unknown
+                              : is_black ? TagPattern::black
+                                         : TagPattern::white);
+    }
+  }
+  return pattern;
+}
+
+}  // namespace tagcal

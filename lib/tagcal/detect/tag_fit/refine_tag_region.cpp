@@ -1,0 +1,99 @@
+#include "tagcal/detect/tag_fit/refine_tag_region.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+
+// Of corners 0..3 on the tag's plane.
+constexpr std::array<std::array<double, 2>, 4> kCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
+
+constexpr double kOutsidePx = 16;  // around a tag, that is looked at
+constexpr double kInsidePx = 40;   // of a side from its corner on, likewise, of large tags
+
+struct Range {
+  double low = 0;
+  double high = 0;
+};
+
+// The lines within a range, which ends at lines of its own, and the first cell between them.
+std::vector<double> cut_lines(const std::vector<double>& lines, const Range& range,
+                              std::size_t& first_cell) {
+  const double low = std::max(range.low, lines.front());
+  const double high = std::min(range.high, lines.back());
+  std::vector<double> result = {low};
+  first_cell = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i] <= low) first_cell = i;
+    if (lines[i] > low && lines[i] < high) result.push_back(lines[i]);
+  }
+  result.push_back(high);
+  return result;
+}
+
+TagGrid cut(const TagPattern& pattern, const Range& across, const Range& down) {
+  TagGrid grid;
+  std::size_t column = 0, row = 0;
+  grid.columns = cut_lines(pattern.lines, across, column);
+  grid.rows = cut_lines(pattern.lines, down, row);
+  const std::size_t n = pattern.lines.size() - 1;
+  for (std::size_t j = 0; j + 1 < grid.rows.size(); ++j)
+    for (std::size_t i = 0; i + 1 < grid.columns.size(); ++i)
+      grid.cells.push_back(pattern.cells[(row + j) * n + column + i]);
+  return grid;
+}
+
+// About a corner at 0 or 1 of a side of the given length, px.
+Range about(double corner, double side_px) {
+  const double outside = kOutsidePx / side_px, inside = std::min(0.5, kInsidePx / side_px);
+  return corner == 0 ? Range{-outside, inside} : Range{1 - inside, 1 + outside};
+}
+
+// The places on the tag counted from an origin in other units.
+void count(TagRegion& region, const Vector2d& origin, const Vector2d& per_side) {
+  for (double& at : region.grid.columns) at = (at - origin.x()) * per_side.x();
+  for (double& at : region.grid.rows) at = (at - origin.y()) * per_side.y();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector2d place(kCorners[i][0], kCorners[i][1]);
+    region.corners_on_tag[i] = (place - origin).cwiseProduct(per_side);
+  }
+}
+
+}  // namespace
+
+double mean_half_side(const TagCorners& corners) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += (corners[(i + 1) % 4] - corners[i]).norm();
+  return sum / 8;
+}
+
+TagRegion whole_tag(const TagPattern& pattern, const TagCorners& corners) {
+  const double scale = mean_half_side(corners);
+  const double outside = 0.5 * kOutsidePx / scale;
+  const Range range{-outside, 1 + outside};
+  TagRegion region{cut(pattern, range, range), {}, Vector2d::Zero(), scale, std::nullopt};
+  for (const Vector2d& corner : corners) region.middle += corner / 4;
+  count(region, Vector2d(0.5, 0.5), Vector2d(2, 2));
+  return region;
+}
+
+TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std::size_t corner) {
+  const auto [u, v] = kCorners[corner];
+  // Corners 0 and 1, 2 and 3 are apart in u; 1 and 2, 3 and 0 in v.
+  const Vector2d along_u = corners[corner ^ 1U] - corners[corner];
+  const Vector2d along_v = corners[3 - corner] - corners[corner];
+  const Range across = about(u, along_u.norm()), down = about(v, along_v.norm());
+  const double share_u = across.high - across.low, share_v = down.high - down.low;
+  const Vector2d middle = corners[corner] +
+                          std::abs(0.5 * (across.low + across.high) - u) * along_u +
+                          std::abs(0.5 * (down.low + down.high) - v) * along_v;
+  const double scale = 0.25 * (share_u * along_u.norm() + share_v * along_v.norm());
+  TagRegion region{cut(pattern, across, down), {}, middle, scale, corner};
+  count(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
+  return region;
+}
+
+}  // namespace tagcal::internal

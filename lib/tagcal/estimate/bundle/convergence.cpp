@@ -1,0 +1,68 @@
+#include "tagcal/estimate/bundle/convergence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/bundle/observability.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr int kMaxRounds = 10;
+constexpr double kStandsStill = 0.1;  // of a corner's standard deviation
+
+// What the noise of the residuals leaves uncertain of the corners, the poses known: sigma
+// sqrt(k / n), RMS. In the unit of the pixels, which whitened residuals do not have.
+double corner_sigma_px(const Bundle& bundle) {
+  const Lens lens = bundle.lens();
+  double sum = 0;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const auto& r :
+         residuals_px(bundle.views[v].correspondences, lens, bundle.camera_from_target[v]))
+      sum += r.squaredNorm();
+  const double n = 2.0 * num_corners(bundle);
+  return std::sqrt(sum / std::max(1, degrees_of_freedom(bundle)) * bundle.model->num_free() / n);
+}
+
+double sigma_of(const Bundle& bundle, const BundleSummary& summary) {
+  constexpr double kLeastSigma = 0.01;  // below it digits decide, not the noise
+  return std::max(kLeastSigma, std::sqrt(summary.cost / std::max(1, degrees_of_freedom(bundle))));
+}
+
+}  // namespace
+
+Moved moved(const Bundle& a, const Bundle& b) {
+  const Lens lens_a = a.lens(), lens_b = b.lens();
+  Moved result;
+  int count = 0;
+  for (std::size_t v = 0; v < a.views.size(); ++v) {
+    const auto& corners = a.views[v].correspondences;
+    const auto in_a = residuals_px(corners, lens_a, a.camera_from_target[v]);
+    const auto in_b = residuals_px(corners, lens_b, b.camera_from_target[v]);
+    for (std::size_t i = 0; i < corners.size(); ++i, ++count) {
+      const double d = (in_a[i] - in_b[i]).norm();
+      result.rms_px += d * d;
+      result.max_px = std::max(result.max_px, d);
+    }
+  }
+  result.rms_px = std::sqrt(result.rms_px / std::max(count, 1));
+  return result;
+}
+
+void settle(Bundle& bundle, BundleSummary& summary, int max_iterations) {
+  for (int round = 0; round < kMaxRounds && !summary.converged; ++round) {
+    if (observability(bundle, sigma_of(bundle, summary)).status != Status::ok) return;
+    const Bundle before = bundle;
+    const BundleSummary more = solve(bundle, max_iterations);
+    summary.num_iterations += more.num_iterations;
+    summary.cost = more.cost;
+    summary.converged =
+        more.converged || moved(before, bundle).rms_px < kStandsStill * corner_sigma_px(bundle);
+  }
+}
+
+bool at_fold(const Bundle& bundle, const BundleSummary& summary) {
+  return observability(bundle, sigma_of(bundle, summary)).decrement > kLargestDecrement;
+}
+
+}  // namespace tagcal::internal

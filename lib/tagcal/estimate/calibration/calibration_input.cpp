@@ -1,0 +1,165 @@
+#include "tagcal/estimate/calibration/calibration_input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <unordered_map>
+
+#include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
+#include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/solvers/numeric/point_spread.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Each corner's place in the world and the board that it is on.
+struct WorldPoint {
+  Vector3d position;
+  std::size_t board;
+};
+
+std::map<CornerId, WorldPoint> world_points(const std::vector<PlacedBoard>& boards) {
+  std::map<CornerId, WorldPoint> points;
+  for (std::size_t b = 0; b < boards.size(); ++b)
+    for (const TargetPoint& p : target_points(boards[b].board))
+      points[p.id] = {boards[b].world_from_board * p.position, b};
+  return points;
+}
+
+CalibrationView calibration_view(const View& view, std::size_t index,
+                                 const std::map<CornerId, WorldPoint>& points, bool whitened) {
+  CalibrationView result;
+  result.image = view.image;
+  result.index = index;
+  std::map<std::size_t, std::vector<std::size_t>> by_board;
+  result.corners.reserve(view.observations.size());
+  result.ids.reserve(view.observations.size());
+  result.problem.correspondences.reserve(view.observations.size());
+  auto point = points.begin();
+  for (std::size_t i = 0; i < view.observations.size(); ++i) {
+    const Observation& o = view.observations[i];
+    // Most often corners come in the order of the board: the next is not looked for.
+    if (point != points.end()) ++point;
+    if (point == points.end() || point->first != o.id) point = points.find(o.id);
+    if (point == points.end()) continue;
+    by_board[point->second.board].push_back(result.ids.size());
+    result.ids.push_back(o.id);
+    result.corners.push_back(i);
+    result.problem.correspondences.push_back({point->second.position, o.pixel});
+    if (whitened) result.problem.whitening.push_back(whitening_of(covariance_or_assumed(o)));
+  }
+  for (const auto& [board, indices] : by_board)
+    if (indices.size() > result.seed.size()) result.seed = indices;
+  return result;
+}
+
+bool fixes_a_pose(const CalibrationView& view) {
+  if (view.seed.size() < 4) return false;
+  std::vector<Vector3d> points;
+  for (const std::size_t i : view.seed) points.push_back(view.problem.correspondences[i].point);
+  const PointShape shape = spread_of(points).shape;
+  return shape == PointShape::plane || shape == PointShape::space;
+}
+
+bool same_corners(const CalibrationView& a, const CalibrationView& b) {
+  return a.ids == b.ids &&
+         std::equal(
+             a.problem.correspondences.begin(), a.problem.correspondences.end(),
+             b.problem.correspondences.begin(),
+             [](const Correspondence& x, const Correspondence& y) { return x.pixel == y.pixel; });
+}
+
+// Views by what their corners' pixels add up to, which equal corners have in common.
+using Twins = std::unordered_multimap<double, std::size_t>;
+
+double sum_of_pixels(const CalibrationView& view) {
+  double sum = 0;
+  for (const Correspondence& c : view.problem.correspondences) sum += c.pixel.x() + c.pixel.y();
+  return sum;
+}
+
+bool is_mirrored(const CalibrationView& view) {
+  const bool has_tags = std::any_of(view.ids.begin(), view.ids.end(),
+                                    [](const CornerId& id) { return id.corner != 0; });
+  if (!has_tags) return false;
+  struct Quad {
+    std::array<Vector2d, 4> corners;
+    int count = 0;
+  };
+  std::map<int, Quad> quads;
+  for (std::size_t i = 0; i < view.ids.size(); ++i) {
+    Quad& quad = quads[view.ids[i].tag_id];
+    quad.corners[static_cast<std::size_t>(view.ids[i].corner)] =
+        view.problem.correspondences[i].pixel;
+    ++quad.count;
+  }
+  int complete = 0, turned = 0;
+  for (const auto& [tag, quad] : quads) {
+    if (quad.count < 4) continue;
+    const Vector2d a = quad.corners[2] - quad.corners[0], b = quad.corners[3] - quad.corners[1];
+    ++complete;
+    turned += a.x() * b.y() - a.y() * b.x() > 0;  // y points down: anticlockwise is negative
+  }
+  return complete > 0 && 5 * turned >= 4 * complete;
+}
+
+// Whether the tags of a view are seen from behind, which no picture of them shows (80 % of those
+// with all four corners are): then its corners are listed in input.dropped.
+bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input);
+
+bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input) {
+  if (!is_mirrored(view)) return false;
+  input.warnings.push_back(view.name() + ": left out, its tags are mirrored");
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < view.ids.size(); ++i)
+    input.dropped.push_back({view.image, view.ids[i], unknown, view.index, view.corners[i]});
+  return true;
+}
+
+}  // namespace
+
+CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options) {
+  CalibrationInput input;
+  input.models = held_models(options);
+  input.image_size = dataset.image_size;
+  const auto points = world_points(dataset.boards);
+  CornerNoise noise;
+  for (const View& view : dataset.views) noise.add(view);
+  input.whitened = options.sigma_px == 0 && noise.counts();
+  if (input.whitened && noise.num_assumed() > 0)
+    input.warnings.push_back(fmt::format(
+        "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
+        noise.num_assumed(), noise.num_corners, kAssumedSigmaPx));
+  Twins twins;
+  for (std::size_t v = 0; v < dataset.views.size(); ++v) {
+    CalibrationView prepared = calibration_view(dataset.views[v], v, points, input.whitened);
+    if (!fixes_a_pose(prepared)) {
+      input.warnings.push_back(prepared.name() +
+                               ": left out, it has no four corners that fix a pose");
+      continue;
+    }
+    const double sum = sum_of_pixels(prepared);
+    const auto [first, last] = twins.equal_range(sum);
+    const auto twin = std::find_if(first, last, [&](const auto& other) {
+      return same_corners(input.views[other.second], prepared);
+    });
+    if (twin != last) {
+      input.warnings.push_back(prepared.name() + ": left out, it repeats " +
+                               input.views[twin->second].name());
+      continue;
+    }
+    if (options.reject_outliers && leave_out_mirrored(prepared, input)) continue;
+    twins.emplace(sum, input.views.size());
+    input.views.push_back(std::move(prepared));
+  }
+  return input;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,79 @@
+#include "tagcal/estimate/calibration/model_error.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/estimate/pose/residual_test.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kNormalQuantile = 4;     // of the chi-square that noise alone hardly exceeds
+constexpr double kLeastRatio = 1.1;       // of chi-square to its mean, that is worth a word
+constexpr double kSameModelError = 0.02;  // relative
+
+double chi_square(std::span<const Vector2d> residuals, std::span<const Matrix2> covariances,
+                  double variance) {
+  double sum = 0;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const Eigen::Matrix2d all = covariances[i] + variance * Eigen::Matrix2d::Identity();
+    sum += residuals[i].dot(all.inverse() * residuals[i]);
+  }
+  return sum;
+}
+
+Matrix2 covariance_of(const Matrix2& whitening) {
+  const Eigen::Matrix2d information = whitening.transpose() * whitening;
+  return information.inverse();
+}
+
+}  // namespace
+
+double excess_px(std::span<const Vector2d> residuals_px, std::span<const Matrix2> covariance_px2,
+                 double degrees_of_freedom) {
+  const double at_zero = chi_square(residuals_px, covariance_px2, 0);
+  if (!(degrees_of_freedom > 0) || at_zero < kLeastRatio * degrees_of_freedom ||
+      at_zero < chi_square_quantile(degrees_of_freedom, kNormalQuantile))
+    return 0;
+  double high = 0;  // all of the residuals
+  for (const Vector2d& r : residuals_px) high += r.squaredNorm() / degrees_of_freedom;
+  double low = 0;
+  while (high - low > 1e-6 * high) {
+    const double middle = 0.5 * (low + high);
+    const bool more = chi_square(residuals_px, covariance_px2, middle) > degrees_of_freedom;
+    (more ? low : high) = middle;
+  }
+  return std::sqrt(high);
+}
+
+bool count_model_error(CalibrationInput& input, const CalibrationFit& fit) {
+  const double freedom = degrees_of_freedom(fit.bundle);
+  if (!input.whitened || !(freedom > 0)) return false;
+  const double before = input.model_error_px * input.model_error_px;
+  std::vector<Vector2d> residuals;
+  std::vector<Matrix2> covariances;
+  const Lens lens = fit.bundle.lens();
+  for (std::size_t v = 0; v < fit.bundle.views.size(); ++v) {
+    const ViewProblem& view = fit.bundle.views[v];
+    const auto of_view = residuals_px(view.correspondences, lens, fit.bundle.camera_from_target[v]);
+    residuals.insert(residuals.end(), of_view.begin(), of_view.end());
+    for (const Matrix2& whitening : view.whitening)
+      covariances.push_back(covariance_of(whitening) - before * Matrix2::Identity());
+  }
+  const double excess = excess_px(residuals, covariances, freedom);
+  if (std::abs(excess - input.model_error_px) <= kSameModelError * excess) return false;
+  for (CalibrationView& view : input.views)
+    for (Matrix2& whitening : view.problem.whitening)
+      whitening =
+          whitening_of(covariance_of(whitening) + (excess * excess - before) * Matrix2::Identity());
+  input.model_error_px = excess;
+  return true;
+}
+
+}  // namespace tagcal::internal

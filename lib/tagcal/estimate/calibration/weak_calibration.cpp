@@ -1,0 +1,287 @@
+#include "tagcal/estimate/calibration/weak_calibration.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/pose/residual_test.hpp"
+#include "tagcal/solvers/weak_perspective.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Rotation, the image of the points' centroid, and the logarithm of the scale.
+struct State {
+  Eigen::Quaterniond rotation;
+  Vector2d middle_px;
+  double log_scale = 0;
+};
+
+struct Normal {
+  Eigen::Matrix<double, 6, 6> information;
+  Vector6d gradient;
+  double cost = 0;
+};
+
+// Points relative to their centroid, so that scale and place are independent.
+struct CentredView {
+  const ViewProblem& view;
+  Vector3d centroid = Vector3d::Zero();
+
+  explicit CentredView(const ViewProblem& v) : view(v) {
+    for (const Correspondence& c : v.correspondences)
+      centroid += c.point / static_cast<double>(v.correspondences.size());
+  }
+};
+
+Normal normal_equations(const CentredView& centred, const State& state) {
+  Normal n{Eigen::Matrix<double, 6, 6>::Zero(), Vector6d::Zero(), 0};
+  const Matrix3d r = state.rotation.toRotationMatrix();
+  const double s = std::exp(state.log_scale);
+  for (std::size_t i = 0; i < centred.view.correspondences.size(); ++i) {
+    const Correspondence& c = centred.view.correspondences[i];
+    const Vector3d turned = r * (c.point - centred.centroid);
+    Eigen::Matrix<double, 2, 6> j;
+    j.leftCols<3>() = -s * cross_matrix(turned).topRows<2>();
+    j.middleCols<2>(3).setIdentity();
+    j.col(5) = s * turned.head<2>();
+    Vector2d residual = s * turned.head<2>() + state.middle_px - c.pixel;
+    if (!centred.view.whitening.empty()) {
+      const Eigen::Matrix2d w = centred.view.whitening[i];
+      j = (w * j).eval();
+      residual = (w * residual).eval();
+    }
+    n.information += j.transpose() * j;
+    n.gradient += j.transpose() * residual;
+    n.cost += residual.squaredNorm();
+  }
+  return n;
+}
+
+State state_of(const CentredView& centred, const WeakPerspectivePose& pose,
+               const Vector2d& centre) {
+  const Vector2d middle =
+      pose.scale_px_per_m * (pose.camera_from_target * centred.centroid).head<2>() + centre;
+  return {pose.camera_from_target.rotation(), middle, std::log(pose.scale_px_per_m)};
+}
+
+State stepped(const State& state, const Vector6d& step) {
+  return {exp_rotation(step.head<3>()) * state.rotation, state.middle_px + step.segment<2>(3),
+          state.log_scale + step[5]};
+}
+
+WeakView answer(const CentredView& centred, const State& state, const Vector2d& centre) {
+  WeakView result;
+  result.scale_px_per_m = std::exp(state.log_scale);
+  const Vector2d t = (state.middle_px - centre) / result.scale_px_per_m -
+                     (state.rotation * centred.centroid).head<2>();
+  result.camera_from_target = Pose(state.rotation, {t.x(), t.y(), 0});
+  const Normal n = normal_equations(centred, state);
+  result.cost = n.cost;
+  // In scaled units: pixels for the tilt, too.
+  Vector6d unit = n.information.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(unit.asDiagonal() * n.information *
+                                                      unit.asDiagonal());
+  if (!unit.allFinite() || !(ldlt.vectorD().array() > 1e-12).all()) {
+    result.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return result;
+  }
+  const Eigen::Matrix<double, 6, 6> inverse =
+      unit.asDiagonal() * ldlt.solve(Eigen::Matrix<double, 6, 6>::Identity()).eval() *
+      unit.asDiagonal();
+  // From the centroid's pixel to the translation: t = (m - c) / s - R x.
+  Eigen::Matrix<double, 6, 6> by_state = Eigen::Matrix<double, 6, 6>::Identity();
+  by_state.block<2, 3>(3, 0) = cross_matrix(state.rotation * centred.centroid).topRows<2>();
+  by_state.block<2, 2>(3, 3) /= result.scale_px_per_m;
+  by_state.block<2, 1>(3, 5) = -(state.middle_px - centre) / result.scale_px_per_m;
+  result.covariance = by_state * inverse * by_state.transpose();
+  return result;
+}
+
+// Down to the minimum near a state; with corners that all count alike it is there already.
+State descended(const CentredView& centred, State state) {
+  Normal n = normal_equations(centred, state);
+  double damping = 1e-4;
+  for (int i = 0; i < 200 && damping < 1e12; ++i) {
+    Eigen::Matrix<double, 6, 6> damped = n.information;
+    const double floor = 1e-9 * n.information.trace();  // a frontal board: no slope by tilt
+    damped.diagonal() += damping * (n.information.diagonal().array() + floor).matrix();
+    const Vector6d step = -damped.ldlt().solve(n.gradient);
+    const State next = stepped(state, step);
+    const Normal at_next = normal_equations(centred, next);
+    if (!std::isfinite(at_next.cost) || at_next.cost > n.cost) {
+      damping *= 10;
+      continue;
+    }
+    const bool done = n.cost - at_next.cost <= 1e-12 * n.cost;
+    state = next;
+    n = at_next;
+    damping = std::max(damping / 10, 1e-12);
+    if (done) break;
+  }
+  return state;
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The corners that take part in a fit of the views, one by one.
+struct Rounds {
+  const CalibrationInput& input;
+  const CalibrateOptions& options;
+  std::vector<std::optional<Pose>> near;
+  std::vector<std::vector<std::uint8_t>> inlier;
+  std::vector<std::optional<WeakView>> views;
+  std::vector<std::vector<Vector2d>> residuals;
+  std::vector<std::vector<double>> squares;
+
+  void fit_view(std::size_t v) {
+    const Vector2d centre = image_centre(input.image_size);
+    const ViewProblem& all = input.views[v].problem;
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    residuals[v].assign(all.correspondences.size(), {unknown, unknown});
+    squares[v].assign(all.correspondences.size(), kInfinity);
+    views[v].reset();
+    if (near[v]) views[v] = fit_weak_view(chosen(all, inlier[v]), centre, *near[v]);
+    if (!views[v]) return;
+    const double s = views[v]->scale_px_per_m;
+    residuals[v] = residuals_px(all.correspondences, Parallel({s, s, centre.x(), centre.y()}),
+                                views[v]->camera_from_target);
+    if (!agrees(v)) {
+      views[v].reset();
+      return;
+    }
+    for (std::size_t i = 0; i < residuals[v].size(); ++i)
+      squares[v][i] = whitened_square(all, i, residuals[v][i]);
+  }
+
+  // Whether the corners that take part lie about where the fit puts them: within a fifth of the
+  // size that they have in the image. Noise all over it lies nowhere.
+  bool agrees(std::size_t v) const {
+    Vector2d sum = Vector2d::Zero();
+    double square = 0, residual = 0, count = 0;
+    for (std::size_t i = 0; i < residuals[v].size(); ++i) {
+      if (!inlier[v][i]) continue;
+      const Vector2d& pixel = input.views[v].problem.correspondences[i].pixel;
+      sum += pixel;
+      square += pixel.squaredNorm();
+      residual += residuals[v][i].squaredNorm();
+      ++count;
+    }
+    return residual < 0.04 * (square - sum.squaredNorm() / count);
+  }
+
+  // The noise of the corners that take part; infinite where there are none.
+  double sigma() const {
+    std::vector<double> all;
+    for (std::size_t v = 0; v < squares.size(); ++v)
+      for (std::size_t i = 0; i < squares[v].size(); ++i)
+        if (inlier[v][i] && std::isfinite(squares[v][i])) all.push_back(squares[v][i]);
+    return all.empty() ? kInfinity : std::sqrt(robust_variance(all));
+  }
+
+  bool reselect() {
+    const double bound = kRejectSigmas * std::max(least_sigma(input.whitened, options), sigma());
+    bool changed = false;
+    for (std::size_t v = 0; v < squares.size(); ++v) {
+      for (std::size_t i = 0; i < squares[v].size(); ++i) {
+        const std::uint8_t in = squares[v][i] <= bound * bound;
+        changed |= in != inlier[v][i];
+        inlier[v][i] = in;
+      }
+    }
+    return changed;
+  }
+};
+
+void fill(const Rounds& rounds, WeakFit& weak) {
+  CalibrationFit& fit = weak.fit;
+  for (std::size_t v = 0; v < rounds.views.size(); ++v) {
+    const CalibrationView& view = rounds.input.views[v];
+    fit.num_corners += static_cast<int>(view.ids.size());
+    if (const auto& answer = rounds.views[v]) {
+      fit.bundle.views.push_back(chosen(view.problem, rounds.inlier[v]));
+      fit.bundle.camera_from_target.push_back(answer->camera_from_target);
+      fit.views.push_back(view.index);
+      fit.images.push_back(view.image);
+      fit.summary.cost += answer->cost;
+      weak.views.push_back(*answer);
+    } else {
+      fit.warnings.push_back(view.name() + ": left out, its corners do not agree");
+    }
+    for (std::size_t i = 0; i < view.ids.size(); ++i)
+      if (!rounds.views[v] || !rounds.inlier[v][i])
+        fit.outliers.push_back(
+            {view.image, view.ids[i], rounds.residuals[v][i].norm(), view.index, view.corners[i]});
+  }
+}
+
+}  // namespace
+
+std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& centre,
+                                      const Pose& near) {
+  const CentredView centred(view);
+  std::vector<Vector3d> points;
+  std::vector<Vector2d> pixels;
+  for (const Correspondence& c : view.correspondences) {
+    points.push_back(c.point);
+    pixels.push_back(c.pixel - centre);
+  }
+  std::vector<WeakView> answers;
+  for (const WeakPerspectivePose& pose : weak_perspective_poses(points, pixels)) {
+    const State state = descended(centred, state_of(centred, pose, centre));
+    answers.push_back(answer(centred, state, centre));
+    if (!std::isfinite(answers.back().cost)) answers.pop_back();
+  }
+  if (answers.empty()) return std::nullopt;
+  if (answers.size() == 1) return answers[0];
+  WeakView &a = answers[0], &b = answers[1];
+  constexpr double kAlike = 1e-6;
+  if (std::abs(a.cost - b.cost) > kAlike * std::max(a.cost, b.cost) + 1e-12)
+    return a.cost < b.cost ? a : b;
+  const bool first = angle_between_rad(a.camera_from_target, near) <=
+                     angle_between_rad(b.camera_from_target, near);
+  WeakView& nearer = first ? a : b;
+  nearer.mirrored = (first ? b : a).camera_from_target;
+  return nearer;
+}
+
+std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
+  constexpr int kMaxRounds = 15;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto start =
+      find_start(input.models->named("f"), input.image_size, input.views, start_options(options));
+  if (!start) return std::nullopt;
+  const std::size_t n = input.views.size();
+  Rounds rounds{input,
+                options,
+                start->camera_from_world,
+                start->inlier,
+                std::vector<std::optional<WeakView>>(n),
+                std::vector<std::vector<Vector2d>>(n),
+                std::vector<std::vector<double>>(n)};
+  if (!options.reject_outliers)
+    for (auto& view : rounds.inlier) std::fill(view.begin(), view.end(), 1);
+  for (int round = 0; round < kMaxRounds; ++round) {
+    for (std::size_t v = 0; v < n; ++v) rounds.fit_view(v);
+    if (!options.reject_outliers || !rounds.reselect()) break;
+  }
+  WeakFit weak;
+  weak.fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
+  weak.fit.whitened = input.whitened;
+  weak.fit.warnings = input.warnings;
+  weak.fit.summary.converged = true;
+  fill(rounds, weak);
+  if (weak.views.empty()) return std::nullopt;
+  weak.fit.solve_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return weak;
+}
+
+}  // namespace tagcal::internal

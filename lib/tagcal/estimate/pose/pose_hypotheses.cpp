@@ -1,0 +1,143 @@
+#include "tagcal/estimate/pose/pose_hypotheses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "tagcal/estimate/pose/focal_profile.hpp"
+#include "tagcal/estimate/pose/near_frontal.hpp"
+#include "tagcal/estimate/pose/pose_profile.hpp"
+#include "tagcal/solvers/numeric/small_cholesky.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+// The covariance of a step (omega, tau, ...) for another origin of the target, which lies at
+// `from_origin` from the old one in the camera's axes: it moves by tau - [from_origin] omega.
+template <int N>
+void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, N>& covariance) {
+  if (from_origin.isZero(0)) return;
+  const Eigen::Matrix3d a = -cross_matrix(from_origin);
+  covariance.template middleRows<3>(3) += a * covariance.template topRows<3>();
+  covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
+}
+
+// With information that claims no more than there is, and the second pose of a plane that has but
+// one minimum where there are two to tell apart. (With the focal length, a plane that may face the
+// camera is refused by the rule of the focal length.)
+PosesOfView told_apart(const PoseProblem& problem, ViewSums& sums, const ViewFit<6>& fit) {
+  PosesOfView poses;
+  for (const ViewSolution<6>& pose : fit.poses)
+    if (std::none_of(poses.begin(), poses.end(), [&](const ViewSolution<6>& other) {
+          return is_one(other, pose, fit.noise.sigma_px);
+        }))
+      poses.push_back(pose);
+  if (problem.spread().shape != PointShape::plane) return poses;
+  const bool both_minima = poses.size() > 1;
+  std::optional<ViewSolution<6>> mirrored;
+  for (ViewSolution<6>& pose : poses) {
+    FrontalPose frontal = unless_frontal(sums, pose, fit.noise.sigma_px, both_minima);
+    pose.information = frontal.information;
+    mirrored = frontal.mirrored;
+  }
+  if (mirrored && !both_minima) poses.push_back(*mirrored);
+  return poses;
+}
+
+// The cost is of whitened residuals; this is of pixels.
+template <int N>
+double rms_px(const PoseProblem& problem, const Lens& lens, const ViewSolution<N>& solution) {
+  double cost = solution.cost;
+  if (problem.whitened()) {
+    ViewResiduals residuals(lens, {problem.view().points, problem.view().pixels});
+    const std::span<const double> squares = residuals.at(solution.state);
+    cost = std::accumulate(squares.begin(), squares.end(), 0.0);
+  }
+  return std::sqrt(cost / static_cast<double>(problem.size()));
+}
+
+Solutions<ViewSolution<7>, 4> told_apart(const PoseProblem&, ViewSums&, const ViewFit<7>& fit) {
+  return fit.poses;
+}
+
+// Four points in a plane whose triangles are alike, and as wide as long.
+bool is_like_a_tag(const PoseProblem& problem) {
+  constexpr double kAlike = 0.8;
+  const std::span<const Eigen::Vector3d> p = problem.view().points;
+  if (p.size() != 4 || problem.spread().shape != PointShape::plane) return false;
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0, diameter = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d a = p[(i + 1) % 4] - p[i], b = p[(i + 2) % 4] - p[i];
+    const double area = a.cross(b).squaredNorm();
+    smallest = std::min(smallest, area);
+    largest = std::max(largest, area);
+    diameter = std::max({diameter, a.squaredNorm(), b.squaredNorm()});
+  }
+  // A square has areas (twice those of its triangles) of half of its squared diagonal.
+  return smallest > kAlike * kAlike * largest &&
+         smallest > 0.25 * kAlike * kAlike * diameter * diameter;
+}
+
+// In the target's frame; `of_step` is the covariance of the solution's step, and becomes that.
+template <int N>
+PoseHypothesis hypothesis_of(const PoseProblem& problem, const Lens& lens,
+                             const ViewSolution<N>& solution,
+                             Eigen::Matrix<double, N, N>& of_step) {
+  PoseHypothesis hypothesis;
+  const Pose camera_from_plane = pose_of(solution.state);
+  hypothesis.camera_from_target = camera_from_plane * problem.spread().plane_from_target_pose();
+  change_origin<N>(hypothesis.camera_from_target.translation() - camera_from_plane.translation(),
+                   of_step);
+  hypothesis.covariance = of_step.template topLeftCorner<6, 6>();
+  hypothesis.focal_px = solution.state.focal_px;
+  hypothesis.rms_px = rms_px(problem, lens, solution);
+  return hypothesis;
+}
+
+}  // namespace
+
+template <int N>
+std::vector<PoseHypothesis> hypotheses_of(
+    const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit,
+    Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
+  const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
+  ViewSums sums(lens, problem.view());
+  auto poses = told_apart(problem, sums, fit);
+  std::vector<PoseHypothesis> hypotheses;
+  hypotheses.reserve(poses.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {  // which may become more
+    const ViewSolution<N>& solution = poses[i];
+    SmallCholesky<N> cholesky;
+    if (!cholesky.compute(solution.information)) continue;
+    Eigen::Matrix<double, N, N> of_step = variance * cholesky.inverse();
+    if constexpr (N == 6)
+      if (may_be_curved(of_step)) {
+        PoseProfile profile(sums, fit.noise.sigma_px, poses);
+        of_step += is_like_a_tag(problem) ? profile.gain_of_curve(solution, of_step)
+                                          : profile.gain(solution, of_step);
+      }
+    if constexpr (N == 7)
+      of_step += gain_towards_shorter(problem, lens, solution, of_step, fit.noise.sigma_px);
+    hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
+    if (covariance && hypotheses.size() == 1) *covariance = of_step;
+    const double excess = solution.cost - fit.best().cost;
+    hypotheses.back().probability = std::exp(-excess / (2 * variance));
+    sum += hypotheses.back().probability;
+  }
+  for (PoseHypothesis& h : hypotheses) h.probability /= sum;
+  if constexpr (N == 6)
+    std::stable_sort(hypotheses.begin(), hypotheses.end(),
+                     [](const PoseHypothesis& a, const PoseHypothesis& b) {
+                       return a.probability > b.probability;
+                     });
+  return hypotheses;
+}
+
+template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
+                                                      const ViewFit<6>&, Matrix6*);
+template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
+                                                      const ViewFit<7>&, Matrix7*);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,97 @@
+#include "tagcal/estimate/pose/reprojection.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "tagcal/camera/batch.hpp"
+
+namespace tagcal::internal {
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Matrix2 whitening_of(const Matrix2& covariance_px2) {
+  const Eigen::Matrix2d lower = Eigen::LLT<Eigen::Matrix2d>(covariance_px2).matrixL();
+  const Eigen::Matrix2d inverse =
+      lower.triangularView<Eigen::Lower>().solve(Eigen::Matrix2d::Identity());
+  return inverse;
+}
+
+ViewArrays::ViewArrays(const ViewProblem& view) : whitening_(view.whitening) {
+  points_.reserve(view.correspondences.size());
+  pixels_.reserve(view.correspondences.size());
+  for (const Correspondence& c : view.correspondences) {
+    points_.push_back(c.point);
+    pixels_.push_back(c.pixel);
+  }
+}
+
+std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& lens,
+                                         std::span<const FreeParameter> free,
+                                         const Pose& camera_from_target) {
+  const ViewArrays arrays(view);
+  const ViewPoints seen = arrays.view();
+  const auto n = static_cast<Eigen::Index>(seen.size());
+  Reprojection r{VectorXd(2 * n), RowMajor6(2 * n, 6),
+                 RowMajorX(2 * n, static_cast<Eigen::Index>(free.size()))};
+  std::vector<Vector2d> pixels(seen.size());
+  std::vector<std::uint8_t> valid(seen.size());
+  const auto span_of = [](auto& matrix) {
+    return std::span(matrix.data(), static_cast<std::size_t>(matrix.size()));
+  };
+  if (project_with_jacobians(lens, camera_from_target, seen.points, free,
+                             {pixels, valid, span_of(r.by_pose), span_of(r.by_parameters)}) <
+      seen.size())
+    return std::nullopt;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    r.residuals.segment<2>(2 * i) = pixels[k] - seen.pixels[k];
+    if (seen.whitening.empty()) continue;
+    const Matrix2& w = seen.whitening[k];
+    r.residuals.segment<2>(2 * i) = (w * r.residuals.segment<2>(2 * i)).eval();
+    r.by_pose.middleRows<2>(2 * i) = (w * r.by_pose.middleRows<2>(2 * i)).eval();
+    r.by_parameters.middleRows<2>(2 * i) = (w * r.by_parameters.middleRows<2>(2 * i)).eval();
+  }
+  return r;
+}
+
+double whitened_square(const ViewProblem& view, std::size_t i, const Vector2d& residual) {
+  const double square = view.whitening.empty() ? residual.squaredNorm()
+                                               : (view.whitening[i] * residual).squaredNorm();
+  return std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
+}
+
+std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
+                                     const Pose& camera_from_target) {
+  std::vector<double> squares;
+  squares.reserve(view.correspondences.size());
+  for (const Vector2d& r : residuals_px(view.correspondences, lens, camera_from_target))
+    squares.push_back(whitened_square(view, squares.size(), r));
+  return squares;
+}
+
+ViewProblem chosen(const ViewProblem& view, std::span<const std::uint8_t> takes_part) {
+  ViewProblem some;
+  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
+    if (!takes_part[i]) continue;
+    some.correspondences.push_back(view.correspondences[i]);
+    if (!view.whitening.empty()) some.whitening.push_back(view.whitening[i]);
+  }
+  return some;
+}
+
+std::vector<Vector2d> residuals_px(std::span<const Correspondence> correspondences,
+                                   const Lens& lens, const Pose& camera_from_target) {
+  std::vector<Vector3d> points;
+  points.reserve(correspondences.size());
+  for (const Correspondence& c : correspondences) points.push_back(c.point);
+  std::vector<Vector2d> residuals(points.size());
+  std::vector<std::uint8_t> valid(points.size());
+  project(lens, camera_from_target, points, residuals, valid);
+  for (std::size_t i = 0; i < residuals.size(); ++i) residuals[i] -= correspondences[i].pixel;
+  return residuals;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tagcal/camera/kernels/project_dispatch.hpp"
+#include "tagcal/camera/lens.hpp"
+#include "tagcal/solvers/solutions.hpp"
+
+namespace tagcal::internal {
+
+// One view as the fast solvers see it; arrays of the caller's. Whitening matrices W have
+// W'W = C^-1 for the covariance C of a pixel: one for each, or none.
+struct ViewPoints {
+  std::span<const Eigen::Vector3d> points;  // target frame
+  std::span<const Eigen::Vector2d> pixels;
+  std::span<const Matrix2> whitening = {};
+
+  std::size_t size() const { return points.size(); }
+};
+
+// What a fast solver varies: rotation and translation as numbers, and the focal length.
+struct ViewState {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  double focal_px = 0;  // of pose with focal length only
+};
+ViewState state_of(const Pose& camera_from_target, double focal_px = 0);
+Pose pose_of(const ViewState& state);
+
+// J'J (its upper triangle), J'r and r'r of the whitened residuals r = projected - observed, with J
+// by (omega, tau) of `retract` and, for N = 7, by log f.
+template <int N>
+struct NormalEquations {
+  Eigen::Matrix<double, N, N> information = Eigen::Matrix<double, N, N>::Zero();
+  Eigen::Matrix<double, N, 1> gradient = Eigen::Matrix<double, N, 1>::Zero();
+  double cost = 0;
+};
+
+// The squared whitened residuals of a view, by the kernels for this processor.
+class ViewResiduals {
+ public:
+  // Both must outlive it.
+  ViewResiduals(const Lens& lens, const ViewPoints& view);
+
+  // One for each point, infinite outside the lens' domain. With a focal length in the state, the
+  // lens must be a pinhole: its focal length is the state's.
+  std::span<const double> at(const ViewState& state);
+
+  // What the last call projected.
+  std::span<const Eigen::Vector2d> projected() const { return projected_; }
+
+ private:
+  ViewPoints view_;
+  ProjectJob job_;
+  ProjectKernelKind kind_;
+  std::vector<Eigen::Vector2d> projected_;
+  std::vector<std::uint8_t> valid_;
+  std::vector<double> squares_;
+};
+
+// Sums the normal equations of a view, by the kernels for this processor.
+class ViewSums {
+ public:
+  ViewSums(const Lens& lens, const ViewPoints& view);
+
+  // False where a point is outside the lens' domain. Of pose with focal length, the lens must be a
+  // pinhole: its focal length is the state's.
+  bool at(const ViewState& state, NormalEquations<6>& equations);
+  bool at(const ViewState& state, NormalEquations<7>& equations);
+
+  std::size_t num_points() const { return job_.num_points; }
+
+ private:
+  SumJob job_;
+  ProjectKernelKind kind_;
+};
+
+// A target that can be bent: how far each point moves by a unit of each of two bends (2 x n), and
+// in which direction (target frame). None where there are no points.
+struct ViewBend {
+  std::span<const Eigen::Vector2d> shapes;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+};
+
+// Sums the normal equations of a view by its pose, the free parameters of a model and the bends.
+class ParameterSums {
+ public:
+  // All must outlive it.
+  ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free,
+                const ViewBend& bend = {});
+
+  // [J | r]'[J | r] (its upper triangle) of the whitened residuals r, with J by (omega, tau) of
+  // `retract`, by the free parameters and by the bends. False where a point is outside the lens'
+  // domain.
+  bool at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram);
+
+  Eigen::Index num_columns() const {
+    return 6 + static_cast<Eigen::Index>(free_.size()) + (job_.bend ? 2 : 0) + 1;
+  }
+
+ private:
+  std::span<const FreeParameter> free_;
+  Eigen::Vector3d normal_;
+  ParameterSumJob job_;
+};
+
+// R with R'R = the gram matrix of rows [J | r] (its upper triangle), upper triangular: the same
+// cost, gradient and J'J in as many rows as there are columns. A column that depends on those
+// before it leaves a row of zeros.
+void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r);
+
+}  // namespace tagcal::internal

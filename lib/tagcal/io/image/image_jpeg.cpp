@@ -1,0 +1,125 @@
+#include <csetjmp>
+#include <cstdio>
+#include <utility>
+
+// jpeglib.h needs size_t and FILE declared before it.
+#include <jerror.h>
+#include <jpeglib.h>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/image/image_codec.hpp"
+
+// As with libpng: calls that can fail stand in member functions with setjmp and without local
+// objects. The library's own handlers would print and exit.
+namespace tagcal::internal {
+namespace {
+
+class JpegDecoder : public ImageDecoder {
+ public:
+  explicit JpegDecoder(std::string_view bytes) {
+    jpeg_.err = jpeg_std_error(&manager_.base);
+    manager_.base.error_exit = fail;
+    manager_.base.emit_message = judge_warning;
+    manager_.base.output_message = [](j_common_ptr) {};
+    if (!create() || !read_header(bytes)) {
+      const Error error = failure();
+      jpeg_destroy_decompress(&jpeg_);
+      throw error;
+    }
+  }
+  ~JpegDecoder() override { jpeg_destroy_decompress(&jpeg_); }
+  JpegDecoder(const JpegDecoder&) = delete;
+  JpegDecoder& operator=(const JpegDecoder&) = delete;
+
+  Header header() const override { return header_; }
+
+  void decode(const RowSink& sink) override {
+    if (!start()) throw failure();
+    row_.resize(static_cast<std::size_t>(header_.width));
+    grey_.resize(row_.size());
+    for (int y = 0; y < header_.height; ++y) {
+      if (!read_row()) throw failure();
+      grey_.assign(row_.begin(), row_.end());
+      sink(y, grey_.data());
+    }
+    if (!finish()) throw failure();
+  }
+
+ private:
+  struct Manager {
+    jpeg_error_mgr base;  // first, so that a pointer to it is one to the manager
+    std::jmp_buf jump;
+    char text[JMSG_LENGTH_MAX] = "";
+  };
+
+  [[noreturn]] static void fail(j_common_ptr jpeg) {
+    auto* manager = reinterpret_cast<Manager*>(jpeg->err);
+    jpeg->err->format_message(jpeg, manager->text);
+    std::longjmp(manager->jump, 1);
+  }
+
+  // The library fills what is missing with grey and only warns; here that is no picture.
+  static void judge_warning(j_common_ptr jpeg, int level) {
+    if (level >= 0) return;
+    const int code = jpeg->err->msg_code;
+    if (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE ||
+        code == JWRN_MUST_RESYNC) {
+      fail(jpeg);
+    }
+  }
+
+  Error failure() const {
+    const int code = manager_.base.msg_code;
+    const bool cut = code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER;
+    return Error(std::string(cut ? "JPEG: is truncated: " : "JPEG: ") + manager_.text);
+  }
+
+  bool create() {
+    if (setjmp(manager_.jump)) return false;
+    jpeg_create_decompress(&jpeg_);
+    return true;
+  }
+
+  bool read_header(std::string_view bytes) {
+    if (setjmp(manager_.jump)) return false;
+    jpeg_mem_src(&jpeg_, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    jpeg_read_header(&jpeg_, TRUE);
+    header_.width = static_cast<int>(jpeg_.image_width);
+    header_.height = static_cast<int>(jpeg_.image_height);
+    return true;
+  }
+
+  bool start() {
+    if (setjmp(manager_.jump)) return false;
+    jpeg_.out_color_space = JCS_GRAYSCALE;
+    jpeg_start_decompress(&jpeg_);
+    return true;
+  }
+
+  bool read_row() {
+    if (setjmp(manager_.jump)) return false;
+    JSAMPROW row = row_.data();
+    jpeg_read_scanlines(&jpeg_, &row, 1);
+    return true;
+  }
+
+  bool finish() {
+    if (setjmp(manager_.jump)) return false;
+    jpeg_finish_decompress(&jpeg_);
+    return true;
+  }
+
+  jpeg_decompress_struct jpeg_{};
+  Manager manager_{};
+  Header header_;
+  std::vector<JSAMPLE> row_;
+  std::vector<std::uint16_t> grey_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes) {
+  return std::make_unique<JpegDecoder>(bytes);
+}
+
+}  // namespace tagcal::internal

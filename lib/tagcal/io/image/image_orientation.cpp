@@ -1,0 +1,117 @@
+#include "tagcal/io/image/image_orientation.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace tagcal::internal {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+// Unsigned numbers at offsets that a file states; no value beyond its end.
+class Numbers {
+ public:
+  Numbers(std::string_view bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
+
+  std::optional<std::uint32_t> two(std::size_t at) const { return number(at, 2); }
+  std::optional<std::uint32_t> four(std::size_t at) const { return number(at, 4); }
+
+ private:
+  std::optional<std::uint32_t> number(std::size_t at, std::size_t count) const {
+    if (at > bytes_.size() || bytes_.size() - at < count) return std::nullopt;
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t next = big_endian_ ? i : count - 1 - i;
+      value = value * 256 + static_cast<std::uint8_t>(bytes_[at + next]);
+    }
+    return value;
+  }
+
+  std::string_view bytes_;
+  bool big_endian_;
+};
+
+// Exif is a TIFF: byte order, 42, the place of the first directory; there a count of entries of
+// 12 bytes (tag, type, count, value), of which Orientation is 0x0112 with two bytes of value.
+std::optional<int> tiff_orientation(std::string_view tiff) {
+  if (!tiff.starts_with("II"sv) && !tiff.starts_with("MM"sv)) return std::nullopt;
+  const Numbers numbers(tiff, tiff.front() == 'M');
+  const auto directory = numbers.four(4);
+  if (numbers.two(2) != 42U || !directory) return std::nullopt;
+  const std::uint32_t count = numbers.two(*directory).value_or(0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::size_t entry = std::size_t{*directory} + 2 + std::size_t{12} * i;
+    const auto tag = numbers.two(entry);
+    if (!tag) return std::nullopt;
+    if (*tag != 0x0112) continue;
+    const std::uint32_t value = numbers.two(entry + 8).value_or(0);
+    return value >= 1 && value <= 8 ? std::optional<int>(static_cast<int>(value)) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+// Segments are 0xff, a marker and a length of two bytes that counts itself; the picture begins with
+// the marker 0xda.
+std::optional<int> jpeg_orientation(std::string_view bytes) {
+  const Numbers numbers(bytes, true);
+  for (std::size_t at = 2; at + 4 <= bytes.size();) {
+    if (bytes[at] != '\xff') return std::nullopt;
+    const auto marker = static_cast<std::uint8_t>(bytes[at + 1]);
+    if (marker == 0xff) {  // a fill byte
+      ++at;
+      continue;
+    }
+    const std::size_t length = numbers.two(at + 2).value_or(0);
+    if (marker == 0xda || length < 2) return std::nullopt;
+    const std::string_view segment = bytes.substr(at + 4, length - 2);
+    if (marker == 0xe1 && segment.starts_with("Exif\0\0"sv)) {
+      return tiff_orientation(segment.substr(6));
+    }
+    at += 2 + length;
+  }
+  return std::nullopt;
+}
+
+// Chunks are a length of four bytes, a name, the data and a checksum.
+std::optional<int> png_orientation(std::string_view bytes) {
+  const Numbers numbers(bytes, true);
+  for (std::size_t at = 8; at + 8 <= bytes.size();) {
+    const std::size_t length = numbers.four(at).value_or(0);
+    if (bytes.substr(at + 4, 4) == "eXIf"sv) return tiff_orientation(bytes.substr(at + 8, length));
+    at += 12 + length;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+int exif_orientation(std::string_view picture) {
+  if (picture.starts_with("\xff\xd8"sv)) return jpeg_orientation(picture).value_or(1);
+  if (picture.starts_with("\x89PNG"sv)) return png_orientation(picture).value_or(1);
+  return 1;
+}
+
+Image8 upright(Image8 stored, int orientation) {
+  if (orientation <= 1) return stored;
+  const int width = stored.width();
+  const int height = stored.height();
+  const bool swaps = swaps_sides(orientation);
+  // The first stored row is at the bottom of 3 and 4, at the right of 6 and 7; the first stored
+  // column at the right of 2 and 3, at the bottom of 7 and 8.
+  const bool row_from_end =
+      orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+  const bool column_from_end =
+      orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+  Image8 seen(swaps ? ImageSize{height, width} : stored.size());
+  for (int y = 0; y < height; ++y) {
+    const int across = row_from_end ? height - 1 - y : y;
+    for (int x = 0; x < width; ++x) {
+      const int along = column_from_end ? width - 1 - x : x;
+      (swaps ? seen(across, along) : seen(along, across)) = stored(x, y);
+    }
+  }
+  return seen;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,236 @@
+#include <png.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <csetjmp>
+#include <cstring>
+#include <type_traits>
+#include <vector>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/image/image_codec.hpp"
+
+// libpng reports errors by longjmp. Every call of it stands in a member function with setjmp and
+// without local objects, so that a jump skips no destructor; the message waits in a member.
+namespace tagcal::internal {
+namespace {
+
+struct PngMessage {
+  char text[200] = "";
+};
+
+void keep_error(png_structp png, png_const_charp message) {
+  auto* kept = static_cast<PngMessage*>(png_get_error_ptr(png));
+  std::strncpy(kept->text, message, sizeof(kept->text) - 1);
+  png_longjmp(png, 1);
+}
+
+void ignore_warning(png_structp, png_const_charp) {}
+
+class PngDecoder : public ImageDecoder {
+ public:
+  explicit PngDecoder(std::string_view bytes) : rest_(bytes) {
+    png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
+    info_ = png_ ? png_create_info_struct(png_) : nullptr;
+    if (!info_ || !read_header()) {
+      const Error error = failure();
+      png_destroy_read_struct(&png_, &info_, nullptr);
+      throw error;
+    }
+  }
+  ~PngDecoder() override { png_destroy_read_struct(&png_, &info_, nullptr); }
+  PngDecoder(const PngDecoder&) = delete;
+  PngDecoder& operator=(const PngDecoder&) = delete;
+
+  Header header() const override { return header_; }
+
+  void decode(const RowSink& sink) override {
+    if (!set_transforms()) throw failure();
+    const std::size_t row_bytes = png_get_rowbytes(png_, info_);
+    const auto height = static_cast<std::size_t>(header_.height);
+    // An interlaced picture is complete only after the last pass; of others one row is enough.
+    pixels_.assign(row_bytes * (passes_ > 1 ? height : 1), 0);
+    grey_.resize(static_cast<std::size_t>(header_.width));
+    for (int y = 0; passes_ == 1 && y < header_.height; ++y) {
+      if (!read_row()) throw failure();
+      emit(sink, y, pixels_.data());
+    }
+    if (passes_ > 1) {
+      for (std::size_t y = 0; y < height; ++y) rows_.push_back(pixels_.data() + y * row_bytes);
+      if (!read_all()) throw failure();
+      for (int y = 0; y < header_.height; ++y) emit(sink, y, rows_[static_cast<std::size_t>(y)]);
+    }
+    if (!read_end()) throw failure();
+  }
+
+ private:
+  static void next_bytes(png_structp png, png_bytep out, std::size_t count) {
+    auto* self = static_cast<PngDecoder*>(png_get_io_ptr(png));
+    if (count > self->rest_.size()) png_error(png, "is truncated");
+    std::memcpy(out, self->rest_.data(), count);
+    self->rest_.remove_prefix(count);
+  }
+
+  Error failure() const {
+    return Error(message_.text[0] ? std::string("PNG: ") + message_.text : "PNG: cannot be read");
+  }
+
+  bool read_header() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_set_read_fn(png_, this, next_bytes);
+    png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);  // the size is judged by the caller
+    png_set_chunk_malloc_max(png_, 1U << 26);
+    png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, 0);
+    png_read_info(png_, info_);
+    header_.width = static_cast<int>(png_get_image_width(png_, info_));
+    header_.height = static_cast<int>(png_get_image_height(png_, info_));
+    header_.sixteen_bit = png_get_bit_depth(png_, info_) == 16;
+    return true;
+  }
+
+  bool set_transforms() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_set_expand(png_);  // palettes to colour, fewer than 8 bits to 8
+    png_set_strip_alpha(png_);
+    passes_ = png_set_interlace_handling(png_);
+    png_read_update_info(png_, info_);
+    channels_ = png_get_channels(png_, info_);
+    return true;
+  }
+
+  bool read_row() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_read_row(png_, pixels_.data(), nullptr);
+    return true;
+  }
+
+  bool read_all() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_read_image(png_, rows_.data());
+    return true;
+  }
+
+  bool read_end() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_read_end(png_, nullptr);
+    return true;
+  }
+
+  // Grey by Rec. 601 luma on the values as stored; libpng's own conversion would go by way of the
+  // file's gamma.
+  void emit(const RowSink& sink, int y, const png_byte* row) {
+    const auto value = [&](std::size_t i) {
+      return header_.sixteen_bit ? row[2 * i] * 256U + row[2 * i + 1] : row[i];
+    };
+    for (std::size_t x = 0; x < grey_.size(); ++x) {
+      const std::size_t i = x * static_cast<std::size_t>(channels_);
+      const std::uint64_t level =
+          channels_ < 3
+              ? value(i)
+              : (299ULL * value(i) + 587ULL * value(i + 1) + 114ULL * value(i + 2) + 500) / 1000;
+      grey_[x] = static_cast<std::uint16_t>(level);
+    }
+    sink(y, grey_.data());
+  }
+
+  std::string_view rest_;
+  PngMessage message_;
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+  Header header_;
+  int passes_ = 1;
+  int channels_ = 1;
+  std::vector<png_byte> pixels_;
+  std::vector<png_bytep> rows_;
+  std::vector<std::uint16_t> grey_;
+};
+
+// A picture, grey or colour, as libpng takes it.
+struct Rows {
+  template <typename T>
+  Rows(const Image<T>& image, int png_colour)
+      : size(image.size()),
+        colour(png_colour),
+        bits(std::is_same_v<T, std::uint16_t> ? 16 : 8),
+        first(reinterpret_cast<png_const_bytep>(image.pixels().data())),
+        row_bytes(static_cast<std::size_t>(image.width()) * sizeof(T)) {}
+
+  ImageSize size;
+  int colour;
+  int bits;  // of a value
+  png_const_bytep first;
+  std::size_t row_bytes;
+};
+static_assert(sizeof(Rgb) == 3);
+
+class PngEncoder {
+ public:
+  PngEncoder(const Rows& rows, double pixels_per_inch)
+      : rows_(rows),
+        pixels_per_m_(static_cast<png_uint_32>(std::lround(pixels_per_inch / 0.0254))) {
+    png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
+    info_ = png_ ? png_create_info_struct(png_) : nullptr;
+  }
+  ~PngEncoder() { png_destroy_write_struct(&png_, &info_); }
+  PngEncoder(const PngEncoder&) = delete;
+  PngEncoder& operator=(const PngEncoder&) = delete;
+
+  std::string encode() {
+    if (!info_ || !write()) throw Error(std::string("PNG: cannot be written ") + message_.text);
+    return std::move(bytes_);
+  }
+
+ private:
+  static void append(png_structp png, png_bytep data, std::size_t count) {
+    auto* self = static_cast<PngEncoder*>(png_get_io_ptr(png));
+    self->bytes_.append(reinterpret_cast<const char*>(data), count);
+  }
+
+  bool write() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_set_write_fn(png_, this, append, nullptr);
+    png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);
+    png_set_compression_level(png_, 3);
+    png_set_IHDR(png_, info_, static_cast<png_uint_32>(rows_.size.width),
+                 static_cast<png_uint_32>(rows_.size.height), rows_.bits, rows_.colour,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (pixels_per_m_ > 0) {
+      png_set_pHYs(png_, info_, pixels_per_m_, pixels_per_m_, PNG_RESOLUTION_METER);
+    }
+    png_write_info(png_, info_);
+    // A PNG has the high byte first.
+    if (rows_.bits == 16 && std::endian::native == std::endian::little) png_set_swap(png_);
+    for (int y = 0; y < rows_.size.height; ++y)
+      png_write_row(png_, rows_.first + static_cast<std::size_t>(y) * rows_.row_bytes);
+    png_write_end(png_, info_);
+    return true;
+  }
+
+  Rows rows_;
+  png_uint_32 pixels_per_m_;
+  PngMessage message_;
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+  std::string bytes_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes) {
+  return std::make_unique<PngDecoder>(bytes);
+}
+
+std::string encode_png(const Image8& image, double pixels_per_inch) {
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
+}
+
+std::string encode_png(const Image16& image, double pixels_per_inch) {
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
+}
+
+std::string encode_png(const ImageRgb& image, double pixels_per_inch) {
+  return PngEncoder(Rows(image, PNG_COLOR_TYPE_RGB), pixels_per_inch).encode();
+}
+
+}  // namespace tagcal::internal

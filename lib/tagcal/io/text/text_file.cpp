@@ -1,0 +1,141 @@
+#include "tagcal/io/text/text_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "tagcal/error.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr std::size_t kMaxSize = std::size_t{256} << 20;
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& what, int code) {
+  throw Error(file.string() + ": " + what + ": " + std::strerror(code));
+}
+
+// Closes and, unless it was kept, removes the file that it stands for.
+class OpenFile {
+ public:
+  OpenFile(const std::filesystem::path& file, int flags)
+      : file_(file), descriptor_(::open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~OpenFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (remove_) ::unlink(file_.c_str());
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  void remove_at_end(bool remove) { remove_ = remove; }
+  bool close() {
+    const int result = ::close(descriptor_);
+    descriptor_ = -1;
+    return result == 0;
+  }
+
+ private:
+  std::filesystem::path file_;
+  int descriptor_;
+  bool remove_ = false;
+};
+
+// Reads what is there, also from a pipe, whose size is not known before.
+std::string read_all(const OpenFile& in, std::size_t expected, const std::filesystem::path& file) {
+  std::string text(expected + 1, '\0');
+  std::size_t size = 0;
+  for (;;) {
+    if (size == text.size()) text.resize(2 * size);
+    const ssize_t n = ::read(in.descriptor(), text.data() + size, text.size() - size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file, "cannot read", errno);
+    if (n == 0) break;
+    size += static_cast<std::size_t>(n);
+    if (size > kMaxSize) throw Error(file.string() + ": larger than 256 MiB");
+  }
+  text.resize(size);
+  return text;
+}
+
+void write_all(const OpenFile& out, std::string_view content, const std::filesystem::path& file) {
+  while (!content.empty()) {
+    const ssize_t n = ::write(out.descriptor(), content.data(), content.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(file, "cannot write", errno);
+    content.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+// Beside `file`, so that the rename stays within one file system; its own for every call.
+std::filesystem::path temporary_beside(const std::filesystem::path& file) {
+  static std::atomic<unsigned> count{0};
+  const std::string name =
+      ".tagcal-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + ".tmp";
+  return file.parent_path() / name;
+}
+
+// The file that a chain of symbolic links ends at, so that writing keeps the link.
+std::filesystem::path behind_links(std::filesystem::path file) {
+  std::error_code error;
+  for (int i = 0; i < 40 && std::filesystem::is_symlink(file, error); ++i) {
+    const std::filesystem::path next = std::filesystem::read_symlink(file, error);
+    if (error) break;
+    file = next.is_absolute() ? next : file.parent_path() / next;
+  }
+  return file;
+}
+
+void write_special(const std::filesystem::path& file, std::string_view content) {
+  OpenFile out(file, O_WRONLY);
+  if (out.descriptor() < 0) fail(file, "cannot write", errno);
+  write_all(out, content, file);
+}
+
+}  // namespace
+
+std::string read_text(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) {
+    if (errno == ENOENT || errno == ENOTDIR) throw Error(file.string() + ": no such file");
+    fail(file, "cannot read", errno);
+  }
+  if (S_ISDIR(status.st_mode)) throw Error(file.string() + ": is a folder, not a file");
+  const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
+  if (size > kMaxSize) throw Error(file.string() + ": larger than 256 MiB");
+  const OpenFile in(file, O_RDONLY);
+  if (in.descriptor() < 0) fail(file, "cannot read", errno);
+  return read_all(in, size, file);
+}
+
+void write_whole(const std::filesystem::path& file, std::string_view content) {
+  if (file.filename().empty()) throw Error(file.string() + ": cannot write: names no file");
+  const std::filesystem::path end = behind_links(file);
+  struct stat status {};
+  const bool exists = ::stat(end.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) {
+    throw Error(file.string() + ": cannot write: is a folder");
+  }
+  // A device or a pipe (/dev/stdout) must not be replaced by a file.
+  if (exists && !S_ISREG(status.st_mode)) return write_special(file, content);
+  if (exists && ::access(end.c_str(), W_OK) != 0) fail(file, "cannot write", errno);
+
+  const std::filesystem::path temporary = temporary_beside(end);
+  OpenFile out(temporary, O_WRONLY | O_CREAT | O_EXCL);
+  if (out.descriptor() < 0) fail(file, "cannot write", errno);
+  out.remove_at_end(true);
+  write_all(out, content, file);
+  if (exists) (void)::fchmod(out.descriptor(), status.st_mode & 07777);
+  // Before the rename: else a crash could leave an empty file under the final name.
+  if (::fsync(out.descriptor()) != 0) fail(file, "cannot write", errno);
+  if (!out.close()) fail(file, "cannot write", errno);
+  if (::rename(temporary.c_str(), end.c_str()) != 0) fail(file, "cannot write", errno);
+  out.remove_at_end(false);
+}
+
+}  // namespace tagcal::internal

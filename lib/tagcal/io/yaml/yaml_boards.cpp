@@ -1,0 +1,226 @@
+#include "tagcal/io/yaml/yaml_boards.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <map>
+#include <set>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr int kMaxTags = 100'000;
+constexpr std::size_t kMaxPoints = 100'000;
+constexpr int kMaxId = std::numeric_limits<int>::max();
+
+// What every kind of tag has in common.
+struct Pattern {
+  std::string family = "tag36h11";
+  int border_bits = 2;
+  bool corner_squares = true;
+};
+
+Pattern read_pattern(const YamlValue& top, int default_border_bits) {
+  Pattern pattern;
+  if (const auto family = top.find("family")) pattern.family = family->text();
+  const auto bits = top.find("border_bits");
+  pattern.border_bits = bits ? bits->whole(1, 2) : default_border_bits;
+  const auto squares = top.find("corner_squares");
+  pattern.corner_squares = squares ? squares->truth() : pattern.border_bits == 2;
+  return pattern;
+}
+
+void check_last_id(const YamlValue& where, std::int64_t last_id) {
+  if (last_id <= kMaxId) return;
+  where.fail_plainly(fmt::format("first_id: the ids must stay below 2^31, but end at {}", last_id));
+}
+
+Board read_grid(const YamlValue& top, std::optional<int> first_id,
+                std::vector<std::string>* warnings) {
+  const std::vector<std::string> unknown =
+      top.unknown_keys({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "first_id",
+                        "family", "border_bits", "corner_squares"});
+  Grid grid;
+  grid.columns = top.at("tagCols").whole(1, kMaxTags);
+  grid.rows = top.at("tagRows").whole(1, kMaxTags);
+  const std::int64_t num_tags = std::int64_t{grid.columns} * grid.rows;
+  if (num_tags > kMaxTags) {
+    top.fail_plainly(
+        fmt::format("tagCols * tagRows: must be at most {}, got {}", kMaxTags, num_tags));
+  }
+  grid.tag_size = top.at("tagSize").positive();
+  grid.tag_spacing = top.at("tagSpacing").not_negative();
+  const auto id = top.find("first_id");
+  if (id) grid.first_id = id->whole(0, kMaxId);
+  if (first_id) grid.first_id = *first_id;
+  check_last_id(top, grid.first_id + num_tags - 1);
+  const Pattern pattern = read_pattern(top, 2);
+  if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
+  return grid_board(grid, pattern.family, pattern.border_bits, pattern.corner_squares);
+}
+
+// Where the file or its user shifts the ids: what to add to each.
+std::int64_t id_shift(const YamlValue& top, const std::set<int>& ids, std::optional<int> first_id) {
+  const auto in_file = top.find("first_id");
+  if (in_file && !first_id) first_id = in_file->whole(0, kMaxId);
+  if (!first_id) return 0;
+  const std::int64_t shift = std::int64_t{*first_id} - *ids.begin();
+  check_last_id(top, *ids.rbegin() + shift);
+  return shift;
+}
+
+int read_new_id(const YamlValue& value, std::set<int>& ids) {
+  const int id = value.whole(0, kMaxId);
+  if (!ids.insert(id).second) value.fail("must be another id than those before");
+  return id;
+}
+
+Board read_tags(const YamlValue& top, std::optional<int> first_id) {
+  top.allow_only({"target_type", "tags", "first_id", "family", "border_bits", "corner_squares"});
+  const Pattern pattern = read_pattern(top, 1);
+  if (pattern.corner_squares && top.find("corner_squares")) {
+    top.at("corner_squares").fail("must be false for target_type tags");
+  }
+  Board board;
+  board.family = pattern.family;
+  board.border_bits = pattern.border_bits;
+  board.corner_squares = false;
+  std::set<int> ids;
+  const std::vector<YamlValue> items = top.at("tags").items(1, kMaxTags);
+  for (const YamlValue& item : items) {
+    item.allow_only({"id", "size", "pose"});
+    Tag tag;
+    tag.id = read_new_id(item.at("id"), ids);
+    tag.size = item.at("size").positive();
+    const auto pose = item.find("pose");
+    if (!pose && items.size() > 1) item.at("pose");  // only a single tag may leave it out
+    if (pose) tag.board_from_tag = read_pose(*pose);
+    board.tags.push_back(tag);
+  }
+  const std::int64_t shift = id_shift(top, ids, first_id);
+  for (Tag& tag : board.tags) tag.id = static_cast<int>(tag.id + shift);
+  return board;
+}
+
+TargetPoint read_point(const YamlValue& value, std::set<int>& ids) {
+  TargetPoint point;
+  if (value.is_list()) {
+    const std::vector<YamlValue> items = value.items(4, 4);
+    point.id.tag_id = read_new_id(items[0], ids);
+    point.position = {items[1].number(), items[2].number(), items[3].number()};
+  } else {
+    value.allow_only({"id", "x", "y", "z"});
+    point.id.tag_id = read_new_id(value.at("id"), ids);
+    point.position = {value.at("x").number(), value.at("y").number(), value.at("z").number()};
+  }
+  return point;
+}
+
+Board read_points(const YamlValue& top, std::optional<int> first_id) {
+  top.allow_only({"target_type", "points", "first_id"});
+  Board board;
+  board.border_bits = 1;
+  board.corner_squares = false;
+  std::set<int> ids;
+  for (const YamlValue& item : top.at("points").items(1, kMaxPoints)) {
+    board.points.push_back(read_point(item, ids));
+  }
+  const std::int64_t shift = id_shift(top, ids, first_id);
+  for (TargetPoint& point : board.points) {
+    point.id.tag_id = static_cast<int>(point.id.tag_id + shift);
+  }
+  return board;
+}
+
+std::string pattern_yaml(const Board& board) {
+  return fmt::format("family: {}\nborder_bits: {}\ncorner_squares: {}\n", text_yaml(board.family),
+                     board.border_bits, board.corner_squares);
+}
+
+}  // namespace
+
+Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
+                      std::vector<std::string>* warnings) {
+  const YamlValue type = top.at("target_type");
+  const std::string name = type.text();
+  if (name == "aprilgrid") return read_grid(top, first_id, warnings);
+  if (name == "tags") return read_tags(top, first_id);
+  if (name == "points") return read_points(top, first_id);
+  if (name == "checkerboard" || name == "circlegrid") {
+    type.fail("has no tags and is not supported: must be aprilgrid, tags or points");
+  }
+  type.fail("must be aprilgrid, tags or points");
+}
+
+std::string board_yaml(const Board& board) {
+  if (board.grid) {
+    const Grid& grid = *board.grid;
+    return fmt::format(
+               "target_type: aprilgrid\ntagCols: {}\ntagRows: {}\ntagSize: {}\ntagSpacing: {}\n"
+               "first_id: {}\n",
+               grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, grid.first_id) +
+           pattern_yaml(board);
+  }
+  std::string text;
+  if (board.points.empty()) {
+    text = "target_type: tags\n" + pattern_yaml(board) + "tags:\n";
+    for (const Tag& tag : board.tags) {
+      text += fmt::format("  - {{id: {}, size: {}, pose: {}}}\n", tag.id, tag.size,
+                          pose_yaml(tag.board_from_tag));
+    }
+    return text;
+  }
+  text = "target_type: points\npoints:\n";
+  for (const TargetPoint& point : board.points) {
+    text += fmt::format("  - [{}, {}, {}, {}]\n", point.id.tag_id, point.position.x(),
+                        point.position.y(), point.position.z());
+  }
+  return text;
+}
+
+PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
+                              std::vector<std::string>* warnings) {
+  const bool is_map = value.is_map();
+  std::optional<int> first_id;
+  Pose world_from_board;
+  if (is_map) {
+    if (is_scene) {
+      value.allow_only({"file", "target", "first_id", "world_from_board"});
+    } else {
+      value.allow_only({"file", "first_id", "world_from_board"});
+    }
+    const auto id = value.find("first_id");
+    if (id) first_id = id->whole(0, std::numeric_limits<int>::max());
+    const auto pose = value.find("world_from_board");
+    if (pose) world_from_board = read_pose(*pose);
+    if (is_scene && value.find("target")) {
+      if (value.find("file")) value.fail_plainly("has a file and a target, but needs one of them");
+      return {board_from_yaml(value.at("target"), first_id, warnings), world_from_board};
+    }
+  }
+  const YamlValue name = is_map ? value.at("file") : value;
+  const std::filesystem::path folder = std::filesystem::path(value.file()).parent_path();
+  const YamlValue target = YamlValue::read(folder / name.text());
+  return {board_from_yaml(target, first_id, warnings), world_from_board};
+}
+
+void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where) {
+  std::map<int, std::size_t> board_of_id;
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    const auto check = [&](int id) {
+      const auto [place, is_new] = board_of_id.emplace(id, i);
+      if (is_new) return;
+      where.fail_plainly(fmt::format(
+          "ids must be unique over all boards, but id {} stands on boards {} and {}; give one of "
+          "them another first_id",
+          id, place->second, i));
+    };
+    for (const Tag& tag : boards[i].board.tags) check(tag.id);
+    for (const TargetPoint& point : boards[i].board.points) check(point.id.tag_id);
+  }
+}
+
+}  // namespace tagcal::internal

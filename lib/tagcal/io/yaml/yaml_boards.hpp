@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/io/yaml/yaml_reader.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal::internal {
+
+// A target (docs/formats.md), as read_target.
+Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
+                      std::vector<std::string>* warnings);
+std::string board_yaml(const Board& board);
+
+// One of the boards of a data set or a scene: {file, first_id, world_from_board}. In a scene
+// `target`, a target itself, may stand instead of `file`.
+PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
+                              std::vector<std::string>* warnings);
+
+// Throws where an id stands on two boards.
+void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,159 @@
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/text/number_text.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+Pose read_matrix(const YamlValue& value) {
+  Eigen::Matrix4d matrix;
+  int row = 0;
+  for (const YamlValue& item : value.items(4, 4)) {
+    const std::vector<double> numbers = item.numbers(4);
+    matrix.row(row++) = Eigen::RowVector4d::Map(numbers.data());
+  }
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
+    value.fail_plainly("the last row must be [0, 0, 0, 1]");
+  }
+  try {
+    return {rotation_from_matrix(matrix.topLeftCorner<3, 3>(), "the upper left 3x3"),
+            matrix.topRightCorner<3, 1>()};
+  } catch (const Error& error) {
+    value.fail_plainly(error.what());
+  }
+}
+
+std::vector<int> held_parameters(const Model& model, int num_parameters) {
+  std::vector<int> held;
+  for (int i = 0; i < num_parameters; ++i) {
+    const bool is_free = std::any_of(model.free().begin(), model.free().end(), [&](const auto& p) {
+      return std::find(p.lens_parameters.begin(), p.lens_parameters.end(), i) !=
+             p.lens_parameters.end();
+    });
+    if (!is_free) held.push_back(i);
+  }
+  return held;
+}
+
+// Whether the model could have made this lens.
+void check_held(const Lens& lens, const ImageSize& size, const Model& model,
+                const YamlValue& where) {
+  const std::span<const double> values = parameters(lens);
+  const Eigen::Vector2d centre = image_centre(size);
+  for (const int i : held_parameters(model, static_cast<int>(values.size()))) {
+    const double held_at = i == 2 ? centre.x() : i == 3 ? centre.y() : 0;
+    const double value = values[static_cast<std::size_t>(i)];
+    if (value == held_at) continue;
+    where.fail_plainly(fmt::format("{} must be {}, where model {} holds it, got {}",
+                                   parameter_names(lens)[static_cast<std::size_t>(i)], held_at,
+                                   model.name(), value));
+  }
+  for (const FreeParameter& parameter : model.free()) {
+    if (parameter.lens_parameters.size() > 1 && values[0] != values[1]) {
+      where.fail_plainly(fmt::format("fx and fy must be equal with model {}, got {} and {}",
+                                     model.name(), values[0], values[1]));
+    }
+  }
+}
+
+template <typename L>
+L make_lens(const CameraNumbers& numbers) {
+  typename L::Parameters parameters = {numbers.fx, numbers.fy, numbers.cx, numbers.cy};
+  std::copy(numbers.distortion.begin(), numbers.distortion.end(), parameters.begin() + 4);
+  return L(parameters);
+}
+
+}  // namespace
+
+Eigen::Vector3d read_vector(const YamlValue& value) {
+  return Eigen::Vector3d::Map(value.numbers(3).data());
+}
+
+Pose read_pose(const YamlValue& value) {
+  if (value.is_list()) return read_matrix(value);
+  value.allow_only({"rotation", "translation_m"});
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  if (const auto given = value.find("rotation")) {
+    const std::vector<double> q = given->numbers(4);
+    rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+    if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance)) {
+      given->fail_plainly(fmt::format(
+          "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
+    }
+  }
+  const auto translation = value.find("translation_m");
+  return {rotation, translation ? read_vector(*translation) : Eigen::Vector3d::Zero()};
+}
+
+std::string pose_yaml(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return fmt::format("{{rotation: [{}, {}, {}, {}], translation_m: [{}, {}, {}]}}", q.w(), q.x(),
+                     q.y(), q.z(), t.x(), t.y(), t.z());
+}
+
+std::string list_yaml(std::span<const double> values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string text_yaml(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += byte < 0x20 || byte == 0x7f ? fmt::format("\\x{:02x}", byte) : std::string(1, c);
+  }
+  return quoted + '"';
+}
+
+ImageSize read_image_size_value(const YamlValue& value) {
+  const std::vector<YamlValue> items = value.items(2, 2);
+  return {items[0].whole(1, 100'000), items[1].whole(1, 100'000)};
+}
+
+const Model& read_model(const YamlValue& value) {
+  const std::string name = value.text();
+  std::string known;
+  for (const Model& model : Model::all()) {
+    if (model.lens_type() == LensType::parallel) continue;
+    if (model.name() == name) return model;
+    known += (known.empty() ? "" : ", ") + std::string(model.name());
+  }
+  value.fail("must be one of " + known);
+}
+
+Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where) {
+  const bool fisheye = model.lens_type() == LensType::fisheye;
+  const std::size_t most = fisheye ? 4 : 8;
+  if (numbers.distortion.size() > most) {
+    where.fail_plainly(
+        fmt::format("distortion: must have at most {} coefficients with model {}, got {}", most,
+                    model.name(), numbers.distortion.size()));
+  }
+  try {
+    const Lens lens =
+        fisheye ? Lens(make_lens<Fisheye>(numbers)) : Lens(make_lens<Perspective>(numbers));
+    check_held(lens, numbers.image_size, model, where);
+    return {lens, numbers.image_size};
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    if (message.starts_with(where.file())) throw;
+    where.fail_plainly(message);
+  }
+}
+
+std::vector<double> distortion_of(const Lens& lens, std::string_view model) {
+  const std::span<const double> all = parameters(lens);
+  if (!std::holds_alternative<Perspective>(lens)) return {all.begin() + 4, all.end()};
+  const bool rational = model == "opencv8" || all[9] != 0 || all[10] != 0 || all[11] != 0;
+  return {all.begin() + 4, all.begin() + (rational ? 12 : 9)};
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tagcal/camera/camera.hpp"
+#include "tagcal/camera/model.hpp"
+#include "tagcal/io/yaml/yaml_reader.hpp"
+
+// Private to io: what several of our files have in common. Readers throw Error.
+
+namespace tagcal::internal {
+
+Eigen::Vector3d read_vector(const YamlValue& value);  // [x, y, z]
+
+// {rotation: [w, x, y, z], translation_m: [x, y, z]}, both optional, or a 4x4 matrix by rows.
+Pose read_pose(const YamlValue& value);
+std::string pose_yaml(const Pose& pose);
+
+std::string list_yaml(std::span<const double> values);  // [a, b, c]
+std::string text_yaml(std::string_view text);           // in double quotes
+
+ImageSize read_image_size_value(const YamlValue& value);  // [width, height]
+
+// A name of the ladder. `weak` is none: its scale differs from view to view.
+const Model& read_model(const YamlValue& value);
+
+struct CameraNumbers {
+  ImageSize image_size;
+  double fx = 0;
+  double fy = 0;
+  double cx = 0;
+  double cy = 0;
+  std::vector<double> distortion;  // OpenCV's order; zero for what is not given
+};
+
+// The camera, where `model` can hold it; `where` is named in errors.
+Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where);
+
+// The distortion coefficients in OpenCV's order: 8 where there are so many or the model is opencv8,
+// else 5; fisheye 4.
+std::vector<double> distortion_of(const Lens& lens, std::string_view model);
+
+}  // namespace tagcal::internal

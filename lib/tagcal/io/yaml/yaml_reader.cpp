@@ -1,0 +1,193 @@
+#include "tagcal/io/yaml/yaml_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+// Levenshtein's distance.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t above = row[j + 1];
+      row[j + 1] = std::min({above + 1, row[j] + 1, diagonal + (a[i] == b[j] ? 0U : 1U)});
+      diagonal = above;
+    }
+  }
+  return row.back();
+}
+
+// What to write instead of a key that is not known.
+std::string advice(std::string_view key, std::initializer_list<std::string_view> known) {
+  std::string_view nearest;
+  std::size_t least = std::max<std::size_t>(2, key.size() / 3) + 1;
+  std::string all;
+  for (const std::string_view candidate : known) {
+    all += (all.empty() ? "" : ", ") + std::string(candidate);
+    if (key.size() > 60) continue;
+    const std::size_t distance = edit_distance(lower_case(key), lower_case(candidate));
+    if (distance < least) {
+      least = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest.empty() ? "known keys are " + all : fmt::format("did you mean {}?", nearest);
+}
+
+}  // namespace
+
+YamlValue YamlValue::read(const std::filesystem::path& file) {
+  auto name = std::make_shared<const std::string>(file.string());
+  YamlValue value(name, parse_yaml(read_text(file), *name), "");
+  if (!value.is_map()) value.fail("must be a map of keys");
+  return value;
+}
+
+std::string YamlValue::value_shown() const {
+  switch (node_->kind) {
+    case YamlNode::Kind::nothing:
+      return "nothing";
+    case YamlNode::Kind::scalar:
+      return node_->quoted ? '"' + shown(node_->scalar) + '"' : shown(node_->scalar);
+    case YamlNode::Kind::list:
+      return fmt::format("a list of {}", node_->children.size());
+    case YamlNode::Kind::map:
+      return "a map";
+  }
+  return "";
+}
+
+void YamlValue::fail(const std::string& must) const {
+  fail_plainly(must + ", got " + value_shown());
+}
+
+void YamlValue::fail_plainly(const std::string& message) const {
+  throw Error(*file_ + ": " + (path_.empty() ? "" : path_ + ": ") + message);
+}
+
+YamlValue YamlValue::child(std::size_t index) const {
+  const auto& [key, node] = node_->children[index];
+  const std::string path = is_list() ? fmt::format("{}[{}]", path_, index)
+                                     : path_ + (path_.empty() ? "" : ".") + shown(key);
+  return {file_, node, path};
+}
+
+std::optional<YamlValue> YamlValue::find(std::string_view key) const {
+  if (!is_map()) fail("must be a map of keys");
+  for (std::size_t i = 0; i < node_->children.size(); ++i) {
+    if (node_->children[i].first == key) return child(i);
+  }
+  return std::nullopt;
+}
+
+YamlValue YamlValue::at(std::string_view key) const {
+  if (auto value = find(key)) return *value;
+  throw Error(
+      fmt::format("{}: {}{}{}: the key is missing", *file_, path_, path_.empty() ? "" : ".", key));
+}
+
+std::vector<std::string> YamlValue::unknown_keys(
+    std::initializer_list<std::string_view> known) const {
+  if (!is_map()) fail("must be a map of keys");
+  std::vector<std::string> messages;
+  for (std::size_t i = 0; i < node_->children.size(); ++i) {
+    const std::string& key = node_->children[i].first;
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    messages.push_back(
+        fmt::format("{}: {}: unknown key; {}", *file_, child(i).path_, advice(key, known)));
+  }
+  return messages;
+}
+
+void YamlValue::allow_only(std::initializer_list<std::string_view> known) const {
+  const std::vector<std::string> messages = unknown_keys(known);
+  if (!messages.empty()) throw Error(messages.front());
+}
+
+std::vector<YamlValue> YamlValue::items(std::size_t least, std::size_t most) const {
+  const std::size_t size = node_->children.size();
+  if (!is_list() || size < least || size > most) {
+    const std::string count = least == most ? fmt::format("{}", least)
+                              : size > most ? fmt::format("at most {}", most)
+                                            : fmt::format("at least {}", least);
+    fail(is_list() ? "must be a list of " + count : "must be a list");
+  }
+  std::vector<YamlValue> values;
+  for (std::size_t i = 0; i < size; ++i) values.push_back(child(i));
+  return values;
+}
+
+std::vector<double> YamlValue::numbers(std::size_t count) const { return numbers(count, count); }
+
+std::vector<double> YamlValue::numbers(std::size_t least, std::size_t most) const {
+  std::vector<double> values;
+  for (const YamlValue& item : items(least, most)) values.push_back(item.number());
+  return values;
+}
+
+double YamlValue::number() const {
+  if (is_scalar() && !node_->quoted) {
+    if (const auto value = parse_number(node_->scalar)) return *value;
+  }
+  fail("must be a finite number");
+}
+
+double YamlValue::number_in(double low, double high) const {
+  const double value = number();
+  if (value < low || value > high) fail(fmt::format("must be from {} to {}", low, high));
+  return value;
+}
+
+double YamlValue::positive() const {
+  const double value = number();
+  if (!(value > 0)) fail("must be > 0");
+  return value;
+}
+
+double YamlValue::not_negative() const {
+  const double value = number();
+  if (!(value >= 0)) fail("must be >= 0");
+  return value;
+}
+
+int YamlValue::whole(int low, int high) const {
+  std::optional<int> value;
+  if (is_scalar() && !node_->quoted) value = parse_whole(node_->scalar);
+  if (!value || *value < low || *value > high) {
+    fail(fmt::format("must be a whole number from {} to {}", low, high));
+  }
+  return *value;
+}
+
+bool YamlValue::truth() const {
+  const std::string value = is_scalar() && !node_->quoted ? lower_case(node_->scalar) : "";
+  if (value == "true" || value == "yes") return true;
+  if (value == "false" || value == "no") return false;
+  fail("must be true or false");
+}
+
+std::string YamlValue::text() const {
+  if (!is_scalar() || node_->scalar.empty()) fail("must be a text");
+  return node_->scalar;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// Private to io: strict reading of YAML. Everything that a file may hold wrongly ends in an Error
+// that names the file, the way to the key and the value.
+
+namespace tagcal::internal {
+
+struct YamlNode {
+  enum class Kind { nothing, scalar, list, map };
+  Kind kind = Kind::nothing;
+  bool quoted = false;  // of a scalar: "1" is text, 1 is a number
+  std::string scalar;
+  std::vector<std::pair<std::string, std::shared_ptr<const YamlNode>>> children;  // "" in a list
+};
+
+// Parses one document of at most 16 MiB, 2 million values and 64 levels, without duplicate keys.
+// `file` is its name in messages. Throws Error, with the line.
+std::shared_ptr<const YamlNode> parse_yaml(const std::string& text, const std::string& file);
+
+// A value in a file, and the way to it.
+class YamlValue {
+ public:
+  // The top of a file, which must be a map.
+  static YamlValue read(const std::filesystem::path& file);
+
+  bool is_map() const { return node_->kind == YamlNode::Kind::map; }
+  bool is_list() const { return node_->kind == YamlNode::Kind::list; }
+  bool is_scalar() const { return node_->kind == YamlNode::Kind::scalar; }
+
+  // Maps. Each throws where the value is none.
+  std::optional<YamlValue> find(std::string_view key) const;
+  YamlValue at(std::string_view key) const;  // throws where the key is missing
+  // A message for every key that is not among these, and the throw of the first of them.
+  std::vector<std::string> unknown_keys(std::initializer_list<std::string_view> known) const;
+  void allow_only(std::initializer_list<std::string_view> known) const;
+
+  // Lists of `least` to `most` values.
+  std::vector<YamlValue> items(std::size_t least, std::size_t most) const;
+  std::vector<double> numbers(std::size_t count) const;
+  std::vector<double> numbers(std::size_t least, std::size_t most) const;
+
+  // Scalars.
+  double number() const;
+  double number_in(double low, double high) const;
+  double positive() const;
+  double not_negative() const;
+  int whole(int low, int high) const;
+  bool truth() const;
+  std::string text() const;  // not empty
+
+  const std::string& file() const { return *file_; }
+
+  // Throws Error("file: key: must, got value").
+  [[noreturn]] void fail(const std::string& must) const;
+  // Throws Error("file: key: message").
+  [[noreturn]] void fail_plainly(const std::string& message) const;
+
+ private:
+  YamlValue(std::shared_ptr<const std::string> file, std::shared_ptr<const YamlNode> node,
+            std::string path)
+      : file_(std::move(file)), node_(std::move(node)), path_(std::move(path)) {}
+
+  YamlValue child(std::size_t index) const;
+  std::string value_shown() const;
+
+  std::shared_ptr<const std::string> file_;
+  std::shared_ptr<const YamlNode> node_;
+  std::string path_;  // "boards[1].tag_size"; "" at the top
+};
+
+}  // namespace tagcal::internal

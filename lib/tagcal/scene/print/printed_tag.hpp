@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "tagcal/scene/board.hpp"
+
+// Private to scene.
+namespace tagcal::internal {
+
+// The family with the black border of the board. Throws Error where it cannot have it, or not the
+// board's corner squares.
+TagFamily with_border(TagFamily family, const Board& board);
+
+// Which cells of a tag are black, row by row from above (as apriltag_to_image in AprilTag 3 has it:
+// a white ring outside of a black border, or the outermost ring inside of a reversed one).
+struct PrintedTag {
+  std::vector<double> lines;  // between the cells, from the left as from above; width + 1
+  std::vector<char> black;
+
+  explicit PrintedTag(std::vector<double> between, char everywhere)
+      : lines(std::move(between)),
+        black(static_cast<std::size_t>(width()) * static_cast<std::size_t>(width()), everywhere) {}
+
+  int width() const { return static_cast<int>(lines.size()) - 1; }
+  char& at(int x, int y) { return black[static_cast<std::size_t>(y * width() + x)]; }
+  bool is_black(int x, int y) const {
+    if (std::min(x, y) < 0 || std::max(x, y) >= width()) return false;
+    return black[static_cast<std::size_t>(y * width() + x)] != 0;
+  }
+  bool all_black(int x0, int x1, int y) const {
+    for (int x = x0; x < x1; ++x)
+      if (!is_black(x, y)) return false;
+    return true;
+  }
+};
+
+// Of a whole tag; lines are whole numbers from 0 to total_width. Throws Error for an unknown id.
+PrintedTag printed_tag(const TagFamily& family, int id);
+
+// The tag with its black grown into the white by `spread` cells at every edge, between -0.5 and
+// 0.5 (negative: shrunk).
+PrintedTag spread_out(const PrintedTag& tag, double spread);
+
+}  // namespace tagcal::internal

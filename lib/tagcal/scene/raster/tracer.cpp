@@ -1,0 +1,113 @@
+#include "tagcal/scene/raster/tracer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tagcal/viewing/clip.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kChordErrorPx = 1e-4;
+constexpr int kDeepestCut = 12;  // an edge is halved at most so often
+
+// Polygons are cut this far (of their size) before the camera.
+constexpr double kNearShare = 1e-6;
+
+double near_plane_m(const std::vector<Vector3d>& polygon) {
+  return kNearShare * (polygon[0] - polygon[polygon.size() / 2]).norm();
+}
+
+enum class Shape { straight, gentle, bent };
+
+// What the image of an edge from a to b is, by three points of it in order: straight to the chord
+// error; or so close to a parabola that the chords between these points have half that error.
+Shape shape(const Vector2d& a, const std::array<Vector2d, 3>& between, const Vector2d& b) {
+  const Vector2d chord = b - a;
+  const double length = chord.norm();
+  std::array<double, 3> along, off;
+  double farthest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector2d offset = between[i] - a;
+    if (length < 1e-12) {
+      farthest = std::max(farthest, offset.norm());
+      continue;
+    }
+    along[i] = chord.dot(offset) / (length * length);
+    off[i] = (chord.x() * offset.y() - chord.y() * offset.x()) / length;
+    farthest = std::max(farthest, std::abs(off[i]));
+  }
+  if (farthest < kChordErrorPx) return Shape::straight;
+  if (length < 1e-12) return Shape::bent;
+  const double steps[] = {along[0], along[1] - along[0], along[2] - along[1], 1 - along[2]};
+  if (*std::ranges::min_element(steps) < 0.05) return Shape::bent;
+  // off = height * 4 t (1 - t); a chord over a step of t is off by height * step^2.
+  const double height = off[1] / (4 * along[1] * (1 - along[1]));
+  const double longest = *std::ranges::max_element(steps);
+  const auto misses = [&](std::size_t i) {
+    return std::abs(off[i] - height * 4 * along[i] * (1 - along[i]));
+  };
+  const double error = std::abs(height) * longest * longest + misses(0) + misses(2);
+  return error < kChordErrorPx / 2 ? Shape::gentle : Shape::bent;
+}
+
+}  // namespace
+
+bool Tracer::sees_whole(const std::vector<Vector3d>& polygon) const {
+  const auto parts = clip_to_domain(polygon, lens_, near_plane_m(polygon));
+  return parts.size() == 1 && parts[0] == polygon;
+}
+
+void Tracer::trace(const std::vector<Vector3d>& polygon, Outlines& outlines) const {
+  for (const auto& part : clip_to_domain(polygon, lens_, near_plane_m(polygon)))
+    trace_whole(part, outlines);
+}
+
+void Tracer::trace_whole(std::span<const Vector3d> polygon, Outlines& outlines) const {
+  std::vector<Point> corners;
+  for (const Vector3d& corner : polygon) {
+    const std::optional<Point> point = imaged(corner);
+    if (!point) return;
+    corners.push_back(*point);
+  }
+  std::vector<Vector2d> traced;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    if (!follow_edge(corners[i], corners[(i + 1) % corners.size()], traced)) return;
+  if (traced.size() >= 3) outlines.add(traced);
+}
+
+std::optional<Tracer::Point> Tracer::imaged(const Vector3d& x_in_camera) const {
+  const std::optional<Vector2d> pixel = project(lens_, x_in_camera);
+  if (!pixel) return std::nullopt;
+  return Point{x_in_camera, *pixel};
+}
+
+void Tracer::emit(const Point& point, std::vector<Vector2d>& out) const {
+  out.push_back(scale_ * (point.pixel + Vector2d(0.5, 0.5)));
+}
+
+// Appends the image of a and of what lies between a and b.
+bool Tracer::follow_edge(const Point& a, const Point& b, std::vector<Vector2d>& out) const {
+  const std::optional<Point> middle = imaged(0.5 * (a.x_in_camera + b.x_in_camera));
+  return middle && follow(a, *middle, b, kDeepestCut, out);
+}
+
+bool Tracer::follow(const Point& a, const Point& middle, const Point& b, int depth,
+                    std::vector<Vector2d>& out) const {
+  const std::optional<Point> before = imaged(0.5 * (a.x_in_camera + middle.x_in_camera));
+  const std::optional<Point> after = imaged(0.5 * (middle.x_in_camera + b.x_in_camera));
+  if (!before || !after) return false;
+  const Shape seen = shape(a.pixel, {before->pixel, middle.pixel, after->pixel}, b.pixel);
+  if (seen == Shape::bent && depth > 0)
+    return follow(a, *before, middle, depth - 1, out) && follow(middle, *after, b, depth - 1, out);
+  emit(a, out);
+  if (seen == Shape::straight) return true;
+  for (const Point* point : {&*before, &middle, &*after}) emit(*point, out);
+  return true;
+}
+
+}  // namespace tagcal::internal

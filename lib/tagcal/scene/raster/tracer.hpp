@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "tagcal/camera/lens.hpp"
+#include "tagcal/scene/raster/coverage.hpp"
+
+namespace tagcal::internal {
+
+// Follows the images of convex polygons in the camera frame through a lens, by chords that lie
+// within 1e-4 px of the true curves. Outlines are in cells of a raster `scale` times the image's.
+class Tracer {
+ public:
+  // The lens must outlive it.
+  Tracer(const Lens& lens, double scale) : lens_(lens), scale_(scale) {}
+
+  // Adds the image of what the lens can see of the polygon.
+  void trace(const std::vector<Eigen::Vector3d>& polygon, Outlines& outlines) const;
+
+  // The same for a polygon that lies within one that sees_whole is true for.
+  void trace_whole(std::span<const Eigen::Vector3d> polygon, Outlines& outlines) const;
+
+  // Whether the lens can see all of the polygon, and so of any part of it.
+  bool sees_whole(const std::vector<Eigen::Vector3d>& polygon) const;
+
+ private:
+  struct Point {
+    Eigen::Vector3d x_in_camera;
+    Eigen::Vector2d pixel;
+  };
+
+  std::optional<Point> imaged(const Eigen::Vector3d& x_in_camera) const;
+  bool follow_edge(const Point& a, const Point& b, std::vector<Eigen::Vector2d>& out) const;
+  bool follow(const Point& a, const Point& middle, const Point& b, int depth,
+              std::vector<Eigen::Vector2d>& out) const;
+  void emit(const Point& point, std::vector<Eigen::Vector2d>& out) const;
+
+  const Lens& lens_;
+  double scale_;
+};
+
+}  // namespace tagcal::internal

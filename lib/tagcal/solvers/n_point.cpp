@@ -1,0 +1,176 @@
+#include "tagcal/solvers/n_point.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "tagcal/solvers/numeric/object_space.hpp"
+#include "tagcal/solvers/numeric/point_spread.hpp"
+#include "tagcal/solvers/numeric/projective_map.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// A set of points thinner than this starts as a plane: below it, the third column of R hardly
+// counts, and the smallest eigenvectors would show nothing but it.
+constexpr double kPlane = 0.1;
+
+// Rotations closer than this (squared distance of unit quaternions) are one minimum.
+constexpr double kSame = 2.5e-9;
+
+constexpr std::size_t kMostMinima = 24;
+
+// The rotation whose first two columns are nearest to those of v, with the points in front. They
+// are the columns along the two longest axes, which are the better known ones.
+Quaterniond start_from(const Vector9& v, const ObjectSpaceError& e) {
+  const double sign = e.depth_map.dot(v) < 0 ? -1 : 1;
+  const Vector3d a = sign * v.head<3>().normalized(), b = sign * v.segment<3>(3).normalized();
+  const Vector3d sum = (a + b).normalized();
+  const Vector3d across = a - b;
+  const Vector3d difference = (across - sum * sum.dot(across)).normalized();
+  Matrix3d r;
+  r.col(0) = (sum + difference) / std::numbers::sqrt2;
+  r.col(1) = (sum - difference) / std::numbers::sqrt2;
+  r.col(2) = r.col(0).cross(r.col(1));
+  const Quaterniond q(r);
+  return q.coeffs().allFinite() && q.squaredNorm() > 0.5 ? q.normalized() : Quaterniond::Identity();
+}
+
+// Turned by 180 degrees about the mean ray: where a minimum with the points behind the camera has
+// its twin in front. Of a plane the twin is exact.
+Quaterniond half_turn(const Quaterniond& q) { return Quaterniond(0, 0, 0, 1) * q; }
+
+// The tilt towards the mean ray with the other sign: under weak perspective a plane is seen alike
+// (Oberkampf, DeMenthon & Davis, CVIU 1996). diag(1, 1, -1) R diag(1, 1, -1).
+Quaterniond other_tilt(const Quaterniond& q) { return {q.w(), -q.x(), -q.y(), q.z()}; }
+
+// Rotations spread over all, the group of the tetrahedron turned by one that favours no axis: for
+// few points, where the smallest eigenvectors are a space of several dimensions and say little.
+std::array<Quaterniond, 12> more_starts() {
+  const Quaterniond generic = Quaterniond(0.83, 0.31, -0.27, 0.37).normalized();
+  std::array<Quaterniond, 12> starts = {Quaterniond(1, 0, 0, 0), Quaterniond(0, 1, 0, 0),
+                                        Quaterniond(0, 0, 1, 0), Quaterniond(0, 0, 0, 1)};
+  for (unsigned k = 0; k < 8; ++k)
+    starts[4 + k] = {0.5, k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5};
+  for (Quaterniond& start : starts) start = start * generic;
+  return starts;
+}
+
+class Search {
+ public:
+  explicit Search(const ObjectSpaceError& error) : error_(error) {}
+
+  // To the minimum below a start, with the points in front from the outset, or else to its twin.
+  void from(const Quaterniond& start) {
+    auto minimum = descend(error_.omega, depth(start) > 0 ? start : half_turn(start));
+    if (minimum && !(depth(minimum->rotation) > 0))
+      minimum = descend(error_.omega, half_turn(minimum->rotation));
+    if (minimum && depth(minimum->rotation) > 0) add(*minimum);
+  }
+
+  const Solutions<RotationMinimum, kMostMinima>& minima() const { return minima_; }
+
+ private:
+  double depth(const Quaterniond& q) const { return error_.depth_map.dot(columns_of(q)); }
+
+  void add(const RotationMinimum& minimum) {
+    for (RotationMinimum& known : minima_) {
+      const double cosine = std::abs(known.rotation.dot(minimum.rotation));
+      if (2 - 2 * cosine > kSame) continue;
+      if (minimum.error < known.error) known = minimum;
+      return;
+    }
+    if (!minima_.full()) minima_.push_back(minimum);
+  }
+
+  const ObjectSpaceError& error_;
+  Solutions<RotationMinimum, kMostMinima> minima_;
+};
+
+void search_from_eigenvectors(const ObjectSpaceError& e, int count, Search& search) {
+  if (e.frame.extents.z() < kPlane) {
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(Matrix6d(e.omega.topLeftCorner<6, 6>()));
+    for (int k = 0; k < count; ++k) {
+      Vector9 v = Vector9::Zero();
+      v.head<6>() = eigen.eigenvectors().col(k);
+      search.from(start_from(v, e));
+    }
+  } else {
+    const Eigen::SelfAdjointEigenSolver<Matrix9> eigen(e.omega);
+    for (int k = 0; k < count; ++k) search.from(start_from(eigen.eigenvectors().col(k), e));
+  }
+}
+
+bool in_front(const ObjectSpaceError& e, const Quaterniond& rotation,
+              std::span<const Vector3d> points, std::span<const Vector3d> rays) {
+  const Matrix3d camera_from_target =
+      e.rays_from_camera.transpose() * rotation.toRotationMatrix() * e.frame.axes;
+  const Vector3d t =
+      e.frame.size * (e.rays_from_camera.transpose() * (e.translation_map * columns_of(rotation)));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!(rays[i].dot(camera_from_target * (points[i] - e.frame.centre) + t) > 0)) return false;
+  return true;
+}
+
+Solutions<RotationMinimum, kMostMinima> minima_of(const ObjectSpaceError& error,
+                                                  std::size_t num_points) {
+  Search search(error);
+  const bool few = num_points < 6;
+  search_from_eigenvectors(error, few ? 5 : 2, search);
+  if (few || search.minima().empty())
+    for (const Quaterniond& start : more_starts()) search.from(start);
+  const auto found = search.minima();
+  for (const RotationMinimum& minimum : found) search.from(other_tilt(minimum.rotation));
+  auto minima = search.minima();
+  std::sort(minima.begin(), minima.end(),
+            [](const auto& a, const auto& b) { return a.error < b.error; });
+  return minima;
+}
+
+}  // namespace
+
+Solutions<Pose, 4> pnp(std::span<const Vector3d> points, std::span<const Vector3d> rays) {
+  assert(points.size() == rays.size());
+  Solutions<Pose, 4> poses;
+  if (points.size() < 3) return poses;
+  const auto error = object_space_error(points, rays);
+  if (!error) return poses;
+
+  for (const RotationMinimum& minimum : minima_of(*error, points.size())) {
+    if (poses.full()) break;
+    if (in_front(*error, minimum.rotation, points, rays))
+      poses.push_back(error->camera_from_target(minimum.rotation));
+  }
+  return poses;
+}
+
+std::optional<Pose> pose_from_points_dlt(std::span<const Vector3d> points,
+                                         std::span<const Vector3d> rays) {
+  const PointSpread spread = spread_of(points);
+  if (spread.shape == PointShape::point) return std::nullopt;
+  Eigen::MatrixXd x(4, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    x.col(static_cast<Eigen::Index>(i)) = (spread.in_plane(points[i]) / spread.size).homogeneous();
+  const std::optional<Eigen::MatrixXd> m = projective_map(x, rays);
+  if (!m) return std::nullopt;
+  Eigen::Matrix<double, 3, 4> p = *m;
+  const double determinant = p.leftCols<3>().determinant();
+  if (determinant == 0) return std::nullopt;
+  p /= std::cbrt(determinant);  // makes the left part a rotation, its sign included
+  const Pose camera_from_plane(nearest_rotation(p.leftCols<3>()), spread.size * p.col(3));
+  return camera_from_plane * spread.plane_from_target_pose();
+}
+
+}  // namespace tagcal

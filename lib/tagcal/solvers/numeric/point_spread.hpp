@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "tagcal/geometry/pose.hpp"
+
+namespace tagcal::internal {
+
+// The shape of a set of points decides which solver fits it.
+enum class PointShape { point, line, plane, space };
+
+// A set of points: its shape, centre, size, and a frame whose xy-plane is the best plane through
+// it.
+struct PointSpread {
+  PointShape shape = PointShape::point;
+  double size = 0;       // RMS distance from the centre along the longest axis, metres
+  double thickness = 0;  // RMS distance from the best plane / size
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d plane_from_target = Eigen::Matrix3d::Identity();  // a rotation
+
+  // About the centre, along the axes of the plane: exact wherever the target lies in its frame.
+  Eigen::Vector3d in_plane(const Eigen::Vector3d& point) const {
+    return plane_from_target * ((point - reference) - from_reference);
+  }
+  Pose plane_from_target_pose() const;
+
+  Eigen::Vector3d reference = Eigen::Vector3d::Zero();  // centre = reference + from_reference
+  Eigen::Vector3d from_reference = Eigen::Vector3d::Zero();
+};
+
+// Below 1e-3 of the longest axis an extent counts as nothing (line, point); below 5 % of it the
+// thickness counts as a plane, as a start for a solver that then uses the true points.
+PointSpread spread_of(std::span<const Eigen::Vector3d> points);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,197 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands/calibrate_many.hpp"
+#include "commands/commands.hpp"
+#include "draw/uncertainty_picture.hpp"
+#include "input/arguments.hpp"
+#include "report/calibration_report.hpp"
+#include "report/messages.hpp"
+#include "tagcal/camera/model.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+struct Arguments {
+  CalibrationJob job;
+  std::string out;
+  std::string uncertainty;         // a picture
+  double near_m = 0;               // 0: the corners' median
+  std::string start;               // a camera's file
+  std::vector<std::string> fixed;  // NAME=VALUE
+  bool keep_all = false;
+  bool json = false;
+};
+
+void check_picture(const std::filesystem::path& file) {
+  if (file.empty() || file.extension() == ".svg" || file.extension() == ".png") return;
+  throw Error(fmt::format("{}: must end in .svg or .png", file.string()));
+}
+
+void write_picture(const std::filesystem::path& file, const Calibration& calibration) {
+  if (file.extension() == ".png")
+    write_png(file, uncertainty_image(calibration));
+  else
+    write_whole(file, uncertainty_svg(calibration));
+}
+
+bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
+
+void check_usage(const Arguments& arguments, bool several) {
+  if (arguments.uncertainty.empty()) return;
+  if (several) {
+    throw Error("--uncertainty: draws one data set (each calibration file holds its grid)");
+  }
+  if (arguments.job.options.model == "weak") {
+    throw Error("--uncertainty: model weak holds no projection to be sure of");
+  }
+}
+
+int run_one(const Arguments& arguments) {
+  check_writable(arguments.out);
+  check_writable(arguments.uncertainty);
+  check_picture(arguments.uncertainty);
+  const CalibrationAnswer answer = run_job(arguments.job);
+  const Calibration& calibration = answer.calibration;
+  const bool answered = is_answer(calibration.status);
+  if (answered && !arguments.out.empty()) {
+    write_whole(arguments.out, calibration_yaml(calibration));
+  }
+  if (answered && !arguments.uncertainty.empty()) write_picture(arguments.uncertainty, calibration);
+  std::string text = arguments.json
+                         ? calibration_json(answer)
+                         : calibration_summary(answer, is_auto(arguments.job.options.model));
+  if (arguments.job.advise && !arguments.json) {
+    text += fmt::format("next view  {}\n", advice_sentence(answer.advice));
+  }
+  print_result(text);
+  if (!answered && !arguments.out.empty()) {
+    print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
+  }
+  if (!answered && !arguments.uncertainty.empty()) {
+    print_to_stderr("tagcal: {}: not drawn, there is no answer\n", arguments.uncertainty);
+  }
+  return answered ? kAnswer : kNoAnswer;
+}
+
+// Several pictures need a target; anything else of which there are several is a data set each.
+bool are_data_sets(const InputArguments& input) {
+  return input.target.empty() && input.inputs.size() > 1 &&
+         !std::ranges::all_of(
+             input.inputs, [](const auto& path) { return std::filesystem::is_regular_file(path); });
+}
+
+std::map<std::string, double> fixed_values(const std::vector<std::string>& texts) {
+  std::map<std::string, double> values;
+  for (const std::string& text : texts) {
+    const std::size_t sign = text.find('=');
+    const std::string number = sign == std::string::npos ? "" : text.substr(sign + 1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    if (sign == 0 || error != std::errc() || end != number.data() + number.size())
+      throw Error(fmt::format("--fix: must be NAME=VALUE, got {}", text));
+    const std::string name = text.substr(0, sign);
+    if (!values.emplace(name, value).second)
+      throw Error(fmt::format("--fix: {} is given twice", name));
+  }
+  return values;
+}
+
+// What the user states instead of having it found.
+void overrule(const Arguments& arguments, CalibrateOptions& options) {
+  options.reject_outliers = !arguments.keep_all;
+  options.fixed = fixed_values(arguments.fixed);
+  if (arguments.start.empty()) return;
+  if (options.start_focal_px > 0) throw Error("--start, --focal: one of the two");
+  options.start = read_calibration(arguments.start).camera;
+}
+
+int run(const Arguments& given) {
+  Arguments arguments = given;
+  CalibrateOptions& options = arguments.job.options;
+  overrule(arguments, options);
+  if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
+  check_options(options);  // before any work
+  const bool several = are_data_sets(arguments.job.input);
+  check_usage(arguments, several);
+  return several ? calibrate_many(arguments.job, {arguments.out, arguments.json})
+                 : run_one(arguments);
+}
+
+std::string model_names() {
+  std::string names;
+  for (const Model& model : Model::all()) names += fmt::format(", {}", model.name());
+  return names.substr(2);
+}
+
+}  // namespace
+
+Command add_calibrate(CLI::App& app) {
+  CLI::App* command = add_command(app, "calibrate", "the camera and its standard deviations");
+  const auto arguments = std::make_shared<Arguments>();
+  add_input(*command, arguments->job.input);
+  add_observations(*command, arguments->job.input);
+  add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names())
+      ->option_text("M");
+  add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
+               "noise of the corners per coordinate; without it, each corner's own where the file "
+               "says it, else from the residuals");
+  add_positive(*command, "--tolerance", arguments->job.options.tolerance_px,
+               "in pixels: auto takes the smallest model within it of the best one, RMS where "
+               "corners were; the difference counts in what is claimed");
+  add_option(*command, "--out", arguments->out,
+             "file for the camera, where there is an answer; of several data sets a "
+             "folder, with one file each")
+      ->option_text("FILE|DIR");
+  add_option(*command, "--uncertainty", arguments->uncertainty,
+             "picture of the projection's uncertainty over the image, .svg or .png")
+      ->option_text("FILE");
+  add_positive(*command, "--distance", arguments->near_m,
+               "in metres, at which the uncertainty is given beside infinity; without it, the "
+               "corners' median");
+  add_flag(*command, "--keep-all", arguments->keep_all,
+           "reject no corner and no view, but those that repeat another");
+  add_option(*command, "--start", arguments->start,
+             "a camera to start from, instead of a search: a calibration, ours or OpenCV's")
+      ->option_text("C.yaml");
+  add_positive(*command, "--focal", arguments->job.options.start_focal_px,
+               "a focal length in pixels to start from, instead of a search");
+  add_option(*command, "--fix", arguments->fixed,
+             "parameters that are held, taken as exact: f, fx, fy, cx, cy, and with --model "
+             "k1, k2, .. (cx=319.5,k3=0)")
+      ->delimiter(',')
+      ->option_text("NAME=VALUE,..")
+      ->allow_extra_args(false)  // the data set after it is none
+      ->take_all();
+  add_flag(*command, "--board-warp", arguments->job.options.board_warp,
+           "let the board be bent, by two parameters; needs one flat board");
+  add_flag(*command, "--refine-corners", arguments->job.refine_corners,
+           "fit the corners in their pictures again under the lens that was found, and "
+           "calibrate again");
+  add_flag(*command, "--advise", arguments->job.advise,
+           "the next view that would teach most, and what to expect of it");
+  add_flag(*command, "--json", arguments->json,
+           "one JSON object on stdout; of several data sets an array of them");
+  add_threads(*command, arguments->job.threads)
+      ->description("data sets, or the pictures of one, worked on side by side; 0: one per core");
+  command->footer(
+      "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
+      "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"
+      "         tagcal calibrate left right rear --out cameras");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

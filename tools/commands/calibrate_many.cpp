@@ -1,0 +1,218 @@
+#include "commands/calibrate_many.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <map>
+#include <new>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "input/parallel.hpp"
+#include "report/calibration_report.hpp"
+#include "report/messages.hpp"
+#include "report/progress.hpp"
+#include "report/shown_parameters.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kNumColumns = 10;
+using Row = std::array<std::string, kNumColumns>;
+
+struct DataSet {
+  std::string folder;
+  std::string name;  // the last part of the folder's path
+  fs::path file;     // "": not asked for
+};
+
+// What is kept of an answer: a fleet's calibrations would not fit into memory.
+struct Outcome {
+  ExitCode code = kBadInput;
+  std::string error;  // of bad input
+  Row row;
+  std::string advice;
+  std::string json;
+};
+
+std::vector<DataSet> data_sets(const std::vector<std::string>& folders, const fs::path& out) {
+  std::map<std::string, std::string> folder_of;
+  std::vector<DataSet> sets;
+  for (const std::string& folder : folders) {
+    fs::path path = fs::absolute(folder).lexically_normal();
+    if (!path.has_filename()) path = path.parent_path();
+    const std::string name = path.filename().string();
+    const auto [other, is_new] = folder_of.emplace(name, folder);
+    if (!is_new) {
+      throw Error(fmt::format("{}: the data sets' names must differ, {} is called {} too", folder,
+                              other->second, name));
+    }
+    sets.push_back({folder, name, out.empty() ? fs::path() : out / (name + ".yaml")});
+  }
+  return sets;
+}
+
+// The folder for the answers; one that was made here and stays empty goes away again.
+class AnswerFolder {
+ public:
+  explicit AnswerFolder(fs::path folder) : folder_(std::move(folder)) {
+    if (folder_.empty()) return;
+    if (fs::exists(folder_) && !fs::is_directory(folder_)) {
+      throw Error(fmt::format("{}: must be a folder, got a file", folder_.string()));
+    }
+    std::error_code why;
+    is_new_ = fs::create_directories(folder_, why);
+    if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
+  }
+  ~AnswerFolder() {
+    std::error_code not_empty;
+    if (is_new_) fs::remove(folder_, not_empty);
+  }
+  AnswerFolder(const AnswerFolder&) = delete;
+  AnswerFolder& operator=(const AnswerFolder&) = delete;
+
+ private:
+  fs::path folder_;
+  bool is_new_ = false;
+};
+
+std::string fixed(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+}
+
+Row row_of(const std::string& name, const CalibrationAnswer& answer) {
+  const Calibration& c = answer.calibration;
+  const bool known = c.camera.has_value();
+  const Shown focal = known ? shown_parameters(c).front() : Shown();
+  return {name,
+          std::string(status_name(c.status)),
+          c.model.empty() ? "-" : c.model,
+          fixed(focal.value, 3),
+          fixed(focal.sigma, 3),
+          known ? fixed(c.rms_px, 4) : "-",
+          std::to_string(c.views.size()),
+          std::to_string(c.outliers.size()),
+          std::to_string(c.warnings.size()),
+          fixed(answer.seconds.total, 2)};
+}
+
+Outcome calibrate_set(CalibrationJob job, const DataSet& set, bool as_json) {
+  job.input.inputs = {set.folder};
+  const CalibrationAnswer answer = run_job(job);
+  Outcome outcome;
+  outcome.code = is_answer(answer.calibration.status) ? kAnswer : kNoAnswer;
+  if (outcome.code == kAnswer && !set.file.empty()) {
+    write_whole(set.file, calibration_yaml(answer.calibration));
+  }
+  outcome.row = row_of(set.name, answer);
+  if (job.advise) outcome.advice = advice_sentence(answer.advice);
+  if (as_json) outcome.json = calibration_json(answer, set.name);
+  return outcome;
+}
+
+Outcome failure(const DataSet& set, std::string error) {
+  std::replace(error.begin(), error.end(), '\n', ' ');
+  Outcome outcome;
+  outcome.row[0] = set.name;
+  outcome.json = failure_json(set.name, error);
+  outcome.error = std::move(error);
+  return outcome;
+}
+
+// One data set's trouble is its own.
+Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json) {
+  try {
+    return calibrate_set(job, set, as_json);
+  } catch (const std::bad_alloc&) {
+    return failure(set, "out of memory");
+  } catch (const std::exception& error) {
+    return failure(set, error.what());
+  }
+}
+
+std::string table(const std::vector<Outcome>& outcomes) {
+  constexpr std::size_t kNumTexts = 3;  // columns that start at the left
+  const Row head = {"data set", "status", "model",    "fx",       "sd",
+                    "rms_px",   "views",  "left out", "warnings", "seconds"};
+  std::array<std::size_t, kNumColumns> width{};
+  for (std::size_t k = 0; k < kNumColumns; ++k) {
+    width[k] = head[k].size();
+    for (const Outcome& o : outcomes) width[k] = std::max(width[k], o.row[k].size());
+  }
+  const auto line = [&](const Row& row) {
+    std::string text = fmt::format("{:<{}}", row[0], width[0]);
+    for (std::size_t k = 1; k < kNumColumns; ++k)
+      text += k < kNumTexts ? fmt::format("  {:<{}}", row[k], width[k])
+                            : fmt::format("  {:>{}}", row[k], width[k]);
+    return text + "\n";
+  };
+  std::string text = line(head);
+  for (const Outcome& o : outcomes)
+    text += o.error.empty() ? line(o.row)
+                            : fmt::format("{:<{}}  error: {}\n", o.row[0], width[0], o.error);
+  for (const Outcome& o : outcomes)
+    if (!o.advice.empty()) text += fmt::format("{}: next view: {}\n", o.row[0], o.advice);
+  return text;
+}
+
+std::string array(const std::vector<Outcome>& outcomes) {
+  std::string text;
+  for (const Outcome& o : outcomes) text += (text.empty() ? "[\n" : ",\n") + o.json;
+  return text + "]\n";
+}
+
+// A reader of the exit code alone shall know where to look.
+ExitCode worst(const std::vector<Outcome>& outcomes) {
+  const auto count = [&](ExitCode code) {
+    return std::ranges::count_if(outcomes, [&](const Outcome& o) { return o.code == code; });
+  };
+  const auto bad = count(kBadInput), open = count(kNoAnswer);
+  if (bad > 0) print_to_stderr("tagcal: {} of {} data sets: error\n", bad, outcomes.size());
+  if (open > 0) {
+    print_to_stderr("tagcal: {} of {} data sets: no answer, no file\n", open, outcomes.size());
+  }
+  if (bad > 0) return kBadInput;
+  return open > 0 ? kNoAnswer : kAnswer;
+}
+
+}  // namespace
+
+int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
+  if (!job.input.observations.empty()) {
+    throw Error("--observations: goes with one data set (dataset.yaml names each one's own)");
+  }
+  const std::vector<DataSet> sets = data_sets(job.input.inputs, output.folder);
+  const AnswerFolder folder(output.folder);
+  for (const DataSet& set : sets) check_writable(set.file);
+  CalibrationJob one = job;
+  one.threads = 1;
+  one.shows_progress = false;
+  const int count = static_cast<int>(sets.size());
+  std::vector<Outcome> outcomes(sets.size());
+  {
+    Progress progress("calibrating", count);
+    for_each_parallel(
+        count, job.threads,
+        [&](int i) {
+          const auto k = static_cast<std::size_t>(i);
+          outcomes[k] = outcome_of(one, sets[k], output.json);
+        },
+        [&](int done) { progress.update(done); });
+  }
+  print_result(output.json ? array(outcomes) : table(outcomes));
+  return worst(outcomes);
+}
+
+}  // namespace tagcal::tools

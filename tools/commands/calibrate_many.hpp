@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+
+#include "commands/calibration_job.hpp"
+
+namespace tagcal::tools {
+
+struct ManyOutput {
+  std::filesystem::path folder;  // for one calibration file each; "" writes none
+  bool json = false;             // an array instead of a table
+};
+
+// Calibrates every folder of job.input.inputs by itself, job.threads of them side by side, one
+// thread each, and prints one line for each. What is wrong with one is said in its line and
+// harms no other. Returns the worst exit code: bad input, no answer, an answer. Throws Error before
+// any work for names that are not unique and a folder that cannot be written.
+int calibrate_many(const CalibrationJob& job, const ManyOutput& output);
+
+}  // namespace tagcal::tools

@@ -1,0 +1,44 @@
+#include "commands/calibration_job.hpp"
+
+#include "report/progress.hpp"
+
+namespace tagcal::tools {
+
+namespace {
+
+// With corners fitted under the lens of the first calibration, where there is one.
+void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options, Input& input,
+                     Calibration& calibration) {
+  const bool has_lens = is_answer(calibration.status) && calibration.model != "weak";
+  if (!has_lens) {
+    input.warnings.emplace_back("the corners are not refined: no lens to do it with");
+    return;
+  }
+  refine_views(input, *calibration.camera, job.threads, job.shows_progress);
+  calibration = calibrate(input.dataset, options);
+}
+
+}  // namespace
+
+CalibrationAnswer run_job(const CalibrationJob& job) {
+  const Stopwatch watch;
+  Input input = read_input(job.input);
+  if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
+  need_views(input, job.threads, job.shows_progress);
+  CalibrationAnswer answer;
+  answer.seconds.read = watch.seconds();
+  std::optional<Progress> progress;
+  if (job.shows_progress) progress.emplace("calibrating");
+  CalibrateOptions options = job.options;
+  options.num_threads = static_cast<std::size_t>(job.threads);
+  answer.calibration = calibrate(input.dataset, options);
+  progress.reset();
+  if (job.refine_corners) calibrate_again(job, options, input, answer.calibration);
+  auto& warnings = answer.calibration.warnings;
+  warnings.insert(warnings.begin(), input.warnings.begin(), input.warnings.end());
+  if (job.advise) answer.advice = advise(input.dataset, answer.calibration);
+  answer.seconds.total = watch.seconds();
+  return answer;
+}
+
+}  // namespace tagcal::tools

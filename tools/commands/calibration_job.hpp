@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+
+#include "input/input.hpp"
+#include "tagcal/estimate/advice.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+
+namespace tagcal::tools {
+
+// One data set to calibrate.
+struct CalibrationJob {
+  InputArguments input;
+  CalibrateOptions options;
+  bool advise = false;
+  bool refine_corners = false;  // fit them again under the first lens, and calibrate again
+  int threads = 0;              // of detection and solver; 0: one per core
+  bool shows_progress = true;   // on stderr
+};
+
+// How long the command took, beside what the calibration says of itself.
+struct CommandSeconds {
+  double read = 0;  // files and detection
+  double total = 0;
+};
+
+struct CalibrationAnswer {
+  Calibration calibration;  // with the warnings of what was read
+  std::optional<AdvisedView> advice;
+  CommandSeconds seconds;
+};
+
+// Reads, detects where there are no observations, calibrates. Throws Error for bad input.
+CalibrationAnswer run_job(const CalibrationJob& job);
+
+}  // namespace tagcal::tools

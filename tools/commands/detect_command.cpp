@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "commands/commands.hpp"
+#include "draw/tag_drawing.hpp"
+#include "input/arguments.hpp"
+#include "input/input.hpp"
+#include "input/output_folder.hpp"
+#include "report/messages.hpp"
+#include "tagcal/detect/explain.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+struct Arguments {
+  InputArguments input;
+  std::string out;
+  std::string camera;  // a file
+  std::string draw;    // a folder
+  bool explain = false;
+  int threads = 0;
+};
+
+// A picture is drawn under its own name, whatever its folder and format.
+std::vector<std::string> drawing_names(const Input& input) {
+  std::vector<std::string> names;
+  std::set<std::string> taken;
+  for (const ImageSource& image : input.images) {
+    names.push_back(std::filesystem::path(image.name).stem().string() + ".png");
+    if (!taken.insert(names.back()).second) {
+      throw Error(fmt::format("--draw: two pictures would be drawn as {}", names.back()));
+    }
+  }
+  return names;
+}
+
+void draw(const Input& input, const std::vector<std::string>& names, OutputFolder& folder) {
+  for (std::size_t i = 0; i < input.images.size(); ++i) {
+    const ImageRgb drawing =
+        draw_tags(input.images[i].load(), input.dataset.views[i],
+                  i < input.unfitted.size() ? input.unfitted[i] : std::vector<UnfittedTag>());
+    write_png(folder.path() / names[i], drawing);
+  }
+  folder.publish();
+}
+
+std::string ids_text(const std::vector<int>& ids) {
+  return ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, " "));
+}
+
+std::string explanation_text(const std::string& name, const Explanation& e) {
+  std::string text = fmt::format("{}: {}x{} pixels, {} four-sided black shapes\n", name,
+                                 e.size.width, e.size.height, e.quads);
+  for (const SeenKind& kind : e.decoded) {
+    text += fmt::format("  can be read as {}, border_bits {}: {} tags: {}\n", kind.family,
+                        kind.border_bits, kind.ids.size(), ids_text(kind.ids));
+  }
+  text += fmt::format("  reported: {} tags: {}\n", e.reported.size(), ids_text(e.reported));
+  std::map<std::string, std::vector<int>> by_reason;
+  for (const NotReported& tag : e.not_reported) by_reason[tag.why].push_back(tag.id);
+  for (const auto& [why, ids] : by_reason) {
+    text += fmt::format("  not reported, {}: {}\n", why, ids_text(ids));
+  }
+  for (const std::string& mistake : e.mistakes) text += fmt::format("  {}\n", mistake);
+  return text;
+}
+
+// The camera of the pictures, where one is given.
+std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
+  if (arguments.camera.empty()) return std::nullopt;
+  const CalibrationFile file = read_calibration(arguments.camera);
+  check_image_size(file.camera.image_size, arguments.camera, input);
+  return file.camera;
+}
+
+void explain_all(const Input& input) {
+  for (const ImageSource& image : input.images)
+    print_to_stderr("{}",
+                    explanation_text(image.name, explain(image.load(), input.dataset.boards)));
+}
+
+int run(const Arguments& arguments) {
+  check_writable(arguments.out);
+  Input input = read_input(arguments.input);
+  std::optional<OutputFolder> drawings;
+  const std::vector<std::string> names =
+      arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
+  if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
+  const std::optional<Camera> camera = known_camera(arguments, input);
+  detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
+  const std::vector<View>& views = input.dataset.views;
+  const std::string csv = observations_csv(views);
+  if (arguments.out.empty()) {
+    print_result(csv);
+  } else {
+    write_whole(arguments.out, csv);
+  }
+  if (drawings) draw(input, names, *drawings);
+  if (arguments.explain) explain_all(input);
+  if (num_corners(views) == 0) input.warnings.emplace_back("no tag found in any picture");
+  print_warnings(input.warnings);
+  print_to_stderr("{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
+                  num_corners(views));
+  return kAnswer;
+}
+
+}  // namespace
+
+Command add_detect(CLI::App& app) {
+  CLI::App* command = add_command(app, "detect", "corners of a target's tags in pictures, as CSV");
+  const auto arguments = std::make_shared<Arguments>();
+  add_input(*command, arguments->input);
+  add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
+      ->option_text("CSV");
+  add_option(
+      *command, "--camera", arguments->camera,
+      "the camera's calibration, where it is known: --refinement fit fits tags under its lens")
+      ->option_text("C.yaml");
+  add_option(
+      *command, "--draw", arguments->draw,
+      fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
+                  "ellipses of {} standard deviations; dashed what is read, but not reported",
+                  kEllipseScale))
+      ->option_text("DIR");
+  add_flag(*command, "--explain", arguments->explain,
+           "per picture, on stderr: what was seen, why tags are not reported, and what "
+           "is probably wrong with the target");
+  add_threads(*command, arguments->threads);
+  command->footer(
+      "Example: tagcal detect desk --out corners.csv\n"
+      "         tagcal detect --target board.yaml photos/*.jpg > corners.csv\n"
+      "         tagcal detect --target board.yaml photo.jpg --explain --draw drawn");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

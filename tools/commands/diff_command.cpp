@@ -1,0 +1,163 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "draw/uncertainty_picture.hpp"
+#include "input/arguments.hpp"
+#include "input/input.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/io/calibration_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Eigen::Vector2d;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Arguments {
+  std::string a;
+  std::string b;
+  double near_m = 1;
+  bool whole_image = false;
+  bool json = false;
+};
+
+// Where both were calibrated; the whole image where neither file says.
+std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
+  const auto seen = [](const CalibrationFile& file, const Vector2d& pixel) {
+    return file.seen.hull().empty() || file.seen.contains(pixel);
+  };
+  std::vector<Vector2d> samples = ImageGrid{a.camera.image_size, 33, 21}.pixels();
+  for (const CalibrationFile* file : {&b, &a})
+    if (!file->seen.hull().empty()) samples = file->seen.samples();
+  std::erase_if(samples, [&](const Vector2d& p) { return !seen(a, p) || !seen(b, p); });
+  return samples;
+}
+
+double at(const LensDifference& d, int row, int column) {
+  return std::hypot(d.u_px(row, column), d.v_px(row, column));
+}
+
+// The largest over the nodes, and whether some have no value.
+struct WholeImage {
+  double max_px = 0;
+  int without_value = 0;
+};
+
+WholeImage whole_image(const LensDifference& d) {
+  WholeImage whole;
+  for (int row = 0; row < d.grid.rows; ++row) {
+    for (int column = 0; column < d.grid.columns; ++column) {
+      const double length = at(d, row, column);
+      if (std::isfinite(length))
+        whole.max_px = std::max(whole.max_px, length);
+      else
+        ++whole.without_value;
+    }
+  }
+  return whole;
+}
+
+Json grid_json(const LensDifference& d) {
+  Json rows = Json::array();
+  for (int row = 0; row < d.grid.rows; ++row) {
+    Json list = Json::array();
+    for (int column = 0; column < d.grid.columns; ++column) list.push_back(at(d, row, column));
+    rows.push_back(std::move(list));
+  }
+  return rows;  // NaN becomes null
+}
+
+Json difference_json(const LensDifference& d) {
+  const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
+  const Eigen::Vector3d& move = d.b_from_a.translation();
+  const WholeImage whole = whole_image(d);
+  return {{"distance_m", std::isfinite(d.distance_m) ? Json(d.distance_m) : Json("infinity")},
+          {"rms_px", d.rms_px},
+          {"max_px", d.max_px},
+          {"whole_image_max_px", whole.max_px},
+          {"nodes_without_value", whole.without_value},
+          {"rotation_deg", {turn.x(), turn.y(), turn.z()}},
+          {"translation_m", {move.x(), move.y(), move.z()}},
+          {"difference_px", grid_json(d)}};
+}
+
+// `where`: what the samples are, 18 characters.
+std::string difference_text(const LensDifference& d, const char* where) {
+  const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
+  const Eigen::Vector3d move = 1000 * d.b_from_a.translation();
+  const WholeImage whole = whole_image(d);
+  std::string text = fmt::format("at {}\n  {}  {:.4f} px rms, {:.4f} px at most\n",
+                                 distance_text(d.distance_m), where, d.rms_px, d.max_px);
+  text += fmt::format("  whole image         {:.4f} px at most{}\n", whole.max_px,
+                      whole.without_value == 0
+                          ? ""
+                          : fmt::format(", {} of {} nodes without a value", whole.without_value,
+                                        d.grid.rows * d.grid.columns));
+  text += fmt::format("  taken out           turn {:.4f} {:.4f} {:.4f} deg", turn.x(), turn.y(),
+                      turn.z());
+  if (std::isfinite(d.distance_m))
+    text += fmt::format(", move {:.3f} {:.3f} {:.3f} mm", move.x(), move.y(), move.z());
+  text += "\n";
+  for (int row = 0; row < d.grid.rows; row += 3) {
+    text += "   ";
+    for (int column = 0; column < d.grid.columns; column += 4)
+      text += std::isfinite(at(d, row, column)) ? fmt::format("{:>9.3f}", at(d, row, column))
+                                                : fmt::format("{:>9}", "none");
+    text += "\n";
+  }
+  return text;
+}
+
+int run(const Arguments& arguments) {
+  const CalibrationFile a = read_calibration(arguments.a);
+  const CalibrationFile b = read_calibration(arguments.b);
+  const std::vector<Vector2d> samples =
+      arguments.whole_image ? ImageGrid{a.camera.image_size, 33, 21}.pixels() : common_region(a, b);
+  const bool region_known = !a.seen.hull().empty() || !b.seen.hull().empty();
+  const char* const where =
+      region_known && !arguments.whole_image ? "where corners were" : "over all the image";
+  Json list = Json::array();
+  std::string text;
+  for (const double distance : {kInfinitelyFar, arguments.near_m}) {
+    const auto d = lens_difference(a.camera, b.camera, samples, distance);
+    if (!d)
+      throw Error(fmt::format("{}, {}: have too little of the image in common to compare",
+                              arguments.a, arguments.b));
+    list.push_back(difference_json(*d));
+    text += difference_text(*d, where);
+  }
+  const Json answer = {{"a", arguments.a}, {"b", arguments.b}, {"differences", list}};
+  print_result(arguments.json ? answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
+                              : text);
+  return kAnswer;
+}
+
+}  // namespace
+
+Command add_diff(CLI::App& app) {
+  CLI::App* command =
+      add_command(app, "diff", "how far two calibrations project apart, a moved camera taken out");
+  const auto arguments = std::make_shared<Arguments>();
+  add_option(*command, "A", arguments->a, "a calibration")->required();
+  add_option(*command, "B", arguments->b, "another of the same image size")->required();
+  add_positive(*command, "--distance", arguments->near_m,
+               "the near distance in metres (1), beside infinity");
+  add_flag(*command, "--whole-image", arguments->whole_image,
+           "fit the pose over the whole image, not only where both saw corners");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  command->footer("Example: tagcal diff monday.yaml friday.yaml --distance 2");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

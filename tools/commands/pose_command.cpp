@@ -1,0 +1,263 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "commands/commands.hpp"
+#include "draw/pose_drawing.hpp"
+#include "input/arguments.hpp"
+#include "input/input.hpp"
+#include "input/output_folder.hpp"
+#include "input/parallel.hpp"
+#include "report/messages.hpp"
+#include "report/pose_report.hpp"
+#include "report/progress.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/image_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+
+struct Arguments {
+  InputArguments input;
+  std::string camera;
+  bool unknown_focal = false;
+  double prior_focal_px = 0;
+  double sigma_px = 0;
+  double camera_error_px = 0;  // 0: what the camera's file says
+  std::vector<std::string> views;
+  std::string draw;
+  int threads = 0;
+  bool json = false;
+};
+
+void check_usage(const Arguments& arguments) {
+  if (arguments.camera.empty() != arguments.unknown_focal)
+    throw Error("--camera, --unknown-focal: one of the two is needed, and only one");
+  if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
+    throw Error("--prior-focal: goes with --unknown-focal");
+}
+
+struct KnownCamera {
+  std::optional<Camera> camera;           // none: its focal length is looked for
+  std::optional<double> camera_error_px;  // where it is known
+};
+
+KnownCamera known_camera(const Arguments& arguments, const Input& input) {
+  KnownCamera known;
+  if (!arguments.camera.empty()) {
+    const CalibrationFile file = read_calibration(arguments.camera);
+    check_image_size(file.camera.image_size, arguments.camera, input);
+    known = {file.camera, file.camera_error_px};
+  }
+  if (arguments.camera_error_px > 0) known.camera_error_px = arguments.camera_error_px;
+  return known;
+}
+
+bool is_chosen(const Arguments& arguments, const std::string& name) {
+  return arguments.views.empty() || std::ranges::count(arguments.views, name) > 0;
+}
+
+// Leaves the views of --view, before pictures are looked at.
+void choose_views(Input& input, const Arguments& arguments) {
+  std::set<std::string> names;
+  for (const ImageSource& source : input.images) names.insert(source.name);
+  for (const View& view : input.dataset.views) names.insert(view.image);
+  for (const std::string& name : arguments.views)
+    if (!names.contains(name)) throw Error(fmt::format("--view: {} has no {}", input.name, name));
+  std::erase_if(input.images, [&](const auto& s) { return !is_chosen(arguments, s.name); });
+  std::erase_if(input.dataset.views, [&](const auto& v) { return !is_chosen(arguments, v.image); });
+}
+
+using TargetPoints = std::map<CornerId, Vector3d>;
+
+// One board is its own frame; several have the data set's world.
+TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
+  return boards.size() == 1 ? points_in_world({{boards[0].board, Pose()}})
+                            : points_in_world(boards);
+}
+
+// Noise that is stated counts for more than what the corners bring along.
+PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Arguments& arguments) {
+  PoseAndFocalOptions options;
+  options.sigma_px = arguments.sigma_px;
+  options.groups = problem.groups;
+  if (arguments.sigma_px == 0) options.covariance_px2 = problem.covariance_px2;
+  options.prior_focal_px = arguments.prior_focal_px;
+  return options;
+}
+
+PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOptions& options,
+                    const std::optional<Camera>& camera, const ImageSize& image_size) {
+  PoseReport report;
+  if (problem.ids.empty())
+    report.warnings.emplace_back("nothing of the target is seen");
+  else if (camera)
+    report = reported(estimate_pose(problem.correspondences, *camera, options));
+  else
+    report =
+        reported(estimate_pose_and_focal(problem.correspondences, image_size, options), options);
+  if (!options.covariance_px2.empty()) report.sigma_px.reset();
+  report.corners = problem.ids;
+  return report;
+}
+
+Camera camera_of(const PoseReport& report, const std::optional<Camera>& camera,
+                 const ImageSize& image_size) {
+  if (camera) return *camera;
+  const Eigen::Vector2d centre = image_centre(image_size);
+  return {pinhole(*report.focal_px, *report.focal_px, centre.x(), centre.y()), image_size};
+}
+
+// Names for the drawings: those of the pictures, as plain file names, and never the same twice.
+// They end so that no picture is overwritten by its drawing.
+std::vector<std::string> drawing_names(const std::vector<View>& views) {
+  std::vector<std::string> names;
+  std::set<std::string> used;
+  for (const View& view : views) {
+    std::string stem = view.image;
+    for (const char* kind : {".png", ".jpg", ".jpeg", ".pgm"})
+      if (stem.ends_with(kind)) stem.resize(stem.size() - std::string_view(kind).size());
+    std::ranges::replace_if(
+        stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
+    std::string name = stem + "-pose.png";
+    for (int i = 2; !used.insert(name).second; ++i) name = fmt::format("{}-{}-pose.png", stem, i);
+    names.push_back(name);
+  }
+  return names;
+}
+
+Image8 picture_of(const View& view, const Input& input) {
+  const auto source = std::ranges::find(input.images, view.image, &ImageSource::name);
+  return source == input.images.end() ? Image8() : source->load();
+}
+
+std::vector<std::vector<Vector3d>> tag_outlines(const TargetPoints& points) {
+  std::map<int, std::vector<Vector3d>> outlines;
+  for (const auto& [id, x] : points) outlines[id.tag_id].push_back(x);
+  std::erase_if(outlines, [](const auto& tag) { return tag.second.size() < 4; });  // points
+  std::vector<std::vector<Vector3d>> list;
+  for (const auto& [id, outline] : outlines) list.push_back(outline);
+  return list;
+}
+
+// Everything for all views: the estimates, and the drawings where they are asked for.
+class Poses {
+ public:
+  Poses(const Arguments& arguments, const Input& input, const KnownCamera& known)
+      : arguments_(arguments),
+        input_(input),
+        camera_(known.camera),
+        camera_error_px_(known.camera_error_px),
+        points_(points_in_target(input.dataset.boards)) {}
+
+  std::vector<PoseReport> run(const OutputFolder* folder) const {
+    const std::vector<View>& views = input_.dataset.views;
+    const std::vector<std::string> names = drawing_names(views);
+    std::vector<PoseReport> reports(views.size());
+    Progress progress("poses", static_cast<int>(views.size()));
+    const auto work = [&](int index) {
+      const auto i = static_cast<std::size_t>(index);
+      const ViewCorrespondences problem = view_correspondences(views[i], points_, camera_error_px_);
+      reports[i] =
+          estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
+      reports[i].image = views[i].image;
+      if (folder && is_answer(reports[i].status))
+        write_png(folder->path() / names[i], drawn(views[i], problem, reports[i]));
+    };
+    for_each_parallel(static_cast<int>(views.size()), arguments_.threads, work,
+                      [&](int done) { progress.update(done); });
+    return reports;
+  }
+
+ private:
+  ImageRgb drawn(const View& view, const ViewCorrespondences& problem,
+                 const PoseReport& report) const {
+    PoseDrawing drawing;
+    drawing.camera = camera_of(report, camera_, input_.dataset.image_size);
+    for (const auto& [id, x] : points_) drawing.target.extend(x);
+    drawing.corners = problem.correspondences;
+    drawing.outliers = report.outliers;
+    for (const PoseHypothesis& h : report.hypotheses)
+      drawing.camera_from_target.push_back(h.camera_from_target);
+    drawing.outlines = tag_outlines(points_);
+    return draw_pose(drawing, picture_of(view, input_));
+  }
+
+  const Arguments& arguments_;
+  const Input& input_;
+  std::optional<Camera> camera_;
+  std::optional<double> camera_error_px_;
+  TargetPoints points_;
+};
+
+int run(const Arguments& arguments) {
+  check_usage(arguments);
+  Input input = read_input(arguments.input);
+  choose_views(input, arguments);
+  const KnownCamera camera = known_camera(arguments, input);
+  std::optional<OutputFolder> folder;
+  if (!arguments.draw.empty()) folder.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
+  find_views(input, arguments.threads, true, camera.camera ? &*camera.camera : nullptr);
+  if (input.dataset.views.empty())
+    throw Error(fmt::format("{}: has no corners of the pictures asked for", input.observations));
+  const std::vector<PoseReport> reports =
+      Poses(arguments, input, camera).run(folder ? &*folder : nullptr);
+  const auto answers =
+      std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
+  if (folder && answers > 0) folder->publish();
+  print_warnings(input.warnings);
+  print_result(arguments.json ? pose_json(reports) : pose_text(reports));
+  print_to_stderr("{} of {} views with an answer\n", answers, reports.size());
+  return answers > 0 ? kAnswer : kNoAnswer;
+}
+
+}  // namespace
+
+Command add_pose(CLI::App& app) {
+  CLI::App* command = add_command(
+      app, "pose", "where the camera of each view is, with a known or an unknown focal length");
+  const auto arguments = std::make_shared<Arguments>();
+  add_input(*command, arguments->input);
+  add_observations(*command, arguments->input);
+  add_option(*command, "--camera", arguments->camera, "the camera's calibration")
+      ->option_text("C.yaml");
+  add_flag(*command, "--unknown-focal", arguments->unknown_focal,
+           "find the focal length too, of a pinhole with its centre in the image's; "
+           "instead of --camera");
+  add_positive(*command, "--prior-focal", arguments->prior_focal_px,
+               "focal length to take, px, where a view does not show it");
+  add_positive(
+      *command, "--sigma-px", arguments->sigma_px,
+      "noise of the corners per coordinate; without it, their covariances where the camera's "
+      "error is known, else from the residuals");
+  add_positive(*command, "--camera-error-px", arguments->camera_error_px,
+               "what lens and target are wrong by, per coordinate, beside the corners' own "
+               "covariances; without it, what the camera's file says");
+  add_option(*command, "--view", arguments->views,
+             "only this picture, by its name; may be repeated")
+      ->option_text("NAME")
+      ->allow_extra_args(false)  // the data set after it is none
+      ->take_all();
+  add_option(*command, "--draw", arguments->draw,
+             "folder for pictures with the target's axes and a box, where there is an answer")
+      ->option_text("DIR");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  add_threads(*command, arguments->threads);
+  command->footer(
+      "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
+      "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "input/arguments.hpp"
+#include "input/input.hpp"
+#include "input/output_folder.hpp"
+#include "input/parallel.hpp"
+#include "report/messages.hpp"
+#include "report/progress.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/scene_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/random.hpp"
+#include "tagcal/scene/render.hpp"
+#include "tagcal/scene/viewing.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kImages = "images";
+
+struct Arguments {
+  std::string scene;
+  std::string out;
+  int views = 0;  // 0: as the scene says
+  int seed = 0;
+  int threads = 0;
+};
+
+Scene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
+  Scene scene = read_scene(arguments.scene, warnings);
+  if (arguments.views == 0) return scene;
+  if (auto* path = std::get_if<ExplicitPath>(&scene.path)) {
+    const int poses = static_cast<int>(path->camera_from_world.size());
+    if (arguments.views > poses) {
+      throw Error(fmt::format("--views: must be {} at most, the poses in {}, got {}", poses,
+                              arguments.scene, arguments.views));
+    }
+    path->camera_from_world.resize(arguments.views);
+  }
+  scene.num_views = arguments.views;
+  return scene;
+}
+
+TagFamilies families_of(const Scene& scene) {
+  TagFamilies families;  // each board gives them its own border when it is drawn
+  for (const PlacedBoard& placed : scene.boards) {
+    const Board& board = placed.board;
+    if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
+  }
+  return families;
+}
+
+Dataset dataset_of(const Scene& scene, const std::vector<Pose>& poses) {
+  Dataset dataset;
+  dataset.image_size = scene.camera.image_size;
+  dataset.boards = scene.boards;
+  dataset.truth.emplace(Truth{scene.camera, scene.model, {}});
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const std::string name = image_name(static_cast<int>(i));
+    dataset.views.push_back({name, visible_corners(scene, poses[i])});
+    dataset.truth->camera_from_world[name] = poses[i];
+  }
+  return dataset;
+}
+
+int run(const Arguments& arguments) {
+  std::vector<std::string> warnings;
+  const Scene scene = scene_to_render(arguments, &warnings);
+  const TagFamilies families = families_of(scene);
+  OutputFolder folder(arguments.out);
+  const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
+  const Dataset dataset = dataset_of(scene, poses);
+  fs::create_directory(folder.path() / kImages);
+  {
+    Progress progress("rendering", static_cast<int>(poses.size()));
+    for_each_parallel(
+        static_cast<int>(poses.size()), arguments.threads,
+        [&](int i) {  // a seed per view, so that the order of the work does not show
+          const std::uint64_t seed = Random(arguments.seed, i).next();
+          const ImageF light = render_light(scene, families, poses[i]);
+          const fs::path file = folder.path() / kImages / image_name(i);
+          if (scene.sensor.bits == 16)
+            write_png(file, expose16(light, scene.sensor, seed));
+          else
+            write_png(file, expose(light, scene.sensor, seed));
+        },
+        [&](int done) { progress.update(done); });
+  }
+  write_dataset(folder.path(), dataset, kImages, "");
+  write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
+  folder.publish();
+  print_warnings(warnings);
+  print_to_stderr("{}: {} images, {} exact corners\n", arguments.out, poses.size(),
+                  num_corners(dataset.views));
+  return kAnswer;
+}
+
+}  // namespace
+
+Command add_render(CLI::App& app) {
+  CLI::App* command =
+      add_command(app, "render", "images and exact corners of a scene, as a data set");
+  const auto arguments = std::make_shared<Arguments>();
+  add_option(*command, "SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
+  add_option(*command, "--out", arguments->out,
+             "folder to write: images, dataset.yaml, targets, truth.yaml")
+      ->option_text("DIR REQUIRED")
+      ->required();
+  add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");
+  add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");
+  add_threads(*command, arguments->threads);
+  command->footer("Example: tagcal render data-synthetic/scenes/desk.yaml --out desk --seed 7");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "commands/commands.hpp"
+#include "input/arguments.hpp"
+#include "input/input.hpp"
+#include "report/progress.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/validate/validate.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::string calibration;
+  std::string dataset;
+  std::string observations;
+  bool truth = false;
+  bool json = false;
+};
+
+// The checks that were asked for.
+bool passes(const Validation& validation, const Arguments& arguments) {
+  return validation.opencv_agrees && !(arguments.truth && validation.num_beyond_truth != 0);
+}
+
+std::string json_text(const Validation& validation, const std::string& model, bool passed) {
+  Json parameters = Json::array();
+  for (const ParameterError& p : validation.parameters) {
+    parameters.push_back({{"name", p.name},
+                          {"estimate", p.estimate},
+                          {"truth", p.truth},
+                          {"sigma", p.sigma},
+                          {"in_sigmas", p.in_sigmas}});
+  }
+  const Json answer = {{"passed", passed},
+                       {"opencv_agrees", validation.opencv_agrees},
+                       {"parameters_beyond_5_sd",
+                        validation.num_beyond_truth ? Json(*validation.num_beyond_truth) : Json()},
+                       {"model", model.empty() ? Json() : Json(model)},
+                       {"max_projection_difference_px", validation.max_projection_difference_px},
+                       {"bound_px", validation.bound_px},
+                       {"max_jacobian_difference", validation.max_jacobian_difference},
+                       {"num_compared", validation.num_compared},
+                       {"num_outside_domain", validation.num_outside_domain},
+                       {"rms_px", validation.rms_px},
+                       {"num_views", validation.num_views},
+                       {"num_without_pose", validation.num_without_pose},
+                       {"parameters", parameters},
+                       {"warnings", validation.warnings}};
+  return answer.dump(2) + "\n";
+}
+
+std::string parameter_table(const std::vector<ParameterError>& parameters) {
+  if (parameters.empty()) return "truth: not known\n";
+  std::string text = fmt::format("  {:<4} {:>14} {:>12} {:>14} {:>9}\n", "", "estimate", "+- sd",
+                                 "truth", "off by");
+  for (const ParameterError& p : parameters) {
+    if (p.sigma == 0 && p.estimate == 0 && p.truth == 0) continue;  // held, and rightly so
+    const std::string sigma = p.sigma > 0 ? fmt::format("{:.6f}", p.sigma) : "held";
+    text += fmt::format("  {:<4} {:>14.6f} {:>12} {:>14.6f} {:>6.2f} sd\n", p.name, p.estimate,
+                        sigma, p.truth, p.in_sigmas);
+  }
+  return text;
+}
+
+// What was checked, and what came out.
+std::string verdicts(const Validation& validation) {
+  std::string text = validation.opencv_agrees       ? "OpenCV agrees\n"
+                     : validation.num_compared == 0 ? "OpenCV: nothing to compare\n"
+                                                    : "OpenCV DISAGREES\n";
+  if (const std::optional<int>& n = validation.num_beyond_truth)
+    text += fmt::format("truth: {} parameter{} beyond {} sd\n", *n == 0 ? "no" : fmt::to_string(*n),
+                        *n < 2 ? "" : "s", kTruthBound);
+  return text;
+}
+
+std::string summary(const Validation& validation, const std::string& model) {
+  std::string text = fmt::format("model      {}\n", model.empty() ? "not said" : model);
+  text += parameter_table(validation.parameters);
+  text +=
+      fmt::format("rms        {:.4f} px over {} views{}\n", validation.rms_px, validation.num_views,
+                  validation.num_without_pose == 0
+                      ? ""
+                      : fmt::format(", {} without a pose", validation.num_without_pose));
+  text += fmt::format(
+      "OpenCV     projections of {} corners differ by {:.2e} px at most (bound {:.0e})\n",
+      validation.num_compared, validation.max_projection_difference_px, validation.bound_px);
+  text += fmt::format("           Jacobians differ by {:.2e} at most (relative)\n",
+                      validation.max_jacobian_difference);
+  if (validation.num_outside_domain > 0) {
+    text += fmt::format("           {} corners outside the lens' domain, not compared\n",
+                        validation.num_outside_domain);
+  }
+  for (const std::string& warning : validation.warnings) text += "warning: " + warning + "\n";
+  return text + verdicts(validation);
+}
+
+// --truth needs something to judge and something to judge it by.
+void check_truth(const Arguments& arguments, const CalibrationFile& file, const Input& input) {
+  if (!arguments.truth) return;
+  const std::optional<Truth>& truth = input.dataset.truth;
+  if (!truth) throw Error(fmt::format("--truth: {} has none", input.name));
+  if (truth->camera.lens.index() != file.camera.lens.index())
+    throw Error(fmt::format("--truth: that of {} is another kind of lens than {}", input.name,
+                            arguments.calibration));
+  if (std::ranges::none_of(file.sigmas, [](double sigma) { return sigma > 0; }))
+    throw Error(fmt::format("--truth: {} says no standard deviations to count errors in",
+                            arguments.calibration));
+}
+
+int run(const Arguments& arguments) {
+  const CalibrationFile file = read_calibration(arguments.calibration);
+  Input input = read_input({"", {arguments.dataset}, arguments.observations});
+  check_image_size(file.camera.image_size, arguments.calibration, input);
+  check_truth(arguments, file, input);
+  need_views(input, 0);
+  Validation validation;
+  {
+    const Progress progress("validating");
+    validation = validate(file.camera, file.sigmas, input.dataset, file.camera_error_px);
+  }
+  validation.warnings.insert(validation.warnings.begin(), input.warnings.begin(),
+                             input.warnings.end());
+  const bool passed = passes(validation, arguments);
+  print_result(arguments.json ? json_text(validation, file.model, passed)
+                              : summary(validation, file.model));
+  return passed ? kAnswer : kCheckFailed;
+}
+
+}  // namespace
+
+Command add_validate(CLI::App& app) {
+  CLI::App* command =
+      add_command(app, "validate", "a calibration against OpenCV's projection and the truth");
+  const auto arguments = std::make_shared<Arguments>();
+  add_option(*command, "CALIBRATION", arguments->calibration, "a calibration: ours or OpenCV's")
+      ->option_text(" ")
+      ->required();
+  add_option(*command, "--dataset", arguments->dataset, "a folder with dataset.yaml")
+      ->option_text("DATASET REQUIRED")
+      ->required();
+  add_option(*command, "--observations", arguments->observations,
+             "corners found before (tagcal detect), instead of those of the data set")
+      ->option_text("CSV");
+  add_flag(*command, "--truth", arguments->truth,
+           "a parameter more than 5 standard deviations off the truth is exit 1");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  command->footer("Example: tagcal validate camera.yaml --dataset desk --observations corners.csv");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,219 @@
+#include "input/input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "input/arguments.hpp"
+#include "report/messages.hpp"
+#include "report/progress.hpp"
+#include "tagcal/detect/board_search/refine_corners.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/target_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMinCorners = 12;
+
+const std::map<std::string, Refinement> kRefinements = {
+    {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
+
+// Pictures are known by their file name, or by the path as given where two share a name.
+std::vector<ImageSource> image_sources(const std::vector<fs::path>& files) {
+  std::map<std::string, int> uses;
+  std::set<fs::path> seen;
+  for (const fs::path& file : files) {
+    ++uses[file.filename().string()];
+    if (!seen.insert(file.lexically_normal()).second) {
+      throw Error(fmt::format("{}: given twice", file.string()));
+    }
+  }
+  std::vector<ImageSource> sources;
+  for (const fs::path& file : files) {
+    const std::string name = file.filename().string();
+    sources.push_back({uses[name] > 1 ? file.string() : name, [file] { return read_image(file); }});
+  }
+  return sources;
+}
+
+// Looks at headers only, so that a wrong picture is named before the first one is worked on.
+void check_one_size(const std::vector<fs::path>& files, const ImageSize& size) {
+  for (const fs::path& file : files) {
+    const ImageSize found = read_image_size(file);
+    if (found == size) continue;
+    throw Error(fmt::format("{}: must be {}x{} pixels as {} is, got {}x{}", file.string(),
+                            size.width, size.height, files.front().string(), found.width,
+                            found.height));
+  }
+}
+
+Input read_pictures(const InputArguments& arguments) {
+  if (!arguments.observations.empty()) {
+    throw Error("--observations: goes with a DATASET, not with --target");
+  }
+  Input input;
+  input.name = arguments.target;
+  const Board board = read_target(arguments.target, {}, &input.warnings);
+  input.dataset.boards.push_back({board, Pose()});
+  const std::vector<fs::path> files(arguments.inputs.begin(), arguments.inputs.end());
+  input.images = image_sources(files);
+  input.dataset.image_size = read_image_size(files.front());
+  check_one_size(files, input.dataset.image_size);
+  return input;
+}
+
+Input read_folder(const InputArguments& arguments) {
+  const std::string& folder = arguments.inputs.front();
+  if (arguments.inputs.size() > 1) {
+    throw Error(fmt::format("{}: one DATASET only (pictures need --target)", arguments.inputs[1]));
+  }
+  if (fs::is_regular_file(folder)) {
+    throw Error(fmt::format(
+        "{}: must be a folder with dataset.yaml, got a file (pictures need --target)", folder));
+  }
+  DatasetFolder read = read_dataset(folder);
+  Input input;
+  input.name = folder;
+  input.dataset = std::move(read.dataset);
+  input.warnings = std::move(read.warnings);
+  input.observations = read.observations.string();
+  input.images = image_sources(read.images);
+  if (!arguments.observations.empty()) {
+    input.observations = arguments.observations;
+    input.dataset.views = read_observations(arguments.observations, input.dataset.boards);
+  }
+  return input;
+}
+
+}  // namespace
+
+void add_input(CLI::App& command, InputArguments& arguments) {
+  add_option(command, "DATASET|IMAGE", arguments.inputs,
+             "a folder with dataset.yaml, or (with --target) pictures")
+      ->option_text(" ")
+      ->required();
+  add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
+      ->option_text("T.yaml");
+  add_option(command, "--refinement", arguments.refinement,
+             "how corners are found in pictures: fit (the whole printed tag, with covariances; "
+             "the usual one), edges (its four sides) or stock (AprilTag's own)")
+      ->check(CLI::IsMember({"fit", "edges", "stock"}))
+      ->option_text("R");
+}
+
+void add_observations(CLI::App& command, InputArguments& arguments) {
+  add_option(command, "--observations", arguments.observations,
+             "corners found before (tagcal detect), instead of those of the data set")
+      ->option_text("CSV");
+}
+
+Input read_input(const InputArguments& arguments) {
+  Input input = arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
+  if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
+  return input;
+}
+
+void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
+  const ImageSize& expected = input.dataset.image_size;
+  if (size == expected) return;
+  throw Error(fmt::format("{}: image size must be {}x{} as of {}, got {}x{}", file, expected.width,
+                          expected.height, input.name, size.width, size.height));
+}
+
+void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
+  if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
+  const auto& boards = input.dataset.boards;
+  if (std::all_of(boards.begin(), boards.end(),
+                  [](const auto& b) { return b.board.tags.empty(); })) {
+    throw Error(fmt::format("{}: the target has no tags to look for, only points", input.name));
+  }
+  DetectOptions options;
+  options.threads = threads;
+  options.refinement = input.refinement;
+  options.camera = camera;
+  std::optional<Progress> progress;
+  if (shows_progress) progress.emplace("detecting", static_cast<int>(input.images.size()));
+  DetectResult result = detect_all(input.images, boards, options, [&](int done, int) {
+    if (progress) progress->update(done);
+  });
+  input.dataset.views = std::move(result.views);
+  input.unfitted = std::move(result.unfitted);
+  input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
+}
+
+void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress) {
+  if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
+  std::optional<Progress> progress;
+  if (shows_progress) progress.emplace("refining", static_cast<int>(input.dataset.views.size()));
+  RefinedCorners refined = refine_corners(input.images, input.dataset.boards, input.dataset.views,
+                                          camera, threads, [&](int done, int) {
+                                            if (progress) progress->update(done);
+                                          });
+  input.dataset.views = std::move(refined.views);
+  if (refined.num_refined < refined.num_tags)
+    input.warnings.push_back(
+        fmt::format("the corners of {} of {} tags stay as they were found: no fit under the lens",
+                    refined.num_tags - refined.num_refined, refined.num_tags));
+}
+
+void find_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
+  if (input.observations.empty()) detect_views(input, threads, shows_progress, camera);
+}
+
+void need_views(Input& input, int threads, bool shows_progress) {
+  find_views(input, threads, shows_progress);
+  const int corners = num_corners(input.dataset.views);
+  if (corners < kMinCorners) {
+    throw Error(fmt::format("{}: must have {} corners or more in all, got {}",
+                            input.observations.empty() ? input.name : input.observations,
+                            kMinCorners, corners));
+  }
+}
+
+void check_writable(const fs::path& file) {
+  if (file.empty()) return;
+  if (fs::is_directory(file)) {
+    throw Error(fmt::format("{}: cannot be written: it is a folder", file.string()));
+  }
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder)) {
+    throw Error(fmt::format("{}: cannot be written: no folder {}", file.string(), folder.string()));
+  }
+}
+
+int num_corners(const std::vector<View>& views) {
+  std::size_t count = 0;
+  for (const View& view : views) count += view.observations.size();
+  return static_cast<int>(count);
+}
+
+int num_tags(const std::vector<View>& views) {
+  std::size_t count = 0;
+  for (const View& view : views) {
+    std::set<int> ids;
+    for (const Observation& seen : view.observations) ids.insert(seen.id.tag_id);
+    count += ids.size();
+  }
+  return static_cast<int>(count);
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) print_to_stderr("tagcal: warning: {}\n", warning);
+}
+
+void print_result(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
+}
+
+}  // namespace tagcal::tools

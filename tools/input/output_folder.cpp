@@ -1,0 +1,124 @@
+#include "input/output_folder.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error cannot_write(const fs::path& path, const std::error_code& why) {
+  return Error(fmt::format("{}: cannot be written: {}", path.string(), why.message()));
+}
+
+// Without links and a slash at the end, so that a sibling can be named.
+fs::path plain_path(const fs::path& path) {
+  std::error_code why;
+  fs::path plain = fs::weakly_canonical(fs::absolute(path), why);
+  if (why) throw cannot_write(path, why);
+  if (!plain.has_filename()) plain = plain.parent_path();
+  if (!plain.has_filename()) throw Error(fmt::format("{}: not a folder to write", path.string()));
+  return plain;
+}
+
+// target.yaml, target-0.yaml, target-1.yaml, ...
+bool is_target_file(std::string_view name) {
+  if (!name.starts_with("target") || !name.ends_with(".yaml")) return false;
+  name.remove_prefix(6);
+  name.remove_suffix(5);
+  return name.empty() || (name.size() > 1 && name[0] == '-' &&
+                          name.find_first_not_of("0123456789", 1) == std::string_view::npos);
+}
+
+// The files that a render leaves: what truth.yaml names, and the fixed names.
+std::set<fs::path> files_of_render(const fs::path& folder) {
+  std::set<fs::path> files = {"dataset.yaml", "truth.yaml", "observations_exact.csv"};
+  for (const auto& [image, pose] : read_truth(folder / "truth.yaml").camera_from_world) {
+    files.insert(fs::path("images") / image);
+  }
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (is_target_file(name)) files.insert(name);
+  }
+  return files;
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(const fs::path& place, Taken taken)
+    : place_(plain_path(place)), joins_(taken == Taken::by_any_folder) {
+  if (fs::exists(place_) && !fs::is_directory(place_)) {
+    throw Error(fmt::format("{}: must be a folder, got a file", place.string()));
+  }
+  if (!joins_ && fs::is_directory(place_) && !fs::is_empty(place_)) {
+    if (!fs::exists(place_ / "dataset.yaml") || !fs::exists(place_ / "truth.yaml")) {
+      throw Error(
+          fmt::format("{}: must be empty or an earlier render, has other files", place.string()));
+    }
+    replaced_ = files_of_render(place_);
+  }
+  std::error_code why;
+  fs::create_directories(place_.parent_path(), why);
+  if (why) throw cannot_write(place, why);
+  partial_ = place_;
+  partial_ += fmt::format(".partial-{}", getpid());
+  if (!fs::create_directory(partial_, why)) {
+    partial_.clear();  // nothing to remove
+    throw cannot_write(place, why);
+  }
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  if (!partial_.empty()) fs::remove_all(partial_, ignored);
+}
+
+void OutputFolder::publish() {
+  if (joins_ && fs::is_directory(place_)) return move_files();
+  fs::path old = place_;
+  old += fmt::format(".replaced-{}", getpid());
+  std::error_code why;
+  if (!replaced_.empty()) fs::rename(place_, old, why);
+  if (!why) fs::rename(partial_, place_, why);
+  if (why) throw cannot_write(place_, why);
+  partial_.clear();
+  if (!replaced_.empty()) keep_users_files(old);
+}
+
+void OutputFolder::move_files() {
+  for (const auto& entry : fs::directory_iterator(partial_)) {
+    std::error_code why;
+    fs::rename(entry.path(), place_ / entry.path().filename(), why);
+    if (why) throw cannot_write(place_ / entry.path().filename(), why);
+  }
+}
+
+// File by file, and folders only when they are empty, so that nothing unknown is ever removed.
+void OutputFolder::keep_users_files(const fs::path& old) const {
+  for (const fs::path& file : replaced_) fs::remove(old / file);
+  std::vector<fs::path> entries;
+  for (const auto& entry : fs::recursive_directory_iterator(old)) entries.push_back(entry.path());
+  for (const fs::path& entry : entries) {
+    const fs::path kept = place_ / entry.lexically_relative(old);
+    std::error_code there;
+    if (fs::exists(kept, there) || !fs::exists(fs::symlink_status(entry))) continue;
+    fs::rename(entry, kept);
+  }
+  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
+    std::error_code not_empty_or_gone;
+    fs::remove(*entry, not_empty_or_gone);
+  }
+  std::error_code not_empty;
+  fs::remove(old, not_empty);
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "report/calibration_report.hpp"
+#include "report/shown_parameters.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// null as a whole where one of the coefficients is not known.
+Json distortion_json(std::span<const Shown> coefficients, double Shown::*member) {
+  Json list = Json::array();
+  for (const Shown& coefficient : coefficients) {
+    if (!std::isfinite(coefficient.*member)) return nullptr;
+    list.push_back(coefficient.*member);
+  }
+  return list;
+}
+
+Json camera_json(const Calibration& calibration, double Shown::*member) {
+  if (!calibration.camera) return nullptr;
+  const std::vector<Shown> all = shown_parameters(calibration);
+  const std::span<const Shown> shown(all.data(), num_shown(calibration));
+  return {{"fx", shown[0].*member},
+          {"fy", shown[1].*member},
+          {"cx", shown[2].*member},
+          {"cy", shown[3].*member},
+          {"distortion", distortion_json(shown.subspan(4), member)}};
+}
+
+// null: no bound.
+Json pixels_json(double sigma_px, const ImageSize& size) {
+  return has_bound(sigma_px, size) ? Json(sigma_px) : Json();
+}
+
+Json projection_json(const Calibration& calibration) {
+  Json list = Json::array();
+  for (const ProjectionUncertainty& p : calibration.projection) {
+    const bool far = !std::isfinite(p.distance_m);
+    const double centre = p.sigma_px(p.grid.rows / 2, p.grid.columns / 2);
+    list.push_back({{"distance_m", far ? Json("infinity") : Json(p.distance_m)},
+                    {"rms_px", pixels_json(p.region_px, p.grid.size)},
+                    {"max_px", pixels_json(p.region_max_px, p.grid.size)},
+                    {"centre_px", pixels_json(centre, p.grid.size)},
+                    {"whole_image_max_px", pixels_json(largest_px(p), p.grid.size)},
+                    {"nodes_without_ray", nodes_without_ray(p)}});
+  }
+  return list;
+}
+
+Json halves_json(const std::optional<HalvesCheck>& halves) {
+  if (!halves) return nullptr;
+  return {{"difference_px", halves->difference_px},
+          {"predicted_px", halves->predicted_px},
+          {"ratio", halves->ratio},
+          {"disagree", halves->disagree}};
+}
+
+Json warp_json(const std::optional<BoardWarp>& warp) {
+  if (!warp) return nullptr;
+  return {{"bend_mm", {warp->bend_mm.x(), warp->bend_mm.y()}},
+          {"sigma_mm", {warp->sigma_mm.x(), warp->sigma_mm.y()}}};
+}
+
+Json weak_directions_json(const Calibration& calibration) {
+  Json list = Json::array();
+  for (const WeakDirection& weak : calibration.weak_directions)
+    list.push_back({{"parameter", weak.parameter},
+                    {"sigma_px", pixels_json(weak.sigma_px, calibration.camera->image_size)},
+                    {"sentence", weak.sentence}});
+  return list;
+}
+
+Json advice_json(const std::optional<AdvisedView>& advice) {
+  if (!advice) return nullptr;
+  constexpr double kDegree = std::numbers::pi / 180;
+  return {{"tilt_deg", advice->tilt_rad / kDegree},
+          {"distance_m", advice->distance_m},
+          {"pixel", {advice->pixel.x(), advice->pixel.y()}},
+          {"focal_sigma_now_px", advice->focal_sigma_now_px},
+          {"focal_sigma_px", advice->focal_sigma_px},
+          {"projection_px", advice->projection_px},
+          {"fills", advice->fills},
+          {"sentence", advice->sentence}};
+}
+
+Json outliers_json(const std::vector<Outlier>& outliers) {
+  Json list = Json::array();
+  for (const Outlier& o : outliers)
+    list.push_back({{"image", o.image},
+                    {"tag_id", o.id.tag_id},
+                    {"corner", o.id.corner},
+                    {"residual_px", o.residual_px}});
+  return list;
+}
+
+Json steps_json(const std::vector<ModelStep>& steps) {
+  Json list = Json::array();
+  for (const ModelStep& step : steps) {
+    list.push_back({{"model", step.model},
+                    {"parameters", step.num_parameters},
+                    {"cost", step.cost},
+                    {"bic", step.bic},
+                    {"difference_px", step.difference_px ? Json(*step.difference_px) : Json()},
+                    {"weight", step.weight},
+                    {"taken", step.taken},
+                    {"sentence", step.sentence}});
+  }
+  return list;
+}
+
+Json pose_json(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+Json matrix_json(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (const auto& row : matrix.rowwise())
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
+
+Json view_json(const CalibratedView& view) {
+  Json json = {{"image", view.image}};
+  json.update(pose_json(view.camera_from_world));
+  if (view.scale_px_per_m)
+    json.update({{"mirrored", view.mirrored ? pose_json(*view.mirrored) : Json()},
+                 {"scale_px_per_m", *view.scale_px_per_m},
+                 {"scale_sigma_px_per_m", view.scale_sigma_px_per_m},
+                 {"covariance", matrix_json(view.covariance)}});
+  json.update({{"num_corners", view.num_corners}, {"rms_px", view.rms_px}});
+  return json;
+}
+
+// The poses of what is no answer are not known. Those of model weak need no focal length.
+Json views_json(const Calibration& calibration) {
+  Json list = Json::array();
+  if (!is_answer(calibration.status) && calibration.model != "weak") return list;
+  for (const CalibratedView& view : calibration.views) list.push_back(view_json(view));
+  return list;
+}
+
+Json seconds_json(const CalibrationAnswer& answer) {
+  const CalibrateSeconds& spent = answer.calibration.seconds;
+  return {{"read", answer.seconds.read},
+          {"start", spent.start},
+          {"solve", spent.solve},
+          {"covariance", spent.covariance},
+          {"total", answer.seconds.total}};
+}
+
+std::string text_of(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string calibration_json(const CalibrationAnswer& answer, const std::string& name) {
+  const Calibration& calibration = answer.calibration;
+  const bool known = calibration.camera.has_value();
+  Json json = Json::object();
+  if (!name.empty()) json["data_set"] = name;
+  json.update({{"status", status_name(calibration.status)},
+               {"model", calibration.model.empty() ? Json() : Json(calibration.model)},
+               {"camera", camera_json(calibration, &Shown::value)},
+               {"sigma", camera_json(calibration, &Shown::sigma)},
+               {"fixed", calibration.fixed},
+               {"rms_px", known ? Json(calibration.rms_px) : Json()},
+               {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
+               {"sigma_of_corners", calibration.sigma_of_corners},
+               {"model_error_px", known ? Json(calibration.model_error_px) : Json()},
+               {"variance_inflation", known ? Json(calibration.variance_inflation) : Json()},
+               {"num_views", calibration.views.size()},
+               {"num_corners", calibration.num_corners},
+               {"num_outliers", calibration.outliers.size()},
+               {"outliers", outliers_json(calibration.outliers)},
+               {"views", views_json(calibration)},
+               {"projection", projection_json(calibration)},
+               {"seen_share", known ? Json(calibration.seen.share()) : Json()},
+               {"halves", halves_json(calibration.halves)},
+               {"board_warp", warp_json(calibration.board_warp)},
+               {"weak_directions", weak_directions_json(calibration)},
+               {"advice", advice_json(answer.advice)},
+               {"steps", steps_json(calibration.steps)},
+               {"warnings", calibration.warnings},
+               {"seconds", seconds_json(answer)}});
+  return text_of(json);
+}
+
+std::string failure_json(const std::string& name, const std::string& error) {
+  return text_of({{"data_set", name}, {"error", error}});
+}
+
+}  // namespace tagcal::tools

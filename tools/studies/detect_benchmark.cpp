@@ -1,0 +1,168 @@
+// What detect() costs beside AprilTag's own detector (quad_decimate 1, one thread, one pass, with
+// its own refine_edges) on the same pictures of a Kalibr board of 36 tags, rendered here through a
+// lens: one of 1280x800 pixels, one of 12 megapixels, one in which the board leaves the picture.
+//   detect_benchmark [runs, default 5] [pictures of a 6x6 board, tags 0 to 35 ..]
+// Times: median over the runs, of the clock on the wall and of the processor.
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+#include <numbers>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/scene/render.hpp"
+
+namespace {
+
+using namespace tagcal::internal;
+
+using namespace tagcal;
+
+struct Picture {
+  std::string name;
+  Image8 image;
+  int expected = -1;  // tags whole in the picture; -1: not known
+};
+
+struct Seconds {
+  double wall = 0;
+  double processor = 0;
+};
+
+Seconds timed(int runs, const std::function<void()>& work) {
+  std::vector<double> wall, processor;
+  for (int i = 0; i < runs; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t clock = std::clock();
+    work();
+    processor.push_back(static_cast<double>(std::clock() - clock) / CLOCKS_PER_SEC);
+    wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  const auto median = [](std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {median(wall), median(processor)};
+}
+
+Board kalibr_board() { return grid_board({6, 6, 0.088, 0.3, 0}); }
+
+int whole_tags(const Board& board, const Camera& camera, const Pose& camera_from_board) {
+  int count = 0;
+  for (const Tag& tag : board.tags) {
+    const auto corners = tag_corners(tag);
+    count += std::ranges::all_of(corners, [&](const Eigen::Vector3d& corner) {
+      const auto pixel = project(camera.lens, camera_from_board * corner);
+      return pixel && pixel->minCoeff() > 1 && pixel->x() < camera.image_size.width - 2 &&
+             pixel->y() < camera.image_size.height - 2;
+    });
+  }
+  return count;
+}
+
+// The board half a radian oblique, `aside` metres off the optical axis.
+Picture rendered(const std::string& name, const ImageSize& size, double aside) {
+  Scene scene;
+  const double f = 0.8 * size.width;
+  scene.camera = {Perspective({f, f, 0.5 * size.width - 0.5, 0.5 * size.height - 0.5, -0.2, 0.05}),
+                  size};
+  scene.boards = {{kalibr_board(), Pose()}};
+  scene.sensor = {1, 0.8, 3};
+  const Eigen::Quaterniond facing(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.5, Eigen::Vector3d(0.5, 1, 0.2).normalized()));
+  const Eigen::Quaterniond turn = tilt * facing;
+  const Pose pose(turn, Eigen::Vector3d(aside, 0, 0.95) - turn * Eigen::Vector3d(0.33, 0.33, 0));
+  const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 2)}};
+  return {name, expose(render_light(scene, families, pose), scene.sensor, 5),
+          whole_tags(scene.boards[0].board, scene.camera, pose)};
+}
+
+struct Line {
+  std::string name;
+  Seconds seconds;
+  std::size_t tags = 0;
+};
+
+Line apriltag_alone(const Image8& image, int runs) {
+  const FamilyHandle family = create_family("tag36h11", 2);
+  const DetectorHandle detector(apriltag_detector_create());
+  apriltag_detector_add_family_bits(detector.get(), family.get(), 1);
+  detector->nthreads = 1;
+  detector->quad_decimate = 1;
+  detector->refine_edges = true;
+  image_u8_t view = {image.width(), image.height(), image.width(),
+                     const_cast<std::uint8_t*>(image.row(0))};
+  Line line{"AprilTag alone", {}, 0};
+  line.seconds = timed(runs, [&] {
+    const DetectionsHandle found(apriltag_detector_detect(detector.get(), &view));
+    line.tags = static_cast<std::size_t>(zarray_size(found.get()));
+  });
+  return line;
+}
+
+Line detected(const Image8& image, int runs, const std::string& name,
+              const DetectOptions& options) {
+  const std::vector<PlacedBoard> boards = {{kalibr_board(), Pose()}};
+  Line line{name, {}, 0};
+  line.seconds = timed(runs, [&] {
+    line.tags = detect(image, "", boards, options, nullptr).observations.size() / 4;
+  });
+  return line;
+}
+
+void run(const Picture& picture, int runs) {
+  std::printf("%s, %dx%d", picture.name.c_str(), picture.image.width(), picture.image.height());
+  if (picture.expected >= 0) std::printf(", %d tags whole", picture.expected);
+  std::printf("\n");
+  const Line alone = apriltag_alone(picture.image, runs);
+  std::vector<Line> lines = {alone};
+  for (const int threads : {1, 2}) {
+    for (const auto& [name, refinement] : {std::pair{"corners as found", Refinement::stock},
+                                           {"by edges", Refinement::edges},
+                                           {"by fit", Refinement::fit}}) {
+      const std::string text = std::string(name) + (threads == 1 ? ", 1 thread" : ", 2 threads");
+      lines.push_back(detected(picture.image, runs, text, {threads, 1, refinement}));
+    }
+  }
+  std::printf("  %-28s %5s %9s %14s %18s\n", "", "tags", "wall s", "processor s",
+              "of AprilTag alone");
+  for (const Line& line : lines)
+    std::printf("  %-28s %5zu %9.4f %14.4f %18.2f\n", line.name.c_str(), line.tags,
+                line.seconds.wall, line.seconds.processor,
+                line.seconds.processor / alone.seconds.processor);
+}
+
+// Pictures of one size, side by side.
+void run_many(const Image8& image, int runs) {
+  const std::vector<ImageSource> images(8, {"", [&image] { return image; }});
+  const std::vector<PlacedBoard> boards = {{kalibr_board(), Pose()}};
+  for (const int threads : {1, 2}) {
+    const Seconds s = timed(runs, [&] { detect_all(images, boards, {threads}); });
+    std::printf("8 pictures of %dx%d, %d thread(s): wall %.3f s, processor %.3f s\n", image.width(),
+                image.height(), threads, s.wall, s.processor);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int runs = argc > 1 ? std::max(1, std::atoi(argv[1])) : 5;
+  const Picture small = rendered("rendered", {1280, 800}, 0);
+  run(small, runs);
+  run(rendered("rendered, leaving the picture", {1280, 800}, 0.35), runs);
+  run(rendered("rendered", {4000, 3000}, 0), runs);
+  run(rendered("rendered, leaving the picture", {4000, 3000}, 0.35), runs);
+  for (int i = 2; i < argc; ++i) run({argv[i], read_image(argv[i])}, runs);
+  run_many(small.image, runs);
+}

@@ -1,0 +1,162 @@
+#include "draw.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "tagcal/scene/viewing.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr std::size_t kFewestCorners = 8;  // that are visible in a view
+constexpr int kMostTries = 30;             // for a view with so many
+
+// How the views of a world are spread.
+struct ViewSpread {
+  double tag_px = 0;
+  double size_factor = 1;  // of the tag's side in the image, largest over typical
+  double place = 0;        // of the board's centre: 0 the image's centre, 1 anywhere in the image
+  double most_tilt_rad = 0;
+  double most_roll_rad = 0;
+};
+
+// Pixels per radian about a ray of the lens: the root of the area that a solid angle takes.
+std::optional<double> pixels_per_radian(const Lens& lens, const Vector3d& direction) {
+  constexpr double kStep = 1e-4;
+  const Vector3d across = direction.unitOrthogonal(), down = direction.cross(across);
+  const auto p = project(lens, direction);
+  const auto q = project(lens, direction + kStep * across);
+  const auto r = project(lens, direction + kStep * down);
+  if (!p || !q || !r) return std::nullopt;
+  const Vector2d u = (*q - *p) / kStep, v = (*r - *p) / kStep;
+  return std::sqrt(std::abs(u.x() * v.y() - u.y() * v.x()));
+}
+
+Vector3d board_centre(const Grid& grid) {
+  const double pitch = grid.tag_size * (1 + grid.tag_spacing), gap = pitch - grid.tag_size;
+  return {(grid.columns * pitch - gap) / 2, (grid.rows * pitch - gap) / 2, 0};
+}
+
+std::optional<Pose> draw_pose(const Camera& camera, const Grid& grid, const ViewSpread& spread,
+                              Random& random) {
+  const double dx = random.uniform(-0.5, 0.5), dy = random.uniform(-0.5, 0.5);
+  const Vector2d pixel =
+      image_centre(camera.image_size) +
+      spread.place * Vector2d(dx * camera.image_size.width, dy * camera.image_size.height);
+  const double log_factor = std::log(spread.size_factor);
+  const double tag_px = spread.tag_px * std::exp(random.uniform(-log_factor, log_factor));
+  const double tilt = spread.most_tilt_rad * random.uniform();
+  const double side = random.uniform(0, 2 * std::numbers::pi);
+  const double roll = random.uniform(-spread.most_roll_rad, spread.most_roll_rad);
+  const auto ray = ray_in_camera(camera.lens, pixel);
+  const auto scale = ray ? pixels_per_radian(camera.lens, ray->direction) : std::nullopt;
+  if (!scale) return std::nullopt;
+  const double distance = grid.tag_size * *scale / tag_px;
+
+  const Vector3d towards_eye = -ray->direction;
+  const Vector3d axis = Eigen::AngleAxisd(side, towards_eye) * towards_eye.unitOrthogonal();
+  const Vector3d normal = Eigen::AngleAxisd(tilt, axis) * towards_eye;
+  Vector3d right = Vector3d::UnitX() - normal.x() * normal;
+  right = Eigen::AngleAxisd(roll, normal) * right.normalized();
+  Eigen::Matrix3d axes;
+  axes << right, normal.cross(right), normal;
+  const Eigen::Quaterniond rotation(axes);
+  return Pose(rotation, distance * ray->direction - rotation * board_centre(grid));
+}
+
+// No value where the tags would be too few or too many, or do not fit into the image.
+std::optional<Board> draw_board(World& world, Random& random) {
+  const ImageSize& size = world.scene.camera.image_size;
+  const double tag_px = log_uniform(12, 300, random);
+  const double wanted = log_uniform(0.04, 1, random);
+  const bool kalibr = random.uniform() < 0.5;
+  const double spacing = kalibr ? random.uniform(0.2, 0.4) : random.uniform(0.15, 0.5);
+  const double pitch_px = tag_px * (1 + spacing);
+  const double area = static_cast<double>(size.width) * size.height;
+  const double count = wanted * area / (pitch_px * pitch_px);
+  if (count < 3 || count > 64 || pitch_px > size.height) return std::nullopt;
+  const double aspect = log_uniform(0.7, 1.8, random);
+  const int columns = std::max(1, static_cast<int>(std::lround(std::sqrt(count * aspect))));
+  const int rows = std::max(1, static_cast<int>(std::lround(count / columns)));
+  if (columns * rows < 3) return std::nullopt;
+  world.tag_px = tag_px;
+  world.coverage = columns * rows * pitch_px * pitch_px / area;
+  return grid_board({columns, rows, log_uniform(0.02, 0.2, random), spacing, 0}, "tag36h11",
+                    kalibr ? 2 : 1, kalibr);
+}
+
+ViewSpread draw_spread(const World& world, Random& random) {
+  ViewSpread spread;
+  spread.tag_px = world.tag_px;
+  spread.size_factor = log_uniform(1.02, 1.8, random);
+  spread.place = random.uniform();
+  spread.most_tilt_rad = kDegree * world.most_tilt_deg;
+  constexpr double kRolls[] = {5, 30, 180};
+  spread.most_roll_rad = kDegree * kRolls[random.index(std::size(kRolls))];
+  return spread;
+}
+
+bool draw_views(Scene& scene, const ViewSpread& spread, Random& random) {
+  ExplicitPath path;
+  const Grid& grid = *scene.boards[0].board.grid;
+  for (int view = 0; view < scene.num_views; ++view) {
+    bool found = false;
+    for (int i = 0; i < kMostTries && !found; ++i) {
+      const auto pose = draw_pose(scene.camera, grid, spread, random);
+      found = pose && visible_corners(scene, *pose).size() >= kFewestCorners;
+      if (found) path.camera_from_world.push_back(*pose);
+    }
+    if (!found) return false;
+  }
+  scene.path = path;
+  return true;
+}
+
+// Half of the sensors are linear, most prints as designed. Noise does not reach black or white.
+void draw_light(World& world, Random& random) {
+  Scene& scene = world.scene;
+  scene.sensor.blur_px = log_uniform(0.3, 2, random);
+  scene.sensor.noise_levels = log_uniform(0.3, 8, random);
+  const double background = random.uniform(0.1, 0.8), paper = random.uniform(0.55, 0.88),
+               ink = random.uniform(0.1, 0.25);  // in the picture
+  if (random.uniform() < 0.5) scene.sensor.gamma = random.uniform(0.45, 1);
+  const double power = 1 / scene.sensor.gamma;
+  scene.background_level = std::pow(background, power);
+  scene.paper_level = std::pow(paper, power);
+  scene.ink_level = std::pow(ink, power);
+  if (random.uniform() < 0.4) world.ink_spread_px = random.uniform(-0.05, 0.15);
+  scene.ink_spread_m = world.ink_spread_px * scene.boards[0].board.grid->tag_size / world.tag_px;
+}
+
+}  // namespace
+
+World draw_world(std::uint64_t seed, std::uint64_t index) {
+  Random random(seed, index);
+  while (true) {
+    World world{seed, index};
+    Scene& scene = world.scene;
+    DrawnCamera drawn = draw_camera(random);
+    scene.camera = drawn.camera;
+    scene.model = drawn.model;
+    world.field_of_view_deg = drawn.field_of_view_deg;
+    std::optional<Board> board;
+    while (!board) board = draw_board(world, random);
+    scene.boards = {{*board, Pose()}};
+    scene.paper_margin_m = board->grid->tag_size * random.uniform(0.15, 1);
+    // Few views more often than many: 2 to 40, half of the worlds below 6.
+    scene.num_views = static_cast<int>(2 * std::pow(20.99, std::pow(random.uniform(), 1.5)));
+    world.most_tilt_deg = random.uniform(3, 65);
+    if (!draw_views(scene, draw_spread(world, random), random)) continue;
+    if (random.uniform() < 0.3) scene.occluders = draw_occluders(scene, random);
+    draw_light(world, random);
+    return world;
+  }
+}
+
+}  // namespace tagcal

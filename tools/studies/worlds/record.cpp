@@ -1,0 +1,165 @@
+#include "record.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <variant>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+using Field =
+    std::variant<std::uint64_t Record::*, int Record::*, double Record::*, std::string Record::*>;
+
+struct Column {
+  std::string_view name;
+  Field field;
+};
+
+const Column kColumns[] = {
+    {"seed", &Record::seed},
+    {"index", &Record::index},
+    {"render_s", &Record::render_s},
+    {"detect_s", &Record::detect_s},
+    {"calibrate_s", &Record::calibrate_s},
+    {"model", &Record::model},
+    {"width", &Record::width},
+    {"height", &Record::height},
+    {"field_of_view_deg", &Record::field_of_view_deg},
+    {"views", &Record::views},
+    {"tags_on_board", &Record::tags_on_board},
+    {"border_bits", &Record::border_bits},
+    {"tag_px", &Record::tag_px},
+    {"coverage", &Record::coverage},
+    {"most_tilt_deg", &Record::most_tilt_deg},
+    {"blur_px", &Record::blur_px},
+    {"noise_levels", &Record::noise_levels},
+    {"ink_spread_px", &Record::ink_spread_px},
+    {"gamma", &Record::gamma},
+    {"occluders", &Record::occluders},
+    {"tags_visible", &Record::tags_visible},
+    {"tags", &Record::tags},
+    {"tags_fitted", &Record::tags_fitted},
+    {"corners", &Record::corners},
+    {"corners_without_covariance", &Record::corners_without_covariance},
+    {"corners_hidden", &Record::corners_hidden},
+    {"corners_beyond", &Record::corners_beyond},
+    {"corner_squares", &Record::corner_squares},
+    {"corner_worst", &Record::corner_worst},
+    {"corner_worst_px", &Record::corner_worst_px},
+    {"status", &Record::status},
+    {"answer", &Record::answer},
+    {"inliers", &Record::inliers},
+    {"left_out", &Record::left_out},
+    {"model_error_px", &Record::model_error_px},
+    {"f_error_px", &Record::f_error_px},
+    {"f_ratio", &Record::f_ratio},
+    {"region_px", &Record::region_px},
+    {"region_error_px", &Record::region_error_px},
+    {"region_ratio", &Record::region_ratio},
+    {"region_far_ratio", &Record::region_far_ratio},
+    {"image_px", &Record::image_px},
+    {"image_error_px", &Record::image_error_px},
+    {"image_ratio", &Record::image_ratio},
+    {"image_axis_ratio", &Record::image_axis_ratio},
+    {"nodes_silent", &Record::nodes_silent},
+    {"named_status", &Record::named_status},
+    {"named_f_ratio", &Record::named_f_ratio},
+    {"named_region_ratio", &Record::named_region_ratio},
+    {"findings", &Record::findings},
+};
+
+std::string text_of(const Record& record, std::uint64_t Record::*field) {
+  return std::to_string(record.*field);
+}
+std::string text_of(const Record& record, int Record::*field) {
+  return std::to_string(record.*field);
+}
+std::string text_of(const Record& record, double Record::*field) {
+  return fmt::format("{:.6g}", record.*field);
+}
+std::string text_of(const Record& record, std::string Record::*field) {
+  std::string quoted;
+  for (const char c : record.*field) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted.find_first_of(",\" ") == std::string::npos ? quoted : '"' + quoted + '"';
+}
+
+template <typename Number>
+bool parse(std::string_view text, Number& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+bool parse(std::string_view text, std::string& value) {
+  value = text;
+  return true;
+}
+
+std::vector<std::string> cells(std::string_view line) {
+  std::vector<std::string> result(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (quoted && line[i] == '"' && i + 1 < line.size() && line[i + 1] == '"')
+      result.back() += line[++i];
+    else if (line[i] == '"')
+      quoted = !quoted;
+    else if (line[i] == ',' && !quoted)
+      result.emplace_back();
+    else
+      result.back() += line[i];
+  }
+  return result;
+}
+
+bool parse_record(std::string_view line, Record& record) {
+  const std::vector<std::string> texts = cells(line);
+  if (texts.size() != std::size(kColumns)) return false;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const auto read = [&](auto field) { return parse(texts[i], record.*field); };
+    if (!std::visit(read, kColumns[i].field)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string record_header() {
+  std::string line;
+  for (const Column& column : kColumns) line.append(column.name).push_back(',');
+  line.back() = '\n';
+  return line;
+}
+
+std::string record_line(const Record& record) {
+  std::string line;
+  for (const Column& column : kColumns) {
+    line += std::visit([&](auto field) { return text_of(record, field); }, column.field);
+    line += ',';
+  }
+  line.back() = '\n';
+  return line;
+}
+
+std::vector<Record> read_records(const std::string& file) {
+  const std::string text = read_text(file);
+  std::vector<Record> records;
+  std::string_view rest = text;
+  if (!rest.starts_with(record_header()))
+    throw Error(file + ": is not a file of worlds, or one with other columns");
+  rest.remove_prefix(record_header().size());
+  for (int number = 2; !rest.empty(); ++number) {
+    const std::size_t end = rest.find('\n');
+    if (end == std::string_view::npos) break;  // the program was stopped within the line
+    Record record;
+    if (!parse_record(rest.substr(0, end), record))
+      throw Error(fmt::format("{}: line {} is not a world", file, number));
+    records.push_back(record);
+    rest.remove_prefix(end + 1);
+  }
+  return records;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/App.hpp>
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "draw/gnuplot.hpp"
+#include "input/arguments.hpp"
+#include "input/output_folder.hpp"
+#include "report/messages.hpp"
+#include "report/progress.hpp"
+#include "study/atlas/atlas_page.hpp"
+#include "study/atlas/atlas_plot.hpp"
+#include "study/atlas/stability.hpp"
+#include "study/atlas/stability_file.hpp"
+#include "study/chart/chart.hpp"
+#include "study/machine.hpp"
+#include "study/study_commands.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace study;
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<std::string> maps;
+  std::string out;
+  int trials = 0, threads = 1;
+  std::uint64_t seed = 1;
+  bool quick = false, list = false, ours = false;
+};
+
+// Those that were named, in the order of the atlas; all where none was.
+std::vector<StabilityMap> chosen_maps(const std::vector<std::string>& names) {
+  const std::vector<StabilityMap> all = stability_maps();
+  std::vector<std::string> known;
+  for (const StabilityMap& map : all) known.push_back(map.name);
+  for (const std::string& name : names)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error(
+          fmt::format("stability: unknown map {}; known: {}", name, fmt::join(known, ", ")));
+  if (names.empty()) return all;
+  std::vector<StabilityMap> chosen;
+  for (const StabilityMap& map : all)
+    if (std::find(names.begin(), names.end(), map.name) != names.end()) chosen.push_back(map);
+  return chosen;
+}
+
+std::vector<std::string> origin_of(const Arguments& a) {
+  std::string command = "tagcal stability";
+  for (const std::string& name : a.maps) command += " " + name;
+  if (a.trials > 0) command += fmt::format(" --trials {}", a.trials);
+  if (a.quick) command += " --quick";
+  if (a.ours) command += " --ours";
+  command += fmt::format(" --seed {}", a.seed);
+  return {command, "tagcal " TAGCAL_VERSION, peers_versions(), processor_name(), today()};
+}
+
+StabilityResult run_shown(const StabilityMap& map, const Arguments& a) {
+  const StabilityOptions options{a.seed, a.threads, a.quick, a.trials};
+  Progress progress("stability " + map.name, 1000);
+  return run_map(map, options, [&](int done, int total) {
+    progress.update(static_cast<int>(1000LL * done / total));
+  });
+}
+
+int run(const Arguments& a) {
+  std::vector<StabilityMap> maps = chosen_maps(a.maps);
+  if (a.list) {
+    for (const StabilityMap& map : maps) fmt::print("{:<20} {}\n", map.name, map.title);
+    return kAnswer;
+  }
+  if (a.out.empty()) throw Error("stability: needs --out DIR, or --list");
+  OutputFolder folder(a.out, OutputFolder::Taken::by_any_folder);
+  const std::vector<std::string> origin = origin_of(a);
+  const bool can_draw = has_gnuplot();
+  std::vector<AtlasSheet> sheets;
+  int misses = 0;
+  for (StabilityMap& map : maps) {
+    if (a.ours) map = ours_alone(std::move(map));
+    StabilityResult result = run_shown(map, a);
+    write_whole(folder.path() / (map.name + ".csv"), stability_csv(map, result));
+    if (can_draw)
+      draw_with_gnuplot(atlas_picture(map, result, origin), folder.path() / (map.name + ".png"));
+    sheets.push_back({std::move(map), std::move(result), can_draw});
+    misses += static_cast<int>(missing_marks(sheets.back().map, sheets.back().result).size());
+  }
+  write_whole(folder.path() / "atlas.md", atlas_page(sheets, origin));
+  folder.publish();
+  fmt::print("{}: {} maps, {} cells or maps of ours miss the marks; see atlas.md\n", a.out,
+             sheets.size(), misses);
+  if (!can_draw)
+    print_to_stderr(
+        "tagcal: warning: no gnuplot here: the tables and atlas.md are written, pictures "
+        "need it (Debian: gnuplot-nox)\n");
+  return kAnswer;
+}
+
+}  // namespace
+
+Command add_stability(CLI::App& app) {
+  CLI::App* command =
+      add_command(app, "stability", "maps of where methods fail, ours and other libraries'");
+  const auto a = std::make_shared<Arguments>();
+  add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all")
+      ->option_text(" ");
+  add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
+      ->option_text("DIR");
+  add_integer(*command, "--trials", a->trials, 1,
+              "trials of each cell, of ours; peers stop at 200. Default: what the map takes");
+  add_option(*command, "--seed", a->seed, "of the problems; equal seeds, equal outcomes")
+      ->option_text("N");
+  add_integer(*command, "--threads", a->threads, 0,
+              "problems worked on side by side; 0: one per core; times are best with 1");
+  add_flag(*command, "--quick", a->quick, "few trials: all maps in about a minute");
+  add_flag(*command, "--ours", a->ours, "our methods alone: the peers are most of the time");
+  add_flag(*command, "--list", a->list, "names and titles of the maps, and nothing else");
+  command->footer("Example: tagcal stability tag-tilt-distance --quick --out atlas");
+  return {command, [a] { return run(*a); }};
+}
+
+}  // namespace tagcal::tools
