@@ -7,7 +7,7 @@
 #include "lenses.hpp"
 #include "tagcal/camera/kernels/project_dispatch.hpp"
 
-// Batch projection by any of its kernels, and what goes in and comes out.
+// Input, output and kernels of batch projection.
 
 namespace tagcal {
 using namespace internal;
@@ -22,7 +22,7 @@ inline bool has_avx2() {
 #endif
 }
 
-// Every set of kernels that runs here.
+// All sets of kernels that this processor can run.
 inline std::vector<const ProjectKernels*> all_kernels() {
   std::vector<const ProjectKernels*> kernels = {&kPortableKernels};
   if (has_avx2()) kernels.push_back(&kAvx2Kernels);
@@ -30,7 +30,7 @@ inline std::vector<const ProjectKernels*> all_kernels() {
   return kernels;
 }
 
-// What a batch writes, with the memory.
+// The output of a batch and its memory.
 struct Result {
   std::size_t count = 0;
   std::vector<Eigen::Vector2d> pixels;
@@ -47,7 +47,7 @@ struct Result {
   }
 };
 
-// Where memory is not written it stays at this.
+// Initial value of the memory; it stays where nothing is written.
 inline constexpr double kUntouched = -12345.0;
 
 inline Result run(const ProjectKernels& kernels, const Lens& lens, const Pose& pose,

@@ -19,7 +19,7 @@ namespace tagcal::tools {
 
 namespace fs = std::filesystem;
 
-// What a run of the command left.
+// Exit code and output of a run of the command.
 struct Outcome {
   int exit_code = -1;
   std::string out;
@@ -90,8 +90,9 @@ class Cli : public testing::Test {
   static Outcome run(const std::string& arguments) {
     const std::string out = path("stdout.txt");
     const std::string err = path("stderr.txt");
-    const std::string line =
-        std::string(TAGCAL_COMMAND) + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    std::string line = TAGCAL_COMMAND;
+    line.append(" ").append(arguments).append(" >").append(out).append(" 2>").append(err);
+    line.append(" </dev/null");
     const int status = std::system(line.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
   }

@@ -1,21 +1,43 @@
-# Installs the build into a folder of its own and builds and runs a program against it that knows
-# nothing else. Run as
+# Installs the build into a folder of its own, builds the programs of tests/consumer against it, runs
+# them, and checks that the pages show them as they are. Run as
 #   cmake -D BUILD=<build tree> -D CONSUMER=<source>/tests/consumer -D SCRATCH=<folder>
 #         -D COMPILER=<c++> -D FLAGS=<flags> -P consumer_test.cmake
 cmake_minimum_required(VERSION 3.23)
 
 function(run what)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
-                  ERROR_VARIABLE output)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${build} RESULT_VARIABLE result
+                  OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     message(FATAL_ERROR "${what} failed (${result}):\n${output}")
   endif()
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
+# check_program(NAME PAGE EXPECTED ARGUMENT...): the program prints what EXPECTED matches, and PAGE
+# shows its text, but for the comment in its first line. match_1 to match_3 are the groups of EXPECTED.
+function(check_program name page expected)
+  run("${name}" ${build}/${name} ${ARGN})
+  if(NOT output MATCHES "${expected}")
+    message(FATAL_ERROR "${name}: unexpected output: ${output}")
+  endif()
+  foreach(group RANGE 1 3)
+    set(match_${group} "${CMAKE_MATCH_${group}}" PARENT_SCOPE)
+  endforeach()
+  file(READ ${source}/${page} text)
+  file(READ ${CONSUMER}/${name}.cpp program)
+  string(REGEX REPLACE "^//[^\n]*\n" "" program "${program}")
+  string(FIND "${text}" "${program}" place)
+  if(place EQUAL -1)
+    message(FATAL_ERROR "${page} does not show the program of tests/consumer/${name}.cpp")
+  endif()
+endfunction()
+
 set(prefix ${SCRATCH}/prefix)
 set(build ${SCRATCH}/build)
+cmake_path(SET source NORMALIZE ${CONSUMER}/../..)
+set(golden ${source}/data-synthetic/golden/desk)
 file(REMOVE_RECURSE ${SCRATCH})
+file(MAKE_DIRECTORY ${build})
 run("install" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
 # As wide as this compiler and this processor go: Eigen's alignment follows the flag.
 set(options "")
@@ -31,19 +53,34 @@ run("configure" ${CMAKE_COMMAND} -G Ninja -S ${CONSUMER} -B ${build}
     -D CMAKE_PREFIX_PATH=${prefix} -D TAGCAL_INCLUDE=${prefix}/include
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS} -D CONSUMER_OPTIONS=${options})
 run("build" ${CMAKE_COMMAND} --build ${build} -j 2)
-run("program" ${build}/tag_pose)
+
+set(number "([-0-9.e]+)")
+check_program(tag_pose README.md "tag in camera \\[m\\]: +${number} +${number} +${number}")
 # The pixels were made from a tag at (0.02, -0.03, 0.55) m.
-if(NOT output MATCHES "tag in camera \\[m\\]: +(0\\.0[0-9]+) +(-0\\.0[0-9]+) +(0\\.5[0-9]+)")
-  message(FATAL_ERROR "program: unexpected output: ${output}")
+if(match_1 LESS 0.019 OR match_1 GREATER 0.021 OR match_2 LESS -0.031 OR match_2 GREATER -0.029 OR
+   match_3 LESS 0.54 OR match_3 GREATER 0.56)
+  message(FATAL_ERROR "tag_pose: the tag must be at (0.02, -0.03, 0.55) m, got ${match_1} ${match_2} ${match_3}")
 endif()
-set(x ${CMAKE_MATCH_1})
-set(y ${CMAKE_MATCH_2})
-set(z ${CMAKE_MATCH_3})
-if(x LESS 0.019 OR x GREATER 0.021 OR y LESS -0.031 OR y GREATER -0.029 OR z LESS 0.54 OR
-   z GREATER 0.56)
-  message(FATAL_ERROR "program: the tag must be at (0.02, -0.03, 0.55) m, got ${output}")
+check_program(render docs/library.md "^48 corners, the first at 105\\.454 323\\.745\n$")
+check_program(detect docs/library.md "^0:0 105\\.4[0-9]* 323\\.7[0-9]* sd 0\\.00[0-9]*\n.*\n11:3 ")
+check_program(calibrate docs/library.md "ok, opencv5\nfx 902\\.[0-9]* \\+- 0\\.0" ${golden})
+check_program(project docs/library.md
+              "^349\\.5 239\\.5, du/dtx 300, du/dfx 0\\.05\nno pixel: behind the camera\n$")
+check_program(solvers docs/library.md "pnp ${number} rad off\n.*plane, unknown focal length ${number} rad")
+if(match_1 GREATER 1e-7 OR match_2 GREATER 1e-7)
+  message(FATAL_ERROR "solvers: exact rays, but rotations are ${match_1} and ${match_2} rad off")
 endif()
-run("program of other flags" ${build}/calibrate_desk ${CONSUMER}/../../data-synthetic/golden/desk)
+check_program(viewing docs/library.md "lens (336[0-9. ]+)\nmatrices (336[0-9. ]+)\nhalf the size: f 300")
+if(NOT match_1 STREQUAL match_2)
+  message(FATAL_ERROR "viewing: lens and matrices must agree: ${match_1}, ${match_2}")
+endif()
+check_program(examine docs/library.md
+              "seen 8[0-9.]+ %.*sd at 1 m 0\\.00.*off the truth by 0\\.00.*show the board.*OpenCV agrees"
+              ${golden})
+check_program(explain docs/library.md
+              "[0-9]+ tags reported, [0-9]+ not\ntag [0-9]+ corner 0 at .*, blur (0\\.[67][0-9]*) px"
+              ${source}/data-synthetic/scenes/desk.yaml)
+run("program of other flags" ${build}/calibrate_desk ${golden})
 if(NOT output MATCHES "fx [0-9]")
   message(FATAL_ERROR "calibrate_desk: unexpected output: ${output}")
 endif()
@@ -54,11 +91,12 @@ if(options)
     message(FATAL_ERROR "headers without the target must be refused under ${options}: ${output}")
   endif()
 endif()
-file(READ ${CONSUMER}/../../README.md readme)
-file(READ ${CONSUMER}/tag_pose.cpp program)
-string(REGEX REPLACE "^//[^\n]*\n" "" program "${program}")
-string(FIND "${readme}" "${program}" place)
-if(place EQUAL -1)
-  message(FATAL_ERROR "README.md does not show the program of tests/consumer/tag_pose.cpp")
-endif()
+file(READ ${source}/docs/library.md page)
+file(GLOB_RECURSE headers RELATIVE ${prefix}/include/tagcal ${prefix}/include/tagcal/*.hpp)
+foreach(header IN LISTS headers)
+  string(FIND "${page}" "`${header}`" place)
+  if(place EQUAL -1)
+    message(FATAL_ERROR "docs/library.md does not name the public header ${header}")
+  endif()
+endforeach()
 file(REMOVE_RECURSE ${SCRATCH})

@@ -1,6 +1,6 @@
 #pragma once
 
-// What fits of tags make of their corners, over many tags.
+// The errors of fitted corners over many tags.
 
 #include <Eigen/Cholesky>
 #include <array>

@@ -15,7 +15,7 @@
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/random.hpp"
 
-// What the tests of files share.
+// Helpers of the tests of files.
 
 namespace tagcal {
 using namespace internal;

@@ -17,10 +17,10 @@ set(layers internal geometry solvers camera viewing scene estimate detect io val
 set(neighbours_estimate detect)
 set(neighbours_detect estimate)
 # Headers of a layer's own folder that have a place among its rooms; the others come last.
-set(rooms_estimate types policy pose bundle calibration checks facade)
+set(rooms_estimate policy types findings pose bundle calibration checks facade)
 set(types_in_estimate types status seen_region)
 set(bundle_in_estimate projection_uncertainty calibration_diff advice)
-set(rooms_detect types tag_fit apriltag board_search facade)
+set(rooms_detect types policy tag_fit apriltag board_search facade)
 set(types_in_detect types)
 set(tag_fit_in_detect refine_tag)
 set(apriltag_in_detect families)

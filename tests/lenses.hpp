@@ -11,7 +11,7 @@
 
 namespace tagcal {
 
-// Lenses as people meet them, mild and strong, drawn at random.
+// Realistic lenses, with mild and strong distortion, drawn at random.
 template <typename L>
 L random_lens(Random& random);
 

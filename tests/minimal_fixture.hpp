@@ -1,6 +1,6 @@
 #pragma once
 
-// Random problems of three and four points, and how far answers are off.
+// Random problems of three and four points, and the errors of their answers.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -45,7 +45,7 @@ double error_of(const Pose& pose, const Pose& truth, const std::array<Vector3d, 
          (pose * centroid - truth * centroid).norm() / (truth * centroid).norm();
 }
 
-// Shares of the errors that the 50th, 99th and 99.9th of a hundred stay below, for the log.
+// The 50, 99 and 99.9 % quantiles of the errors, for the log.
 inline std::string quantiles(std::vector<double> errors) {
   std::sort(errors.begin(), errors.end());
   std::string text;
@@ -58,7 +58,7 @@ inline std::string quantiles(std::vector<double> errors) {
   return text;
 }
 
-// How a random problem is made: all around the camera (fisheye), usual views, far away, very near.
+// Kinds of random problems: all around the camera (fisheye), usual views, far away, very near.
 enum class Views { around, usual, far, near };
 
 inline Vector3d place(Views views, Random& random) {
@@ -68,7 +68,7 @@ inline Vector3d place(Views views, Random& random) {
   return scale * Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1);
 }
 
-// Numbers as bad input has them: few different ones, so that points coincide and line up.
+// Numbers of bad input: few different values, so that points coincide or are collinear.
 inline double bad_number(Random& random) {
   constexpr std::array kNumbers = {0.0,
                                    1.0,

@@ -9,7 +9,7 @@
 #include "tagcal/random.hpp"
 #include "tagcal/solvers/n_point.hpp"
 
-// Random problems of n points with their truth, and what every answer must hold.
+// Random problems of n points with their truth, and the conditions on every answer.
 
 namespace tagcal {
 
@@ -21,7 +21,7 @@ constexpr int kTrials = 1000;  // the same draws, fewer of them
 
 constexpr double kPx = 1.0 / 900;
 
-// Points in a box of thickness x half its width, at a distance of so many half widths.
+// Points in a box; thickness and distance are in half widths of the box.
 struct Setting {
   const char* name;
   int num_points;
@@ -79,7 +79,7 @@ inline Problem make_problem(const Setting& s, double sigma, Random& random) {
   return p;
 }
 
-// The place of the truth among the poses; -1 where it is missing.
+// The index of the truth among the poses; -1 if it is missing.
 inline int place_of_truth(const Solutions<Pose, 4>& poses, const Problem& p, double tolerance) {
   for (std::size_t i = 0; i < poses.size(); ++i)
     if (angle_between_rad(poses[i], p.truth) < tolerance &&

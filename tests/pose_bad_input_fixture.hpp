@@ -1,6 +1,6 @@
 #pragma once
 
-// Worlds for estimates of poses, and what holds of every estimate, whatever went in.
+// Worlds for estimates of poses, and the conditions on every estimate for any input.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline const ImageSize kSize{1280, 800};
 
-// A target, where it is, and what is seen of it.
+// A target, its pose and its observations.
 struct World {
   Lens lens = centred_pinhole(900);
   std::vector<Vector3d> points;
@@ -36,7 +36,7 @@ struct World {
   }
 };
 
-// Seen at a tilt that tells its sign and the focal length.
+// A view with a tilt that determines its sign and the focal length.
 inline World draw_world(Random& random) {
   World w;
   switch (random.index(4)) {
@@ -57,7 +57,7 @@ inline World draw_world(Random& random) {
   return w;
 }
 
-// Of both kinds of estimate, in the terms that they share.
+// The members that both kinds of estimate have.
 struct Answer {
   Status status;
   std::vector<PoseHypothesis> hypotheses;
@@ -68,7 +68,7 @@ struct Answer {
 
 inline Answer with_camera(const World& w, const PoseOptions& options = {}) {
   const PoseEstimate e = estimate_pose(w.seen, {w.lens, kSize}, options);
-  return {e.status, e.hypotheses, e.outliers, e.sigma_px, 0, e.warnings};
+  return {e.status, e.hypotheses, e.outliers, e.sigma_px, 0, sentences(e.findings)};
 }
 
 inline Answer with_focal(const World& w, const PoseAndFocalOptions& options = {}) {
@@ -79,7 +79,7 @@ inline Answer with_focal(const World& w, const PoseAndFocalOptions& options = {}
     EXPECT_TRUE(weak.scale_px_per_m > 0 && std::isfinite(weak.scale_px_per_m));
     EXPECT_TRUE(std::isfinite(weak.rms_px));
   }
-  return {e.status, e.hypotheses, e.outliers, e.sigma_px, e.focal_px, e.warnings};
+  return {e.status, e.hypotheses, e.outliers, e.sigma_px, e.focal_px, sentences(e.findings)};
 }
 
 inline bool same_inliers_in_front(const Answer& answer, const World& w) {
@@ -106,7 +106,7 @@ inline double rms_px(const PoseHypothesis& h, const Answer& answer, const World&
   return std::sqrt(sum / static_cast<double>(count));
 }
 
-// What holds of every estimate, whatever went in.
+// Checks the conditions on every estimate for any input.
 inline void expect_sound(const Answer& answer, const World& w) {
   ASSERT_TRUE(!is_answer(answer.status) || !answer.hypotheses.empty());
   ASSERT_TRUE(is_answer(answer.status) || !answer.warnings.empty() ||

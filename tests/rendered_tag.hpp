@@ -28,8 +28,8 @@ inline Camera cropped(const Camera& camera, int x0, int y0, const ImageSize& siz
   return result;
 }
 
-// Whether a lens shrinks what is at a pixel, along the radius, to less than 0.4 of what it would be
-// across it: where a distortion turns back, and no picture of use is.
+// Returns true if the lens compresses the image at a pixel along the radius to less than 0.4 of the
+// scale across it: near the fold of a distortion no picture is useful.
 inline bool is_near_fold(const Camera& camera, const Eigen::Vector2d& pixel) {
   const auto ray = ray_in_camera(camera.lens, pixel);
   if (!ray) return true;

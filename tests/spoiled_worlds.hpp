@@ -22,7 +22,7 @@ inline SpoiledWorld untouched(Dataset dataset) { return {std::move(dataset), {}}
 
 inline void move_corner(SpoiledWorld& world, View& view, Observation& seen,
                         const Eigen::Vector2d& pixel) {
-  if ((pixel - seen.pixel).norm() < 3) return;  // no more than noise makes of it
+  if ((pixel - seen.pixel).norm() < 3) return;  // could be noise
   seen.pixel = pixel;
   world.wrong.insert({view.image, seen.id});
 }
@@ -32,7 +32,7 @@ inline Eigen::Vector2d anywhere(const SpoiledWorld& world, Random& random) {
           random.uniform(0, world.dataset.image_size.height)};
 }
 
-// A share of all corners, each by 3 to `reach_px`, or to anywhere (0).
+// Moves a share of all corners, each by 3 to `reach_px`, or to a random pixel (0).
 inline void spoil_corners(SpoiledWorld& world, double share, double reach_px, Random& random) {
   for (View& view : world.dataset.views)
     for (Observation& seen : view.observations) {
@@ -44,7 +44,7 @@ inline void spoil_corners(SpoiledWorld& world, double share, double reach_px, Ra
     }
 }
 
-// Every corner of a view is anywhere.
+// Moves every corner of a view to a random pixel.
 inline void spoil_view(SpoiledWorld& world, std::size_t v, Random& random) {
   View& view = world.dataset.views[v];
   for (Observation& seen : view.observations)
@@ -80,7 +80,7 @@ inline std::function<CornerId(const CornerId&)> rotating(int tag, int turns) {
   };
 }
 
-// Left and right change places.
+// Exchanges left and right.
 inline void mirror(SpoiledWorld& world, std::size_t v) {
   View& view = world.dataset.views[v];
   for (Observation& seen : view.observations) {

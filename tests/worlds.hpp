@@ -13,7 +13,7 @@
 #include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
 
-// Worlds made by seeds: cameras, boards, and what is seen of them, with their truth.
+// Random worlds: cameras, boards, their observations and the truth.
 
 namespace tagcal {
 
@@ -104,7 +104,7 @@ inline std::vector<Eigen::Vector3d> board_points() {
   return points;
 }
 
-// In a box about the origin; a thickness of 0 is a plane.
+// Random points in a box about the origin; a thickness of 0 is a plane.
 inline std::vector<Eigen::Vector3d> points_in_box(int count, double half_width_m, double thickness,
                                                   Random& random) {
   std::vector<Eigen::Vector3d> points;
@@ -125,7 +125,7 @@ inline Lens centred_pinhole(double focal_px, const ImageSize& size = {1280, 800}
   return pinhole(focal_px, focal_px, centre.x(), centre.y());
 }
 
-// What a lens sees of the points. All must be in its domain (std::bad_optional_access).
+// The pixels of the points. All must be in the lens' domain (std::bad_optional_access).
 inline std::vector<Correspondence> seen_by(const Lens& lens,
                                            const std::vector<Eigen::Vector3d>& points,
                                            const Pose& camera_from_target, double sigma_px,

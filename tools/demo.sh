@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The main job on data that it makes itself: render, detect, calibrate, validate. A step whose result
-# is newer than the program and the scene is not done again.
+# Runs the main steps on data of its own: render, detect, calibrate, validate. A step whose result is
+# newer than the program and the scene is skipped.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 ./tools/setup.sh
@@ -26,7 +26,7 @@ step() {
     exit 1
   fi
   after=${EPOCHREALTIME/[.,]/}
-  if [ ! "$result" -nt "$input" ]; then mv "$out.log" "$result"; fi  # it came on stdout
+  if [ ! "$result" -nt "$input" ]; then mv "$out.log" "$result"; fi  # the result was on stdout
   times+=("$(printf '%s %d.%02d s' "$name" $(((after - before) / 1000000)) \
     $(((after - before) % 1000000 / 10000)))")
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Holds the whole chain against truth: renders a scene with many seeds, detects, calibrates and
+# Compares the whole chain with the truth: renders a scene with many seeds, detects, calibrates and
 # validates each, and prints per parameter the mean of ((estimate - truth) / sd)^2, which is 1 where
 # the standard deviations are right, with the largest error of fx and the worst projection
 # difference to OpenCV.

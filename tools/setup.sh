@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing (Debian, by apt) and builds build/release/tools/tagcal. A second run finds
-# everything in place and is done at once.
+# Installs missing packages (Debian, by apt) and builds build/release/tools/tagcal. A second run has
+# nothing left to do.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -17,8 +17,10 @@ std::vector<Command> command_table(CLI::App& app) {
           add_board(app),
           add_view(app),
           add_diff(app),
-          add_study_command(app, "chart", "speed against accuracy, ours and other libraries'"),
-          add_study_command(app, "stability", "maps of where methods fail, ours and others'")};
+          add_study_command(app, "chart",
+                            "speed and accuracy of the methods of tagcal and other libraries"),
+          add_study_command(app, "stability",
+                            "maps of where the methods of tagcal and other libraries fail")};
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Set-up, then everything is built and tested. `--asan` does so under the address and
+# Runs the set-up, then builds and tests everything. `--asan` does so under the address and
 # undefined-behaviour sanitizers instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

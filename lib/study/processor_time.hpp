@@ -4,11 +4,11 @@
 
 namespace tagcal::study {
 
-// Microseconds of the calling thread's processor since some moment: what else the machine does does
-// not count.
+// Processor time of the calling thread in microseconds since an arbitrary moment; other load of the
+// machine does not count.
 double thread_processor_us();
 
-// What one call of `work` takes; a short one is called often enough to be seen by the clock.
+// The processor time of one call of `work`; short work is repeated until the clock resolves it.
 double processor_us(const std::function<void()>& work);
 
 }  // namespace tagcal::study

@@ -7,8 +7,7 @@
 
 namespace tagcal::study {
 
-// The value below which the share of all lies, of the ones there are the nearest by rank; NaN of
-// none.
+// The quantile of the values at this share, by the nearest rank; NaN if there are no values.
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);

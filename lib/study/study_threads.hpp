@@ -4,7 +4,8 @@
 
 namespace tagcal::study {
 
-// OpenCV's own threads would not be seen by the clock of the calling one: none while this lives.
+// Switches OpenCV's threads off during its lifetime: the clock of the calling thread does not count
+// them.
 class OneOpenCvThread {
  public:
   OneOpenCvThread();
@@ -16,7 +17,7 @@ class OneOpenCvThread {
   int before_;
 };
 
-// Calls work(0) .. work(n - 1), each once, in any order; 0 threads: one a core. Calls must not
+// Calls work(0) .. work(n - 1), each once, in any order; 0 threads: one per core. Calls must not
 // throw.
 void in_threads(int n, int threads, const std::function<void(int)>& work);
 

@@ -6,7 +6,7 @@
 
 namespace tagcal {
 
-// A small generator whose numbers are the same on every platform and standard library (splitmix64:
+// Random number generator with the same numbers on every platform and standard library (splitmix64:
 // Steele, Lea & Flood, OOPSLA 2014), so that equal seeds give equal bytes.
 class Random {
  public:

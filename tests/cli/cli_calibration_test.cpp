@@ -3,7 +3,7 @@
 
 #include "cli_fixture.hpp"
 
-// How sure a calibration is, what it lacks and how it compares, from outside.
+// `calibrate` and `diff` from outside: uncertainty, findings, rejected corners, comparison.
 
 namespace tagcal::tools {
 namespace {
@@ -33,7 +33,7 @@ TEST_F(Cli, AutoExplainsEveryStep) {
   EXPECT_LE(json["projection"][0]["max_px"], json["projection"][0]["whole_image_max_px"]);
 }
 
-// Views straight at a board: each has its scale, and no focal length is made up.
+// Frontal views of a board: each has its scale, and there is no focal length.
 TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
   const std::string flat = replaced(
       kScene,
@@ -60,7 +60,7 @@ TEST_F(Cli, WithoutAFocalLengthTheModelIsWeak) {
   EXPECT_FALSE(json["advice"]["sentence"].get<std::string>().empty());
   EXPECT_TRUE(json["advice"]["focal_sigma_now_px"].is_null());
   EXPECT_FALSE(fs::exists(path("straight_camera.yaml")));
-  EXPECT_NE(run(set).out.find("the focal length cannot be known"), std::string::npos);
+  EXPECT_NE(run(set).out.find("the views do not determine the focal length"), std::string::npos);
 }
 
 TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
@@ -99,9 +99,9 @@ TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
   EXPECT_GT(views[0]["translation_m"][2], 0.3);
 }
 
-// Of 6 views: tag 5 stuck on the wrong way, 001 mirrored, half a tag of 003 and a corner of 004
-// off.
-TEST_F(Cli, WhatWasLeftOutIsReadable) {
+// 6 views: tag 5 is rotated, 001 is mirrored, half a tag of 003 and a corner of 004 are
+// displaced.
+TEST_F(Cli, RejectedCornersAreListed) {
   const fs::path folder = exact_set("wrong");
   std::istringstream rows(slurp(folder / "observations_exact.csv"));
   std::string row, text;
@@ -130,11 +130,11 @@ TEST_F(Cli, WhatWasLeftOutIsReadable) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   const std::string all = std::to_string(num_wrong);
   for (const std::string& line :
-       {"left out   " + all + " corners in 6 views\n",
+       {"rejected   " + all + " corners in 6 views\n",
         std::string("  tag 5 in 5 of 5 views, up to "), std::string("  001.png: the whole view, "),
         std::string("  003.png: 2 corners, tag 2 corner "),
         std::string("  004.png: tag 7 corner 3 (2"),
-        std::string("001.png: left out, its tags are")})
+        std::string("001.png: rejected, its tags are")})
     EXPECT_NE(outcome.out.find(line), std::string::npos) << line << "\n" << outcome.out;
   EXPECT_EQ(outcome.out.find("  000.png: "), std::string::npos) << outcome.out;
   const Json json = Json::parse(run(set + " --json").out);
@@ -179,7 +179,7 @@ TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
   EXPECT_EQ(other["differences"][0]["distance_m"], "infinity");
   EXPECT_EQ(other["differences"][1]["distance_m"], 0.5);
   for (const Json& d : other["differences"]) {
-    EXPECT_GT(d["rms_px"], 0.1);  // what k1 = -0.1 leaves when pose and f have taken their part
+    EXPECT_GT(d["rms_px"], 0.1);  // the part of k1 = -0.1 that pose and f do not explain
     EXPECT_LE(d["rms_px"], d["max_px"]);
     EXPECT_GT(d["whole_image_max_px"], 0.3);
     EXPECT_EQ(d["difference_px"].size(), 13u);

@@ -46,7 +46,7 @@ TEST_F(Cli, chartIsTheSameForAnyThreads) {
 }
 
 TEST_F(Cli, chartWithoutGnuplotHasTheTables) {
-  // Nothing but the command itself is found.
+  // The PATH has the command only, no gnuplot.
   const std::string saved = std::getenv("PATH");
   setenv("PATH", path("nowhere").c_str(), 1);
   const std::string out = path("bare");
@@ -56,7 +56,7 @@ TEST_F(Cli, chartWithoutGnuplotHasTheTables) {
   setenv("PATH", saved.c_str(), 1);
   EXPECT_EQ(WEXITSTATUS(status), 0);
   const std::string err = slurp(path("stderr.txt"));
-  EXPECT_NE(err.find("no gnuplot"), std::string::npos) << err;
+  EXPECT_NE(err.find("gnuplot is missing"), std::string::npos) << err;
   const auto files = bytes_of(out);
   EXPECT_EQ(files.size(), 3u);
   EXPECT_TRUE(files.contains("chart.csv"));

@@ -24,12 +24,12 @@ Json without_times(Json json) {
 
 class CliMany : public Cli {
  protected:
-  // Three data sets that differ, and the line that names them.
+  // Writes three different data sets and returns their names as arguments.
   static std::string three() {
     exact_set("a");
     const fs::path b = exact_set("b");
     const fs::path c = exact_set("c");
-    // The last view is left out of b, the first one of c.
+    // b has no last view, c no first one.
     const std::string all = slurp(b / "observations_exact.csv");
     spill(b / "observations_exact.csv", all.substr(0, all.find("005.png")));
     const std::size_t first = all.find("000.png");
@@ -60,13 +60,13 @@ TEST_F(CliMany, GivesEachWhatItsOwnCallGives) {
     EXPECT_EQ(array[i]["data_set"], names[i]);
     EXPECT_EQ(without_times(array[i]), without_times(Json::parse(one.out)));
     std::istringstream words(lines[i + 1]);
-    std::string name, status, chosen, fx, sd, rms, views, left_out;
-    words >> name >> status >> chosen >> fx >> sd >> rms >> views >> left_out;
+    std::string name, status, chosen, fx, sd, rms, views, rejected;
+    words >> name >> status >> chosen >> fx >> sd >> rms >> views >> rejected;
     EXPECT_EQ(name + status + chosen, names[i] + "okradial1");
     EXPECT_NEAR(std::stod(fx), array[i]["camera"]["fx"].get<double>(), 1e-3);
     EXPECT_NEAR(std::stod(sd), array[i]["sigma"]["fx"].get<double>(), 1e-3);
     EXPECT_EQ(views, std::to_string(array[i]["num_views"].get<int>()));
-    EXPECT_EQ(left_out, "0");
+    EXPECT_EQ(rejected, "0");
   }
   EXPECT_NE(files.at("a.yaml"), files.at("b.yaml"));
   EXPECT_NE(files.at("b.yaml"), files.at("c.yaml"));
@@ -105,7 +105,7 @@ TEST_F(CliMany, OneBadDataSetHarmsNoOther) {
 
 TEST_F(CliMany, TheExitCodeIsTheWorst) {
   three();
-  const fs::path open = exact_set("open");  // one view holds no opencv8
+  const fs::path open = exact_set("open");  // one view does not determine opencv8
   const std::string all = slurp(open / "observations_exact.csv");
   spill(open / "observations_exact.csv", all.substr(0, all.find("001.png")));
   const std::string sets = "calibrate " + path("a") + " " + path("open");

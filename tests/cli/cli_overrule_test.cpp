@@ -10,7 +10,7 @@ using Json = nlohmann::json;
 
 class CliOverrule : public Cli {
  protected:
-  // Options first: none of them takes the data set for a value of its own.
+  // Options come first: none of them takes the data set as a value.
   static std::string calibrate(const std::string& model, const std::string& first = "") {
     return "calibrate " + first + " " + path("set") + " --observations " +
            path("set/observations_exact.csv") + " --sigma-px 0.1 --model " + model + " ";
@@ -29,7 +29,7 @@ TEST_F(CliOverrule, WhatIsFixedStandsInTheReportTheJsonAndTheFile) {
   EXPECT_EQ(json["fixed"], (Json{{"cx", 317}, {"cy", 203}, {"k3", 0}}));
   EXPECT_EQ(json["camera"]["cx"], 317);
   EXPECT_EQ(json["sigma"]["cx"], 0);
-  // The file is read again, with a covariance of what was open.
+  // The file is read again, with the covariance of the free parameters.
   EXPECT_EQ(run("validate " + path("fixed.yaml") + " --dataset " + path("set")).exit_code, 0);
   EXPECT_EQ(run(calibrate("opencv5") + "--start " + path("fixed.yaml")).exit_code, 0);
 }

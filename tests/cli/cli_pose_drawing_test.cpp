@@ -18,7 +18,7 @@ TEST_F(PoseCli, DrawsTheAxesWhereTheyAre) {
   const auto files = bytes_of(drawings);
   EXPECT_EQ(files.size(), 7u);
   EXPECT_EQ(files.at("notes.txt"), "mine");
-  EXPECT_EQ(bytes_of(root() / "set").size(), 6u + 4u);  // the pictures are what they were
+  EXPECT_EQ(bytes_of(root() / "set").size(), 6u + 4u);  // the pictures are unchanged
   const Truth t = truth();
   const double length = (4 * 0.06 + 3 * 0.018) / 2;
   int seen[3] = {0, 0, 0};
@@ -34,7 +34,7 @@ TEST_F(PoseCli, DrawsTheAxesWhereTheyAre) {
         const Rgb& colour = colours[static_cast<std::size_t>(std::lround(pixel->y()) * 640 +
                                                              std::lround(pixel->x()))];
         const auto own = static_cast<std::size_t>(axis);
-        // Other lines and corners may lie on it here and there.
+        // Other lines and corners may cover parts of it.
         seen[axis] +=
             colour[own] > colour[(own + 1) % 3] + 60 && colour[own] > colour[(own + 2) % 3] + 60;
       }
@@ -86,7 +86,7 @@ TEST_F(PoseCli, NamesThatArePathsStayInTheFolder) {
   EXPECT_TRUE(files.contains(".._a_b.x-2-pose.png"));
 }
 
-// A picture that cannot be read is found when it is drawn on, with corners from a file.
+// With corners from a file, an unreadable picture is found only when it is drawn.
 TEST_F(PoseCli, DrawingsAreWrittenAllOrNone) {
   const fs::path folder = root() / "damaged";
   fs::copy(root() / "set", folder, fs::copy_options::recursive);

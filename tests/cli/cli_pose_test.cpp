@@ -61,16 +61,16 @@ TEST_F(PoseCli, TheJsonHasItsKeysInTheirOrder) {
   std::vector<std::string> keys;
   for (const auto& [key, value] : json["views"][0].items()) keys.push_back(key);
   EXPECT_EQ(keys,
-            (std::vector<std::string>{"image", "status", "camera_from_board", "covariance",
-                                      "focal_px", "sigma_focal_px", "prior_focal_px", "rms_px",
-                                      "num_inliers", "num_corners", "outliers", "probability",
-                                      "alternative", "weak_perspective", "sigma_px", "warnings"}));
+            (std::vector<std::string>{
+                "image", "status", "camera_from_board", "covariance", "focal_px", "sigma_focal_px",
+                "prior_focal_px", "rms_px", "num_inliers", "num_corners", "outliers", "probability",
+                "alternative", "weak_perspective", "sigma_px", "findings", "warnings"}));
   const Eigen::MatrixXd covariance = matrix_of(json["views"][0]["covariance"]);
   EXPECT_EQ(covariance.rows(), 6);
   EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(covariance).info(), Eigen::Success);
 }
 
-// Boards have frames of their own; this one does not hang at the world's origin.
+// A board has its own frame; this one is not at the world's origin.
 TEST_F(PoseCli, OneBoardIsItsOwnFrame) {
   const std::string folder = tag_set(false);
   const Truth t = read_truth(folder + "/truth.yaml");
@@ -206,11 +206,12 @@ TEST_F(PoseCli, AViewWithoutTheTargetIsNoReasonToStop) {
   EXPECT_EQ(views[0]["status"], "degenerate");
   EXPECT_EQ(views[0]["num_corners"], 0);
   EXPECT_TRUE(views[0]["camera_from_board"].is_null());
-  EXPECT_EQ(views[0]["warnings"][0], "nothing of the target is seen");
+  EXPECT_EQ(views[0]["warnings"][0], "no corner of the target is seen");
   EXPECT_EQ(views[1]["status"], "ok");
   const Outcome none = run("pose " + target + known() + " --draw " + path("no-drawings"));
   EXPECT_EQ(none.exit_code, 3);
-  EXPECT_NE(none.out.find("warning: nothing of the target is seen"), std::string::npos) << none.out;
+  EXPECT_NE(none.out.find("warning: no corner of the target is seen"), std::string::npos)
+      << none.out;
   EXPECT_FALSE(fs::exists(path("no-drawings")));
 }
 
@@ -225,8 +226,10 @@ TEST_F(PoseCli, NoiseComesFromTheCornersUnlessItIsStated) {
   const std::string arguments = set() + known() + " --observations " + path("noisy.csv");
   for (const Json& view : views_of(arguments + " --camera-error-px 0.1"))
     EXPECT_TRUE(view["sigma_px"].is_null());
-  EXPECT_NE(run("pose " + arguments + " --camera-error-px 0.1").out.find("each corner's own covariance"), std::string::npos);
-  // What lens and target are wrong by is not known: covariances of corners alone would lie.
+  EXPECT_NE(
+      run("pose " + arguments + " --camera-error-px 0.1").out.find("each corner's own covariance"),
+      std::string::npos);
+  // The error of lens and target is unknown: the covariances of the corners alone are too small.
   for (const Json& view : views_of(arguments)) EXPECT_TRUE(view["sigma_px"].is_number());
   for (const Json& view : views_of(arguments + " --sigma-px 0.7")) EXPECT_EQ(view["sigma_px"], 0.7);
 }

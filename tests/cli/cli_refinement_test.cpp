@@ -1,4 +1,4 @@
-// How corners are found in pictures, from outside: --refinement, --refine-corners, detect --camera.
+// Location of corners in pictures, from outside: --refinement, --refine-corners, detect --camera.
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -22,7 +22,7 @@ TEST_F(Cli, EachRefinementGivesItsOwnCorners) {
   EXPECT_NE(csv["edges"], csv["fit"]);
   EXPECT_EQ(csv["edges"].find("sxx_px2"), std::string::npos);
   EXPECT_NE(csv["fit"].find("sxx_px2"), std::string::npos);
-  EXPECT_EQ(run("detect " + path("set")).out, csv["fit"]);  // the usual one
+  EXPECT_EQ(run("detect " + path("set")).out, csv["fit"]);  // the default
   expect_bad_input(detect + "best", {"--refinement", "best"});
 }
 
@@ -41,7 +41,7 @@ TEST_F(Cli, CornersAreRefinedUnderTheLensThatWasFound) {
   EXPECT_NE(corners.out, run("detect " + path("set")).out);
 }
 
-// A calibration says how wrong it may be; with that, corners' covariances count for poses.
+// With the camera_error_px of a calibration, `pose` uses the covariances of the corners.
 TEST_F(Cli, PosesCountWithTheErrorOfTheCamera) {
   const std::string camera = path("own.yaml");
   ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + camera).exit_code, 0);

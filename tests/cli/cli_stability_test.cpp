@@ -19,7 +19,7 @@ TEST_F(CliStability, WritesTableAndPage) {
   EXPECT_NE(page.find("tagcal stability near-camera line --trials 2 --seed 1"), std::string::npos);
   const bool drawn = fs::exists(root() / "atlas/line.png");
   EXPECT_EQ(page.find("line.png") != std::string::npos, drawn);
-  EXPECT_EQ(outcome.err.find("no gnuplot") == std::string::npos, drawn) << outcome.err;
+  EXPECT_EQ(outcome.err.find("gnuplot is missing") == std::string::npos, drawn) << outcome.err;
 }
 
 // All but the times.

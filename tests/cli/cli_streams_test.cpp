@@ -1,4 +1,4 @@
-// The command with stderr closed or full: its exit codes and results stay what they are.
+// The command with stderr closed or full has the same exit codes and results.
 #include "cli_fixture.hpp"
 
 namespace tagcal::tools {
@@ -16,7 +16,7 @@ class CliStreams : public Cli {
   }
 };
 
-// The last line of a calibration says how long it took.
+// Without the last line, which has the times.
 std::string without_time(const std::string& text) { return text.substr(0, text.find("\ntime ")); }
 
 TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
@@ -38,7 +38,7 @@ TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
   }
 }
 
-// A closed stderr leaves its number to the next file that is opened.
+// The next file that is opened would get the number of a closed stderr.
 TEST_F(CliStreams, MessagesDoNotEndUpInFiles) {
   const std::string detect = "detect " + path("set") + " --out ";
   ASSERT_EQ(run(detect + path("usual.csv")).exit_code, 0);

@@ -116,13 +116,13 @@ TEST_F(Cli, CalibratesWhatItRenderedAndPrintsOneJsonObject) {
   std::size_t last = 0;
   for (const char* key : {"status", "model", "camera", "sigma", "rms_px", "sigma_px",
                           "sigma_of_corners", "model_error_px", "num_views", "num_corners",
-                          "num_outliers", "views", "warnings", "seconds"}) {
+                          "num_outliers", "views", "findings", "warnings", "seconds"}) {
     EXPECT_TRUE(json.contains(key)) << key;
     const std::size_t at = outcome.out.find("\n  \"" + std::string(key) + "\":");
     EXPECT_GT(at, last) << key;  // in this order
     last = at;
   }
-  EXPECT_EQ(json.size(), 24u);
+  EXPECT_EQ(json.size(), 25u);
   EXPECT_EQ(json["status"], "ok");
   EXPECT_EQ(json["model"], "radial1");
   EXPECT_EQ(json["num_views"], 6);
@@ -160,7 +160,7 @@ TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
   ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + camera).exit_code, 0);
   const std::string command = "validate " + camera + " --dataset ";
   EXPECT_EQ(run(command + path("set") + " --truth").exit_code, 0);
-  // The same answer, held against a truth of another principal point.
+  // The same answer, compared with a truth of another principal point.
   const fs::path wrong = exact_set("wrong_truth");
   const std::string truth = slurp(wrong / "truth.yaml");
   spill(wrong / "truth.yaml",
@@ -175,7 +175,8 @@ TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
   EXPECT_EQ(Json::parse(json.out)["passed"], false);
   EXPECT_EQ(Json::parse(json.out)["parameters_beyond_5_sd"], 2);
   spill(wrong / "dataset.yaml", replaced(slurp(wrong / "dataset.yaml"), "truth: truth.yaml\n", ""));
-  expect_bad_input(command + wrong.string() + " --truth", {"--truth", "wrong_truth", "has none"});
+  expect_bad_input(command + wrong.string() + " --truth",
+                   {"--truth", "wrong_truth", "has no truth"});
   EXPECT_EQ(run(command + wrong.string()).exit_code, 0);
 }
 
@@ -190,7 +191,7 @@ TEST_F(Cli, TheSummaryNamesModelStatusAndParameters) {
   }
 }
 
-// Views straight at a board: focal length and distance trade with each other.
+// Frontal views of a board do not determine the focal length apart from the distance.
 TEST_F(Cli, WithoutAnAnswerTheJsonSaysSoAndNothingIsWritten) {
   const std::string flat = replaced(
       kScene,
@@ -235,7 +236,7 @@ TEST_F(Cli, ABoardIsTrueToScale) {
   EXPECT_NE(slurp(svg).find("width=\"324.0000mm\""), std::string::npos);
   const std::string png = path("board.png");
   ASSERT_EQ(run("board " + path("set/target.yaml") + " --dpi 127 --out " + png).exit_code, 0);
-  // Its resolution is noted in the file: 5000 pixels a metre, both ways.
+  // The file states its resolution: 5000 pixels per metre in both directions.
   EXPECT_NE(slurp(png).find(std::string("pHYs\0\0\x13\x88\0\0\x13\x88\x01", 13)),
             std::string::npos);
   const Outcome found = run("detect --target " + path("set/target.yaml") + " " + png);

@@ -40,7 +40,7 @@ TEST_F(Cli, TheDrawingOnThePageIsTheCommands) {
       "view " + kSource + "/data-synthetic/scenes/doorway.yaml --at 0:2 --near 1 --far 10 --svg");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::string page = slurp(kSource + "/docs/viewing.svg");
-  // Rounding differs between machines; what is drawn does not.
+  // Rounding differs between machines; the drawn elements do not.
   EXPECT_EQ(std::count(page.begin(), page.end(), '\n'),
             std::count(outcome.out.begin(), outcome.out.end(), '\n'));
   for (const std::string part :

@@ -87,11 +87,10 @@ TEST(WrongBorder, IsNamedFirstAmongTheWarnings) {
         detected({image, image, image, image, image}, grid_of("tag36h11", 3 - border));
     ASSERT_FALSE(wrong.warnings.empty())
         << border << ": " << wrong.views[0].observations.size() << " corners";
-    EXPECT_TRUE(wrong.warnings[0].starts_with(
-        "the tags of 5 of 5 pictures look as if printed with a border of " +
-        std::to_string(border)))
+    EXPECT_TRUE(wrong.warnings[0].starts_with("the tags in 5 of 5 pictures have a border of " +
+                                              std::to_string(border)))
         << wrong.warnings[0];
-    EXPECT_TRUE(wrong.warnings[0].ends_with("put border_bits: " + std::to_string(border) +
+    EXPECT_TRUE(wrong.warnings[0].ends_with("Put border_bits: " + std::to_string(border) +
                                             " into the target file"))
         << wrong.warnings[0];
     EXPECT_TRUE(detected({image}, grid_of("tag36h11", border)).warnings.empty());

@@ -53,8 +53,8 @@ TEST(Advice, TheExpectedDeviationIsTheOneAfterwards) {
   EXPECT_LT(after.sigmas[0], 0.9 * before.sigmas[0]);
 }
 
-TEST(Advice, NoOtherViewOfTheKindTeachesMore) {
-  // The advised view against random ones: none leaves the projection better known.
+// Random views leave a larger standard deviation than the advised one.
+TEST(Advice, RandomViewsAreNoBetter) {
   const Dataset world = make_world(opencv5_lens(), 5, flat_views(30));
   const Calibration c = calibrate(world, with_model("opencv5"));
   const auto advised = advise(world, c);
@@ -75,7 +75,7 @@ TEST(Advice, NoOtherViewOfTheKindTeachesMore) {
     EXPECT_LT(with_advised, after(looking_at_board({0.33, 0.33, 0}, 0.05, 1.1, random)));
 }
 
-TEST(Advice, WithoutAFocalLengthANominalOneStandsIn) {
+TEST(Advice, AssumesANominalFocalLengthIfThereIsNone) {
   WorldOptions options = flat_views(0);
   const Dataset world = make_world(kLens, 3, options);
   const Calibration c = calibrate(world);
@@ -83,11 +83,11 @@ TEST(Advice, WithoutAFocalLengthANominalOneStandsIn) {
   const auto view = advise(world, c);
   ASSERT_TRUE(view.has_value());
   EXPECT_GT(view->tilt_rad, 0.3);
-  EXPECT_LT(view->focal_sigma_px, 128);  // a tenth of the nominal one: it would be answered
+  EXPECT_LT(view->focal_sigma_px, 128);  // a tenth of the nominal one: it would not be refused
   EXPECT_FALSE(advise(world, Calibration()).has_value());
 }
 
-TEST(Advice, CornersWithTheirOwnNoisePromiseTheSame) {
+TEST(Advice, CovariancesOfCornersGiveTheSameAdvice) {
   Dataset world = make_world(kLens, 3, flat_views(15));
   CalibrateOptions unstated;
   unstated.model = "f";
@@ -124,11 +124,11 @@ TEST(WeakDirections, SumUpToTheProjectionVariance) {
   const double all =
       projection_uncertainty(lens, {exact.image_size}, samples, kInfinitelyFar).region_px;
   EXPECT_LE(sum, all * all * (1 + 1e-9));
-  EXPECT_GT(sum, 0.9 * all * all);  // three of four directions hold nearly all
+  EXPECT_GT(sum, 0.9 * all * all);  // three of four directions have nearly all variance
   EXPECT_GE(directions[0].sigma_px, directions[1].sigma_px);
 }
 
-// Halves of views that are right: the ratio's mean square is 1, and alarms are rare.
+// With the right model the mean square of the ratio is 1, and false alarms are rare.
 TEST(Halves, AgreeWhereTheModelIsRight) {
   WorldOptions options;
   options.num_views = 8;
@@ -141,7 +141,7 @@ TEST(Halves, AgreeWhereTheModelIsRight) {
   for (int i = 0; i < kSolves; ++i) {
     Bundle noisy = with_noise(exact, 0.2, Random(5, static_cast<std::uint64_t>(i)));
     ASSERT_TRUE(solve(noisy, 50).converged);
-    const auto check = compare_halves(noisy, *bundle_information(noisy), 0.2, samples, 1.0);
+    const auto check = split_half_check(noisy, *bundle_information(noisy), 0.2, samples, 1.0);
     ASSERT_TRUE(check.has_value());
     sum += check->ratio * check->ratio;
     alarms += check->disagree;
@@ -160,7 +160,7 @@ TEST(Halves, DisagreeWhereTheModelIsTooSmall) {
                    .halves->disagree);
 }
 
-TEST(ResidualField, IsSilentWhereTheModelIsRight) {
+TEST(ResidualBias, IsSilentWhereTheModelIsRight) {
   WorldOptions options;
   options.num_views = 8;
   const Bundle exact =
@@ -169,12 +169,12 @@ TEST(ResidualField, IsSilentWhereTheModelIsRight) {
   for (int i = 0; i < 200; ++i) {
     Bundle noisy = with_noise(exact, 0.2, Random(6, static_cast<std::uint64_t>(i)));
     solve(noisy, 50);
-    alarms += residual_field(noisy, 0.01).disagree;
+    alarms += residual_bias(noisy, 0.01).disagree;
   }
   EXPECT_LE(alarms, 1);
 }
 
-TEST(ResidualField, ShowsAModelThatIsTooSmall) {
+TEST(ResidualBias, ShowsAModelThatIsTooSmall) {
   WorldOptions options;
   options.num_views = 8;
   options.min_distance_m = 0.6;
@@ -183,15 +183,15 @@ TEST(ResidualField, ShowsAModelThatIsTooSmall) {
   for (int i = 0; i < 5; ++i) {
     Bundle noisy = with_noise(exact, 0.2, Random(6, static_cast<std::uint64_t>(i)));
     solve(noisy, 50);
-    EXPECT_FALSE(residual_field(noisy, 0.01).disagree);
+    EXPECT_FALSE(residual_bias(noisy, 0.01).disagree);
     noisy.model = &Model::named("radial1");
     noisy.free_values.pop_back();
     solve(noisy, 50);
-    const ResidualField field = residual_field(noisy, 0.01);
-    EXPECT_TRUE(field.disagree);
-    EXPECT_GT(field.rms_px, 0.05);
-    EXPECT_LT(field.rms_px, 0.5);
-    EXPECT_FALSE(residual_field(noisy, 50).disagree);  // below the least noise
+    const ResidualBias bias = residual_bias(noisy, 0.01);
+    EXPECT_TRUE(bias.disagree);
+    EXPECT_GT(bias.rms_px, 0.05);
+    EXPECT_LT(bias.rms_px, 0.5);
+    EXPECT_FALSE(residual_bias(noisy, 50).disagree);  // below the floor of the noise
   }
 }
 

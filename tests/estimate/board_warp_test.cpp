@@ -35,7 +35,7 @@ Dataset bent_world(const Lens& lens, std::uint64_t seed, const Eigen::Vector2d& 
 const Lens kLens = Perspective({900, 900, 651, 392, -0.1});
 
 bool warns_of_bend(const Calibration& c) {
-  for (const std::string& warning : c.warnings)
+  for (const std::string& warning : sentences(c.findings))
     if (warning.find("bent board") != std::string::npos) return true;
   return false;
 }

@@ -167,7 +167,7 @@ TEST(Calibrate, OneViewRepeatedCountsOnce) {
   }
   const Calibration c = calibrate(world, with_model("pinhole"));
   EXPECT_FALSE(is_answer(c.status));
-  EXPECT_GE(c.warnings.size(), 9u);
+  EXPECT_GE(c.findings.size(), 9u);
 }
 
 TEST(Calibrate, NoiseHasNoConsensus) {

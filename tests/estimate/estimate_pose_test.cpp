@@ -73,7 +73,7 @@ TEST(EstimatePose, ManyResidualsShowTheNoise) {
   const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1, random);
   const PoseEstimate e = estimate_pose(seen(board_points(), pose, 0.7, random), kCamera);
   EXPECT_NEAR(e.sigma_px, 0.7, 0.12);  // 4 standard deviations
-  EXPECT_TRUE(e.warnings.empty());
+  EXPECT_TRUE(e.findings.empty());
 }
 
 TEST(EstimatePose, FewResidualsDoNot) {
@@ -82,11 +82,11 @@ TEST(EstimatePose, FewResidualsDoNot) {
   const PoseEstimate e = estimate_pose(seen(tag_points(0.2), pose, 0.1, random), kCamera);
   ASSERT_TRUE(is_answer(e.status));
   EXPECT_EQ(e.sigma_px, 0.5);
-  ASSERT_EQ(e.warnings.size(), 1u);
-  EXPECT_NE(e.warnings[0].find("0.5 px is assumed"), std::string::npos);
+  ASSERT_EQ(e.findings.size(), 1u);
+  EXPECT_NE(e.findings[0].sentence.find("0.5 px is assumed"), std::string::npos);
 }
 
-// Two thirds of the noise are not told: the residuals say so.
+// The stated noise is a third of the true one: the residuals raise it.
 TEST(EstimatePose, LargerResidualsRaiseTheNoiseThatIsStated) {
   Random random(33);
   const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1, random);
@@ -95,8 +95,10 @@ TEST(EstimatePose, LargerResidualsRaiseTheNoiseThatIsStated) {
   ASSERT_EQ(e.status, Status::ok);
   EXPECT_NEAR(e.sigma_px, 0.9, 0.15);
   EXPECT_TRUE(e.outliers.empty());
-  ASSERT_EQ(e.warnings.size(), 1u);
-  EXPECT_NE(e.warnings[0].find("times as large as the noise that is stated"), std::string::npos);
+  ASSERT_EQ(e.findings.size(), 1u);
+  EXPECT_EQ(e.findings[0].code, "noise_understated");
+  EXPECT_NE(e.findings[0].sentence.find("times as large as the stated noise"), std::string::npos)
+      << e.findings[0].sentence;
   EXPECT_NEAR(mean_normalised_square(board_points(), 0.9, {.sigma_px = 0.3}, random), 1, 0.12);
 }
 
@@ -120,12 +122,12 @@ TEST(EstimatePose, EachCornerCountsByItsCovariance) {
     }
     const PoseEstimate e = estimate_pose(corners, kCamera, {.covariance_px2 = covariances});
     ASSERT_TRUE(is_answer(e.status));
-    EXPECT_EQ(e.sigma_px, 1);  // of what covariances whiten
+    EXPECT_EQ(e.sigma_px, 1);  // of whitened residuals
     sum += normalised_squared_error(e.hypotheses.front(), pose);
     if (i % 2 == 1) rms += e.hypotheses.front().rms_px / std::sqrt(noise) / (kTrials / 2);
   }
   EXPECT_NEAR(sum / (6 * kTrials), 1, 0.12);
-  EXPECT_NEAR(rms, 1, 0.05);  // in pixels, whatever the covariances
+  EXPECT_NEAR(rms, 1, 0.05);  // in pixels, not whitened
 }
 
 TEST(EstimatePose, CovariancesThatAreAllOneAreSigma) {
@@ -200,7 +202,7 @@ TEST(EstimatePose, NamesWhatCannotBeSolved) {
   EXPECT_EQ(estimate_pose(seen(same, pose, 0.1, random), kCamera).status, Status::degenerate);
 }
 
-// Moves a share of the corners to anywhere in the image, single ones or whole tags; which.
+// Moves a share of the corners, single ones or whole tags, to random places; returns which.
 std::vector<std::size_t> spoil(std::vector<Correspondence>& corners, double share, bool whole_tags,
                                Random& random) {
   std::vector<std::size_t> spoilt;
@@ -277,8 +279,8 @@ TEST(EstimatePose, PixelsWithoutNoiseAreNoOutliers) {
   }
 }
 
-// Corners anywhere in the image, and with them some at the end of the world.
-TEST(EstimatePose, DataWithoutAnyHaveNoConsensus) {
+// Random corners in the image, and with them some extremely distant ones.
+TEST(EstimatePose, RandomDataHaveNoConsensus) {
   Random random(39);
   for (const std::size_t n : {8u, 40u})
     for (const double far : {0.0, 1e9, 1e300})
@@ -310,7 +312,7 @@ TEST(EstimatePose, ALoneTagIsBelievedOrNot) {
     auto moved = corners;
     moved[2].pixel += Vector2d(10, 10);
     const PoseEstimate e = estimate_pose(moved, kCamera, {.sigma_px = 0.3});
-    if (is_answer(e.status)) {  // where four corners can hide it
+    if (is_answer(e.status)) {  // four corners can hide the error
       ++believed;
       wrong += normalised_squared_error(e.hypotheses.front(), pose) > 40;
     }
@@ -323,7 +325,7 @@ TEST(EstimatePose, AFisheyeSeesBesideAndBehindItself) {
   Random random(41);
   const Camera camera{Fisheye({300, 300, 640, 480, 0.01, 0, 0, 0}), {1280, 960}};
   for (int i = 0; i < 200; ++i) {
-    // Its centre between 60 and 130 degrees from the axis.
+    // The centre is 60 to 130 degrees from the axis.
     const double angle = random.uniform(1.05, 2.27), turn = random.uniform(0, 6.28);
     const Vector3d centre = 0.5 * Vector3d(std::sin(angle) * std::cos(turn),
                                            std::sin(angle) * std::sin(turn), std::cos(angle));

@@ -28,58 +28,58 @@ struct SolvedView {
       : task(from),
         options{from.sigma_px},
         problem(task.correspondences, options),
-        fit(fit_view<7>(problem, task.camera.lens, options).value()) {
+        fit(pose_minima<7>(problem, task.camera.lens, options).value()) {
     SmallCholesky<7> cholesky;
     EXPECT_TRUE(cholesky.compute(fit.best().information));
     linear = from.sigma_px * from.sigma_px * cholesky.inverse();
   }
 
-  Matrix7d gain() const {
-    return gain_towards_shorter(problem, task.camera.lens, fit.best(), linear, task.sigma_px);
+  Matrix7d widening() const {
+    return shorter_focal_widening(problem, task.camera.lens, fit.best(), linear, task.sigma_px);
   }
 
   PoseTask task;
   PoseOptions options;
   PoseProblem problem;
-  ViewFit<7> fit;
+  PoseMinima<7> fit;
   Matrix7d linear;
 };
 
-// Poses of a shorter focal length are as many standard deviations away as their costs say.
-TEST(FocalProfile, TheEllipsoidHoldsWhatTheLikelihoodHolds) {
+// The Mahalanobis distance of the pose at a shorter focal length agrees with its cost.
+TEST(FocalProfile, TheEllipsoidHoldsTheLikelihood) {
   Random random(1);
   int widened = 0;
   for (int i = 0; i < 50; ++i) {
     const SolvedView view(board_task(2, 0.05, random));
     const double sigma = std::sqrt(view.linear(6, 6));
-    const Matrix7d gain = view.gain();
-    if (gain.isZero(0)) continue;
+    const Matrix7d widening = view.widening();
+    if (widening.isZero(0)) continue;
     ++widened;
     const double focal_px = view.fit.best().state.focal_px * std::exp(-5 * sigma);
     const Lens shorter = pinhole(focal_px, focal_px, 639.5, 399.5);
-    const auto there = fit_view<6>(view.problem, shorter, view.options);
+    const auto there = pose_minima<6>(view.problem, shorter, view.options);
     ASSERT_TRUE(there);
     Eigen::Matrix<double, 7, 1> step;
     step << minus(pose_of(there->best().state), pose_of(view.fit.best().state)), -5 * sigma;
     const double variance = view.task.sigma_px * view.task.sigma_px;
     const double rise = (there->best().cost - view.fit.best().cost) / variance;
-    const double claimed = step.dot(Matrix7d(view.linear + gain).ldlt().solve(step));
+    const double distance_square = step.dot(Matrix7d(view.linear + widening).ldlt().solve(step));
     EXPECT_LT(rise, 25) << i;
-    EXPECT_NEAR(claimed / rise, 1, 0.02) << i;
+    EXPECT_NEAR(distance_square / rise, 1, 0.02) << i;
   }
   EXPECT_GT(widened, 40);
 }
 
-TEST(FocalProfile, NothingIsAddedToWhatIsKnown) {
+TEST(FocalProfile, DoesNotWidenAKnownFocalLength) {
   Random random(2);
   for (const double tilt_deg : {8.0, 20.0, 45.0})
-    EXPECT_TRUE(SolvedView(board_task(tilt_deg, 0.5, random)).gain().isZero(0)) << tilt_deg;
-  EXPECT_TRUE(SolvedView(board_task(2, 0.001, random)).gain().isZero(0));
+    EXPECT_TRUE(SolvedView(board_task(tilt_deg, 0.5, random)).widening().isZero(0)) << tilt_deg;
+  EXPECT_TRUE(SolvedView(board_task(2, 0.001, random)).widening().isZero(0));
 }
 
-// Noise tilted these, of 3,000 each: by their linear covariances the focal length was known to 6 %,
-// and off by 30 %.
-TEST(FocalProfile, WhatNoiseTiltedIsRefused) {
+// Views (of 3,000 each) whose tilt is noise: the linear covariance gives 6 % for a focal length
+// that is wrong by 30 %.
+TEST(FocalProfile, RefusesAPlaneTiltedByNoise) {
   for (const auto& [seed, trial] : {std::pair(2, 1351), {3, 954}, {4, 1696}}) {
     Random random(static_cast<std::uint64_t>(seed),
                   (std::uint64_t{13} << 32) + static_cast<std::uint64_t>(trial));

@@ -40,7 +40,7 @@ TEST(ModelError, IsWhatTheCornersOwnNoiseDoesNotExplain) {
     EXPECT_EQ(c.status, Status::ok);
     EXPECT_TRUE(c.sigma_of_corners);
     EXPECT_NEAR(c.model_error_px, error_px, 0.06 * error_px);
-    EXPECT_TRUE(c.warnings.empty()) << c.warnings.front();
+    EXPECT_TRUE(c.findings.empty()) << c.findings.front().sentence;
   }
   const Calibration automatic = calibrate(world_with_model_error(0.1, 1));
   EXPECT_EQ(automatic.model, "opencv5");
@@ -82,8 +82,8 @@ TEST(ModelError, CornersWithoutCovarianceAmongOthersCountLittle) {
   const Calibration c = calibrate(world, opencv5());
   ASSERT_EQ(c.status, Status::ok);
   EXPECT_TRUE(c.sigma_of_corners);
-  ASSERT_FALSE(c.warnings.empty());
-  EXPECT_NE(c.warnings.front().find("0.5 px of noise is assumed"), std::string::npos);
+  ASSERT_FALSE(c.findings.empty());
+  EXPECT_NE(c.findings.front().sentence.find("0.5 px of noise is assumed"), std::string::npos);
   const Lens truth = opencv5_lens();
   for (std::size_t i = 0; i < c.sigmas.size(); ++i)
     EXPECT_LE(std::abs(parameters(c.camera->lens)[i] - parameters(truth)[i]), 5 * c.sigmas[i]) << i;

@@ -11,7 +11,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A view of n points that every lens sees, with noise and, if wanted, whitening.
+// A view of n points in the domain of the lens, with noise and optional whitening.
 struct SeenView {
   SeenView(const Lens& lens, std::size_t n, bool whitened, Random& random)
       : pose(exp_rotation({0.1, -0.2, 0.3}), {0.02, -0.05, 0.3}) {
@@ -35,7 +35,7 @@ struct SeenView {
   std::vector<Matrix2> whitening;
 };
 
-// [J | r]'[J | r] of the rows that the batch gives.
+// [J | r]'[J | r] from the rows of the batch projection.
 MatrixXd gram_of_rows(const Lens& lens, const SeenView& seen, std::span<const FreeParameter> free) {
   const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
   const auto k = static_cast<Eigen::Index>(free.size());
@@ -71,7 +71,7 @@ MatrixXd gram_by(const ProjectKernels& kernels, const Lens& lens, const SeenView
   return gram;
 }
 
-// Relative to the columns' lengths.
+// Largest difference, relative to the lengths of the columns.
 double difference(const MatrixXd& a, const MatrixXd& b) {
   const Eigen::VectorXd scale = b.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   return (scale.asDiagonal() * (a - b) * scale.asDiagonal()).cwiseAbs().maxCoeff();
@@ -111,7 +111,7 @@ TEST(ParameterSums, TiedParametersAreSummed) {
   }
 }
 
-// A target bent by b is one whose points stand out by shape . b along its normal.
+// A target bent by b has its points displaced by shape . b along its normal.
 TEST(ParameterSums, BendsMovePointsAlongTheNormal) {
   Random random(4);
   for (const std::size_t n : {1, 4, 6, 11}) {
@@ -128,7 +128,7 @@ TEST(ParameterSums, BendsMovePointsAlongTheNormal) {
       const SeenView flat = seen;
       const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
       ASSERT_EQ(gram.cols(), k + 3);
-      // The gradient of half the cost, by differences: what the last column holds.
+      // The last column is the gradient of half the cost, here by differences.
       for (int bend = 0; bend < 2; ++bend) {
         constexpr double kStep = 1e-6;
         double cost[2];
@@ -149,7 +149,7 @@ TEST(ParameterSums, BendsMovePointsAlongTheNormal) {
   }
 }
 
-// Fewer rows, the same products; none of a column that depends on others.
+// Fewer rows with the same products. The row of a column that depends on others is zero.
 TEST(CompressedRows, HaveTheProductsOfTheRows) {
   Random random(5);
   MatrixXd rows(40, 5), r;

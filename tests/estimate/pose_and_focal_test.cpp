@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 constexpr double kFocal = 900;
 const ImageSize kSize{1280, 800};
 
-// A target and from where it is seen: a plane tilted by 28 to 52 degrees, space turned anyhow.
+// A target and its view: planes are tilted by 28 to 52 degrees, points in space turned at random.
 struct Setting {
   const char* name;
   int count;         // of points drawn anew each time; 0: those below
@@ -55,7 +55,7 @@ double normalised_squared_error(const PoseAndFocalEstimate& e, const Pose& truth
   return error.dot(Eigen::MatrixXd(e.covariance).ldlt().solve(error));
 }
 
-// The least angle between a hypothesis and the truth.
+// Smallest angle between a hypothesis and the truth.
 double least_angle(const std::vector<PoseHypothesis>& hypotheses, const Pose& truth) {
   double least = 10;
   for (const PoseHypothesis& h : hypotheses)
@@ -93,7 +93,7 @@ TEST(PoseAndFocal, FindsAnyFocalLengthWithoutAPrior) {
     for (const Setting& s : kSettings) {
       if (s.thickness > 0 && s.thickness < 1) continue;
       Pose pose = s.pose(random);
-      // As large in the image as with the usual focal length.
+      // The target is as large in the image as with the usual focal length.
       const Vector3d t = pose.translation();
       pose = Pose(pose.rotation(), Vector3d(t.x(), t.y(), std::max(0.6, focal / kFocal * t.z())));
       const auto e = estimate_pose_and_focal(
@@ -105,7 +105,7 @@ TEST(PoseAndFocal, FindsAnyFocalLengthWithoutAPrior) {
   }
 }
 
-// Where the problem is regular: standard deviations of the focal length below 3 %.
+// For regular problems: standard deviations of the focal length below 3 %.
 TEST(PoseAndFocal, CovarianceIsThatOfTheErrors) {
   for (const Setting& s : kSettings) {
     if (s.count == 4 || (s.thickness > 0 && s.thickness < 0.04)) continue;
@@ -136,7 +136,7 @@ TEST(PoseAndFocal, CovarianceIsThatOfTheErrors) {
   }
 }
 
-// The reprojection of a weak-perspective pose, by its definition.
+// Reprojection of a weak-perspective pose by its definition.
 double weak_rms_px(const WeakPerspectivePose& weak, const std::vector<Correspondence>& seen) {
   double sum = 0;
   for (const Correspondence& c : seen)
@@ -163,7 +163,7 @@ TEST(PoseAndFocal, FrontalAndFarViewsDoNotShowIt) {
       EXPECT_TRUE(e.hypotheses.empty());
       EXPECT_EQ(e.focal_px, 0);
       EXPECT_EQ(e.sigma_focal_px, 0);
-      EXPECT_FALSE(e.warnings.empty());
+      EXPECT_FALSE(e.findings.empty());
       ASSERT_FALSE(e.weak_perspective.empty());
       EXPECT_NEAR(weak_rms_px(e.weak_perspective[0], seen), e.weak_perspective[0].rms_px, 1e-9);
       EXPECT_LT(e.weak_perspective[0].rms_px, 2);
@@ -196,7 +196,7 @@ TEST(PoseAndFocal, ThePriorGivesThePosesThatAnEstimateForItGives) {
   EXPECT_GT(ambiguous, 50);
 }
 
-// A prior is for views that do not show the focal length, and changes nothing else.
+// A prior has an effect only on views that do not determine the focal length.
 TEST(PoseAndFocal, APriorDoesNotMoveWhatIsSeen) {
   Random random(6);
   for (int i = 0; i < 50; ++i) {
@@ -227,7 +227,7 @@ TEST(PoseAndFocal, OutliersAreListed) {
   }
 }
 
-TEST(PoseAndFocal, DataWithoutAnyHaveNoConsensus) {
+TEST(PoseAndFocal, RandomDataHaveNoConsensus) {
   Random random(8);
   std::vector<Correspondence> noise;
   for (const Vector3d& p : board_points())
@@ -239,7 +239,7 @@ TEST(PoseAndFocal, DataWithoutAnyHaveNoConsensus) {
   EXPECT_EQ(e.focal_px, 0);
 }
 
-// Equal covariances say what sigma_px says.
+// Equal covariances are equivalent to sigma_px.
 TEST(PoseAndFocal, CovariancesThatAreAllOneAreSigma) {
   Random random(9);
   int answers = 0, refused = 0;
@@ -284,7 +284,7 @@ TEST(PoseAndFocal, EachCornerCountsByItsCovariance) {
   EXPECT_NEAR(sum / (7 * kTrials), 1, 5 * std::sqrt(2.0 / (7 * kTrials)));
 }
 
-// Only where the centre of the image is counts.
+// Only the centre of the image matters, not its size.
 TEST(PoseAndFocal, TheCentreOfTheImageIsThePrincipalPoint) {
   Random random(11);
   const ImageSize other{1000, 2000};
@@ -301,7 +301,7 @@ TEST(PoseAndFocal, TheCentreOfTheImageIsThePrincipalPoint) {
   }
 }
 
-// Space seen through a long lens holds two poses now and then; then both are given.
+// Points in space under a long lens sometimes have two poses; then both are given.
 TEST(PoseAndFocal, AmbiguousViewsHoldTheTruth) {
   Random random(12);
   int ambiguous = 0, missed = 0;

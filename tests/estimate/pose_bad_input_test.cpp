@@ -6,7 +6,7 @@
 
 #include "pose_bad_input_fixture.hpp"
 
-// Whatever goes in, what comes out is right, or named.
+// For any input the answer is right, or the status says why there is none.
 
 namespace tagcal {
 namespace {
@@ -36,7 +36,7 @@ TEST(PoseBadInput, PointsOnALineOrAtOnePlace) {
   }
 }
 
-// Three places do not tell one pose from up to four.
+// Three points have up to four poses.
 TEST(PoseBadInput, DuplicatesThatLeaveThreePoints) {
   Random random(3);
   for (int i = 0; i < kTrials / 4; ++i) {
@@ -107,7 +107,7 @@ TEST(PoseBadInput, AnyUnitOfLengthAndAnyPlaceOfTheTarget) {
     const Vector3d offset =
         unit * 1e6 * Vector3d(random.normal(), random.normal(), random.normal());
     for (Vector3d& p : w.points) p += offset;
-    // The same view: the target's frame moves against the target.
+    // The same view, with another frame of the target.
     w.truth = Pose(w.truth.rotation(), unit * w.truth.translation() - w.truth.rotation() * offset);
     for (const Vector3d& p : w.points)
       w.seen.push_back(
@@ -139,7 +139,7 @@ TEST(PoseBadInput, MirroredTargets) {
     for (const Answer& answer :
          {with_camera(mirrored, options), with_focal(mirrored, {options, 0})}) {
       expect_sound(answer, mirrored);
-      // A plane seen from behind is an honest answer; space has none.
+      // A plane seen from behind is a valid answer; points in space have none.
       if (in_plane) {
         ASSERT_TRUE(is_answer(answer.status)) << i;
         EXPECT_LT(rms_px(answer.hypotheses[0], answer, mirrored), 1e-6);
@@ -166,7 +166,7 @@ TEST(PoseBadInput, FrontalAndTurnedBy180Degrees) {
     const Answer answer = with_camera(w);
     ASSERT_TRUE(is_answer(answer.status)) << i;
     expect_sound(answer, w);
-    // Next to frontal the two poses are nearly one: the digits of the pixels halve.
+    // Near frontal the two poses nearly coincide: half of the digits are lost.
     EXPECT_LT(least_error(answer, w), 1e-5) << i;
     EXPECT_LT(rms_px(answer.hypotheses[0], answer, w), 1e-6) << i;
     const Answer focal = with_focal(w);
@@ -177,7 +177,7 @@ TEST(PoseBadInput, FrontalAndTurnedBy180Degrees) {
   }
 }
 
-// Nothing to be found, only to be survived: numbers of any kind and size.
+// Numbers of any kind and size must not crash.
 TEST(PoseBadInput, Anything) {
   Random random(16);
   int answers = 0;

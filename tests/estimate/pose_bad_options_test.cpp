@@ -6,7 +6,7 @@
 
 #include "pose_bad_input_fixture.hpp"
 
-// Whatever options and pixels go in, what comes out is right, or named.
+// For any options and pixels the answer is right, or the status says why there is none.
 
 namespace tagcal {
 namespace {
@@ -89,7 +89,7 @@ TEST(PoseBadOptions, SpansOfAnotherSize) {
   for (int i = 0; i < 200; ++i) {
     World w = draw_world(random);
     w.observe(0.3, random);
-    // So that the search for those that agree is entered, where groups count.
+    // Outliers start RANSAC, which uses the groups.
     w.seen[0].pixel += Vector2d(100, 50);
     const std::size_t n = random.index(2 * w.seen.size()) + 1;
     if (n == w.seen.size()) continue;
@@ -110,11 +110,11 @@ TEST(PoseBadOptions, AnImageWithoutSize) {
   for (const ImageSize& size : {ImageSize{0, 0}, ImageSize{0, 800}, ImageSize{-5, 800}}) {
     const auto e = estimate_pose_and_focal(w.seen, size);
     EXPECT_EQ(e.status, Status::degenerate);
-    EXPECT_FALSE(e.warnings.empty());
+    EXPECT_FALSE(e.findings.empty());
   }
 }
 
-// Beyond the fold of a lens, pixels have no ray.
+// Pixels beyond the fold of a lens have no ray.
 TEST(PoseBadOptions, PixelsWithoutARay) {
   Random random(15);
   for (int i = 0; i < kTrials / 40; ++i) {

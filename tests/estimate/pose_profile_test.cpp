@@ -18,30 +18,30 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kSigmaPx = 0.5, kVariance = kSigmaPx * kSigmaPx;
 
-// A view with the best pose of it, about the centre of the points.
+// A view and its best pose, about the centre of the points.
 struct SolvedView {
   SolvedView(const std::vector<Vector3d>& points, Random& random)
       : task(draw_task(points, {}, random)),
         options{kSigmaPx},
         problem(task.correspondences, options),
         sums(task.camera.lens, problem.view()),
-        fit(fit_view<6>(problem, task.camera.lens, options).value()) {
+        fit(pose_minima<6>(problem, task.camera.lens, options).value()) {
     SmallCholesky<6> cholesky;
     EXPECT_TRUE(cholesky.compute(fit.best().information));
     linear = kVariance * cholesky.inverse();
-    for (const ViewSolution<6>& pose : fit.poses) poses.push_back(pose);
+    for (const PoseMinimum<6>& pose : fit.poses) poses.push_back(pose);
   }
 
   PoseTask task;
   PoseOptions options;
   PoseProblem problem;
   ViewSums sums;
-  ViewFit<6> fit;
+  PoseMinima<6> fit;
   Matrix6d linear;
   PosesOfView poses;
 };
 
-// Four points anywhere in a square: the trial of the map of numbers of points.
+// Four random points in a square, as in a trial of map points.
 SolvedView quadrangle(std::uint64_t trial) {
   Random random(1, (std::uint64_t{2} << 32) + trial);
   std::vector<Vector3d> points = space_points(4, 1, random);
@@ -49,8 +49,8 @@ SolvedView quadrangle(std::uint64_t trial) {
   return {points, random};
 }
 
-// The share of the poses that the likelihood allows that is further than 5 sigma from the best, by
-// a random walk through them (Metropolis et al. 1953).
+// Share of the posterior that is further than 5 sigma from the best pose, by a random walk
+// (Metropolis et al. 1953).
 double share_outside(SolvedView& view, const Matrix6d& covariance) {
   constexpr int kSteps = 20000;
   Random random(7);
@@ -74,33 +74,33 @@ double share_outside(SolvedView& view, const Matrix6d& covariance) {
   return static_cast<double>(outside) / kSteps;
 }
 
-TEST(PoseProfile, LetsInWhatTheLikelihoodAllows) {
+TEST(PoseProfile, TheEllipsoidHoldsTheLikelihood) {
   for (const std::uint64_t trial : {239u, 465u, 1058u}) {
     SolvedView view = quadrangle(trial);
     ASSERT_TRUE(may_be_curved(view.linear));
     PoseProfile profile(view.sums, kSigmaPx, view.poses);
-    const Matrix6d wide = view.linear + profile.gain(view.poses[0], view.linear);
+    const Matrix6d wide = view.linear + profile.widening(view.poses[0], view.linear);
     EXPECT_GT(share_outside(view, view.linear), 0.02) << trial;
     EXPECT_LT(share_outside(view, wide), 0.002) << trial;
   }
 }
 
-TEST(PoseProfile, LeavesAStraightLikelihoodAsItIs) {
+TEST(PoseProfile, DoesNotWidenAParabola) {
   Random random(3);
   SolvedView view(space_points(30, 0.6, random), random);
   EXPECT_FALSE(may_be_curved(view.linear));
   PoseProfile profile(view.sums, kSigmaPx, view.poses);
-  EXPECT_TRUE(profile.gain(view.poses[0], view.linear).isZero(0));
+  EXPECT_TRUE(profile.widening(view.poses[0], view.linear).isZero(0));
 }
 
-TEST(PoseProfile, PosesAtWhichTheSolverStopsBesideEachOtherAreOne) {
+TEST(PoseProfile, NearbyMinimaAreOne) {
   Random random(3);
   const SolvedView view(square_points(0.088), random);
-  ViewSolution<6> beside = view.poses[0];
+  PoseMinimum<6> beside = view.poses[0];
   beside.state.translation.z() += 0.01 * std::sqrt(view.linear(5, 5));
-  EXPECT_TRUE(is_one(view.poses[0], beside, kSigmaPx));
+  EXPECT_TRUE(is_same_minimum(view.poses[0], beside, kSigmaPx));
   beside.state.translation.z() += 20 * std::sqrt(view.linear(5, 5));
-  EXPECT_FALSE(is_one(view.poses[0], beside, kSigmaPx));
+  EXPECT_FALSE(is_same_minimum(view.poses[0], beside, kSigmaPx));
 }
 
 }  // namespace

@@ -33,23 +33,25 @@ TEST(SeenRegion, SaysWhatIsMissing) {
   };
   EXPECT_FALSE(gaps(10, 10, 1270, 790).has_value());
   EXPECT_EQ(gaps(10, 10, 800, 790),
-            "no corners in the right third of the image: the lens is extrapolated there");
+            "no corners in the right third of the image: the lens is extrapolated there, so take "
+            "views with the board there");
   EXPECT_EQ(gaps(500, 300, 800, 500),
             "no corners in the left third, right third, upper third and lower third of the image: "
-            "the lens is extrapolated there");
+            "the lens is extrapolated there, so take views with the board there");
   EXPECT_EQ(gaps(300, 200, 980, 600),
             "no corners in the upper left, lower left, upper right and lower right corners of the "
-            "image: the lens is extrapolated there");
+            "image: the lens is extrapolated there, so take views with the board there");
   const std::vector<Vector2d> cut = {{0, 0}, {1279, 0}, {1279, 200}, {300, 799}, {0, 799}};
   EXPECT_EQ(SeenRegion(kSize, cut).gaps(),
-            "no corners in the lower right corner of the image: the lens is extrapolated there");
+            "no corners in the lower right corner of the image: the lens is extrapolated there, so "
+            "take views with the board there");
   EXPECT_EQ(SeenRegion(kSize, cut).missing_parts(), std::vector<std::string>{"lower right corner"});
   EXPECT_TRUE(SeenRegion().gaps().has_value());
 }
 
 TEST(LensDifference, AMovedCameraIsNoDifference) {
-  // A turned camera with a shifted centre sees nearly the same; a longer focal length is a
-  // difference at infinity, and hides in the distance near.
+  // A longer focal length is a difference at infinity. Near by, the distance of the camera explains
+  // most of it.
   const std::vector<Vector2d> samples = ImageGrid{kSize, 9, 7}.pixels();
   const Camera a{opencv5_lens(), kSize};
   const auto same = lens_difference(a, a, samples, 1.0);
@@ -103,7 +105,7 @@ TEST(ProjectionUncertainty, IsThatOfSolvesWithFreshNoise) {
 }
 
 TEST(ProjectionUncertainty, GrowsWhereNothingWasSeen) {
-  // Corners only in the middle: the corners of the image are extrapolated, and say so.
+  // With corners in the middle only, the corners of the image are extrapolated.
   Dataset world = make_world(opencv5_lens(), 6);
   for (View& view : world.views)
     std::erase_if(view.observations,
@@ -118,7 +120,7 @@ TEST(ProjectionUncertainty, GrowsWhereNothingWasSeen) {
     EXPECT_LT(p.sigma_px(6, 10), 1);
     EXPECT_FALSE(p.sigma_px(0, 0) < 20 * p.sigma_px(6, 10));  // or has no value
   }
-  EXPECT_FALSE(c.warnings.empty());
+  EXPECT_FALSE(c.findings.empty());
 }
 
 }  // namespace

@@ -150,7 +150,8 @@ TEST(RealCorners, EurocIsAsNearToThePublishedAnswerAsMrcal) {
 
 TEST(RealCorners, EurocsBoardIsBentAsMrcalFindsIt) {
   const auto says = [](const Calibration& c, const std::string& text) {
-    return std::any_of(c.warnings.begin(), c.warnings.end(), [&](const std::string& warning) {
+    return std::any_of(c.findings.begin(), c.findings.end(), [&](const Finding& finding) {
+      const std::string& warning = finding.sentence;
       return warning.find(text) != std::string::npos;
     });
   };
@@ -188,7 +189,8 @@ TEST(RealCorners, AutoTakesNoLensWithAPoleInTheImage) {
 }
 
 bool warns(const Calibration& c, const std::string& text) {
-  return std::any_of(c.warnings.begin(), c.warnings.end(), [&](const std::string& warning) {
+  return std::any_of(c.findings.begin(), c.findings.end(), [&](const Finding& finding) {
+    const std::string& warning = finding.sentence;
     return warning.find(text) != std::string::npos;
   });
 }
@@ -198,7 +200,8 @@ TEST(RealCorners, AModelThatIsTooSmallIsSaidFirst) {
   for (const Witness& w : witnesses()) {
     for (const std::string model : {"f", "pinhole"}) {
       const Calibration c = calibrated(w.set, with_model(model));
-      EXPECT_EQ(c.warnings.at(0).find("the model is too small: opencv5"), 0u) << c.warnings[0];
+      EXPECT_EQ(c.findings.at(0).sentence.find("the model is too small: opencv5"), 0u)
+          << c.findings[0].sentence;
       EXPECT_FALSE(warns(c, "bent")) << w.set;
     }
     EXPECT_FALSE(warns(calibrated(w.set, with_model("opencv5")), "too small: opencv5")) << w.set;
@@ -227,8 +230,8 @@ TEST(RealCorners, TheTargetsAreAsTheirFilesSay) {
 TEST(RealCorners, GapsAreOneWarning) {
   const Calibration c = calibrated("euroc_cam0", with_model("opencv5"));
   EXPECT_TRUE(warns(c, "no corners in the lower left, upper right and lower right corners of"));
-  EXPECT_EQ(std::count_if(c.warnings.begin(), c.warnings.end(),
-                          [](const std::string& w) { return w.find("no corners in") == 0; }),
+  EXPECT_EQ(std::count_if(c.findings.begin(), c.findings.end(),
+                          [](const Finding& f) { return f.sentence.find("no corners in") == 0; }),
             1);
 }
 
@@ -238,7 +241,7 @@ TEST(RealCorners, TheAdvisedViewFillsTheGaps) {
     const auto view = advise(read_dataset(folder(w.set)).dataset, c);
     ASSERT_TRUE(view.has_value()) << w.set;
     EXPECT_EQ(view->fills, c.seen.missing_parts()) << w.set;
-    EXPECT_NE(view->sentence.find("which shows it in the " + view->fills.at(0)), std::string::npos)
+    EXPECT_NE(view->sentence.find("which covers the " + view->fills.at(0)), std::string::npos)
         << view->sentence;
   }
 }

@@ -100,8 +100,8 @@ TEST(RobustCalibration, MirroredViews) {
   const Calibration c = calibrate(all.dataset);
   EXPECT_EQ(c.status, Status::no_consensus);
   EXPECT_EQ(c.outliers.size(), all.wrong.size());
-  ASSERT_EQ(c.warnings.size(), 20u);
-  EXPECT_EQ(c.warnings[0], "0.png: left out, its tags are mirrored");
+  ASSERT_EQ(c.findings.size(), 20u);
+  EXPECT_EQ(c.findings[0].sentence, "0.png: rejected, its tags are mirrored");
 }
 
 TEST(RobustCalibration, BadViews) {

@@ -14,7 +14,7 @@ namespace {
 constexpr char kSaid[] = "the target is not as its file says";
 
 std::string said(const Calibration& c) {
-  for (const std::string& warning : c.warnings)
+  for (const std::string& warning : sentences(c.findings))
     if (warning.find(kSaid) != std::string::npos) return warning;
   return "";
 }
@@ -69,7 +69,8 @@ TEST(TargetError, ATurnedCornerOrderIsNoAnswer) {
       EXPECT_TRUE(c.projection.empty()) << turns << model;
       // By half a turn the corners fit so badly that other reasons come first.
       if (turns != 2) {
-        EXPECT_EQ(c.warnings.at(0).find(kSaid), 0u) << turns << model << c.warnings[0];
+        EXPECT_EQ(c.findings.at(0).sentence.find(kSaid), 0u)
+            << turns << model << c.findings[0].sentence;
       }
     }
   }
@@ -80,10 +81,9 @@ TEST(TargetError, AMisplacedTagIsNamed) {
     const Calibration c = calibrate(with_moved_tag(5, 17, 1e-3 * by_mm), with_model("opencv5"));
     ASSERT_EQ(c.status, Status::ok) << by_mm;
     double mm = 0;
-    ASSERT_EQ(std::sscanf(said(c).c_str(),
-                          (std::string(kSaid) + ": tag 17 stands out by %lf").c_str(), &mm),
-              1)
-        << by_mm << ": " << said(c);
+    std::string expected = kSaid;
+    expected += ": tag 17 is displaced by %lf";
+    ASSERT_EQ(std::sscanf(said(c).c_str(), expected.c_str(), &mm), 1) << by_mm << ": " << said(c);
     EXPECT_NEAR(mm / by_mm, 1, 0.2);
     EXPECT_EQ(said(c).find("more tags"), std::string::npos) << said(c);
     EXPECT_NEAR(parameters(c.camera->lens)[0], 900, 4 * c.sigmas[0]) << by_mm;
@@ -99,7 +99,9 @@ TEST(TargetError, ABoardThatHangsElsewhereInEveryView) {
     for (const char* model : {"", "opencv5"}) {
       const Calibration c = calibrate(world.dataset, with_model(model));
       if (is_answer(c.status) && said(c).empty()) {
-        EXPECT_NE(c.warnings.at(0).find("one board only takes part"), std::string::npos) << by_mm;
+        EXPECT_NE(c.findings.at(0).sentence.find("only its largest board is used"),
+                  std::string::npos)
+            << by_mm;
         EXPECT_NEAR(parameters(c.camera->lens)[0], 900, 4 * c.sigmas[0]) << by_mm << model;
       } else {
         EXPECT_NE(said(c), "") << by_mm << model;

@@ -11,7 +11,7 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// The sums of any kernels, laid out as equations.
+// Normal equations of the given kernels.
 template <int N>
 bool sums_by(const ProjectKernels& kernels, const Observed& o, double focal_px,
              NormalEquations<N>& equations) {
@@ -37,7 +37,7 @@ bool sums_by(const ProjectKernels& kernels, const Observed& o, double focal_px,
   return true;
 }
 
-// Upper triangles, relative to the diagonal.
+// Difference of upper triangles, relative to the diagonal.
 template <int N>
 double difference(const NormalEquations<N>& a, const NormalEquations<N>& b) {
   double largest = std::abs(a.cost / b.cost - 1);
@@ -74,7 +74,7 @@ TEST(ViewEquations, AreThoseOfDifferencesForEveryLens) {
         NormalEquations<6> fast;
         ASSERT_TRUE(ViewSums(lens, o.view()).at(state_of(o.pose), fast));
         const auto slow = by_differences<6>(o, 0);
-        if (std::holds_alternative<Parallel>(lens)) {  // its distance changes nothing
+        if (std::holds_alternative<Parallel>(lens)) {  // its distance has no effect
           EXPECT_EQ(fast.information(5, 5), 0);
           fast.information(5, 5) = 1;
           NormalEquations<6> known = slow;
@@ -92,7 +92,7 @@ TEST(ViewEquations, TheFocalLengthIsTheSeventh) {
     for (std::size_t n = 1; n <= 9; ++n) {
       const double focal = random.uniform(200, 3000);
       const Observed o = observe(centred_pinhole(focal), n, i % 2 == 0, random);
-      // The lens of the sums has another one: the state's counts.
+      // The lens of the sums has another focal length; the state's is used.
       NormalEquations<7> fast;
       ASSERT_TRUE(ViewSums(centred_pinhole(1), o.view()).at(state_of(o.pose, focal), fast));
       EXPECT_LT(difference(fast, by_differences<7>(o, focal)), 1e-5) << n;
@@ -111,7 +111,7 @@ void expect_equal_kernels(const Observed& o, double focal_px, const char* what) 
   ASSERT_TRUE(sums_by<N>(kAvx2Kernels, o, focal_px, avx2));
   for (NormalEquations<N>* e : {&portable, &avx2})
     if (e->information(5, 5) == 0) e->information(5, 5) = 1;
-  // An ulp, times what a rational lens next to its pole makes of it.
+  // An ulp, amplified by a rational lens near its pole.
   EXPECT_LT(difference(avx2, portable), 1e-10) << what << " " << o.points.size();
 }
 

@@ -63,7 +63,7 @@ TEST(WeakCalibration, IsAnAnswerWithoutAFocalLength) {
     EXPECT_EQ(c.status, Status::ok);
     EXPECT_EQ(c.model, "weak");
     EXPECT_TRUE(c.outliers.empty());
-    EXPECT_TRUE(c.warnings.empty());
+    EXPECT_TRUE(c.findings.empty());
     EXPECT_EQ(c.views.size(), 8u);
     EXPECT_NEAR(c.sigma_px, 0.2, 0.02);
     EXPECT_TRUE(c.projection.empty());

@@ -41,7 +41,8 @@ Calibration example(const std::string& model, const Lens& lens) {
     c.views.push_back({"0" + std::to_string(i) + ".png", random_pose(random), {}, 48, 0.1 * i});
   }
   c.outliers.push_back({"00.png", {1, 2}, 9});
-  c.warnings = {"says \"this\": [and] {that} # \\ %", "\xc3\xa9 - two"};
+  c.findings = {{"input", Severity::warning, "says \"this\": [and] {that} # \\ %"},
+                {"input", Severity::note, "\xc3\xa9 - two"}};
   return c;
 }
 
@@ -140,8 +141,8 @@ TEST_F(CalibrationFileTest, OpenCVReadsEveryKey) {
     EXPECT_EQ(static_cast<double>(view["translation_m"][2]),
               c.views[1].camera_from_world.translation().z());
     ASSERT_EQ(file["warnings"].size(), 2U);
-    EXPECT_EQ(static_cast<std::string>(file["warnings"][0]), c.warnings[0]);
-    EXPECT_EQ(static_cast<std::string>(file["warnings"][1]), c.warnings[1]);
+    EXPECT_EQ(static_cast<std::string>(file["warnings"][0]), c.findings[0].sentence);
+    EXPECT_EQ(static_cast<std::string>(file["warnings"][1]), c.findings[1].sentence);
     ASSERT_EQ(static_cast<int>(file["covariance_names"].size()), Model::named(model).num_free());
     EXPECT_EQ(static_cast<std::string>(file["covariance_names"][0]),
               Model::named(model).free()[0].name);
@@ -155,7 +156,7 @@ TEST_F(CalibrationFileTest, WithoutUncertaintyViewsOrWarnings) {
   c.seen = SeenRegion();
   c.projection.clear();
   c.views.clear();
-  c.warnings.clear();
+  c.findings.clear();
   const CalibrationFile back = read(calibration_yaml(c));
   EXPECT_TRUE(back.sigmas.empty());
   EXPECT_EQ(back.covariance.size(), 0);
@@ -229,7 +230,8 @@ TEST_F(CalibrationFileTest, BadFilesOfOthers) {
        {"cols: 5, data: [-0.2", "cols: 12, data: [1, 2, 3, 4, 5, 6, 7, 8",
         ": distortion_coefficients: coefficient 9 (thin prism, tilt) must be 0"},
        {"plumb_bob", "fov", ": distortion_model: must be plumb_bob, rational_polynomial or equid"},
-       {"camera_name: front", "image_width: 640", ": line 3: image_width: the key stands twice"}});
+       {"camera_name: front", "image_width: 640",
+        ": line 3: image_width: the key is given twice"}});
   EXPECT_EQ(error("[1, 2]"), ": must be a map of keys, got a list of 2");
   EXPECT_EQ(error("%YAML:1.0\n---\n"), ": must be a map of keys, got nothing");
 }
@@ -242,9 +244,8 @@ TEST_F(CalibrationFileTest, BadFilesOfOurs) {
         ": model: must be one of f, f+c, pinhole, radial"},
        {"model: \"radial1\"", "model: weak",
         ": model: must be one of f, f+c, pinhole, radial1, ra"},
-       {"model: \"radial1\"", "model: f", ": cx must be 639.5, where model f holds it, got 1"},
-       {"model: \"radial1\"", "model: f+c",
-        ": k1 must be 0, where model f+c holds it, got -0.0333"},
+       {"model: \"radial1\"", "model: f", ": cx must be 639.5 with model f, got 1"},
+       {"model: \"radial1\"", "model: f+c", ": k1 must be 0 with model f+c, got -0.0333"},
        {"model: \"radial1\"", "model: radial2",
         ": covariance: must be 5 x 5 with model radial2, g"},
        {"model: \"radial1\"", "mode: 1", ": covariance: needs the key model, which is missing"},

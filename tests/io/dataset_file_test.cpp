@@ -137,7 +137,7 @@ TEST_F(DatasetFile, BadDatasets) {
        {"target.yaml", "seen.csv", "seen.csv: must be a map of keys"},
        {"target.yaml", "[]", "dataset.yaml: target: must be a list of at least 1, got a list of 0"},
        {"target.yaml", "[target.yaml, target.yaml]",
-        "dataset.yaml: target: ids must be unique over all boards, but id 0 stands on boards 0"},
+        "dataset.yaml: target: ids must be unique over all boards, but id 0 is on boards 0"},
        {"target.yaml", "[{file: target.yaml, first_id: -4}]",
         "dataset.yaml: target[0].first_id: must be a whole number from 0 to 2147483647, got -4"},
        {"target.yaml", "[{fil: target.yaml}]", "dataset.yaml: target[0].fil: unknown key; did you"},
@@ -167,12 +167,11 @@ TEST_F(DatasetFile, BadTruths) {
        {"  fx: 60\n", "", "truth.yaml: camera.fx: the key is missing"},
        {"opencv5", "opencv4", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
        {"opencv5", "weak", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
-       {"opencv5", "radial1",
-        "truth.yaml: camera: k2 must be 0, where model radial1 holds it, got"},
+       {"opencv5", "radial1", "truth.yaml: camera: k2 must be 0 with model radial1, got"},
        {"opencv5", "fisheye4", "truth.yaml: camera: distortion: must have at most 4 coefficients"},
        {"[-0.1, 0.01, 0, 0, 0]", "[1, 2, 3, 4, 5, 6, 7, 8, 9]", "truth.yaml: camera.distortion: m"},
        {"image_width: 64", "image_width: 65", "truth.yaml: camera: is for 65x48 pixels, but image"},
-       {"image: b.png", "image: a.png", "truth.yaml: poses[1].image: must be another image than"},
+       {"image: b.png", "image: a.png", "truth.yaml: poses[1].image: must differ from the images"},
        {"[0, 1, 0, 0]", "[0, 2, 0, 0]", "truth.yaml: poses[1].camera_from_world.rotation: must be"},
        {"camera_from_world:", "pose:", "truth.yaml: poses[0].pose: unknown key"},
        {"translation_m", "translation",
@@ -212,11 +211,11 @@ TEST_F(DatasetFile, BadObservations) {
        {"a.png,0,1,3,4", "\"a.png,0,1,3,4", "seen.csv: line 3: image: the closing quote is missin"},
        {"a.png,0,1,3,4", "\"a\"b,0,1,3,4", "seen.csv: line 3: image: text after the closing quote"},
        {"a.png,0,1,3,4", "a.png,0,0,3,4",
-        "seen.csv: line 3: corner 0 of tag 0 stands twice in ima"},
+        "seen.csv: line 3: corner 0 of tag 0 is given twice in ima"},
        {"b.png,1,1,2,2", "a.png,1,1,2,2",
-        "seen.csv: line 13: corner 1 of tag 1 stands twice in im"},
+        "seen.csv: line 13: corner 1 of tag 1 is given twice in im"},
        {"b.png,1,1,2,2", "a.png,0,0,2,2",
-        "seen.csv: line 13: corner 0 of tag 0 stands twice in image a.png, first in line 2"}});
+        "seen.csv: line 13: corner 0 of tag 0 is given twice in image a.png, first in line 2"}});
   write("seen.csv", "");
   EXPECT_EQ(error(), "seen.csv: is empty");
   write("seen.csv", std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16));

@@ -44,7 +44,7 @@ std::string with_chunk(const std::string& png, const std::string& tiff, bool aft
   return std::string(png).insert(after_header ? 33 : png.size() - 12, chunk);
 }
 
-// Where the pixel (x, y) of the upright picture is stored (Exif 2.32, 4.6.4 A).
+// Place at which the pixel (x, y) of the upright picture is stored (Exif 2.32, 4.6.4 A).
 std::pair<int, int> stored_place(int orientation, int x, int y, const ImageSize& stored) {
   const int right = stored.width - 1;
   const int bottom = stored.height - 1;
@@ -129,7 +129,7 @@ TEST_F(ImageOrientation, ASegmentOfAnotherKindMayComeFirst) {
   expect_turned(tagged.substr(0, 2) + xmp + tagged.substr(2), read_image(put(jpeg_)), 6);
 }
 
-// The picture is read; it is turned or it is not.
+// The picture is read, turned or not.
 TEST_F(ImageOrientation, DamagedTagsHarmNothing) {
   const std::string whole = tiff_with(6, false);
   for (std::size_t length = 0; length < whole.size(); ++length) {

@@ -58,7 +58,7 @@ TEST_F(TargetFile, FirstIdOfTheCallerWins) {
   EXPECT_EQ(read(kGrid + "first_id: 7\n").tags.front().id, 7);
   EXPECT_EQ(read(kGrid + "first_id: 7\n", 100).tags.front().id, 100);
   EXPECT_EQ(read(kGrid, 100).tags.back().id, 129);
-  // The smallest id moves there, the others with it.
+  // The smallest id becomes first_id; the others are shifted by the same number.
   EXPECT_EQ(read(kTags, 100).tags.back().id, 105);
   EXPECT_EQ(read(kPoints, 0).points.back().id.tag_id, 3);
   EXPECT_EQ(read(kTags + "first_id: 5\n").tags.front().id, 5);
@@ -116,7 +116,7 @@ TEST_F(TargetFile, BadGrids) {
         ": tagCols: must be a whole number from 1 to 100000, got \"6"},
        {"tagCols: 6", "tagCols: 50000", ": tagCols * tagRows: must be at most 100000, got 250000"},
        {"tagCols: 6\n", "", ": tagCols: the key is missing"},
-       {"tagRows: 5", "tagRows: 5\ntagRows: 6", ": line 4: tagRows: the key stands twice"},
+       {"tagRows: 5", "tagRows: 5\ntagRows: 6", ": line 4: tagRows: the key is given twice"},
        {"tagSize: 0.088", "tagSize: -0.088", ": tagSize: must be > 0, got -0.088"},
        {"tagSize: 0.088", "tagSize: 0", ": tagSize: must be > 0, got 0"},
        {"tagSize: 0.088", "tagSize: .nan", ": tagSize: must be a finite number, got .nan"},
@@ -141,14 +141,14 @@ TEST_F(TargetFile, BadGrids) {
        {"tagCols: 6", "tagCols: 6: 7", ": line 2: is not YAML: illegal map value"},
        {"tagCols: 6", "---\ntagCols: 6", ": line 2: a second YAML document begins"},
        {"tagCols: 6", "tagCols: *six", ": line 2: is not YAML: "},
-       {"tagCols: 6", "tagCols: &a [*a]", ": line 2: an alias stands within its own anchor"},
+       {"tagCols: 6", "tagCols: &a [*a]", ": line 2: an alias is inside its own anchor"},
        {"tagCols: 6", "? [1, 2]\n: 6", ": line 2: a key must be plain text"}});
 }
 
 TEST_F(TargetFile, BadTagsAndPoints) {
   expect_bad(
       kTags,
-      {{"id: 8", "id: 3", ": tags[1].id: must be another id than those before, got 3"},
+      {{"id: 8", "id: 3", ": tags[1].id: must differ from the ids before it, got 3"},
        {"id: 8", "id: -8", ": tags[1].id: must be a whole number from 0 to 2147483647, got -8"},
        {"size: 0.2", "size: 0", ": tags[1].size: must be > 0, got 0"},
        {"size: 0.2", "sise: 0.2", ": tags[1].sise: unknown key; did you mean size?"},
@@ -169,7 +169,7 @@ TEST_F(TargetFile, BadTagsAndPoints) {
        {"family", "tagCols: 3\nfamily",
         ": tagCols: unknown key; known keys are target_type, tags"}});
   expect_bad(kPoints,
-             {{"[7, 1, 2, 3]", "[4, 1, 2, 3]", ": points[1][0]: must be another id than those"},
+             {{"[7, 1, 2, 3]", "[4, 1, 2, 3]", ": points[1][0]: must differ from the ids before"},
               {"[7, 1, 2, 3]", "[7, 1, 2]", ": points[1]: must be a list of 4, got a list of 3"},
               {"[7, 1, 2, 3]", "7", ": points[1]: must be a map of keys, got 7"},
               {"x: 1.5, ", "", ": points[0].x: the key is missing"},

@@ -46,7 +46,7 @@ TEST_F(TextFile, WritingWhereItCannotIsAnErrorAndLeavesNothing) {
   EXPECT_EQ(num_files(), 1U);
 }
 
-// A limit on the size of files stands for a full disk.
+// A limit on the size of files simulates a full disk.
 TEST_F(TextFile, FailedWriteKeepsTheOldFileAndRemovesTheTemporary) {
   const fs::path file = folder_ / "a.txt";
   write_whole(file, "old");

@@ -19,7 +19,7 @@ TEST(NPointBadInput, NoneWithoutEnoughPoints) {
     EXPECT_TRUE(pnp(std::span(p.points).first(n), std::span(p.rays).first(n)).empty());
 }
 
-// Spoils a problem in one of the ways that inputs go bad; true where no pose can be right.
+// Spoils a problem in one of several ways; true if no pose can be right.
 bool spoil(Problem& p, std::size_t kind, Random& random) {
   const std::size_t n = p.points.size(), i = random.index(n);
   const double infinity = std::numeric_limits<double>::infinity();
@@ -58,7 +58,7 @@ bool spoil(Problem& p, std::size_t kind, Random& random) {
   }
 }
 
-// Inputs that are odd, but fix a pose.
+// Unusual inputs that determine a pose.
 void make_odd(Problem& p, std::size_t kind, Random& random) {
   const std::size_t n = p.points.size();
   const double unit = std::pow(10, random.uniform(-9, 9));

@@ -67,7 +67,7 @@ TEST(NPoint, ThreePointsGiveTheSolutionsOfP3P) {
     ASSERT_NO_FATAL_FAILURE(expect_proper(poses, p)) << i;
     missed += place_of_truth(poses, p, 1e-5) < 0;
   }
-  EXPECT_LE(missed, kTrials / 200);  // by descent, so without a proof; 0.2 % are missed
+  EXPECT_LE(missed, kTrials / 200);  // local descent misses 0.2 %
 }
 
 TEST(NPoint, TheFirstIsTheGlobalMinimumUnderNoise) {

@@ -208,7 +208,7 @@ RC_GTEST_PROP(P3p, BadInputGivesNoneOrRightAnswers, (std::uint64_t seed)) {
     for (const Pose& pose : p3p(points, rays)) {
       RC_ASSERT(pose.matrix().allFinite());
       for (std::size_t k = 0; k < 3; ++k) {
-        // A far corner of the target rounds away what is near the camera.
+        // The coordinates of a distant corner round away the part near the camera.
         const Vector3d x = pose * points[k];
         const double rounding =
             1e-14 * (largest + pose.translation().stableNorm()) / x.stableNorm();

@@ -47,7 +47,7 @@ void expect_sound(const Solutions<PoseAndFocal, 6>& solutions, const Four& point
   }
 }
 
-// The standard deviation of log f that the best estimator has.
+// Cramer-Rao bound of the standard deviation of log f.
 double bound_of_log_focal(const Four& points, const Pose& pose, double focal_px, double sigma_px) {
   Eigen::Matrix<double, 8, 7> j;
   for (Eigen::Index k = 0; k < 4; ++k) {
@@ -105,7 +105,7 @@ TEST(P4pf, FindsTheTruthInSymmetricViews) {
 }
 
 // Two points at the principal point, the other two in orthogonal directions from it: one of the
-// equations is lost.
+// equations degenerates.
 TEST(P4pf, NoneWhereAnEquationIsLost) {
   const Four corner = {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)};
   const Pose truth(Eigen::Quaterniond::Identity(), Vector3d(0, 0, 5));
@@ -134,7 +134,7 @@ TEST(P4pf, IsNearTheTruthAtATenthOfAPixel) {
   }
   RecordProperty("errors_in_sd", quantiles(errors));
   EXPECT_LE(missed, 10);  // 0.2 %
-  // The median of a normal error is 0.67 standard deviations: the solutions lose little.
+  // The median of a normal error is 0.67 standard deviations: the solver is nearly efficient.
   std::sort(errors.begin(), errors.end());
   EXPECT_LT(errors[errors.size() / 2], 0.8);
 }

@@ -15,7 +15,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Rows of units that differ by up to 1e12.
+// Rows whose units differ by up to 1e12.
 template <int N>
 Eigen::Matrix<double, N, N> random_information(Random& random) {
   const MatrixXd rows = MatrixXd::NullaryExpr(3 * N, N, [&] { return random.normal(); });
@@ -54,7 +54,7 @@ void expect_cholesky() {
     const auto k = static_cast<Eigen::Index>(random.index(N));
     negative(k, k) *= -1;
     EXPECT_FALSE(cholesky.compute(negative));
-    Matrix singular = a;  // row and column k those of the next, in another unit
+    Matrix singular = a;  // row and column k are multiples of the next
     const Eigen::Index next = (k + 1) % N;
     singular.row(k) = 3 * singular.row(next).eval();
     singular.col(k) = 3 * singular.col(next).eval();

@@ -98,7 +98,7 @@ TEST(WeakPerspective, FindsTheTruthInSpaceWithoutNoise) {
   for (const int n : {4, 5, 8, 30}) {
     Random random(1);
     for (int i = 0; i < kTrials; ++i) {
-      // Four points may lie as good as in a plane.
+      // Four points may lie almost in a plane.
       const Problem p = make_problem(n, 1, 0, random);
       const auto poses = weak_perspective_poses(p.points, p.pixels);
       ASSERT_NO_FATAL_FAILURE(expect_proper(poses, p)) << i;
@@ -155,8 +155,8 @@ TEST(WeakPerspective, AFrontalPlaneHasOnePose) {
   }
 }
 
-// The error of the best scale and translation for a rotation, and Levenberg's descent on it by
-// differences: slow, and nothing in it is shared with the library.
+// Reference without code of the library: the error of the best scale and translation for a
+// rotation, and Levenberg's descent on it by finite differences.
 struct Peer {
   const Problem& p;
 
@@ -210,7 +210,7 @@ TEST(WeakPerspective, TheFirstIsTheGlobalMinimumUnderNoise) {
       for (int k = 0; k < 10; ++k) best = std::min(best, Peer{p}.descend(random_rotation(random)));
       EXPECT_LT(poses.front().rms_px, best * (1 + 1e-9)) << thickness << " " << i;
       EXPECT_GT(poses.front().rms_px, best * (1 - 1e-5)) << thickness << " " << i;
-      // And each is a minimum: the peer does not get away from it.
+      // Each pose is a minimum: the reference descent stays there.
       for (const WeakPerspectivePose& pose : poses)
         EXPECT_NEAR(Peer{p}.descend(pose.camera_from_target.rotation()), pose.rms_px, 1e-9);
     }

@@ -175,7 +175,7 @@ TEST(CalibrationMaps, NoRightCornerIsLost) {
     options.sigma_px = 0.3;
     const Calibration c = calibrate(task.dataset, options);
     EXPECT_TRUE(c.outliers.empty()) << i;
-    for (const std::string& warning : c.warnings)
+    for (const std::string& warning : sentences(c.findings))
       EXPECT_EQ(warning.find("would explain"), std::string::npos) << i << warning;
   }
 }

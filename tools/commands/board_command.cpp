@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -47,8 +46,7 @@ Board board_to_print(const std::string& file, std::vector<std::string>* warnings
                       tag.id, corner.z()));
     }
     if ((tag.board_from_tag.rotation_matrix() * Eigen::Vector3d::UnitZ()).z() < 0) {
-      throw Error(
-          fmt::format("{}: tag {} shows its back to the side that is printed", file, tag.id));
+      throw Error(fmt::format("{}: tag {} faces away from the printed side", file, tag.id));
     }
   }
   return board;
@@ -61,7 +59,7 @@ Sheet sheet_of(const Board& board, const TagFamily& family) {
     for (int i = 0; i < 4; ++i) quad[i] = 1000 * cell[i].head<2>();
     ink.push_back(quad);
   }
-  double cell_mm = 0;  // a tag needs a white frame around it, a cell wide at least
+  double cell_mm = 0;  // a tag needs a white frame, at least one cell wide
   for (const Tag& tag : board.tags) {
     cell_mm = std::max(cell_mm, 1000 * tag.size / family.width_at_border);
   }
@@ -103,14 +101,12 @@ int run(const Arguments& arguments) {
 Command add_board(CLI::App& app) {
   CLI::App* command = add_command(app, "board", "a target to print, true to scale");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "TARGET.yaml", arguments->target, "the target")
-      ->option_text(" ")
-      ->required();
+  add_option(*command, "TARGET.yaml", arguments->target, "the target").text(" ").required();
   add_option(*command, "--out", arguments->out, "file to write: board.svg or board.png")
-      ->option_text("FILE REQUIRED")
-      ->required();
-  add_positive(*command, "--dpi", arguments->dpi, "pixels an inch of a PNG (300)");
-  command->footer("Example: tagcal board target.yaml --out board.svg");
+      .text("FILE REQUIRED")
+      .required();
+  add_positive(*command, "--dpi", arguments->dpi, "resolution of a PNG in pixels per inch (300)");
+  add_footer(*command, "Example: tagcal board target.yaml --out board.svg");
   return {command, [arguments] { return run(*arguments); }};
 }
 

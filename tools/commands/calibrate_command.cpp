@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
@@ -53,10 +52,10 @@ bool is_auto(const std::string& model) { return model.empty() || model == "auto"
 void check_usage(const Arguments& arguments, bool several) {
   if (arguments.uncertainty.empty()) return;
   if (several) {
-    throw Error("--uncertainty: draws one data set (each calibration file holds its grid)");
+    throw Error("--uncertainty: draws one data set only (each calibration file contains its grid)");
   }
   if (arguments.job.options.model == "weak") {
-    throw Error("--uncertainty: model weak holds no projection to be sure of");
+    throw Error("--uncertainty: model weak has no lens to draw");
   }
 }
 
@@ -87,7 +86,7 @@ int run_one(const Arguments& arguments) {
   return answered ? kAnswer : kNoAnswer;
 }
 
-// Several pictures need a target; anything else of which there are several is a data set each.
+// Several inputs without --target are data sets, unless all of them are files.
 bool are_data_sets(const InputArguments& input) {
   return input.target.empty() && input.inputs.size() > 1 &&
          !std::ranges::all_of(
@@ -110,12 +109,12 @@ std::map<std::string, double> fixed_values(const std::vector<std::string>& texts
   return values;
 }
 
-// What the user states instead of having it found.
+// Applies what the user states instead of having it estimated.
 void overrule(const Arguments& arguments, CalibrateOptions& options) {
   options.reject_outliers = !arguments.keep_all;
   options.fixed = fixed_values(arguments.fixed);
   if (arguments.start.empty()) return;
-  if (options.start_focal_px > 0) throw Error("--start, --focal: one of the two");
+  if (options.start_focal_px > 0) throw Error("--start, --focal: give only one of the two");
   options.start = read_calibration(arguments.start).camera;
 }
 
@@ -144,53 +143,51 @@ Command add_calibrate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
-  add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names())
-      ->option_text("M");
+  add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names()).text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
-               "noise of the corners per coordinate; without it, each corner's own where the file "
-               "says it, else from the residuals");
+               "noise of the corners per coordinate; default: each corner's own covariance if the "
+               "file has them, else estimated from the residuals");
   add_positive(*command, "--tolerance", arguments->job.options.tolerance_px,
-               "in pixels: auto takes the smallest model within it of the best one, RMS where "
-               "corners were; the difference counts in what is claimed");
+               "in pixels: auto takes the smallest model whose projection differs from the best "
+               "one's by at most this, RMS where corners were; the standard deviations include "
+               "the difference");
   add_option(*command, "--out", arguments->out,
-             "file for the camera, where there is an answer; of several data sets a "
+             "file for the camera, written if there is an answer; for several data sets a "
              "folder, with one file each")
-      ->option_text("FILE|DIR");
+      .text("FILE|DIR");
   add_option(*command, "--uncertainty", arguments->uncertainty,
              "picture of the projection's uncertainty over the image, .svg or .png")
-      ->option_text("FILE");
+      .text("FILE");
   add_positive(*command, "--distance", arguments->near_m,
-               "in metres, at which the uncertainty is given beside infinity; without it, the "
-               "corners' median");
+               "distance in metres at which the uncertainty is given beside infinity; default: "
+               "the corners' median");
   add_flag(*command, "--keep-all", arguments->keep_all,
-           "reject no corner and no view, but those that repeat another");
+           "reject no corner and no view, except views that repeat another");
   add_option(*command, "--start", arguments->start,
-             "a camera to start from, instead of a search: a calibration, ours or OpenCV's")
-      ->option_text("C.yaml");
+             "a camera to start from, instead of a search: a calibration file of tagcal or OpenCV")
+      .text("C.yaml");
   add_positive(*command, "--focal", arguments->job.options.start_focal_px,
                "a focal length in pixels to start from, instead of a search");
   add_option(*command, "--fix", arguments->fixed,
-             "parameters that are held, taken as exact: f, fx, fy, cx, cy, and with --model "
+             "parameters to hold, taken as exact: f, fx, fy, cx, cy, and with --model "
              "k1, k2, .. (cx=319.5,k3=0)")
-      ->delimiter(',')
-      ->option_text("NAME=VALUE,..")
-      ->allow_extra_args(false)  // the data set after it is none
-      ->take_all();
+      .separated_by(',')
+      .text("NAME=VALUE,..")
+      .repeatable();  // the data set after it is none
   add_flag(*command, "--board-warp", arguments->job.options.board_warp,
-           "let the board be bent, by two parameters; needs one flat board");
+           "estimate a bend of the board (two parameters); needs one flat board");
   add_flag(*command, "--refine-corners", arguments->job.refine_corners,
-           "fit the corners in their pictures again under the lens that was found, and "
-           "calibrate again");
+           "fit the corners in their pictures again with the estimated lens, and calibrate again");
   add_flag(*command, "--advise", arguments->job.advise,
-           "the next view that would teach most, and what to expect of it");
+           "print the next view that would improve the answer most, and by how much");
   add_flag(*command, "--json", arguments->json,
-           "one JSON object on stdout; of several data sets an array of them");
+           "one JSON object on stdout; for several data sets an array of them");
   add_threads(*command, arguments->job.threads)
-      ->description("data sets, or the pictures of one, worked on side by side; 0: one per core");
-  command->footer(
-      "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
-      "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"
-      "         tagcal calibrate left right rear --out cameras");
+      .description("data sets, or pictures of one, to process in parallel; 0: one per core");
+  add_footer(*command,
+             "Example: tagcal calibrate desk --observations corners.csv --out camera.yaml\n"
+             "         tagcal calibrate --target board.yaml photos/*.jpg --json\n"
+             "         tagcal calibrate left right rear --out cameras");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -35,10 +35,10 @@ using Row = std::array<std::string, kNumColumns>;
 struct DataSet {
   std::string folder;
   std::string name;  // the last part of the folder's path
-  fs::path file;     // "": not asked for
+  fs::path file;     // "": none to write
 };
 
-// What is kept of an answer: a fleet's calibrations would not fit into memory.
+// The part of an answer that is kept: the calibrations of a fleet would not fit into memory.
 struct Outcome {
   ExitCode code = kBadInput;
   std::string error;  // of bad input
@@ -56,15 +56,15 @@ std::vector<DataSet> data_sets(const std::vector<std::string>& folders, const fs
     const std::string name = path.filename().string();
     const auto [other, is_new] = folder_of.emplace(name, folder);
     if (!is_new) {
-      throw Error(fmt::format("{}: the data sets' names must differ, {} is called {} too", folder,
-                              other->second, name));
+      throw Error(fmt::format("{}: the data sets' names must differ, but {} is called {} too",
+                              folder, other->second, name));
     }
     sets.push_back({folder, name, out.empty() ? fs::path() : out / (name + ".yaml")});
   }
   return sets;
 }
 
-// The folder for the answers; one that was made here and stays empty goes away again.
+// The folder for the answers. It is removed again if it was created here and stays empty.
 class AnswerFolder {
  public:
   explicit AnswerFolder(fs::path folder) : folder_(std::move(folder)) {
@@ -104,7 +104,7 @@ Row row_of(const std::string& name, const CalibrationAnswer& answer) {
           known ? fixed(c.rms_px, 4) : "-",
           std::to_string(c.views.size()),
           std::to_string(c.outliers.size()),
-          std::to_string(c.warnings.size()),
+          std::to_string(c.findings.size()),
           fixed(answer.seconds.total, 2)};
 }
 
@@ -131,7 +131,7 @@ Outcome failure(const DataSet& set, std::string error) {
   return outcome;
 }
 
-// One data set's trouble is its own.
+// An error in one data set does not stop the others.
 Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json) {
   try {
     return calibrate_set(job, set, as_json);
@@ -143,9 +143,9 @@ Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json) 
 }
 
 std::string table(const std::vector<Outcome>& outcomes) {
-  constexpr std::size_t kNumTexts = 3;  // columns that start at the left
+  constexpr std::size_t kNumTexts = 3;  // left-aligned columns
   const Row head = {"data set", "status", "model",    "fx",       "sd",
-                    "rms_px",   "views",  "left out", "warnings", "seconds"};
+                    "rms_px",   "views",  "rejected", "warnings", "seconds"};
   std::array<std::size_t, kNumColumns> width{};
   for (std::size_t k = 0; k < kNumColumns; ++k) {
     width[k] = head[k].size();
@@ -173,7 +173,7 @@ std::string array(const std::vector<Outcome>& outcomes) {
   return text + "]\n";
 }
 
-// A reader of the exit code alone shall know where to look.
+// Returns the worst exit code, and prints how many data sets have it.
 ExitCode worst(const std::vector<Outcome>& outcomes) {
   const auto count = [&](ExitCode code) {
     return std::ranges::count_if(outcomes, [&](const Outcome& o) { return o.code == code; });
@@ -191,7 +191,7 @@ ExitCode worst(const std::vector<Outcome>& outcomes) {
 
 int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
   if (!job.input.observations.empty()) {
-    throw Error("--observations: goes with one data set (dataset.yaml names each one's own)");
+    throw Error("--observations: needs one data set (dataset.yaml names the file of each one)");
   }
   const std::vector<DataSet> sets = data_sets(job.input.inputs, output.folder);
   const AnswerFolder folder(output.folder);

@@ -12,9 +12,9 @@ struct ManyOutput {
 };
 
 // Calibrates every folder of job.input.inputs by itself, job.threads of them side by side, one
-// thread each, and prints one line for each. What is wrong with one is said in its line and
-// harms no other. Returns the worst exit code: bad input, no answer, an answer. Throws Error before
-// any work for names that are not unique and a folder that cannot be written.
+// thread each, and prints one line for each. An error in one data set is reported in its line and
+// does not stop the others. Returns the worst exit code: bad input, no answer, an answer. Throws
+// Error before any work for names that are not unique and a folder that cannot be written.
 int calibrate_many(const CalibrationJob& job, const ManyOutput& output);
 
 }  // namespace tagcal::tools

@@ -1,17 +1,19 @@
 #include "commands/calibration_job.hpp"
 
 #include "report/progress.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
 
 namespace tagcal::tools {
+using namespace internal;
 
 namespace {
 
-// With corners fitted under the lens of the first calibration, where there is one.
+// Refines the corners with the lens of the first calibration, and calibrates again.
 void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options, Input& input,
                      Calibration& calibration) {
   const bool has_lens = is_answer(calibration.status) && calibration.model != "weak";
   if (!has_lens) {
-    input.warnings.emplace_back("the corners are not refined: no lens to do it with");
+    input.warnings.emplace_back("the corners are not refined: the first calibration gave no lens");
     return;
   }
   refine_views(input, *calibration.camera, job.threads, job.shows_progress);
@@ -34,8 +36,10 @@ CalibrationAnswer run_job(const CalibrationJob& job) {
   answer.calibration = calibrate(input.dataset, options);
   progress.reset();
   if (job.refine_corners) calibrate_again(job, options, input, answer.calibration);
-  auto& warnings = answer.calibration.warnings;
-  warnings.insert(warnings.begin(), input.warnings.begin(), input.warnings.end());
+  std::vector<Finding> findings;
+  for (const std::string& warning : input.warnings) add(findings, code::input, warning);
+  auto& all = answer.calibration.findings;
+  all.insert(all.begin(), findings.begin(), findings.end());
   if (job.advise) answer.advice = advise(input.dataset, answer.calibration);
   answer.seconds.total = watch.seconds();
   return answer;

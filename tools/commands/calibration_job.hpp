@@ -18,19 +18,20 @@ struct CalibrationJob {
   bool shows_progress = true;   // on stderr
 };
 
-// How long the command took, beside what the calibration says of itself.
+// Wall-clock times of the command, beside those in CalibrateSeconds.
 struct CommandSeconds {
   double read = 0;  // files and detection
   double total = 0;
 };
 
 struct CalibrationAnswer {
-  Calibration calibration;  // with the warnings of what was read
+  Calibration calibration;  // with findings about the input
   std::optional<AdvisedView> advice;
   CommandSeconds seconds;
 };
 
-// Reads, detects where there are no observations, calibrates. Throws Error for bad input.
+// Reads the input, detects corners if it has no observations, and calibrates. Throws Error for bad
+// input.
 CalibrationAnswer run_job(const CalibrationJob& job);
 
 }  // namespace tagcal::tools

@@ -1,15 +1,18 @@
 #pragma once
 
-#include <CLI/App.hpp>
 #include <functional>
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tagcal::tools {
 
-// What the shell sees (README: exit codes).
+// Exit codes of the program (README).
 enum ExitCode : int { kAnswer = 0, kCheckFailed = 1, kBadInput = 2, kNoAnswer = 3 };
 
-// A command of the table in tagcal.cpp: its arguments, and what it does once they are read. `run`
-// throws Error for bad input and prints results to stdout, everything else to stderr.
+// A command of the table in tagcal.cpp: its arguments, and the function to call after parsing.
+// `run` throws Error for bad input and prints results to stdout, everything else to stderr.
 struct Command {
   CLI::App* arguments = nullptr;
   std::function<int()> run;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/App.hpp>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -79,7 +78,7 @@ std::string explanation_text(const std::string& name, const Explanation& e) {
   return text;
 }
 
-// The camera of the pictures, where one is given.
+// The camera of --camera, if it is given.
 std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
   if (arguments.camera.empty()) return std::nullopt;
   const CalibrationFile file = read_calibration(arguments.camera);
@@ -125,25 +124,24 @@ Command add_detect(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
-      ->option_text("CSV");
-  add_option(
-      *command, "--camera", arguments->camera,
-      "the camera's calibration, where it is known: --refinement fit fits tags under its lens")
-      ->option_text("C.yaml");
+      .text("CSV");
+  add_option(*command, "--camera", arguments->camera,
+             "calibration of the camera, if it is known: --refinement fit then uses its lens")
+      .text("C.yaml");
   add_option(
       *command, "--draw", arguments->draw,
       fmt::format("folder for the pictures with tags, ids and corners drawn in, and "
-                  "ellipses of {} standard deviations; dashed what is read, but not reported",
+                  "ellipses of {} standard deviations; tags read but not reported are dashed",
                   kEllipseScale))
-      ->option_text("DIR");
+      .text("DIR");
   add_flag(*command, "--explain", arguments->explain,
-           "per picture, on stderr: what was seen, why tags are not reported, and what "
-           "is probably wrong with the target");
+           "print per picture, on stderr: the tags that were read, why tags are not reported, and "
+           "probable errors of the target file");
   add_threads(*command, arguments->threads);
-  command->footer(
-      "Example: tagcal detect desk --out corners.csv\n"
-      "         tagcal detect --target board.yaml photos/*.jpg > corners.csv\n"
-      "         tagcal detect --target board.yaml photo.jpg --explain --draw drawn");
+  add_footer(*command,
+             "Example: tagcal detect desk --out corners.csv\n"
+             "         tagcal detect --target board.yaml photos/*.jpg > corners.csv\n"
+             "         tagcal detect --target board.yaml photo.jpg --explain --draw drawn");
   return {command, [arguments] { return run(*arguments); }};
 }
 

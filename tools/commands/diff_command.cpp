@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -32,7 +31,8 @@ struct Arguments {
   bool json = false;
 };
 
-// Where both were calibrated; the whole image where neither file says.
+// Samples in the regions of the corners of both calibrations; the whole image if neither file has
+// one.
 std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
   const auto seen = [](const CalibrationFile& file, const Vector2d& pixel) {
     return file.seen.hull().empty() || file.seen.contains(pixel);
@@ -48,7 +48,7 @@ double at(const LensDifference& d, int row, int column) {
   return std::hypot(d.u_px(row, column), d.v_px(row, column));
 }
 
-// The largest over the nodes, and whether some have no value.
+// Largest difference over the nodes, and the number of nodes without a value.
 struct WholeImage {
   double max_px = 0;
   int without_value = 0;
@@ -92,7 +92,7 @@ Json difference_json(const LensDifference& d) {
           {"difference_px", grid_json(d)}};
 }
 
-// `where`: what the samples are, 18 characters.
+// `where`: name of the region of the samples, 18 characters.
 std::string difference_text(const LensDifference& d, const char* where) {
   const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
   const Eigen::Vector3d move = 1000 * d.b_from_a.translation();
@@ -132,7 +132,7 @@ int run(const Arguments& arguments) {
   for (const double distance : {kInfinitelyFar, arguments.near_m}) {
     const auto d = lens_difference(a.camera, b.camera, samples, distance);
     if (!d)
-      throw Error(fmt::format("{}, {}: have too little of the image in common to compare",
+      throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
                               arguments.a, arguments.b));
     list.push_back(difference_json(*d));
     text += difference_text(*d, where);
@@ -146,17 +146,17 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_diff(CLI::App& app) {
-  CLI::App* command =
-      add_command(app, "diff", "how far two calibrations project apart, a moved camera taken out");
+  CLI::App* command = add_command(
+      app, "diff", "difference of two calibrations in pixels, less what a moved camera explains");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "A", arguments->a, "a calibration")->required();
-  add_option(*command, "B", arguments->b, "another of the same image size")->required();
+  add_option(*command, "A", arguments->a, "a calibration").required();
+  add_option(*command, "B", arguments->b, "another of the same image size").required();
   add_positive(*command, "--distance", arguments->near_m,
-               "the near distance in metres (1), beside infinity");
+               "distance in metres at which they are compared, beside infinity (1)");
   add_flag(*command, "--whole-image", arguments->whole_image,
-           "fit the pose over the whole image, not only where both saw corners");
+           "fit the moved camera over the whole image, not only where both had corners");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  command->footer("Example: tagcal diff monday.yaml friday.yaml --distance 2");
+  add_footer(*command, "Example: tagcal diff monday.yaml friday.yaml --distance 2");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "report/pose_report.hpp"
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/pose/view_correspondences.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -45,12 +45,12 @@ void check_usage(const Arguments& arguments) {
   if (arguments.camera.empty() != arguments.unknown_focal)
     throw Error("--camera, --unknown-focal: one of the two is needed, and only one");
   if (arguments.prior_focal_px > 0 && !arguments.unknown_focal)
-    throw Error("--prior-focal: goes with --unknown-focal");
+    throw Error("--prior-focal: needs --unknown-focal");
 }
 
 struct KnownCamera {
-  std::optional<Camera> camera;           // none: its focal length is looked for
-  std::optional<double> camera_error_px;  // where it is known
+  std::optional<Camera> camera;           // none: the focal length is estimated
+  std::optional<double> camera_error_px;  // if known
 };
 
 KnownCamera known_camera(const Arguments& arguments, const Input& input) {
@@ -68,7 +68,7 @@ bool is_chosen(const Arguments& arguments, const std::string& name) {
   return arguments.views.empty() || std::ranges::count(arguments.views, name) > 0;
 }
 
-// Leaves the views of --view, before pictures are looked at.
+// Keeps the views of --view only, before pictures are read.
 void choose_views(Input& input, const Arguments& arguments) {
   std::set<std::string> names;
   for (const ImageSource& source : input.images) names.insert(source.name);
@@ -81,13 +81,13 @@ void choose_views(Input& input, const Arguments& arguments) {
 
 using TargetPoints = std::map<CornerId, Vector3d>;
 
-// One board is its own frame; several have the data set's world.
+// In the frame of a single board, or in the world frame of several.
 TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
   return boards.size() == 1 ? points_in_world({{boards[0].board, Pose()}})
                             : points_in_world(boards);
 }
 
-// Noise that is stated counts for more than what the corners bring along.
+// A stated noise replaces the corners' covariances.
 PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Arguments& arguments) {
   PoseAndFocalOptions options;
   options.sigma_px = arguments.sigma_px;
@@ -101,7 +101,7 @@ PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOption
                     const std::optional<Camera>& camera, const ImageSize& image_size) {
   PoseReport report;
   if (problem.ids.empty())
-    report.warnings.emplace_back("nothing of the target is seen");
+    add(report.findings, code::target_unseen, "no corner of the target is seen");
   else if (camera)
     report = reported(estimate_pose(problem.correspondences, *camera, options));
   else
@@ -119,15 +119,15 @@ Camera camera_of(const PoseReport& report, const std::optional<Camera>& camera,
   return {pinhole(*report.focal_px, *report.focal_px, centre.x(), centre.y()), image_size};
 }
 
-// Names for the drawings: those of the pictures, as plain file names, and never the same twice.
-// They end so that no picture is overwritten by its drawing.
+// Unique file names for the drawings, made from the names of the pictures. Their ending differs, so
+// that no drawing overwrites its picture.
 std::vector<std::string> drawing_names(const std::vector<View>& views) {
   std::vector<std::string> names;
   std::set<std::string> used;
   for (const View& view : views) {
     std::string stem = view.image;
-    for (const char* kind : {".png", ".jpg", ".jpeg", ".pgm"})
-      if (stem.ends_with(kind)) stem.resize(stem.size() - std::string_view(kind).size());
+    for (const std::string_view kind : {".png", ".jpg", ".jpeg", ".pgm"})
+      if (stem.ends_with(kind)) stem.erase(stem.size() - kind.size());
     std::ranges::replace_if(
         stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
     std::string name = stem + "-pose.png";
@@ -151,7 +151,7 @@ std::vector<std::vector<Vector3d>> tag_outlines(const TargetPoints& points) {
   return list;
 }
 
-// Everything for all views: the estimates, and the drawings where they are asked for.
+// Estimates the poses of all views, and draws them if there is a folder.
 class Poses {
  public:
   Poses(const Arguments& arguments, const Input& input, const KnownCamera& known)
@@ -225,38 +225,36 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_pose(CLI::App& app) {
-  CLI::App* command = add_command(
-      app, "pose", "where the camera of each view is, with a known or an unknown focal length");
+  CLI::App* command =
+      add_command(app, "pose", "the pose of each view, with a known or an unknown focal length");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
-  add_option(*command, "--camera", arguments->camera, "the camera's calibration")
-      ->option_text("C.yaml");
+  add_option(*command, "--camera", arguments->camera, "the camera's calibration").text("C.yaml");
   add_flag(*command, "--unknown-focal", arguments->unknown_focal,
-           "find the focal length too, of a pinhole with its centre in the image's; "
-           "instead of --camera");
+           "estimate the focal length too, of a pinhole with the principal point at the image's "
+           "centre; instead of --camera");
   add_positive(*command, "--prior-focal", arguments->prior_focal_px,
-               "focal length to take, px, where a view does not show it");
+               "focal length in pixels for the pose if the view does not determine it");
   add_positive(
       *command, "--sigma-px", arguments->sigma_px,
-      "noise of the corners per coordinate; without it, their covariances where the camera's "
-      "error is known, else from the residuals");
+      "noise of the corners per coordinate; default: their covariances if the camera's error is "
+      "known, else estimated from the residuals");
   add_positive(*command, "--camera-error-px", arguments->camera_error_px,
-               "what lens and target are wrong by, per coordinate, beside the corners' own "
-               "covariances; without it, what the camera's file says");
+               "error of lens and target per coordinate, in addition to the corners' own "
+               "covariances; default: the value of the camera's file");
   add_option(*command, "--view", arguments->views,
              "only this picture, by its name; may be repeated")
-      ->option_text("NAME")
-      ->allow_extra_args(false)  // the data set after it is none
-      ->take_all();
+      .text("NAME")
+      .repeatable();  // the data set after it is none
   add_option(*command, "--draw", arguments->draw,
-             "folder for pictures with the target's axes and a box, where there is an answer")
-      ->option_text("DIR");
+             "folder for pictures with the target's axes and a box, of views with an answer")
+      .text("DIR");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
-  command->footer(
-      "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
-      "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json");
+  add_footer(*command,
+             "Example: tagcal pose desk --camera camera.yaml --draw drawings\n"
+             "         tagcal pose --target board.yaml photo.jpg --unknown-focal --json");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -35,7 +34,7 @@ constexpr const char* kImages = "images";
 struct Arguments {
   std::string scene;
   std::string out;
-  int views = 0;  // 0: as the scene says
+  int views = 0;  // 0: the scene's
   int seed = 0;
   int threads = 0;
 };
@@ -89,7 +88,7 @@ int run(const Arguments& arguments) {
     Progress progress("rendering", static_cast<int>(poses.size()));
     for_each_parallel(
         static_cast<int>(poses.size()), arguments.threads,
-        [&](int i) {  // a seed per view, so that the order of the work does not show
+        [&](int i) {  // a seed per view: the result does not depend on the order
           const std::uint64_t seed = Random(arguments.seed, i).next();
           const ImageF light = render_light(scene, families, poses[i]);
           const fs::path file = folder.path() / kImages / image_name(i);
@@ -115,15 +114,16 @@ Command add_render(CLI::App& app) {
   CLI::App* command =
       add_command(app, "render", "images and exact corners of a scene, as a data set");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
+  add_option(*command, "SCENE.yaml", arguments->scene, "the scene").text(" ").required();
   add_option(*command, "--out", arguments->out,
              "folder to write: images, dataset.yaml, targets, truth.yaml")
-      ->option_text("DIR REQUIRED")
-      ->required();
+      .text("DIR REQUIRED")
+      .required();
   add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");
   add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");
   add_threads(*command, arguments->threads);
-  command->footer("Example: tagcal render data-synthetic/scenes/desk.yaml --out desk --seed 7");
+  add_footer(*command,
+             "Example: tagcal render data-synthetic/scenes/desk.yaml --out desk --seed 7");
   return {command, [arguments] { return run(*arguments); }};
 }
 

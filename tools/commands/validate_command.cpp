@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,7 +27,7 @@ struct Arguments {
   bool json = false;
 };
 
-// The checks that were asked for.
+// Returns true if all requested checks pass.
 bool passes(const Validation& validation, const Arguments& arguments) {
   return validation.opencv_agrees && !(arguments.truth && validation.num_beyond_truth != 0);
 }
@@ -65,7 +64,7 @@ std::string parameter_table(const std::vector<ParameterError>& parameters) {
   std::string text = fmt::format("  {:<4} {:>14} {:>12} {:>14} {:>9}\n", "", "estimate", "+- sd",
                                  "truth", "off by");
   for (const ParameterError& p : parameters) {
-    if (p.sigma == 0 && p.estimate == 0 && p.truth == 0) continue;  // held, and rightly so
+    if (p.sigma == 0 && p.estimate == 0 && p.truth == 0) continue;  // held at the true value 0
     const std::string sigma = p.sigma > 0 ? fmt::format("{:.6f}", p.sigma) : "held";
     text += fmt::format("  {:<4} {:>14.6f} {:>12} {:>14.6f} {:>6.2f} sd\n", p.name, p.estimate,
                         sigma, p.truth, p.in_sigmas);
@@ -73,7 +72,7 @@ std::string parameter_table(const std::vector<ParameterError>& parameters) {
   return text;
 }
 
-// What was checked, and what came out.
+// One line per check with its result.
 std::string verdicts(const Validation& validation) {
   std::string text = validation.opencv_agrees       ? "OpenCV agrees\n"
                      : validation.num_compared == 0 ? "OpenCV: nothing to compare\n"
@@ -85,7 +84,7 @@ std::string verdicts(const Validation& validation) {
 }
 
 std::string summary(const Validation& validation, const std::string& model) {
-  std::string text = fmt::format("model      {}\n", model.empty() ? "not said" : model);
+  std::string text = fmt::format("model      {}\n", model.empty() ? "not stated" : model);
   text += parameter_table(validation.parameters);
   text +=
       fmt::format("rms        {:.4f} px over {} views{}\n", validation.rms_px, validation.num_views,
@@ -105,17 +104,16 @@ std::string summary(const Validation& validation, const std::string& model) {
   return text + verdicts(validation);
 }
 
-// --truth needs something to judge and something to judge it by.
+// Throws Error if --truth has no truth of the same kind of lens, or no standard deviations.
 void check_truth(const Arguments& arguments, const CalibrationFile& file, const Input& input) {
   if (!arguments.truth) return;
   const std::optional<Truth>& truth = input.dataset.truth;
-  if (!truth) throw Error(fmt::format("--truth: {} has none", input.name));
+  if (!truth) throw Error(fmt::format("--truth: {} has no truth file", input.name));
   if (truth->camera.lens.index() != file.camera.lens.index())
-    throw Error(fmt::format("--truth: that of {} is another kind of lens than {}", input.name,
-                            arguments.calibration));
+    throw Error(fmt::format("--truth: the lens of {} is of another kind than that of {}",
+                            input.name, arguments.calibration));
   if (std::ranges::none_of(file.sigmas, [](double sigma) { return sigma > 0; }))
-    throw Error(fmt::format("--truth: {} says no standard deviations to count errors in",
-                            arguments.calibration));
+    throw Error(fmt::format("--truth: {} has no standard deviations", arguments.calibration));
 }
 
 int run(const Arguments& arguments) {
@@ -143,19 +141,21 @@ Command add_validate(CLI::App& app) {
   CLI::App* command =
       add_command(app, "validate", "a calibration against OpenCV's projection and the truth");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "CALIBRATION", arguments->calibration, "a calibration: ours or OpenCV's")
-      ->option_text(" ")
-      ->required();
+  add_option(*command, "CALIBRATION", arguments->calibration,
+             "a calibration file of tagcal or OpenCV")
+      .text(" ")
+      .required();
   add_option(*command, "--dataset", arguments->dataset, "a folder with dataset.yaml")
-      ->option_text("DATASET REQUIRED")
-      ->required();
+      .text("DATASET REQUIRED")
+      .required();
   add_option(*command, "--observations", arguments->observations,
              "corners found before (tagcal detect), instead of those of the data set")
-      ->option_text("CSV");
+      .text("CSV");
   add_flag(*command, "--truth", arguments->truth,
-           "a parameter more than 5 standard deviations off the truth is exit 1");
+           "exit 1 if a parameter is more than 5 standard deviations off the truth");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  command->footer("Example: tagcal validate camera.yaml --dataset desk --observations corners.csv");
+  add_footer(*command,
+             "Example: tagcal validate camera.yaml --dataset desk --observations corners.csv");
   return {command, [arguments] { return run(*arguments); }};
 }
 

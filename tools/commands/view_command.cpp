@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -23,13 +22,13 @@ struct Arguments {
   std::string at;
   int view = 0;
   int seed = 0;
-  double near_m = 0;  // 0: as the scene needs
+  double near_m = 0;  // 0: encloses the scene
   double far_m = 0;
   bool json = false;
   bool svg = false;
 };
 
-// "1,2.5,-3" or "3:0" to numbers; empty where a part is no number.
+// Parses "1,2.5,-3" or "3:0"; empty if a part is no number.
 std::vector<double> numbers(const std::string& text, char separator) {
   std::vector<double> result;
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -100,21 +99,20 @@ Command add_view(CLI::App& app) {
   CLI::App* command =
       add_command(app, "view", "the viewing pipeline of one camera, and a point through it");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "SCENE.yaml", arguments->scene, "the scene")->option_text(" ")->required();
+  add_option(*command, "SCENE.yaml", arguments->scene, "the scene").text(" ").required();
   add_option(*command, "--at", arguments->at,
              "the point to follow: a corner of a tag, or a point of the world in metres "
              "(the first corner)")
-      ->option_text("TAG:CORNER|X,Y,Z");
+      .text("TAG:CORNER|X,Y,Z");
   add_integer(*command, "--view", arguments->view, 0, "which camera of the path (0)");
-  add_integer(*command, "--seed", arguments->seed, 0,
-              "moves the cameras by the scene's jitter (0)");
+  add_integer(*command, "--seed", arguments->seed, 0, "seed of the path jitter (0)");
   add_positive(*command, "--near", arguments->near_m, "distance of the near plane, m");
   add_positive(*command, "--far", arguments->far_m, "distance of the far plane, m");
-  auto* json = add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  const Option json = add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_flag(*command, "--svg", arguments->svg,
            "a drawing on stdout: the scene with the frustum, and the image")
-      ->excludes(json);
-  command->footer("Example: tagcal view scene.yaml --at 7:2 --svg > view.svg");
+      .excludes(json);
+  add_footer(*command, "Example: tagcal view scene.yaml --at 7:2 --svg > view.svg");
   return {command, [arguments] { return run(*arguments); }};
 }
 

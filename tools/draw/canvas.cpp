@@ -18,7 +18,7 @@ constexpr int kCapPieces = 8;
 constexpr int kBandRows = 64;
 constexpr double kSamePoint_px = 1e-3;
 
-// What of a line lies in the window; a line that leaves it and returns falls into parts.
+// The parts of a line inside the window.
 std::vector<Polyline> clipped(const Polyline& line, const Window& window) {
   std::vector<Polyline> parts;
   bool broken = true;
@@ -68,7 +68,7 @@ Vector2d normal(const Vector2d& from, const Vector2d& to) {
   return {-along.y(), along.x()};
 }
 
-// From the line's middle to its border at point i: across the line, longer where it bends.
+// Offset from the line's middle to its border at point i: across the line, longer at a bend.
 Vector2d across(const Polyline& line, std::size_t i) {
   if (i == 0) return normal(line[0], line[1]);
   const Vector2d before = normal(line[i - 1], line[i]);
@@ -79,7 +79,7 @@ Vector2d across(const Polyline& line, std::size_t i) {
   return (before + after) / (1 + cosine);
 }
 
-// Half a circle about an end of the line, from its side at `start` on.
+// Half a circle around an end of the line, beginning at `start`.
 void add_cap(Polyline& outline, const Vector2d& centre, const Vector2d& start) {
   for (int i = 0; i <= kCapPieces; ++i) {
     const double angle = -std::numbers::pi * i / kCapPieces;
@@ -89,8 +89,8 @@ void add_cap(Polyline& outline, const Vector2d& centre, const Vector2d& start) {
   }
 }
 
-// The outline of the area that a round pen covers; in the raster's cells, which begin half a pixel
-// before the pixel's centre.
+// The outline of the area that a round pen covers, in the raster's coordinates, which begin half a
+// pixel before the pixel's centre.
 Polyline outline_of(const Polyline& stroke, double width_px) {
   const Polyline line = without_repeated_points(stroke);
   const double half = width_px / 2;

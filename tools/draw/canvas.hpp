@@ -16,14 +16,14 @@ struct Pen {
   double dash_px = 0;  // length of a dash and of the gap after it; 0: solid
 };
 
-// A picture in colour to draw on, with antialiased lines that have round ends.
+// A colour picture with antialiased lines with round ends.
 class Canvas {
  public:
   explicit Canvas(const Image8& picture);
   Canvas(const ImageSize& size, const Rgb& colour);
 
-  // The lines together, as one shape: where they cross, they cover what is below only once. Parts
-  // outside of the picture are left out.
+  // Draws the lines as one shape: crossings are not painted twice. Parts outside of the picture are
+  // clipped.
   void draw(const std::vector<Polyline>& lines, const Pen& pen);
 
   const ImageRgb& image() const { return image_; }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the standard streams of a child lead.
+// Files of the standard streams of a child process.
 struct Streams {
   fs::path in, out, err;
 };
@@ -41,7 +41,7 @@ class FileActions {
   posix_spawn_file_actions_t actions_;
 };
 
-// The exit status; throws Error where the program cannot be started.
+// Returns the exit status; throws Error if the program cannot be started.
 int run_gnuplot(const char* argument, const Streams& streams) {
   const FileActions actions(streams);
   std::string program = "gnuplot", first = argument;

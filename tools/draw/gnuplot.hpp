@@ -5,11 +5,11 @@
 
 namespace tagcal::tools {
 
-// Whether there is a gnuplot to run.
+// Returns true if gnuplot is installed.
 bool has_gnuplot();
 
-// Runs gnuplot (as a child process, without a shell) on a script; what it writes to its standard
-// output becomes the file. Throws Error with its first line of complaint.
+// Runs gnuplot (as a child process, without a shell) on a script; its standard output becomes the
+// file. Throws Error with the first line of its error message.
 void draw_with_gnuplot(const std::string& script, const std::filesystem::path& file);
 
 }  // namespace tagcal::tools

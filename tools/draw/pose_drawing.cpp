@@ -15,8 +15,8 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kEdgePieces = 64;  // an edge may bend in the image
-constexpr double kFlat = 0.01;   // depth of a target that counts as flat, of its size
+constexpr int kEdgePieces = 64;  // distortion bends edges
+constexpr double kFlat = 0.01;   // depth of a flat target at most, of its size
 
 constexpr Rgb kWhite = {255, 255, 255};
 constexpr Rgb kHalo = {0, 0, 0};
@@ -29,7 +29,7 @@ constexpr Rgb kOutlier = {255, 32, 32};
 constexpr std::array<Rgb, 3> kAxes = {{{240, 40, 40}, {40, 190, 70}, {50, 110, 255}}};
 constexpr std::string_view kAxisNames = "xyz";
 
-// The image of an edge, in parts where some of it is outside of the lens' domain.
+// The image of an edge, in several parts if some of it is outside of the lens' domain.
 class Sight {
  public:
   Sight(const Camera& camera, const Pose& camera_from_target)
@@ -60,7 +60,7 @@ class Sight {
     return pixel((1 - share) * a + share * b);
   }
 
-  // The last share that is seen, on the way from one that is to one that is not.
+  // The last visible share between a visible and an invisible one, by bisection.
   double border(const Vector3d& a, const Vector3d& b, double seen, double unseen) const {
     for (int i = 0; i < 40; ++i) {
       const double middle = (seen + unseen) / 2;
@@ -73,8 +73,8 @@ class Sight {
   Pose camera_from_target_;
 };
 
-// Widths follow the picture's size, so that a large one does not show hairlines, and the target's,
-// so that a small one is not covered.
+// Unit of the line widths. It grows with the image of the target, so that lines do not cover a
+// small one; its upper bound grows with the picture.
 double unit_px(const PoseDrawing& drawing) {
   const ImageSize& size = drawing.camera.image_size;
   Eigen::AlignedBox2d seen;
@@ -83,8 +83,8 @@ double unit_px(const PoseDrawing& drawing) {
   return std::clamp(seen.diagonal().norm() / 150, 0.5, picture);
 }
 
-// The box that is drawn: the target's own where it has depth; a flat one is raised by half its
-// length towards the camera.
+// The box to draw: the target's own if it has depth; a flat one is raised by half its length
+// towards the camera.
 AlignedBox3d raised(const AlignedBox3d& target, const Vector3d& camera_in_target) {
   int axis = 0;
   const double depth = target.sizes().minCoeff(&axis);
@@ -113,7 +113,7 @@ Vector3d axis_end(const PoseDrawing& drawing, int axis) {
   return drawing.target.sizes().maxCoeff() / 2 * Vector3d::Unit(axis);
 }
 
-// x, y or z about a pixel, `half` half its height.
+// The letter x, y or z at a pixel; `half`: half its height.
 std::vector<Polyline> letter(char name, const Vector2d& c, double half) {
   const double w = 0.7 * half;
   const auto at = [&](double x, double y) { return Vector2d(c.x() + w * x, c.y() + half * y); };
@@ -122,7 +122,7 @@ std::vector<Polyline> letter(char name, const Vector2d& c, double half) {
   return {{at(-1, -1), at(1, -1)}, {at(1, -1), at(-1, 1)}, {at(-1, 1), at(1, 1)}};
 }
 
-// Beside the axis' end, off the target's middle.
+// A place beside the axis' end, away from the target's middle.
 std::vector<Polyline> axis_name(int axis, const Vector3d& end, const Vector3d& middle,
                                 const Sight& sight, double unit) {
   const auto from = sight.pixel(middle);
@@ -138,7 +138,7 @@ void append(std::vector<Polyline>& lines, const std::vector<Polyline>& more) {
   lines.insert(lines.end(), more.begin(), more.end());
 }
 
-// The box and the axes for one pose, on a dark seam that sets them off from any picture.
+// The box and the axes for one pose, with a dark outline that is visible on any picture.
 void draw_frame(Canvas& canvas, const PoseDrawing& drawing, const Pose& pose, bool best) {
   const double unit = unit_px(drawing);
   const double width = unit * (best ? 2.2 : 1.2), dash = best ? 0 : 5 * unit;

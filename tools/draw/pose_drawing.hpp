@@ -12,17 +12,18 @@ namespace tagcal::tools {
 // A view and the poses found in it.
 struct PoseDrawing {
   Camera camera;
-  Eigen::AlignedBox3d target;                          // that holds its points, target frame
+  Eigen::AlignedBox3d target;                          // of its points, target frame
   std::vector<Correspondence> corners;                 // as observed
   std::vector<std::size_t> outliers;                   // of the corners
   std::vector<Pose> camera_from_target;                // best first
-  std::vector<std::vector<Eigen::Vector3d>> outlines;  // of the tags, where there is no picture
+  std::vector<std::vector<Eigen::Vector3d>> outlines;  // of the tags, if there is no picture
 };
 
-// The picture, or white where there is none (empty), with the target's axes (x red, y green, z
-// blue, half as long as the target) and a box on the target, half as high as it is long, towards
-// the camera; a second pose thin and dashed. Observed corners are rings, where they should be
-// crosses; outliers are crossed out and tied to their place. All lines go through the lens.
+// Returns the picture, or white if it is empty, with the target's axes (x red, y green, z blue,
+// half as long as the target) and a box on the target towards the camera, half as high as it is
+// long; a second pose is thin and dashed. Rings are observed corners, crosses projected ones;
+// outliers are crossed out and connected with their projection. All lines are projected by the
+// lens.
 ImageRgb draw_pose(const PoseDrawing& drawing, const Image8& picture);
 
 }  // namespace tagcal::tools

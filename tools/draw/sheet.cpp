@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kBar = 100;  // mm, as are all below
+constexpr double kBar = 100;  // mm, as all constants below
 constexpr double kBarStroke = 0.4;
 constexpr double kTick = 4;
 constexpr double kGlyphHeight = 4;
@@ -25,7 +25,7 @@ Quad rectangle(double left, double top, double right, double bottom) {
           Vector2d(left, top)};
 }
 
-// The strokes of the few letters of the label; no font is needed to print it.
+// The strokes of the letters of the label, so that no font is needed.
 void add_glyph(char letter, double left, double top, std::vector<Quad>& ink) {
   const double right = left + kGlyphWidth;
   const double bottom = top + kGlyphHeight;
@@ -61,9 +61,9 @@ void add_scale_bar(double left, double top, std::vector<Quad>& ink) {
   }
 }
 
-// Adds up signed areas: after a running sum along each row, a cell holds the share of its pixel
-// that lies inside of the polygons (the accumulation buffer of Raph Levien's font-rs). Polygons
-// must lie inside of the picture and run counter-clockwise as seen.
+// Adds up signed areas: after a running sum along each row, a cell contains the share of its pixel
+// inside of the polygons (the accumulation buffer of Raph Levien's font-rs). Polygons must be
+// inside of the picture and run counter-clockwise on the screen.
 class Coverage {
  public:
   explicit Coverage(const ImageSize& size) : sums_({size.width + 2, size.height}) {}
@@ -97,8 +97,8 @@ class Coverage {
   }
 
  private:
-  // The part of an edge in one row, from x.first to x.second: each pixel gets what the area right
-  // of the edge grows by.
+  // The part of an edge in one row, from x.first to x.second: adds to each pixel the increase of
+  // the area right of the edge.
   static void add_in_row(float* row, std::pair<double, double> x, double signed_height) {
     const int first = static_cast<int>(x.first);
     const int last = std::max(first + 1, static_cast<int>(std::ceil(x.second)));
@@ -149,7 +149,7 @@ std::string sheet_svg(const Sheet& sheet, const std::string& title) {
   for (const char c : title) {
     escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
   }
-  // One path, so that cells that touch show no seam between them.
+  // One path, so that there is no seam between cells that touch.
   std::string path;
   for (const Quad& quad : sheet.ink) {
     char command = 'M';

@@ -19,14 +19,14 @@ struct Sheet {
   std::vector<Quad> ink;
 };
 
-// A page that holds the ink (millimetres, x right, y up) in a white margin, and below it a bar of
-// 100 mm with its label, by which a ruler tells whether the print is true to scale.
+// A page with the ink (millimetres, x right, y up) in a white margin, and below it a bar of 100 mm
+// with its label, to check the scale of the print with a ruler.
 Sheet sheet_with_scale_bar(const std::vector<Quad>& ink_mm, double margin_mm);
 
-// A drawing whose user unit is the millimetre.
+// SVG whose user unit is the millimetre.
 std::string sheet_svg(const Sheet& sheet, const std::string& title);
 
-// The page in pixels; the grey of a pixel is the exact share of ink on it.
+// The page in pixels; the grey level of a pixel is its exact share of ink.
 ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm);
 Image8 sheet_image(const Sheet& sheet, double pixels_per_mm);
 

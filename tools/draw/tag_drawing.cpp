@@ -35,7 +35,7 @@ constexpr std::array<std::string_view, 10> kDigits = {"1111110", "0110000", "110
                                                       "0110011", "1011011", "1011111", "1110000",
                                                       "1111111", "1111011"};
 
-// A whole number about a place.
+// Strokes of a whole number around a place.
 std::vector<Polyline> number(int value, const Vector2d& middle, double height) {
   const std::string text = std::to_string(value);
   const double advance = 0.8 * height;
@@ -55,7 +55,7 @@ std::vector<Polyline> number(int value, const Vector2d& middle, double height) {
 }
 
 Polyline ellipse(const Vector2d& centre, const Matrix2& covariance) {
-  // Any root of the covariance takes the circle to the ellipse.
+  // Any square root of the covariance maps the circle to the ellipse.
   const Eigen::Matrix2d shape = Eigen::Matrix2d(covariance).llt().matrixL();
   Polyline line;
   for (int i = 0; i <= kEllipsePoints; ++i) {
@@ -65,7 +65,7 @@ Polyline ellipse(const Vector2d& centre, const Matrix2& covariance) {
   return line;
 }
 
-// The corners of a tag that were seen, by their number.
+// The observed corners of a tag, by number.
 using Corners = std::map<int, const Observation*>;
 
 double shortest_side(const Corners& corners) {
@@ -119,7 +119,7 @@ ImageRgb draw_tags(const Image8& picture, const View& view,
   Lines lines;
   for (const auto& [id, corners] : tags) add_tag(id, corners, lines);
   for (const UnfittedTag& tag : unfitted) add_unfitted(tag, lines);
-  // Thin in small pictures, still to be seen in large ones.
+  // The width grows with the picture, and is a pixel at least.
   const double width = std::max(1.0, std::max(picture.width(), picture.height()) / 1200.0);
   Canvas canvas(picture);
   canvas.draw(lines.outlines, {kTagColour, width, 0.8});

@@ -8,11 +8,11 @@
 
 namespace tagcal::tools {
 
-// How much larger than one standard deviation the ellipses are drawn.
+// Size of the ellipses in standard deviations.
 inline constexpr double kEllipseScale = 100;
 
 // The picture with the outline of every tag, a disc at its corner 0, its id in the middle, a cross
-// at each corner and, where its covariance is known, the ellipse of kEllipseScale standard
+// at each corner and, if its covariance is known, the ellipse of kEllipseScale standard
 // deviations. Tags that are not reported have a dashed outline and no crosses.
 ImageRgb draw_tags(const Image8& picture, const View& view,
                    const std::vector<UnfittedTag>& unfitted);

@@ -18,7 +18,7 @@ constexpr int kTitleHeight = 30;
 constexpr double kLowestPx = 0.001;
 constexpr double kHighestPx = 10;
 
-// 0 at the lowest, 1 at the highest and where there is no value.
+// 0 at the lowest value, 1 at the highest and without a value.
 double level(double sigma_px) {
   if (!std::isfinite(sigma_px)) return 1;
   return std::clamp(
@@ -26,7 +26,7 @@ double level(double sigma_px) {
       1.0);
 }
 
-// Blue over green and yellow to red.
+// Colour from blue by green and yellow to red.
 std::string colour(double share) {
   static constexpr std::array<std::array<double, 3>, 5> kStops = {
       {{49, 90, 170}, {66, 160, 160}, {150, 200, 110}, {245, 205, 90}, {200, 60, 45}}};
@@ -39,7 +39,7 @@ std::string colour(double share) {
   return fmt::format("#{:02x}{:02x}{:02x}", rgb[0], rgb[1], rgb[2]);
 }
 
-// Levels between the nodes, linear in the level; column and row in nodes.
+// Bilinear interpolation of the levels; column and row in nodes.
 double level_at(const Eigen::MatrixXd& sigma, double column, double row) {
   const auto c = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(column), 0, sigma.cols() - 2);
   const auto r = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(row), 0, sigma.rows() - 2);

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 constexpr int kPanelWidth = 620;
 constexpr int kPanelHeight = 440;
-constexpr int kEdgePieces = 16;  // an edge may bend in the image
+constexpr int kEdgePieces = 16;  // distortion bends edges
 constexpr std::string_view kInk = "#222";
 constexpr std::string_view kFrustum = "#2a78b8";
 constexpr std::string_view kPoint = "#d9480f";
@@ -67,7 +67,7 @@ class Panel {
                        radius, style);
   }
 
-  // Papers, tags and occluders, what is behind first.
+  // Papers, tags and occluders, the farthest first.
   std::string things(const Scene& scene) const {
     std::string svg;
     const std::vector<Sheet> all = sheets(scene);
@@ -124,13 +124,13 @@ std::vector<Vector3d> cross_section(const ViewingPipeline& pipeline, double dept
   return result;
 }
 
-// How deep the frustum is drawn: a little beyond the point, or as far as the far plane.
+// Depth of the drawn frustum: a little beyond the point, or the far plane.
 double drawn_depth(const ViewReport& report) {
   const double depth = report.followed.in_camera.z();
   return depth > 0 ? 1.1 * depth : report.pipeline.volume.far_m / 2;
 }
 
-// All that the drawing of the scene must hold.
+// All points that the drawing of the scene must contain.
 std::vector<Vector3d> points_to_hold(const ViewReport& report) {
   std::vector<Vector3d> all = cross_section(report.pipeline, drawn_depth(report));
   all.push_back(report.pipeline.camera_from_world.inverse().translation());
@@ -140,7 +140,8 @@ std::vector<Vector3d> points_to_hold(const ViewReport& report) {
   return all;
 }
 
-// The pinhole at a pose that has these points, all in front of it, as large as the panel allows.
+// The pinhole at a pose that shows these points as large as the panel allows. Precondition: all are
+// in front of it.
 Camera filling_camera(const Pose& camera_from_world, const std::vector<Vector3d>& points) {
   Eigen::AlignedBox2d box;
   for (const Vector3d& x : points) box.extend((camera_from_world * x).hnormalized());
@@ -150,7 +151,7 @@ Camera filling_camera(const Pose& camera_from_world, const std::vector<Vector3d>
   return {pinhole(focal, focal, centre.x(), centre.y()), {kPanelWidth, kPanelHeight}};
 }
 
-// A view across the camera's line of sight, from above and a little behind it.
+// A pose that looks across the camera's line of sight, from above and a little behind.
 Panel outside_panel(const ViewReport& report) {
   const std::vector<Vector3d> points = points_to_hold(report);
   Eigen::AlignedBox3d box;

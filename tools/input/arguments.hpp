@@ -1,32 +1,56 @@
 #pragma once
 
-#include <CLI/App.hpp>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
-// The options library, compiled once: what is called through these functions is not compiled again
-// with every command.
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+// The options library behind a few functions: its headers are parsed by arguments.cpp and
+// command_line.cpp only (2 s of compile time for each file that includes them).
 namespace tagcal::tools {
 
+// An option or a positional argument that was added to a command.
+class Option {
+ public:
+  explicit Option(CLI::Option* option) : option_(option) {}
+
+  Option& text(const std::string& text);  // what --help shows behind the name
+  Option& required();
+  Option& excludes(const Option& other);
+  Option& one_of(std::initializer_list<std::string> values);
+  Option& separated_by(char separator);
+  Option& repeatable();  // one value each time
+  Option& description(const std::string& text);
+
+ private:
+  CLI::Option* option_;
+};
+
 CLI::App* add_command(CLI::App& app, const std::string& name, const std::string& description);
-CLI::Option* add_option(CLI::App& command, const std::string& name, std::string& value,
-                        const std::string& help);
-CLI::Option* add_option(CLI::App& command, const std::string& name,
-                        std::vector<std::string>& values, const std::string& help);
-CLI::Option* add_option(CLI::App& command, const std::string& name, std::uint64_t& value,
-                        const std::string& help);
-CLI::Option* add_flag(CLI::App& command, const std::string& name, bool& value,
-                      const std::string& help);
+void add_footer(CLI::App& command, const std::string& text);
 
-// Options with a number, checked where they enter, with messages that say what must hold
-// (CLI11's own print the bounds in full, 309 digits of them).
-CLI::Option* add_integer(CLI::App& command, const std::string& name, int& value, int minimum,
-                         const std::string& help);
-CLI::Option* add_positive(CLI::App& command, const std::string& name, double& value,
-                          const std::string& help);
+Option add_option(CLI::App& command, const std::string& name, std::string& value,
+                  const std::string& help);
+Option add_option(CLI::App& command, const std::string& name, std::vector<std::string>& values,
+                  const std::string& help);
+Option add_option(CLI::App& command, const std::string& name, std::uint64_t& value,
+                  const std::string& help);
+Option add_flag(CLI::App& command, const std::string& name, bool& value, const std::string& help);
 
-// --threads: 0 asks for one per core.
-CLI::Option* add_threads(CLI::App& command, int& threads);
+// Options with a number. Their error messages state the allowed range (those of CLI11 print the
+// bounds in full, with 309 digits).
+Option add_integer(CLI::App& command, const std::string& name, int& value, int minimum,
+                   const std::string& help);
+Option add_positive(CLI::App& command, const std::string& name, double& value,
+                    const std::string& help);
+
+// --threads; 0: one per core.
+Option add_threads(CLI::App& command, int& threads);
 
 }  // namespace tagcal::tools

@@ -49,7 +49,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// " (did you mean X?)" for a slip of one letter or two.
+// " (did you mean X?)" for one or two wrong letters.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
   for (const std::string& name : known) {
     if (edit_distance(word, name) <= 2) return fmt::format(" (did you mean {}?)", name);
@@ -65,7 +65,7 @@ std::vector<std::string> option_names(const CLI::App& command) {
   return names;
 }
 
-// The first argument that no command and no option takes.
+// Message about the first argument that no command and no option takes.
 std::string unexpected(const CLI::App& app, const CLI::App& command) {
   const std::vector<std::string> extra = app.remaining(true);
   const auto option = std::find_if(extra.begin(), extra.end(),
@@ -75,7 +75,7 @@ std::string unexpected(const CLI::App& app, const CLI::App& command) {
   return fmt::format("{}: unknown option{}", name, did_you_mean(name, option_names(command)));
 }
 
-// CLI11's usage errors in our words, one line each.
+// One line for each of CLI11's usage errors.
 std::string usage_error(const CLI::ParseError& error, const CLI::App& app,
                         const std::vector<Command>& commands) {
   if (const Command* command = chosen(commands)) {
@@ -96,7 +96,8 @@ std::string usage_error(const CLI::ParseError& error, const CLI::App& app,
 }  // namespace
 
 int run_command_line(int argc, char** argv, const CommandTable& table) {
-  CLI::App app("Where a camera is, how it projects, and how far to trust that.", "tagcal");
+  CLI::App app("Camera calibration and poses from pictures of targets, with their uncertainty.",
+               "tagcal");
   app.set_version_flag("--version", "tagcal " TAGCAL_VERSION);
   app.require_subcommand(1, 1);
   app.footer(

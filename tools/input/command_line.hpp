@@ -7,11 +7,11 @@
 
 namespace tagcal::tools {
 
-// Adds its commands to an application that has none yet.
+// Adds all commands to an application.
 using CommandTable = std::function<std::vector<Command>(CLI::App&)>;
 
-// Reads a command line, runs the command that it names, and returns the exit code. The only place
-// where errors end: each becomes one line on stderr.
+// Parses a command line, runs its command, and returns the exit code. This is the only place that
+// catches errors: each becomes one line on stderr.
 int run_command_line(int argc, char** argv, const CommandTable& table);
 
 }  // namespace tagcal::tools

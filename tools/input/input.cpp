@@ -28,7 +28,7 @@ constexpr int kMinCorners = 12;
 const std::map<std::string, Refinement> kRefinements = {
     {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
 
-// Pictures are known by their file name, or by the path as given where two share a name.
+// A picture is named by its file name, or by the given path if two pictures share a name.
 std::vector<ImageSource> image_sources(const std::vector<fs::path>& files) {
   std::map<std::string, int> uses;
   std::set<fs::path> seen;
@@ -46,7 +46,7 @@ std::vector<ImageSource> image_sources(const std::vector<fs::path>& files) {
   return sources;
 }
 
-// Looks at headers only, so that a wrong picture is named before the first one is worked on.
+// Reads headers only, so that a wrong picture is reported before the work begins.
 void check_one_size(const std::vector<fs::path>& files, const ImageSize& size) {
   for (const fs::path& file : files) {
     const ImageSize found = read_image_size(file);
@@ -59,7 +59,7 @@ void check_one_size(const std::vector<fs::path>& files, const ImageSize& size) {
 
 Input read_pictures(const InputArguments& arguments) {
   if (!arguments.observations.empty()) {
-    throw Error("--observations: goes with a DATASET, not with --target");
+    throw Error("--observations: needs a DATASET, not --target");
   }
   Input input;
   input.name = arguments.target;
@@ -75,7 +75,8 @@ Input read_pictures(const InputArguments& arguments) {
 Input read_folder(const InputArguments& arguments) {
   const std::string& folder = arguments.inputs.front();
   if (arguments.inputs.size() > 1) {
-    throw Error(fmt::format("{}: one DATASET only (pictures need --target)", arguments.inputs[1]));
+    throw Error(fmt::format("{}: only one DATASET is possible (pictures need --target)",
+                            arguments.inputs[1]));
   }
   if (fs::is_regular_file(folder)) {
     throw Error(fmt::format(
@@ -100,21 +101,21 @@ Input read_folder(const InputArguments& arguments) {
 void add_input(CLI::App& command, InputArguments& arguments) {
   add_option(command, "DATASET|IMAGE", arguments.inputs,
              "a folder with dataset.yaml, or (with --target) pictures")
-      ->option_text(" ")
-      ->required();
+      .text(" ")
+      .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
-      ->option_text("T.yaml");
+      .text("T.yaml");
   add_option(command, "--refinement", arguments.refinement,
-             "how corners are found in pictures: fit (the whole printed tag, with covariances; "
-             "the usual one), edges (its four sides) or stock (AprilTag's own)")
-      ->check(CLI::IsMember({"fit", "edges", "stock"}))
-      ->option_text("R");
+             "how corners are located in pictures: fit (of the whole printed tag, with "
+             "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")
+      .one_of({"fit", "edges", "stock"})
+      .text("R");
 }
 
 void add_observations(CLI::App& command, InputArguments& arguments) {
   add_option(command, "--observations", arguments.observations,
-             "corners found before (tagcal detect), instead of those of the data set")
-      ->option_text("CSV");
+             "file with corners (of tagcal detect), instead of those of the data set")
+      .text("CSV");
 }
 
 Input read_input(const InputArguments& arguments) {
@@ -126,16 +127,16 @@ Input read_input(const InputArguments& arguments) {
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
   const ImageSize& expected = input.dataset.image_size;
   if (size == expected) return;
-  throw Error(fmt::format("{}: image size must be {}x{} as of {}, got {}x{}", file, expected.width,
+  throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file, expected.width,
                           expected.height, input.name, size.width, size.height));
 }
 
 void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
-  if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
+  if (input.images.empty()) throw Error(fmt::format("{}: has no pictures", input.name));
   const auto& boards = input.dataset.boards;
   if (std::all_of(boards.begin(), boards.end(),
                   [](const auto& b) { return b.board.tags.empty(); })) {
-    throw Error(fmt::format("{}: the target has no tags to look for, only points", input.name));
+    throw Error(fmt::format("{}: the target has no tags to detect, only points", input.name));
   }
   DetectOptions options;
   options.threads = threads;
@@ -152,7 +153,7 @@ void detect_views(Input& input, int threads, bool shows_progress, const Camera* 
 }
 
 void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress) {
-  if (input.images.empty()) throw Error(fmt::format("{}: no pictures to look at", input.name));
+  if (input.images.empty()) throw Error(fmt::format("{}: has no pictures", input.name));
   std::optional<Progress> progress;
   if (shows_progress) progress.emplace("refining", static_cast<int>(input.dataset.views.size()));
   RefinedCorners refined = refine_corners(input.images, input.dataset.boards, input.dataset.views,
@@ -162,7 +163,7 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
   input.dataset.views = std::move(refined.views);
   if (refined.num_refined < refined.num_tags)
     input.warnings.push_back(
-        fmt::format("the corners of {} of {} tags stay as they were found: no fit under the lens",
+        fmt::format("the corners of {} of {} tags are not refined: the fit with the lens failed",
                     refined.num_tags - refined.num_refined, refined.num_tags));
 }
 

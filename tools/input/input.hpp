@@ -1,22 +1,22 @@
 #pragma once
 
-#include <CLI/App.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "input/arguments.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 namespace tagcal::tools {
 
-// What a command was given to work on: `DATASET`, or `--target T.yaml IMAGE...`, with observations
-// from a file where there are any.
+// The input arguments of a command: `DATASET`, or `--target T.yaml IMAGE...`, and optionally a file
+// with observations.
 struct InputArguments {
   std::string target;               // a target file; "" for a data set
   std::vector<std::string> inputs;  // one folder, or pictures
-  std::string observations;         // a CSV file that stands for those of the data set
-  std::string refinement;           // of corners that are found in pictures; "" for the usual one
+  std::string observations;         // a CSV file that replaces those of the data set
+  std::string refinement;           // of corners in pictures; "": the default
 };
 
 // `DATASET` or `IMAGE...`, `--target` and `--refinement`.
@@ -24,42 +24,41 @@ void add_input(CLI::App& command, InputArguments& arguments);
 void add_observations(CLI::App& command, InputArguments& arguments);
 
 struct Input {
-  std::string name;          // what messages call it
-  Dataset dataset;           // with views where there are observations
-  std::string observations;  // the file that the views were read from; "" where there is none
+  std::string name;          // in messages
+  Dataset dataset;           // with views if there are observations
+  std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
   Refinement refinement = DetectOptions().refinement;
-  std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, where these were detected
+  std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, if detected
   std::vector<std::string> warnings;
 };
 
-// Reads all that is small: boards, observations, truth, and the headers of the pictures. Throws
-// Error for pictures that do not have the one size of the camera.
+// Reads boards, observations, truth, and the headers of the pictures. Throws Error if the pictures
+// do not have one common size.
 Input read_input(const InputArguments& arguments);
 
-// Throws Error where a camera, read from `file`, is one for other pictures.
+// Throws Error if a camera, read from `file`, has another image size than the pictures.
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
 
-// Fills in the views by detection, with progress on stderr; the detector's warnings come along.
-// Where the camera is known, tags are fitted under its lens. Throws Error without pictures, and
-// without tags that could stand in them.
+// Fills in the views by detection, with progress on stderr, and adds the detector's warnings. Tags
+// are fitted with the lens of `camera` if it is given. Throws Error without pictures, and for
+// targets without tags.
 void detect_views(Input& input, int threads, bool shows_progress = true,
                   const Camera* camera = nullptr);
 
-// Views by detection where no observations were read.
+// Fills in the views by detection if no observations were read.
 void find_views(Input& input, int threads, bool shows_progress = true,
                 const Camera* camera = nullptr);
 
 // The same for a calibration: throws Error for fewer than 12 corners in all.
 void need_views(Input& input, int threads, bool shows_progress = true);
 
-// The corners of the views once more, in their pictures, with the lens that is known now; those of
-// tags that cannot be fitted stay as they were, and a warning says how many. Throws Error without
-// pictures.
+// Fits the corners of the views in their pictures again, with a known lens. Tags that cannot be
+// fitted keep their corners, and a warning gives their number. Throws Error without pictures.
 void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress = true);
 
-// Throws Error where a file could not be written for a plain reason (a folder of that name, no
-// folder to hold it), before any work is done for it.
+// Throws Error before the work if the file certainly cannot be written (there is a folder of that
+// name, or no folder to contain it).
 void check_writable(const std::filesystem::path& file);
 
 int num_corners(const std::vector<View>& views);

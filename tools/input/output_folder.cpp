@@ -20,7 +20,7 @@ Error cannot_write(const fs::path& path, const std::error_code& why) {
   return Error(fmt::format("{}: cannot be written: {}", path.string(), why.message()));
 }
 
-// Without links and a slash at the end, so that a sibling can be named.
+// Resolves links and removes a slash at the end, so that a sibling can be named.
 fs::path plain_path(const fs::path& path) {
   std::error_code why;
   fs::path plain = fs::weakly_canonical(fs::absolute(path), why);
@@ -39,7 +39,7 @@ bool is_target_file(std::string_view name) {
                           name.find_first_not_of("0123456789", 1) == std::string_view::npos);
 }
 
-// The files that a render leaves: what truth.yaml names, and the fixed names.
+// The files of a render: those that truth.yaml names, and the fixed names.
 std::set<fs::path> files_of_render(const fs::path& folder) {
   std::set<fs::path> files = {"dataset.yaml", "truth.yaml", "observations_exact.csv"};
   for (const auto& [image, pose] : read_truth(folder / "truth.yaml").camera_from_world) {
@@ -102,7 +102,7 @@ void OutputFolder::move_files() {
   }
 }
 
-// File by file, and folders only when they are empty, so that nothing unknown is ever removed.
+// Removes files one by one, and folders only if they are empty, so that no other file is removed.
 void OutputFolder::keep_users_files(const fs::path& old) const {
   for (const fs::path& file : replaced_) fs::remove(old / file);
   std::vector<fs::path> entries;

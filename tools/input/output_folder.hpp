@@ -6,16 +6,16 @@
 namespace tagcal::tools {
 
 // A folder that appears whole or not at all: it is filled under another name beside its place, and
-// `publish` moves it there. Whatever is not published is removed again.
+// `publish` moves it there. Without `publish` it is removed again.
 class OutputFolder {
  public:
-  // What may be at the place: nothing, an empty folder, and
+  // Allowed at the place, besides nothing and an empty folder:
   enum class Taken {
-    by_earlier_render,  // a folder with dataset.yaml and truth.yaml; the files it had made go away
-    by_any_folder,      // all that is in it stays, but for files of the same names
+    by_earlier_render,  // a folder with dataset.yaml and truth.yaml; its own files are replaced
+    by_any_folder,      // its files stay, except those of the same names
   };
 
-  // Throws Error where the place is taken by anything else, or where nothing can be made there.
+  // Throws Error if anything else is at the place, or if nothing can be created there.
   explicit OutputFolder(const std::filesystem::path& place, Taken taken = Taken::by_earlier_render);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -23,7 +23,7 @@ class OutputFolder {
 
   const std::filesystem::path& path() const { return partial_; }
 
-  // Moves the folder to its place. Everything that a user put there stays.
+  // Moves the folder to its place. The user's own files there stay.
   void publish();
 
  private:
@@ -34,7 +34,7 @@ class OutputFolder {
   std::filesystem::path place_;
   std::filesystem::path partial_;
   std::set<std::filesystem::path> replaced_;  // files of the earlier render, relative to the place
-  bool joins_;                                // the files that are at the place
+  bool joins_;                                // the files at the place
 };
 
 }  // namespace tagcal::tools

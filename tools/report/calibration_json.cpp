@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "report/calibration_report.hpp"
+#include "report/findings.hpp"
 #include "report/shown_parameters.hpp"
 
 namespace tagcal::tools {
@@ -13,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// null as a whole where one of the coefficients is not known.
+// Null if one of the coefficients is unknown.
 Json distortion_json(std::span<const Shown> coefficients, double Shown::*member) {
   Json list = Json::array();
   for (const Shown& coefficient : coefficients) {
@@ -140,7 +141,7 @@ Json view_json(const CalibratedView& view) {
   return json;
 }
 
-// The poses of what is no answer are not known. Those of model weak need no focal length.
+// Empty without an answer, except for model weak, whose poses need no focal length.
 Json views_json(const Calibration& calibration) {
   Json list = Json::array();
   if (!is_answer(calibration.status) && calibration.model != "weak") return list;
@@ -190,7 +191,8 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"weak_directions", weak_directions_json(calibration)},
                {"advice", advice_json(answer.advice)},
                {"steps", steps_json(calibration.steps)},
-               {"warnings", calibration.warnings},
+               {"findings", findings_json(calibration.findings)},
+               {"warnings", sentences(calibration.findings)},
                {"seconds", seconds_json(answer)}});
   return text_of(json);
 }

@@ -1,4 +1,5 @@
 #include "report/calibration_report.hpp"
+#include "report/findings.hpp"
 
 #include <fmt/format.h>
 
@@ -28,7 +29,7 @@ std::string fixed_text(const std::map<std::string, double>& fixed) {
   return text.empty() ? "" : fmt::format("fixed      {}: held as asked, taken as exact\n", text);
 }
 
-// Of model weak, what stands for the focal length.
+// The scales of the views, which model weak has instead of a focal length.
 std::string scales_text(const Calibration& calibration) {
   std::vector<double> scales;
   for (const CalibratedView& view : calibration.views)
@@ -47,7 +48,7 @@ std::string projection_line(const ProjectionUncertainty& p) {
   const ImageSize& size = p.grid.size;
   const int without_ray = nodes_without_ray(p);
   return fmt::format(
-      "projection {} at {} where corners were, {} in the centre, {} at worst over "
+      "projection sd {} at {} where corners were, {} in the centre, {} at most over "
       "the image{}\n",
       pixels_text(p.region_px, size), distance_text(p.distance_m),
       pixels_text(p.sigma_px(p.grid.rows / 2, p.grid.columns / 2), size),
@@ -61,15 +62,16 @@ std::string projection_text(const Calibration& calibration) {
   std::string text;
   for (const ProjectionUncertainty& p : calibration.projection) text += projection_line(p);
   if (!calibration.projection.empty())
-    text += fmt::format("seen       {:.0f} % of the image lies among the corners\n",
+    text += fmt::format("seen       {:.0f} % of the image is inside the hull of the corners\n",
                         100 * calibration.seen.share());
   if (const auto& warp = calibration.board_warp)
     text +=
         fmt::format("board      bent by {:.3f} +- {:.3f} mm along x, {:.3f} +- {:.3f} mm along y\n",
                     warp->bend_mm.x(), warp->sigma_mm.x(), warp->bend_mm.y(), warp->sigma_mm.y());
   if (calibration.halves)
-    text += fmt::format("halves     differ by {:.2f} of what their noise predicts\n",
-                        calibration.halves->ratio);
+    text += fmt::format(
+        "halves     two halves of the views {} (difference {:.2f} of the expected noise)\n",
+        calibration.halves->disagree ? "disagree" : "agree", calibration.halves->ratio);
   return text;
 }
 
@@ -89,15 +91,17 @@ std::string noise_text(const Calibration& calibration) {
   if (!calibration.sigma_of_corners)
     return fmt::format("{:.4f} px per coordinate ({})", calibration.sigma_px,
                        noise_source(calibration));
-  if (calibration.model_error_px == 0) return "each corner's own, which explains the residuals";
-  return fmt::format("each corner's own, and {:.4f} px per coordinate of lens and target",
-                     calibration.model_error_px);
+  if (calibration.model_error_px == 0)
+    return "each corner's own covariance, which explains the residuals";
+  return fmt::format(
+      "each corner's own covariance, and {:.4f} px per coordinate for errors of lens and target",
+      calibration.model_error_px);
 }
 
 }  // namespace
 
 std::string advice_sentence(const std::optional<AdvisedView>& advice) {
-  return advice ? advice->sentence : "none of the views tried would help";
+  return advice ? advice->sentence : "none of the views tried would improve the answer";
 }
 
 std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
@@ -115,7 +119,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
   }
   text += scales_text(calibration) + projection_text(calibration);
   text += steps_text(calibration.steps) + dropped_corners_text(calibration);
-  for (const std::string& warning : calibration.warnings) text += "warning: " + warning + "\n";
+  text += findings_text(calibration.findings);
   text +=
       fmt::format("time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",
                   answer.seconds.read, calibration.seconds.start, calibration.seconds.solve,

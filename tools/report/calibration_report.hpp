@@ -7,17 +7,17 @@
 
 namespace tagcal::tools {
 
-// One JSON object (docs/formats.md). What is not known is null: the camera without an estimate, and
-// every free parameter of a status that is no answer. Of several data sets each says its name.
+// Returns one JSON object (docs/formats.md). Unknown values are null: the camera without an
+// estimate, and every free parameter without an answer. A `name` that is not empty is its data_set.
 std::string calibration_json(const CalibrationAnswer& answer, const std::string& name = "");
 
-// A data set that could not be read, in the place of such an object.
+// Returns the JSON object of a data set that could not be read.
 std::string failure_json(const std::string& name, const std::string& error);
 
-// The next view to take, where it was asked for.
+// Sentence about the next view to take.
 std::string advice_sentence(const std::optional<AdvisedView>& advice);
 
-// The same for people; `chosen` says that the model was not asked for.
+// Returns the report as text. `chosen`: the program chose the model.
 std::string calibration_summary(const CalibrationAnswer& answer, bool chosen);
 
 }  // namespace tagcal::tools

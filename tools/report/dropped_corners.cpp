@@ -26,7 +26,7 @@ struct DroppedView {
   bool whole = false;
 };
 
-// One that does not project at all, or is not compared, is the worst.
+// A corner without a residual counts as the worst.
 double badness(const Outlier& o) {
   return std::isnan(o.residual_px) ? std::numeric_limits<double>::infinity() : o.residual_px;
 }
@@ -102,8 +102,8 @@ std::string view_text(const DroppedView& view) {
   return fmt::format("  {}: {}{}\n", view.image, many, text);
 }
 
-// Tags that are wrong in most of the views are the target's fault: a line each, and no more of
-// them.
+// Reports the tags that are wrong in most views (a wrong target, not a wrong view) in one line
+// each, and removes them from `views`.
 std::string take_wrong_tags(std::vector<DroppedView>& views, std::size_t num_taken) {
   std::map<int, std::vector<DroppedTag>> tags;
   for (const DroppedView& view : views)
@@ -115,7 +115,7 @@ std::string take_wrong_tags(std::vector<DroppedView>& views, std::size_t num_tak
     if (dropped.size() < 3 || 2 * dropped.size() < num_taken) continue;
     double worst = 0;
     for (const DroppedTag& tag : dropped) worst = std::max(worst, badness(tag));
-    text += fmt::format("  tag {} in {} of {} views, {}: is it what the target says?\n", id,
+    text += fmt::format("  tag {} in {} of {} views, {}: check it against the target file\n", id,
                         dropped.size(), num_taken, up_to(worst));
     for (DroppedView& view : views)
       if (!view.whole && view.tags.contains(id)) view.count -= view.tags[id].size();
@@ -129,9 +129,9 @@ std::string take_wrong_tags(std::vector<DroppedView>& views, std::size_t num_tak
 }  // namespace
 
 std::string dropped_corners_text(const Calibration& calibration) {
-  if (calibration.outliers.empty()) return "left out   none\n";
+  if (calibration.outliers.empty()) return "rejected   none\n";
   std::vector<DroppedView> views = by_view(calibration);
-  std::string text = "left out   " + counted(calibration.outliers.size(), "corner") + " in " +
+  std::string text = "rejected   " + counted(calibration.outliers.size(), "corner") + " in " +
                      counted(views.size(), "view") + "\n";
   text += take_wrong_tags(views, calibration.views.size());
   for (std::size_t i = 0; i < std::min(views.size(), kMostLines); ++i) text += view_text(views[i]);

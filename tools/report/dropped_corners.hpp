@@ -7,9 +7,8 @@
 
 namespace tagcal::tools {
 
-// The corners that a calibration left out, for people: one line a view, whole views and whole tags
-// as such, the corners of the others with their residuals; the worst views first, and no more than
-// twenty lines.
+// Text about the rejected corners: one line per view, with whole views and whole tags summed up and
+// single corners with their residuals. The worst views come first; at most twenty lines.
 std::string dropped_corners_text(const Calibration& calibration);
 
 }  // namespace tagcal::tools

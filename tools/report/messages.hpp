@@ -9,15 +9,15 @@
 namespace tagcal::tools {
 
 // Writes to stderr. A message that cannot be written (stderr is closed, or its disk is full) is
-// lost without a word: it must not change what a command does, nor its exit code.
+// dropped, because it must not change what a command does, nor its exit code.
 template <typename... Args>
 void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
   const std::string text = fmt::format(format, std::forward<Args>(args)...);
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
-// Gives stdin, stdout and stderr a descriptor each where the caller closed theirs: otherwise the
-// next file that is opened gets that number, and messages are written into it. What is written to a
+// Opens a descriptor for each of stdin, stdout and stderr that the caller closed: otherwise the
+// next file that is opened gets its number, and messages are written into that file. Writing to a
 // closed stdout still fails.
 void reserve_standard_streams();
 

@@ -1,5 +1,7 @@
 #include "report/pose_report.hpp"
 
+#include "report/findings.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,7 +23,7 @@ double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
-// Of the two quaternions of a rotation the one with w >= 0, so that equal poses look equal.
+// Returns the quaternion with w >= 0, so that equal poses look equal.
 Eigen::Quaterniond shown_rotation(const Pose& pose) {
   Eigen::Quaterniond q = pose.rotation();
   if (q.w() < 0) q.coeffs() *= -1;
@@ -64,7 +66,7 @@ Json outliers_json(const PoseReport& view) {
   return list;
 }
 
-// The third coordinate of the translation cannot be seen; it is left out.
+// The translation has two coordinates: weak perspective does not determine the third one.
 Json weak_perspective_json(const std::vector<WeakPerspectivePose>& poses) {
   if (poses.empty()) return nullptr;
   Json list = Json::array();
@@ -96,7 +98,8 @@ Json view_json(const PoseReport& view) {
           {"alternative", alternative_json(view.hypotheses)},
           {"weak_perspective", weak_perspective_json(view.weak_perspective)},
           {"sigma_px", or_null(view.sigma_px)},
-          {"warnings", view.warnings}};
+          {"findings", findings_json(view.findings)},
+          {"warnings", sentences(view.findings)}};
 }
 
 std::string line(std::string_view name, const std::string& value) {
@@ -113,7 +116,7 @@ std::string rotation_lines(const Pose& pose) {
                           degrees(angles.pitch_rad), degrees(angles.yaw_rad)));
 }
 
-// Standard deviations go under the numbers that they belong to.
+// Each line of standard deviations is below the line of its numbers.
 std::string hypothesis_lines(const PoseHypothesis& hypothesis) {
   const Pose& pose = hypothesis.camera_from_target;
   const Vector6d variance = hypothesis.covariance.diagonal();
@@ -186,18 +189,18 @@ std::string view_text(const PoseReport& view) {
   }
   text += outlier_text(view);
   text += weak_perspective_text(view.weak_perspective);
-  for (const std::string& warning : view.warnings) text += "  warning: " + warning + "\n";
+  text += findings_text(view.findings, "  ");
   return text;
 }
 
-// What both kinds of estimates have.
+// Copies the fields that both kinds of estimates have.
 template <typename Estimate>
 PoseReport common(const Estimate& estimate) {
   PoseReport report;
   report.status = estimate.status;
   report.outliers = estimate.outliers;
   if (estimate.sigma_px > 0) report.sigma_px = estimate.sigma_px;
-  report.warnings = estimate.warnings;
+  report.findings = estimate.findings;
   if (is_answer(estimate.status)) report.hypotheses = estimate.hypotheses;
   return report;
 }

@@ -9,32 +9,32 @@
 
 namespace tagcal::tools {
 
-// What one view says, with a known or an unknown focal length.
+// The pose of one view, with a known or an unknown focal length.
 struct PoseReport {
   std::string image;
-  std::vector<CornerId> corners;  // that were seen
+  std::vector<CornerId> corners;  // observed
   Status status = Status::degenerate;
   std::vector<PoseHypothesis> hypotheses;  // to be shown, best first
   std::vector<std::size_t> outliers;       // of the corners
 
-  // Only where they are known.
+  // Empty if unknown.
   std::optional<double> focal_px, sigma_focal_px;
-  std::optional<double> prior_focal_px;  // of a pose whose focal length is the caller's
+  std::optional<double> prior_focal_px;  // the caller's focal length of the pose
   std::vector<WeakPerspectivePose> weak_perspective;
   std::optional<double> sigma_px;  // none where every corner has its own covariance
 
-  std::vector<std::string> warnings;
+  std::vector<Finding> findings;
 };
 
-// The poses of an answer, and those for a prior focal length. Where a solver merely stood without
-// an answer is not shown: it would look like one.
+// Copies the poses of an answer and those for a prior focal length. The solver's last state without
+// an answer is not shown, because it would look like an answer.
 PoseReport reported(const PoseEstimate& estimate);
 PoseReport reported(const PoseAndFocalEstimate& estimate, const PoseAndFocalOptions& options);
 
-// One JSON object (docs/pose.md). What is not known is null.
+// Returns one JSON object (docs/pose.md). Unknown values are null.
 std::string pose_json(const std::vector<PoseReport>& views);
 
-// The same for people.
+// Returns the report as text.
 std::string pose_text(const std::vector<PoseReport>& views);
 
 }  // namespace tagcal::tools

@@ -9,9 +9,8 @@
 
 namespace tagcal::tools {
 
-// Says on stderr how far a job is, from its first second on: a bar on a terminal, a line every few
-// seconds where stderr is piped, nothing for a short job. With a `total` of 0 it says the time
-// only.
+// Prints the progress of a job on stderr after its first second: a bar on a terminal, a line every
+// few seconds if stderr is piped. With a `total` of 0 it prints the time only.
 class Progress {
  public:
   explicit Progress(std::string label, int total = 0);
@@ -30,10 +29,10 @@ class Progress {
   std::atomic<int> done_ = 0;
   std::mutex mutex_;
   std::condition_variable_any wake_;
-  std::jthread watcher_;  // last: it starts when everything else is there
+  std::jthread watcher_;  // last: its thread uses the members above
 };
 
-// Wall-clock seconds since its making.
+// Wall-clock seconds since its construction.
 class Stopwatch {
  public:
   double seconds() const {

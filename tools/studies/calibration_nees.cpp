@@ -1,9 +1,10 @@
-// What calibrations claim of their errors against the errors that they have, at the true model.
-// Usage: calibration_nees [SEEDS [FIRST_SEED]]
-// Every seed has its own views and noise. sqrt(NEES / p): normalised squared errors of the p free
-// parameters, and of the first view's pose, and of the projection at infinity over the corners'
-// region (the claim and the errors averaged alike); 1 where the covariance is that of the errors.
-// f: root mean square of the claimed standard deviation over that of the errors of fx.
+// Compares claimed covariances of calibrations with their errors, with the true model
+// (docs/how_sure.md).
+//   calibration_nees [SEEDS, default 2000 [FIRST_SEED, default 1]]
+// Every seed has its own views and noise. sqrt(NEES / p), 1 where the covariance is that of the
+// errors: of the p free parameters, of the first view's pose, and of the projection at infinity
+// over the region of the corners (claims and errors averaged alike). f: root mean square of the
+// claimed standard deviation over that of the errors of fx.
 
 #include <cstdio>
 #include <cstdlib>
@@ -21,7 +22,7 @@ namespace {
 struct Case {
   const char* model;
   Lens lens;
-  bool corner_covariances = false;  // each corner has its own, all sizes and directions
+  bool corner_covariances = false;  // each corner has its own, of random size and direction
 };
 
 WorldOptions world_options(const Case& c) {
@@ -77,8 +78,7 @@ void add(Sums& sums, const Dataset& set, const Case& c) {
   sums.focal_claimed += r.sigmas[0] * r.sigmas[0];
 }
 
-// The coefficients of the rational lens have no values of their own (they trade): its projections
-// do.
+// The coefficients of the rational lens (p > 9) are correlated and not compared one by one.
 void print(const Case& c, const Sums& sums) {
   const double n = sums.answers;
   const int p = Model::named(c.model).num_free();

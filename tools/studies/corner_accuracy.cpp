@@ -1,11 +1,11 @@
-// How accurate the corners of single tags are: the fit of the whole tag (refine_tag), with the lens
-// known to be straight and with its bend unknown, the fit of the sides, and AprilTag's own corners,
-// on the same rendered pixels, beside the Cramer-Rao bound of each fitted model.
-//   corner_accuracy [tags per row, default 200] [row]
-// And of tags of all sizes anywhere in the picture of a lens, not known to the fit and known:
-//   corner_accuracy lens [tags per row, default 200] [side, px] [lens, by its number]
-// And what a tag's fit costs in processor time, beside cv::cornerSubPix of its corners and
-// AprilTag's detector, on the same pictures:
+// Measures the errors of the corners of single tags (docs/corners.md), on the same rendered pixels:
+// the fit of the whole tag (refine_tag), without and with bends, the fit of the sides, and
+// AprilTag's own corners, beside the Cramer-Rao bound of each fitted model.
+//   corner_accuracy [tags per row, default 200 [row]]
+// The same for tags of all sizes anywhere in the picture, with the lens unknown and known to the
+// fit:
+//   corner_accuracy lens [tags per row, default 200 [side, px [number of the lens]]]
+// Processor time of a tag's fit, beside cv::cornerSubPix of its corners and AprilTag's detector:
 //   corner_accuracy speed [tags per row, default 20]
 
 #include <Eigen/Cholesky>
@@ -32,7 +32,7 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 
 struct Row {
   TagViewSpec spec;
-  double edge_bound_px;  // of step edges along the border alone
+  double edge_bound_px;  // Cramer-Rao bound from step edges along the border alone
 };
 
 constexpr Row kRows[] = {
@@ -72,7 +72,8 @@ class FitTally {
     const std::clock_t begin = std::clock();
     const TagFit fit = refine_tag(view.image, pattern, start, options_);
     seconds_.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    // Without noise but that of rounding, the beliefs in proportion: the bound but for its scale.
+    // A fit without noise but that of rounding, with the priors of the bends in proportion, gives
+    // the bound up to its scale.
     const double scale = std::sqrt(noise * noise * 12 + 1);
     TagFitOptions in_proportion = options_;
     in_proportion.bend_sd_per_px /= scale;
@@ -163,7 +164,7 @@ std::vector<NamedCamera> lens_cameras() {
   return cameras;
 }
 
-// Of fits of one kind: against the truth, and against their own covariance.
+// Errors of fits of one kind, in pixels and in units of their own covariance.
 class LensTally {
  public:
   void add(const TagView& view, const TagPattern& pattern, const Corners& start,
@@ -227,7 +228,7 @@ void run_lens(const NamedCamera& lens, int count, double only_side) {
   }
 }
 
-// Of the fastest of some calls, which another program disturbs least.
+// Processor time of the fastest of nine rounds, which other programs disturb least.
 template <typename Work>
 double processor_ms(const Work& work) {
   double best = 1e9;

@@ -1,11 +1,12 @@
-// Whether the corners that are reported are where their covariances say, on rendered data sets.
-// Usage: corner_claims [--worst N] [--edges] [--camera] DATASET...
+// Compares the errors of detected corners with their covariances, on rendered data sets
+// (docs/corners.md).
+//   corner_claims [--worst N] [--edges] [--camera] DATASET...
 // Each DATASET is a folder that `tagcal render` made, with its truth; `--camera` fits the tags
-// under the true lens. Per data set: tags reported, tags read but left out as they could
-// not be fitted, corners, those without covariance and the largest error of these; of the others
-// the RMS error, the squared error in the claimed covariance over its dimension (NEES/2, 1 where
-// claims are right), the share whose distance in the claimed covariance is beyond 3 and 5, and the
-// largest such distance. `--worst` lists the N worst corners.
+// under the true lens, `--edges` fits their sides only, `--worst` lists the N worst corners. Per
+// data set: tags reported, tags rejected because they could not be fitted, corners, corners without
+// covariance and their largest error. For the others: median claimed standard deviation, RMS error,
+// NEES/2 (1 where the covariances are right), how many have a Mahalanobis distance beyond 3 and 5,
+// and the largest distance.
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -27,8 +28,8 @@ struct Corner {
   std::string image;
   CornerId id;
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
-  double sigma_px = 0;  // RMS of both coordinates'; 0: no covariance
-  double distance = 0;  // of the error, in its covariance
+  double sigma_px = 0;  // RMS over both coordinates; 0: no covariance
+  double distance = 0;  // Mahalanobis distance of the error
 };
 
 struct Claims {

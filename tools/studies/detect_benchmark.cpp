@@ -1,8 +1,8 @@
-// What detect() costs beside AprilTag's own detector (quad_decimate 1, one thread, one pass, with
-// its own refine_edges) on the same pictures of a Kalibr board of 36 tags, rendered here through a
-// lens: one of 1280x800 pixels, one of 12 megapixels, one in which the board leaves the picture.
-//   detect_benchmark [runs, default 5] [pictures of a 6x6 board, tags 0 to 35 ..]
-// Times: median over the runs, of the clock on the wall and of the processor.
+// Measures the time of detect() beside AprilTag's own detector (quad_decimate 1, one thread, one
+// pass, with its own refine_edges) on the same rendered pictures of a Kalibr board of 36 tags, of
+// 1280x800 pixels and of 12 megapixels, with the board inside and partly outside of the picture.
+//   detect_benchmark [runs, default 5 [pictures of a 6x6 board, tags 0 to 35 ..]]
+// Times are medians over the runs, wall clock and processor.
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -31,7 +31,7 @@ using namespace tagcal;
 struct Picture {
   std::string name;
   Image8 image;
-  int expected = -1;  // tags whole in the picture; -1: not known
+  int expected = -1;  // tags wholly in the picture; -1: unknown
 };
 
 struct Seconds {
@@ -71,7 +71,7 @@ int whole_tags(const Board& board, const Camera& camera, const Pose& camera_from
   return count;
 }
 
-// The board half a radian oblique, `aside` metres off the optical axis.
+// The board is tilted by half a radian, `aside` metres off the optical axis.
 Picture rendered(const std::string& name, const ImageSize& size, double aside) {
   Scene scene;
   const double f = 0.8 * size.width;
@@ -143,7 +143,7 @@ void run(const Picture& picture, int runs) {
                 line.seconds.processor / alone.seconds.processor);
 }
 
-// Pictures of one size, side by side.
+// Eight equal pictures in one call, on one and on two threads.
 void run_many(const Image8& image, int runs) {
   const std::vector<ImageSource> images(8, {"", [&image] { return image; }});
   const std::vector<PlacedBoard> boards = {{kalibr_board(), Pose()}};

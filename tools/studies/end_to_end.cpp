@@ -1,11 +1,12 @@
-// From pictures to a camera: what the way in which corners are found makes of the calibration.
-// Usage: end_to_end SCENE.yaml [SEEDS [FIRST_SEED [VIEWS]]]
-// For every seed the scene is rendered, its tags are found with each refinement, and the camera is
-// calibrated as the model of the scene; `fit+lens` fits the corners again under the lens that `fit`
-// gave, and calibrates again. Corners: distance to the truth, its median, its RMS per coordinate
-// and what one in a thousand exceeds; NEES/2: in claimed variances, 1 where these are right. f:
-// mean claimed standard deviation, RMS error in claimed standard deviations (1 where the claim is
-// right), and the largest. NEES/p: of all free parameters. gain: sd(f) of `stock` over this one.
+// Measures the effect of the refinement of corners on the calibration, from pictures to the camera
+// (docs/corners.md).
+//   end_to_end SCENE.yaml [SEEDS, default 10 [FIRST_SEED, default 1 [VIEWS]]]
+// For every seed the scene is rendered, its tags are detected with each refinement, and the camera
+// is calibrated with the model of the scene; `fit+lens` fits the corners again under the lens that
+// `fit` gave, and calibrates again. Corners: distance to the truth, its median, RMS per coordinate
+// and 99.9 % point; NEES/2: squared error in claimed variances, 1 where these are right. f: mean
+// claimed standard deviation, RMS and largest error in units of it. NEES/p: of all free parameters.
+// gain: sd(f) of `stock` over this one.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,7 +1,8 @@
-// Tags reported in pictures that hold none. Usage: false_tags [PICTURES [FIRST_SEED]]
+// Counts tags reported in pictures without tags.
+//   false_tags [PICTURES, default 1000 [FIRST_SEED, default 1]]
 // Pictures of 640x480: noise, smoothed noise, rows of letter-like strokes, checkerboards, and
-// clutter of dark frames with random bits, in turn. Looked for: a Kalibr board and plain
-// boards of every family.
+// clutter of dark frames with random bits, in turn. Targets: a Kalibr board, and plain boards of
+// every family.
 
 #include <algorithm>
 #include <cstdio>

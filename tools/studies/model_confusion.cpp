@@ -1,7 +1,7 @@
-// Which model `auto` chooses against the one that made the data.
-// Usage: model_confusion [SETS [FIRST_SEED]]
-// A set counts where its model is needed (LensWorld::needs_model). Two tables: lenses as they are,
-// and lenses whose last step is shrunk to anything down to a hundredth.
+// Compares the model that `auto` chooses with the one that made the data (docs/how_sure.md).
+//   model_confusion [SETS, default 500 [FIRST_SEED, default 1]]
+// A set counts if its model is needed (LensWorld::needs_model). Two tables: lenses as drawn, and
+// lenses whose last step is scaled by a factor of 0.01 to 1.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,14 +1,14 @@
-// How far poses are from the truth, in units of the Cramer-Rao bound, how honest their covariances
-// are, and how often a plane's two poses are mistaken: cells of a target, a distance, a tilt and a
-// noise level, many noisy views each. Peers see the same views.
+// Measures the errors of poses in units of the Cramer-Rao bound, the consistency of their
+// covariances, and how often the two poses of a plane are mistaken. A cell is a target, a distance,
+// a tilt and a noise level, with many noisy views. Peers solve the same views.
 //
-//   pose_accuracy [trials] [trials of the peers]
+//   pose_accuracy [trials, default 10000 [trials of the peers, default 300]]
 //
 // Columns: efficiency sqrt(mean(e' F e) / p), 1 at the bound, with F the information at the truth;
-// the same with the covariance that was claimed, as mean(e' C^-1 e) / p and its 95 % point over
-// that of chi-square; flips (the second pose of a plane taken for the first) against Q(d / 2
-// sigma); those of them that came with both poses; answers that say ok and exclude the truth at 5
-// sigma.
+// mean(e' C^-1 e) / p with the claimed covariance C, and its 95 % point over that of chi-square;
+// flips (the second pose of a plane taken for the first) against their prediction Q(d / 2 sigma);
+// the share of flips that came with both poses; answers with status ok that exclude the truth at
+// 5 sigma.
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -34,11 +34,11 @@ struct Cell {
   std::vector<Vector3d> points;
   double distance_m, tilt_deg, sigma_px;
   bool with_focal = false;
-  double square_m = 0;  // side of a lone square
+  double square_m = 0;  // side of a single square; 0: another target
 };
 
-// Quantiles of chi-square with 6 and 7 degrees of freedom: 95 %, and where a normal variable
-// exceeds 5 sigma (5.7e-7).
+// Quantiles of chi-square with 6 and 7 degrees of freedom: 95 %, and that of the
+// probability 5.7e-7, with which a normal variable exceeds 5 sigma.
 constexpr double k95[2] = {12.592, 14.067}, k5Sigma[2] = {39.5, 41.7};
 
 template <int N>
@@ -57,8 +57,8 @@ Eigen::Matrix<double, N, 1> error_of(const PoseAnswer& answer, const PoseTask& t
     return pose_error(answer, task);
 }
 
-// A pose that no camera can have: a rotation that mirrors, a point behind the camera, or a plane
-// whose back is seen.
+// True for a pose that no camera can have: a rotation that mirrors, a point behind the camera, or a
+// plane seen from its back.
 bool is_mirrored(const Pose& pose, const PoseTask& task, bool planar) {
   if (!(pose.rotation_matrix().determinant() > 0)) return true;
   for (const Correspondence& c : task.correspondences)
@@ -67,7 +67,8 @@ bool is_mirrored(const Pose& pose, const PoseTask& task, bool planar) {
          pose.rotation_matrix().col(2).dot(pose.translation()) > 0;
 }
 
-// Q(d / 2 sigma), d the residual of the flipped pose of a square (fitted to noise-free minima).
+// Q(d / 2 sigma), with d the residual of the flipped pose of a square. The formula of d is fitted
+// to noise-free minima.
 double flip_probability(const Cell& cell) {
   const double s = std::sin(kDegree * cell.tilt_deg);
   const double c = s * std::sqrt(1 - 0.4 * s * s);
@@ -134,7 +135,8 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-// By how many standard errors `ours` is worse than `theirs` over the trials that both answered.
+// Mean difference of e' F e over the trials that both answered, in standard errors; positive where
+// `ours` is worse.
 template <int N>
 double paired_difference(const Tally<N>& ours, const Tally<N>& theirs) {
   std::vector<double> differences;
@@ -160,7 +162,7 @@ struct Worst {
   double efficiency = 0, mean_off = 0, point_off = 0, flips_off = 0, silent = 0, peers = -100;
 };
 
-// What came of the trials of a cell; ours is the first method.
+// Results of the trials of a cell; ours is the first method.
 template <int N>
 struct Measured {
   std::vector<PoseMethod> methods;
@@ -168,7 +170,7 @@ struct Measured {
   double relative_sigma = 0;  // sd(f) / f at the bound
   double predicted_flips = 0;
   bool regular = false;
-  double nearest_peer = -100;  // by how many standard errors ours is worse than it
+  double nearest_peer = -100;  // largest paired_difference() from a peer
 
   const Tally<N>& ours() const { return tallies[0]; }
 };

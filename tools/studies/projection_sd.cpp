@@ -1,4 +1,6 @@
-// Projection uncertainty against solves with fresh noise. Usage: projection_sd [SOLVES]
+// Compares the predicted uncertainty of the projection with solves with fresh noise
+// (docs/how_sure.md).
+//   projection_sd [SOLVES, default 5000]
 
 #include <cstdio>
 #include <cstdlib>

@@ -7,14 +7,14 @@
 #include "tagcal/estimate/calibrate.hpp"
 #include "worlds.hpp"
 
-// Random lenses of every model of the ladder, and data sets that they made.
+// Random lenses of every model of the ladder, and data sets seen through them.
 
 namespace tagcal {
 
 inline constexpr std::array<const char*, 8> kModels = {"f",       "f+c",     "pinhole", "radial1",
                                                        "radial2", "opencv5", "opencv8", "fisheye4"};
 
-// The model that has less; empty for the smallest.
+// The next smaller model; empty for the smallest.
 inline std::string model_below(const std::string& model) {
   static const std::map<std::string, std::string> below = {
       {"f+c", "f"},           {"pinhole", "f+c"},     {"radial1", "f+c"},
@@ -24,7 +24,7 @@ inline std::string model_below(const std::string& model) {
   return found == below.end() ? "" : found->second;
 }
 
-// `share`: of what the model has beside the one below it.
+// `share` scales the parameters that the model has beside the one below it.
 inline Lens random_lens(const std::string& model, double share, Random& random) {
   const double f = random.uniform(700, 1100);
   if (model == "f") return pinhole(f, f, 639.5, 399.5);
@@ -51,14 +51,14 @@ inline Lens random_lens(const std::string& model, double share, Random& random) 
                   random.uniform(-0.01, 0.01), 0.002, -0.0005});
 }
 
-// A lens and its views, by a seed: 6 to 20 of them, noise 0.05 to 0.5 px.
+// A lens and 6 to 20 views with noise of 0.05 to 0.5 px, drawn from a seed.
 struct LensWorld {
   explicit LensWorld(std::uint64_t world_seed, bool small_steps = false)
       : seed(world_seed), random(2026, world_seed), lens(pinhole(900, 900, 639.5, 399.5)) {
     model = kModels[random.index(kModels.size())];
     options.num_views = 6 + static_cast<int>(random.index(15));
     options.sigma_px = random.uniform(0.05, 0.5);
-    // Down to a hundredth, in equal shares of every size.
+    // Log-uniform from 0.01 to 1.
     const double share = small_steps ? std::pow(10.0, random.uniform(-2, 0)) : 1;
     lens = random_lens(model, share, random);
     const bool wide = model == "fisheye4" || model == "opencv8";
@@ -68,9 +68,9 @@ struct LensWorld {
 
   Dataset make() const { return make_world(lens, seed, options); }
 
-  // Whether the model below visibly fails: some corner moves by more than 0.3 px, and by more than
-  // five posterior standard deviations can be: then the sum of squares grows by 25 sigma^2 at least
-  // (Cauchy-Schwarz).
+  // True if the model below fails visibly: some corner moves by more than 0.3 px, and the sum of
+  // squares grows by more than 25 sigma^2, which is necessary for a move by more than five
+  // posterior standard deviations (Cauchy-Schwarz).
   bool needs_model(const Dataset& set) const;
 
   std::uint64_t seed;

@@ -1,11 +1,11 @@
-// How fast the renderer draws, and how right its levels are.
+// Measures the speed of the renderer and the error of its levels.
 //
-//   render_benchmark [rounds] [samples]
+//   render_benchmark [rounds, default 31 [samples, default 64]]
 //
-// Speed: processor time of one thread, medians. Quality: on one of 16 pixels that an edge crosses,
-// against the mean of `samples` x `samples` rays (64) by a path of its own: from the pixel through
-// `ray_in_camera` to the board's plane, and there by arithmetic to the tag and its bit. Beside it
-// the error of 16 x 16 rays against the same reference, which is the mark.
+// Speed: processor time of one thread, medians. Error: on one of 16 pixels that an edge crosses,
+// against the mean of `samples` x `samples` rays, which do not use the renderer: from the pixel
+// through `ray_in_camera` to the board's plane, and there by arithmetic to the tag and its bit. The
+// error of 16 x 16 rays against the same reference is printed beside it as the mark.
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr tagcal::Grid kGrid = {6, 6, 0.088, 0.3, 0};
-constexpr int kOneOf = 16;  // edge pixels, the quality is judged on one
+constexpr int kOneOf = 16;  // the error is measured at one of so many edge pixels
 
 struct View {
   std::string name;
@@ -56,7 +56,7 @@ tagcal::Lens brown(double scale) {
       {900 * scale, 898 * scale, 645 * scale, 395 * scale, -0.25, 0.08, 5e-4, -3e-4, 0, 0, 0, 0});
 }
 
-// The mark's view and what lies beside it.
+// The view of the mark, and variants of it.
 std::vector<View> views() {
   const tagcal::ImageSize size{1280, 800};
   std::vector<View> all;
@@ -86,7 +86,7 @@ double median_ms(const std::function<void()>& work, int rounds) {
   return times[static_cast<std::size_t>(rounds / 2)];
 }
 
-// The level of a single ray, without the renderer: what of the board it meets.
+// Levels of single rays, computed without the renderer.
 class Rays {
  public:
   explicit Rays(const View& view)

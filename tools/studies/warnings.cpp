@@ -1,6 +1,7 @@
-// How often calibrations warn without and with reason. Usage: warnings [SETS [FIRST_SEED]]
-// Good sets (the model that made the data, and `auto`): every warning is counted. Bad ones: boards
-// that are bent by 0.5 mm, and a model that is one or more steps too small.
+// Counts the findings of calibrations of good and of bad data sets (docs/how_sure.md).
+//   warnings [SETS, default 500 [FIRST_SEED, default 1]]
+// Good sets are calibrated with the model that made them and with `auto`. Bad sets have a board
+// that is bent by 0.5 mm, or are calibrated with a model that is one step too small.
 
 #include <array>
 #include <cstdio>
@@ -10,37 +11,46 @@
 
 #include "random_lens.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
 namespace {
 
-constexpr std::array<std::pair<const char*, const char*>, 10> kKinds = {
-    {{"halves", "two halves"},
-     {"bent", "bent board better"},
-     {"field", "from place to place"},
-     {"small", "too small: opencv5"},
-     {"target", "the target is not as its file says"},
-     {"outliers", "were left out"},
-     {"weak", "at infinity)"},
-     {"focal", "weakly known"},
-     {"trade", "trade with one another"},
-     {"gap", "of the image: the lens"}}};
+// The columns of the table.
+constexpr std::array<std::pair<const char*, internal::FindingCode>, 10> kKinds = {
+    {{"halves", internal::code::halves_disagree},
+     {"bent", internal::code::board_bent},
+     {"field", internal::code::residuals_biased},
+     {"small", internal::code::model_too_small},
+     {"target", internal::code::tags_misplaced},
+     {"outliers", internal::code::corners_rejected},
+     {"weak", internal::code::direction_weak},
+     {"focal", internal::code::focal_weak},
+     {"trade", internal::code::coefficients_correlated},
+     {"gap", internal::code::extrapolated}}};
 constexpr std::array<const char*, 4> kOfModel = {"halves", "bent", "field", "small"};
+
+// The column "gap" counts parts of the image without corners, not extrapolation beyond the corners
+// alone.
+bool is_of_kind(const Finding& finding, const internal::FindingCode& code, const Calibration& c) {
+  if (finding.code != code.name) return false;
+  return code.name != internal::code::extrapolated.name || c.seen.gaps();
+}
 
 struct Counts {
   int sets = 0;
   int answers = 0;
-  std::map<std::string, int> warned;  // per kind; "model error": any of those
+  std::map<std::string, int> warned;  // by kind; "model error": sets with any of kOfModel
 };
 
 void count(const Calibration& c, Counts& counts) {
   ++counts.sets;
   counts.answers += is_answer(c.status);
   std::map<std::string, bool> seen;
-  for (const std::string& warning : c.warnings)
-    for (const auto& [kind, text] : kKinds)
-      if (warning.find(text) != std::string::npos) seen[kind] = true;
+  for (const Finding& finding : c.findings)
+    for (const auto& [kind, code] : kKinds)
+      if (is_of_kind(finding, code, c)) seen[kind] = true;
   for (const char* kind : kOfModel) seen["model error"] |= seen[kind];
   for (const auto& [kind, yes] : seen) counts.warned[kind] += yes;
 }
@@ -48,7 +58,7 @@ void count(const Calibration& c, Counts& counts) {
 void print(const std::string& name, const Counts& counts) {
   std::printf("%-34s %5d %7d %7d", name.c_str(), counts.sets, counts.answers,
               counts.warned.contains("model error") ? counts.warned.at("model error") : 0);
-  for (const auto& [kind, text] : kKinds)
+  for (const auto& [kind, code] : kKinds)
     std::printf(" %8d", counts.warned.contains(kind) ? counts.warned.at(kind) : 0);
   std::printf("\n");
   std::fflush(stdout);
@@ -60,7 +70,7 @@ Calibration calibrated(const Dataset& set, const std::string& model) {
   return calibrate(set, options);
 }
 
-// Corners of a board that stands out by as much in its middle, where the flat one's were.
+// The same poses with a board whose middle line stands out of its plane by `bend_m`.
 Dataset bent(const Lens& lens, std::uint64_t seed, const WorldOptions& options, double bend_m) {
   Dataset set = make_world(lens, seed, options);
   std::map<CornerId, Eigen::Vector3d> points;
@@ -107,7 +117,7 @@ int main(int argc, char** argv) {
     count(calibrated(world.make(), world.model), exact);
   }
   std::printf("%-34s %5s %7s %7s", "sets", "", "answers", "error");
-  for (const auto& [kind, text] : kKinds) std::printf(" %8s", kind);
+  for (const auto& [kind, code] : kKinds) std::printf(" %8s", kind);
   std::printf("\n");
   print("good, the model by name", good);
   print("good, auto", good_auto);

@@ -1,11 +1,10 @@
-// Random worlds from pixels to the answer: each is rendered, its tags are found, its camera is
-// calibrated by `auto`, and every number that this claims is held against the truth
-// (docs/worlds.md).
+// Renders random worlds, finds their tags, calibrates their cameras with `auto`, and compares every
+// number that is claimed with the truth (docs/worlds.md).
 //   worlds run --first N --count N --out FILE.csv [--threads T] [--seed S]
 //   worlds merge FILE.csv... [--out FILE.csv] [--page FILE.md] [--against FILE.csv]
 //   worlds worst FILE.csv... --out DIR [--count K] [--by KIND]
 //   worlds scene --index N --out FILE.yaml [--seed S]
-// `run` does what is missing in its file, so that it can be stopped and called again.
+// `run` judges the worlds that are missing in its file, so that it can be stopped and called again.
 
 #include <fmt/format.h>
 
@@ -43,7 +42,7 @@ struct Arguments {
   int threads = 2;
 };
 
-// Lines of a file that grows, from several threads. A line that a stop cut short is cut off.
+// Appends lines to a file from several threads. A line that was cut short by a stop is removed.
 class RecordFile {
  public:
   explicit RecordFile(const std::string& file) {
@@ -77,7 +76,7 @@ int run(const Arguments& arguments) {
   std::vector<std::uint64_t> missing;
   for (std::uint64_t i = arguments.first; i < arguments.first + arguments.count; ++i)
     if (!file.has(arguments.seed, i)) missing.push_back(i);
-  // A piece may be shorter than what parallel_for splits, and each call is long.
+  // parallel_for does not split so few calls; each takes about a second.
   std::atomic<std::size_t> next = 0;
   std::vector<std::exception_ptr> errors(static_cast<std::size_t>(arguments.threads));
   const auto work = [&](std::size_t thread) {
@@ -100,7 +99,7 @@ int run(const Arguments& arguments) {
   return 0;
 }
 
-// By seed and index, each once.
+// The records of all files by seed and index, each once.
 std::vector<Record> merged(const std::vector<std::string>& files) {
   std::map<std::pair<std::uint64_t, std::uint64_t>, Record> all;
   for (const std::string& file : files)
@@ -136,7 +135,7 @@ int merge(const Arguments& arguments) {
 
 void write_scene(const World& world, const fs::path& file) {
   write_whole(file, scene_text(world.scene));
-  // Whoever looks into a world must see this one.
+  // The file must give this very scene.
   if (scene_text(read_scene(file)) != scene_text(world.scene))
     throw Error(file.string() + ": is read back as another scene");
   fmt::print("tagcal render {} --out DIR --seed {}\n", file.string(), render_seed(world));
@@ -159,27 +158,28 @@ int scene(const Arguments& arguments) {
 
 int command(int argc, char** argv) {
   Arguments a;
-  CLI::App app("Random worlds from pixels to the answer.");
+  CLI::App app("Random worlds, from pixels to the calibration (docs/worlds.md).");
   app.require_subcommand(1);
-  CLI::App* on_run = app.add_subcommand("run", "worlds that are missing in a file");
-  CLI::App* on_merge = app.add_subcommand("merge", "what files of worlds say");
-  CLI::App* on_worst = app.add_subcommand("worst", "the worst worlds, as scenes");
-  CLI::App* on_scene = app.add_subcommand("scene", "a world, as a scene");
+  CLI::App* on_run = app.add_subcommand("run", "judge the worlds that are missing in a file");
+  CLI::App* on_merge = app.add_subcommand("merge", "print the tables of files of worlds");
+  CLI::App* on_worst = app.add_subcommand("worst", "write the worst worlds as scenes");
+  CLI::App* on_scene = app.add_subcommand("scene", "write one world as a scene");
   on_run->add_option("--first", a.first, "index of the first world (0)");
-  on_run->add_option("--count", a.count, "how many (1000)");
-  on_run->add_option("--threads", a.threads, "(2)")->check(CLI::Range(1, 1024));
+  on_run->add_option("--count", a.count, "number of worlds (1000)");
+  on_run->add_option("--threads", a.threads, "worlds judged side by side (2)")
+      ->check(CLI::Range(1, 1024));
   for (CLI::App* c : {on_run, on_scene}) c->add_option("--seed", a.seed, "of all worlds (1)");
   on_scene->add_option("--index", a.index, "of the world")->required();
   for (CLI::App* c : {on_merge, on_worst}) {
-    c->add_option("FILES", a.files, "files of worlds")->required();
-    c->add_option("--count", a.worst, "how many of the worst (20)");
+    c->add_option("FILES", a.files, "files that `run` wrote")->required();
+    c->add_option("--count", a.worst, "number of worst worlds (20)");
     c->add_option("--by", a.by,
                   "beyond, focal, region, image, corners, refused or diagnosis (beyond)");
   }
   on_merge->add_option("--page", a.page, "write the tables, in Markdown");
-  on_merge->add_option("--against", a.against, "the same worlds by another version");
+  on_merge->add_option("--against", a.against, "records of the same worlds by another version");
   for (CLI::App* c : {on_run, on_worst, on_scene, on_merge})
-    c->add_option("--out", a.out, "what to write")->required(c != on_merge);
+    c->add_option("--out", a.out, "file to write; of `worst` a folder")->required(c != on_merge);
   CLI11_PARSE(app, argc, argv);
   if (*on_run) return run(a);
   if (*on_merge) return merge(a);

@@ -1,5 +1,5 @@
-# Three small worlds: a second run adds only what is missing, equal worlds have equal records, pieces
-# merge, and the scene of a world is written. Run as
+# Tests the program with three small worlds: a second run adds only what is missing, equal worlds have
+# equal records, pieces merge, and the scene of a world is written. Run as
 #   cmake -D WORLDS=<program> -D SCRATCH=<folder> -P worlds_test.cmake
 cmake_minimum_required(VERSION 3.23)
 
@@ -11,7 +11,7 @@ function(worlds expected)
   endif()
 endfunction()
 
-# A record without its processor times.
+# Sets `variable` to a record without its processor times.
 function(record_of index file variable)
   file(STRINGS ${file} lines REGEX "^1,${index},")
   list(LENGTH lines count)
@@ -32,7 +32,7 @@ if(NOT before STREQUAL after)
   message(FATAL_ERROR "a run that has nothing to do changed its file")
 endif()
 
-# A line that was cut short is done again.
+# A world whose line was cut short is judged again.
 string(REGEX REPLACE ".......\n$" "" cut "${before}")
 file(WRITE ${SCRATCH}/a.csv "${cut}")
 worlds("2 worlds added, 1 were there" run --first 0 --count 3 --out ${SCRATCH}/a.csv)

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/App.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,7 +39,7 @@ std::string shown_command(const Arguments& a, const std::string& job) {
   return text + fmt::format(" --seed {}", a.seed);
 }
 
-// Where the pictures, the tables and the trials of a result go, all of them or none.
+// Writes the pictures, the tables and the trials of a result.
 void write_result(const ChartResult& result, const fs::path& place, OutputFolder& folder) {
   const std::vector<ChartPoint> points = chart_points(result);
   write_whole(folder.path() / "trials.csv", trials_text(result));
@@ -57,8 +56,8 @@ void write_result(const ChartResult& result, const fs::path& place, OutputFolder
              can_draw ? " and chart.png" : "");
   if (!can_draw)
     print_to_stderr(
-        "tagcal: warning: no gnuplot here: chart.csv and chart.md are written, pictures need "
-        "it (Debian: gnuplot-nox)\n");
+        "tagcal: warning: gnuplot is missing: chart.csv and chart.md are written, but no pictures "
+        "(Debian: gnuplot-nox)\n");
 }
 
 ChartResult run_job(const Arguments& a, const std::string& name) {
@@ -72,7 +71,7 @@ ChartResult run_job(const Arguments& a, const std::string& name) {
   return result;
 }
 
-// A folder that cannot be written is said before the work, not after it.
+// Reports a folder that cannot be written before the work, not after it.
 void chart(const Arguments& a, const std::string& name, const fs::path& place) {
   OutputFolder folder(place, OutputFolder::Taken::by_any_folder);
   write_result(run_job(a, name), place, folder);
@@ -99,23 +98,24 @@ int run(const Arguments& a) {
 
 Command add_chart(CLI::App& app) {
   CLI::App* command =
-      add_command(app, "chart", "speed against accuracy, ours and other libraries' methods");
+      add_command(app, "chart", "speed and accuracy of the methods of tagcal and other libraries");
   const auto a = std::make_shared<Arguments>();
   add_option(
       *command, "JOB", a->job,
       fmt::format("{}, or all: each in a folder of its own", fmt::join(chart_job_names(), ", ")))
-      ->option_text("REQUIRED")
-      ->required();
+      .text("REQUIRED")
+      .required();
   add_option(*command, "--out", a->out, "folder for chart.csv, .md, .svg, .png and trials.csv")
-      ->option_text("DIR REQUIRED")
-      ->required();
+      .text("DIR REQUIRED")
+      .required();
   add_integer(*command, "--trials", a->trials, 1,
-              "trials of each panel; default: what the job takes");
-  add_integer(*command, "--seed", a->seed, 0, "of the problems (1); equal seeds, equal errors");
+              "trials of each panel; default: the number of the job");
+  add_integer(*command, "--seed", a->seed, 0,
+              "seed of the problems (1); equal seeds give equal errors");
   add_integer(*command, "--threads", a->threads, 0,
-              "problems worked on side by side; 0: one per core; times are best with 1");
+              "problems to solve in parallel; 0: one per core; 1 gives the most accurate times");
   add_flag(*command, "--quick", a->quick, "fewer trials and smaller problems: under a minute");
-  command->footer("Example: tagcal chart pose --quick --out charts");
+  add_footer(*command, "Example: tagcal chart pose --quick --out charts");
   return {command, [a] { return run(*a); }};
 }
 

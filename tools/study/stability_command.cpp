@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/App.hpp>
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -37,7 +36,7 @@ struct Arguments {
   bool quick = false, list = false, ours = false;
 };
 
-// Those that were named, in the order of the atlas; all where none was.
+// The named maps in the order of the atlas; all maps if none is named.
 std::vector<StabilityMap> chosen_maps(const std::vector<std::string>& names) {
   const std::vector<StabilityMap> all = stability_maps();
   std::vector<std::string> known;
@@ -94,12 +93,12 @@ int run(const Arguments& a) {
   }
   write_whole(folder.path() / "atlas.md", atlas_page(sheets, origin));
   folder.publish();
-  fmt::print("{}: {} maps, {} cells or maps of ours miss the marks; see atlas.md\n", a.out,
+  fmt::print("{}: {} maps, {} cells or maps of tagcal miss the marks; see atlas.md\n", a.out,
              sheets.size(), misses);
   if (!can_draw)
     print_to_stderr(
-        "tagcal: warning: no gnuplot here: the tables and atlas.md are written, pictures "
-        "need it (Debian: gnuplot-nox)\n");
+        "tagcal: warning: gnuplot is missing: the tables and atlas.md are written, but no pictures "
+        "(Debian: gnuplot-nox)\n");
   return kAnswer;
 }
 
@@ -107,22 +106,22 @@ int run(const Arguments& a) {
 
 Command add_stability(CLI::App& app) {
   CLI::App* command =
-      add_command(app, "stability", "maps of where methods fail, ours and other libraries'");
+      add_command(app, "stability", "maps of where the methods of tagcal and other libraries fail");
   const auto a = std::make_shared<Arguments>();
-  add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all")
-      ->option_text(" ");
+  add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all").text(" ");
   add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
-      ->option_text("DIR");
+      .text("DIR");
   add_integer(*command, "--trials", a->trials, 1,
-              "trials of each cell, of ours; peers stop at 200. Default: what the map takes");
-  add_option(*command, "--seed", a->seed, "of the problems; equal seeds, equal outcomes")
-      ->option_text("N");
+              "trials of each cell (other libraries: at most 200); default: the number of the map");
+  add_option(*command, "--seed", a->seed, "seed of the problems; equal seeds give equal outcomes")
+      .text("N");
   add_integer(*command, "--threads", a->threads, 0,
-              "problems worked on side by side; 0: one per core; times are best with 1");
+              "problems to solve in parallel; 0: one per core; 1 gives the most accurate times");
   add_flag(*command, "--quick", a->quick, "few trials: all maps in about a minute");
-  add_flag(*command, "--ours", a->ours, "our methods alone: the peers are most of the time");
-  add_flag(*command, "--list", a->list, "names and titles of the maps, and nothing else");
-  command->footer("Example: tagcal stability tag-tilt-distance --quick --out atlas");
+  add_flag(*command, "--ours", a->ours,
+           "tagcal's methods only, without the slower ones of other libraries");
+  add_flag(*command, "--list", a->list, "print the names and titles of the maps only");
+  add_footer(*command, "Example: tagcal stability tag-tilt-distance --quick --out atlas");
   return {command, [a] { return run(*a); }};
 }
 

@@ -80,7 +80,7 @@ class Sheet {
  private:
   static std::string trial(int t) { return t < 0 ? "" : fmt::format(" (the first: trial {})", t); }
 
-  // Of a method over the map: the share of an outcome, and the cell with most of it.
+  // An outcome of a method over the map: its share, and the cell with the largest share.
   struct Sum {
     int of = 0, trials = 0;
     double worst = 0;
@@ -99,7 +99,7 @@ class Sheet {
     return sum;
   }
 
-  // The two peers of the picture that are silent the most.
+  // The two peers of the picture with the most silent failures.
   std::string failures() const {
     std::vector<std::pair<double, std::size_t>> peers;
     for (std::size_t m = 0; m < map_.methods.size(); ++m) {

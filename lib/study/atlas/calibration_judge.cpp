@@ -72,9 +72,9 @@ bool CalibrationJudge::right_camera_matrix(const LensAnswer& answer) const {
          error.dot(*information * error) <= five_sigma_square(static_cast<int>(judged.size()));
 }
 
-// The sum of squares of what is claimed to be normal of covariance S = A C A' has the mean tr S and
-// the variance 2 tr S^2: as of a chi-square of (tr S)^2 / tr S^2 degrees of freedom (Satterthwaite,
-// Biometrics 1946).
+// The sum of squares of a normal vector with covariance S = A C A' has the mean tr S and the
+// variance 2 tr S^2, like a scaled chi-square with (tr S)^2 / tr S^2 degrees of freedom
+// (Satterthwaite, Biometrics 1946).
 bool CalibrationJudge::right_projection(const LensAnswer& answer) const {
   const auto difference =
       lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);
@@ -91,7 +91,7 @@ bool CalibrationJudge::right_projection(const LensAnswer& answer) const {
                             std::max(1.0, std::floor(dof));
 }
 
-// A corner that the estimate has no ray for is not claimed.
+// A corner without a ray in the estimated lens is not judged.
 bool CalibrationJudge::right_at_corners(const LensAnswer& answer) const {
   const auto difference =
       lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);

@@ -8,35 +8,35 @@
 #include "study/tasks/calibration_tasks.hpp"
 #include "tagcal/camera/model.hpp"
 
-// What a calibration that is answered, or refused, is worth. Private to study.
+// Judges the answer, or the refusal, of a calibration by the truth. Private to study.
 
 namespace tagcal::study {
 
-// What is held against the truth. Coefficients never are.
+// The quantity that is compared with the truth; coefficients never are.
 enum class JudgedLens {
-  camera_matrix,  // fx, fy, cx, cy (f: their mean), those that the model has
-  projection,     // at infinity over the region with corners, a turned camera taken out
+  camera_matrix,  // the free ones of fx, fy, cx, cy (f: their mean)
+  projection,     // at infinity over the region with corners, up to a rotation of the camera
   image_corners,  // the same at the four corners of the image: extrapolated
 };
 
 struct CalibrationQuestion {
-  Dataset dataset;       // as it is asked
-  CalibrationTask good;  // its corners that are right, of a board of points, and their truth
+  Dataset dataset;       // the input of the methods
+  CalibrationTask good;  // its correct corners, on a board of points, and their truth
   JudgedLens judged = JudgedLens::camera_matrix;
-  bool knowable = true;  // unless the bound says that it is not
+  bool knowable = true;  // the bound must allow it as well
 };
 
 struct LensAnswer {
   bool success = false;
-  bool doubted = false;  // with a warning that what was stated does not hold
+  bool doubted = false;  // warns that a stated assumption does not hold
   std::string said;
   Lens lens = pinhole(1, 1, 0, 0);
-  std::string model;           // whose free parameters the covariance is of
-  Eigen::MatrixXd covariance;  // claimed; empty: none is, and the bound counts
+  std::string model;           // the covariance is that of its free parameters
+  Eigen::MatrixXd covariance;  // claimed by the method; empty: the bound replaces it
 };
 
-// Known well enough that it must not be refused, at the bound: sd(f) / f, and the projection's
-// standard deviation at infinity, RMS over the region with corners.
+// A calibration must not be refused if its Cramer-Rao bound is below both: sd(f) / f, and the
+// standard deviation of the projection at infinity, RMS over the region with corners.
 inline constexpr double kKnownFocalShare = 0.05;
 inline constexpr double kKnownProjectionPx = 1;
 
@@ -44,7 +44,7 @@ class CalibrationJudge {
  public:
   explicit CalibrationJudge(CalibrationQuestion question);
 
-  // `may_refuse`: a method that was asked for a lens which the data do not have.
+  // `may_refuse`: the method fits another lens than that of the data.
   StabilityVerdict judge(const LensAnswer& answer, bool may_refuse = false) const;
   const CalibrationQuestion& question() const { return question_; }
   bool knowable() const { return question_.knowable; }

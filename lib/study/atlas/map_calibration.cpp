@@ -16,16 +16,16 @@ constexpr int kCalibrationTrials = 300;
 constexpr int kQuickTrials = 2;
 
 // A method that throws has no answer.
-Prepared<StabilityVerdict> judged(const std::shared_ptr<const CalibrationJudge>& judge,
-                                  const CalibrationSolver& solver) {
+Prepared<StabilityVerdict> judged_by(const std::shared_ptr<const CalibrationJudge>& judge,
+                                     const CalibrationSolver& solver) {
   const bool fisheye = std::holds_alternative<Fisheye>(judge->question().good.lens);
   const bool may_refuse = !solver.lens.empty() && (solver.lens == "fisheye") != fisheye;
-  auto prepared = guarded(solver.prepare(judge->question()));
-  return {std::move(prepared.solve), [judge, may_refuse, answer = std::move(prepared.answer)] {
-            LensAnswer none;
-            none.said = "no answer";
-            return judge->judge(answer().value_or(none), may_refuse);
-          }};
+  return judged(guarded(solver.prepare(judge->question())),
+                [judge, may_refuse](const std::optional<LensAnswer>& answer) {
+                  LensAnswer none;
+                  none.said = "no answer";
+                  return judge->judge(answer.value_or(none), may_refuse);
+                });
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ void ask_calibration(StabilityMap& map, const std::vector<CalibrationSolver>& so
     map.methods.push_back({s.name, s.settings, s.ours, true});
   map.draw = [solvers, question](std::span<const double> at, Random& random) -> StabilityProblem {
     const auto judge = std::make_shared<const CalibrationJudge>(question(at, random));
-    return [judge, solvers](std::size_t method) { return judged(judge, solvers[method]); };
+    return [judge, solvers](std::size_t method) { return judged_by(judge, solvers[method]); };
   };
 }
 

@@ -18,7 +18,7 @@ inline constexpr double kRadian = std::numbers::pi / 180;
 struct CalibrationSolver {
   std::string name, settings;
   bool ours = false;
-  std::string lens = {};  // "perspective" or "fisheye": what is asked for; empty: whatever fits
+  std::string lens = {};  // "perspective" or "fisheye": the lens that it fits; empty: either
   std::function<Prepared<LensAnswer>(const CalibrationQuestion&)> prepare = {};
 };
 
@@ -29,7 +29,7 @@ CalibrationSolver our_calibration_with_bend();                      // and the b
 CalibrationSolver opencv_calibration();                             // default flags
 CalibrationSolver opencv_calibration_of(const std::string& model);  // its coefficients only
 CalibrationSolver opencv_fisheye();
-// libmrcal, where it is there, on whole views of the small grid.
+// Adds libmrcal, if it is installed, for complete views of the small grid.
 std::vector<CalibrationSolver> with_mrcal(std::vector<CalibrationSolver> solvers);
 
 void ask_calibration(
@@ -39,21 +39,22 @@ void ask_calibration(
 // 6 x 6 points, 0.6 m wide, about the origin of their plane.
 Board small_grid();
 
-// A camera of 1280 x 800 with the board of points in it, and no views yet.
+// A camera of 1280 x 800 pixels and the board of points, without views.
 CalibrationTask empty_task(const Lens& lens, const std::string& model, double sigma_px);
 
-// 900 px, its principal point beside the centre of the image, no distortion: of model f+c.
+// Model f+c: 900 px, its principal point beside the centre of the image, no distortion.
 CalibrationTask pinhole_task();
 
-// A tilt, a side and a roll, at a distance of 0.9 to 1.3 m (times `nearer`), a little aside.
+// A pose with this tilt, a random side and roll, at a distance of 0.9 to 1.3 m (times `nearer`),
+// the board a little off the optical axis.
 Pose draw_view(double tilt_deg, Random& random, double nearer = 1);
 
-// Adds the view of the points that are in the image and in the lens' domain, and for which `seen`
-// holds, with noise.
+// Adds a noisy view of the points that are in the image and in the lens' domain, and for which
+// `seen` returns true.
 void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
               const std::function<bool(const Eigen::Vector2d&)>& seen = {});
 
-// A question whose corners are all right.
+// A question with only correct corners.
 CalibrationQuestion ask_all(CalibrationTask task, JudgedLens judged = JudgedLens::camera_matrix);
 
 StabilityMap views_tilt_map();

@@ -1,33 +1,28 @@
-// How the methods of the maps of calibration are called.
+// The methods of the maps of calibration.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <opencv2/calib3d.hpp>
 
 #include "study/atlas/map_calibration.hpp"
 #include "study/peers/opencv_views.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
 
 namespace tagcal::study {
+using namespace internal;
 namespace {
 
-// Warnings that what was stated does not hold, and what an answer is worth then.
-bool is_doubt(const std::string& warning, JudgedLens judged) {
-  constexpr std::array<std::string_view, 7> kDoubts = {"two halves of the views",
-                                                       "bent board",
-                                                       "board bent by",
-                                                       "the residuals differ from place to place",
-                                                       "the model is too small",
-                                                       "the target is not as its file says",
-                                                       "the principal point is taken to be"};
-  if (judged == JudgedLens::image_corners &&
-      warning.find("the lens is extrapolated there") != std::string::npos)
-    return true;
-  return std::any_of(kDoubts.begin(), kDoubts.end(), [&](std::string_view text) {
-    return warning.find(text) != std::string::npos;
-  });
+// Returns true for a finding that the lens, the board or the principal point may not be as stated.
+bool is_doubt(const Finding& finding, JudgedLens judged) {
+  constexpr std::array<std::string_view, 8> kDoubts = {
+      code::halves_disagree.name,       code::board_bent.name,
+      code::board_bend_impossible.name, code::residuals_biased.name,
+      code::model_too_small.name,       code::other_lens.name,
+      code::tags_misplaced.name,        code::principal_point_untested.name};
+  if (judged == JudgedLens::image_corners && finding.code == code::extrapolated.name) return true;
+  return std::ranges::find(kDoubts, finding.code) != kDoubts.end();
 }
 
 LensAnswer answer_of(const Calibration& found, JudgedLens judged) {
@@ -35,8 +30,8 @@ LensAnswer answer_of(const Calibration& found, JudgedLens judged) {
   answer.said = status_name(found.status);
   answer.success = is_answer(found.status);
   if (!answer.success) return answer;
-  answer.doubted = std::any_of(found.warnings.begin(), found.warnings.end(),
-                               [&](const std::string& w) { return is_doubt(w, judged); });
+  answer.doubted = std::any_of(found.findings.begin(), found.findings.end(),
+                               [&](const Finding& f) { return is_doubt(f, judged); });
   if (answer.doubted) answer.said += "+doubt";
   answer.lens = found.camera->lens;
   answer.model = found.model;
@@ -44,7 +39,7 @@ LensAnswer answer_of(const Calibration& found, JudgedLens judged) {
   return answer;
 }
 
-// `model`: empty for that of the truth.
+// `model`: empty for the true model.
 struct OurCall {
   std::string model;
   bool noise_stated = true, bend = false;
@@ -52,20 +47,17 @@ struct OurCall {
 
 CalibrationSolver ours(const std::string& name, const std::string& settings, const OurCall& call) {
   CalibrationSolver solver{name, settings, true};
-  solver.prepare = [call](const CalibrationQuestion& question) -> Prepared<LensAnswer> {
-    struct State {
-      CalibrationQuestion question;
-      Calibration found;
-    };
-    auto state = std::make_shared<State>(State{question, {}});
-    return {[state, call] {
-              CalibrateOptions options;
-              options.model = call.model.empty() ? state->question.good.model : call.model;
-              options.board_warp = call.bend;
-              if (call.noise_stated) options.sigma_px = state->question.good.sigma_px;
-              state->found = calibrate(state->question.dataset, options);
-            },
-            [state] { return answer_of(state->found, state->question.judged); }};
+  solver.prepare = [call](const CalibrationQuestion& question) {
+    return prepare_task<LensAnswer>(
+        question,
+        [call](const CalibrationQuestion& q) {
+          CalibrateOptions options;
+          options.model = call.model.empty() ? q.good.model : call.model;
+          options.board_warp = call.bend;
+          if (call.noise_stated) options.sigma_px = q.good.sigma_px;
+          return calibrate(q.dataset, options);
+        },
+        [judged = question.judged](const Calibration& found) { return answer_of(found, judged); });
   };
   return solver;
 }
@@ -88,7 +80,7 @@ LensAnswer lens_answer(const std::string& model, const std::vector<double>& free
   return answer;
 }
 
-// With its standard deviations; some that are no numbers are no answer.
+// The answer with its standard deviations; none if one of them is not finite.
 LensAnswer camera_answer(const OpenCvViews& state, const std::string& model) {
   const auto n = static_cast<std::size_t>(Model::named(model).num_free());
   std::vector<double> free = state.values();
@@ -108,14 +100,14 @@ LensAnswer camera_answer(const OpenCvViews& state, const std::string& model) {
 CalibrationSolver calibrate_camera(const std::string& name, const std::string& settings,
                                    const std::string& model, int flags) {
   CalibrationSolver solver{name, settings, false, "perspective"};
-  solver.prepare = [model, flags](const CalibrationQuestion& q) -> Prepared<LensAnswer> {
-    auto state = std::make_shared<OpenCvViews>(q.dataset);
-    return {[state, flags] {
-              cv::calibrateCamera(state->points, state->pixels, state->size, state->k,
-                                  state->distortion, state->turns, state->moves, state->deviations,
-                                  cv::noArray(), cv::noArray(), flags);
-            },
-            [state, model] { return camera_answer(*state, model); }};
+  solver.prepare = [model, flags](const CalibrationQuestion& question) {
+    return prepare_state<LensAnswer>(
+        OpenCvViews(question.dataset),
+        [flags](OpenCvViews& v) {
+          cv::calibrateCamera(v.points, v.pixels, v.size, v.k, v.distortion, v.turns, v.moves,
+                              v.deviations, cv::noArray(), cv::noArray(), flags);
+        },
+        [model](const OpenCvViews& v) { return camera_answer(v, model); });
   };
   return solver;
 }
@@ -126,21 +118,16 @@ CalibrationSolver mrcal_solver() {
       "LENSMODEL_OPENCV5 in the three stages of its tool, the true f given, poses by solvePnP; no "
       "uncertainties, so that it is held to the Cramér-Rao bound",
       false, "perspective"};
-  solver.prepare = [](const CalibrationQuestion& question) -> Prepared<LensAnswer> {
-    struct State {
-      CalibrationQuestion question;
-      std::array<double, 9> found{};
-    };
-    auto state = std::make_shared<State>(State{question});
-    return {[state] {
-              const double focal_px = parameters(state->question.good.lens)[0];
-              state->found = mrcal_intrinsics(mrcal_problem(state->question.dataset, focal_px),
-                                              MrcalStages::three);
-            },
-            [state] {
-              return lens_answer("opencv5", {state->found.begin(), state->found.end()},
-                                 state->question.dataset.image_size);
-            }};
+  solver.prepare = [](const CalibrationQuestion& question) {
+    return prepare_task<LensAnswer>(
+        question,
+        [](const CalibrationQuestion& q) {
+          const double focal_px = parameters(q.good.lens)[0];
+          return mrcal_intrinsics(mrcal_problem(q.dataset, focal_px), MrcalStages::three);
+        },
+        [size = question.dataset.image_size](const std::array<double, 9>& found) {
+          return lens_answer("opencv5", {found.begin(), found.end()}, size);
+        });
   };
   return solver;
 }
@@ -190,17 +177,17 @@ CalibrationSolver opencv_fisheye() {
       "CALIB_RECOMPUTE_EXTRINSIC | CALIB_FIX_SKEW; no standard deviations, so that it is held to "
       "the Cramér-Rao bound",
       false, "fisheye"};
-  solver.prepare = [](const CalibrationQuestion& question) -> Prepared<LensAnswer> {
-    auto state = std::make_shared<OpenCvViews>(question.dataset);
-    return {
-        [state] {
+  solver.prepare = [](const CalibrationQuestion& question) {
+    return prepare_state<LensAnswer>(
+        OpenCvViews(question.dataset),
+        [](OpenCvViews& v) {
           cv::fisheye::calibrate(
-              state->points, state->pixels, state->size, state->k, state->distortion, state->turns,
-              state->moves, cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
+              v.points, v.pixels, v.size, v.k, v.distortion, v.turns, v.moves,
+              cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
         },
-        [state] {
-          return lens_answer("fisheye4", state->values(), {state->size.width, state->size.height});
-        }};
+        [](const OpenCvViews& v) {
+          return lens_answer("fisheye4", v.values(), {v.size.width, v.size.height});
+        });
   };
   return solver;
 }

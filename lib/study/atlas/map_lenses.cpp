@@ -1,4 +1,4 @@
-// Maps of lenses: extrapolated, folded, taken for another, and boards that are not flat.
+// Maps of lenses (extrapolation, fold, wrong model) and of boards that are not flat.
 
 #include <cmath>
 
@@ -11,7 +11,8 @@ using Eigen::Vector2d;
 
 const double kHalfDiagonalPx = std::hypot(640, 400);
 
-// Bent by as much in its middle, seen where the flat one's corners were.
+// The views of a board that is bent by `bow_m` in its middle; the visible corners are those of the
+// flat board.
 CalibrationQuestion bent(CalibrationTask task, double bow_m, Random& random) {
   CalibrationQuestion question = ask_all(task);
   question.knowable = bow_m == 0;
@@ -52,7 +53,7 @@ StabilityMap extrapolation_map() {
        opencv_calibration_of("radial2")},
       [](std::span<const double> at, Random& random) {
         const double k1 = at[0];
-        // With so much of k2 there is no fold.
+        // This k2 removes the fold.
         CalibrationTask task =
             empty_task(Perspective({900, 900, 651, 392, k1, 0.9 * k1 * k1}), "radial2", 0.3);
         const Vector2d centre(639.5, 399.5);

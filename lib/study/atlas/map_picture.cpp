@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 
 constexpr int kCellsAcross = 8;  // of tag36h11, its border included
 
-// What an answer that claims nothing is taken to claim of a corner.
+// The assumed covariance of a corner without one.
 Matrix2 unclaimed(const CornerTask& task, std::size_t corner, bool ours) {
   if (ours) return kUnclaimedSigmaPx * kUnclaimedSigmaPx * Matrix2::Identity();
   const auto i = static_cast<Eigen::Index>(2 * corner);
@@ -23,7 +23,7 @@ Matrix2 unclaimed(const CornerTask& task, std::size_t corner, bool ours) {
   return bound.allFinite() ? Matrix2(bound + least) : least;
 }
 
-// Gives the map its methods, and its problems.
+// Sets the methods and the problems of the map.
 void ask_corners(StabilityMap& map,
                  const std::function<TagViewSpec(std::span<const double> at)>& spec_at) {
   const auto methods = std::make_shared<std::vector<CornerMethod>>(
@@ -36,11 +36,11 @@ void ask_corners(StabilityMap& map,
   map.draw = [methods, spec_at](std::span<const double> at, Random& random) -> StabilityProblem {
     const auto task = std::make_shared<const CornerTask>(draw_corner_task(spec_at(at), random));
     return [task, methods](std::size_t m) -> Prepared<StabilityVerdict> {
-      auto prepared = (*methods)[m].prepare(*task);
-      const bool ours = (*methods)[m].name.starts_with("tagcal");
-      return {std::move(prepared.solve), [task, ours, answer = std::move(prepared.answer)] {
-                return judge_corners(answer(), *task, ours);
-              }};
+      const CornerMethod& method = (*methods)[m];
+      return judged(method.prepare(*task),
+                    [task, ours = method.ours()](const std::optional<CornerAnswer>& answer) {
+                      return judge_corners(answer, *task, ours);
+                    });
     };
   };
 }

@@ -7,17 +7,17 @@
 
 namespace tagcal::study {
 
-// A corner that is claimed by no covariance is taken for one of this standard deviation: of ours,
-// what the estimators take it for; of the peers, no less than that beyond the bound.
+// Assumed standard deviation of a corner without a covariance: for ours, that of the estimators;
+// for the peers, this one added to the bound.
 inline constexpr double kUnclaimedSigmaPx = 0.5, kLeastPeerCornerSigmaPx = 0.1;
 
-// A tag must be read where it is at least so wide, and its narrowest cells are at least so many
-// standard deviations of the blur (that of a pixel's square included).
+// A tag must be read if it is at least this wide, and if its narrowest cells are at least this many
+// standard deviations of the blur (including that of a pixel's square).
 inline constexpr double kReadableSidePx = 12, kReadableCellOverBlur = 2;
 
 bool is_readable(const TagViewSpec& spec);
 
-// Wrong is an answer of which a corner is outside of its 5-sigma ellipse.
+// An answer is wrong if a corner is outside of its 5-sigma ellipse.
 StabilityVerdict judge_corners(const std::optional<CornerAnswer>& answer, const CornerTask& task,
                                bool ours);
 

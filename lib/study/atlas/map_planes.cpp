@@ -1,5 +1,4 @@
-// Maps of poses of planes: the two-fold ambiguity, and rotations that are exactly none or half a
-// turn.
+// Maps of poses of planes: the two-fold ambiguity, and rotations by exactly 0 or 180 degrees.
 
 #include <cmath>
 
@@ -17,8 +16,8 @@ constexpr double kTagSide = 0.088, kTagSigmaPx = 0.5;
 
 double normal_tail(double x) { return 0.5 * std::erfc(x / std::sqrt(2.0)); }
 
-// The closed form of docs/how_sure.md and its reference: the residuals that the flipped pose leaves
-// over the eight coordinates are ||d|| = c(tilt) f L^2 / Z^2, and it wins where noise along d
+// The closed form of docs/how_sure.md and its reference: the residuals of the flipped pose over the
+// eight coordinates are ||d|| = c(tilt) f L^2 / Z^2, and the flipped pose wins if the noise along d
 // exceeds half of that.
 std::optional<double> expected_flips(double tilt_deg, double distance_m) {
   if (tilt_deg < 20) return std::nullopt;  // the second minimum merges with the first

@@ -1,4 +1,4 @@
-// Maps of poses: how many points, and how they lie.
+// Maps of poses: number and arrangement of the points.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kSize = 0.6;  // of the targets, metres
 
-// In a box of `size` metres about the origin.
+// Random points in a box of `size` metres about the origin.
 std::vector<Vector3d> box_points(std::size_t n, const Vector3d& size, Random& random) {
   std::vector<Vector3d> points = space_points(n, 1, random);
   for (Vector3d& p : points) p = p.cwiseProduct(size);
@@ -173,7 +173,7 @@ StabilityMap behind_camera_map() {
              std::vector<Vector3d> points = space_points(n, kSize, random);
              const auto behind =
                  some_of(n, static_cast<std::size_t>(std::lround(at[0] * at[1])), random);
-             // Where the mirrored image of a point about the target's centre comes from.
+             // Reflects a point through the camera's centre: it has the same image at x / z.
              const Vector3d camera = task.camera_from_target.inverse().translation();
              for (const std::size_t i : behind) points[i] = 2 * camera - points[i];
              see(points, task, random);

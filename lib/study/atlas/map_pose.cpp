@@ -28,12 +28,12 @@ MapMethod of_unknown_noise(MapMethod method) {
 }
 
 // A method that throws has no answer.
-Prepared<StabilityVerdict> judged(const std::shared_ptr<const PoseJudge>& judge,
-                                  const PoseMethod& method) {
-  auto prepared = guarded(method.prepare(judge->task()));
-  return {std::move(prepared.solve), [judge, answer = std::move(prepared.answer)] {
-            return judge->judge(answer().value_or(PoseAnswer{}));
-          }};
+Prepared<StabilityVerdict> judged_by(const std::shared_ptr<const PoseJudge>& judge,
+                                     const PoseMethod& method) {
+  return judged(guarded(method.prepare(judge->task())),
+                [judge](const std::optional<PoseAnswer>& answer) {
+                  return judge->judge(answer.value_or(PoseAnswer{}));
+                });
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ void ask_pose(
   }
   map.draw = [solvers, question](std::span<const double> at, Random& random) -> StabilityProblem {
     const auto judge = std::make_shared<const PoseJudge>(question(at, random));
-    return [judge, solvers](std::size_t method) { return judged(judge, (*solvers)[method]); };
+    return [judge, solvers](std::size_t method) { return judged_by(judge, (*solvers)[method]); };
   };
 }
 

@@ -12,7 +12,7 @@ struct MapMethod {
   bool drawn = false;
 };
 
-// Ours, and ours that is not told the noise.
+// Our methods, with and without stated noise.
 MapMethod our_pose();
 MapMethod our_pose_of_unknown_noise();
 MapMethod our_pose_and_focal();
@@ -20,26 +20,26 @@ MapMethod our_pose_and_focal_of_unknown_noise();
 MapMethod peer(const PoseMethod& method);   // in the picture
 MapMethod aside(const PoseMethod& method);  // in the table only
 
-// Gives the map its methods, and its problems.
+// Sets the methods and the problems of the map.
 void ask_pose(
     StabilityMap& map, const std::vector<MapMethod>& methods,
     const std::function<PoseQuestion(std::span<const double> at, Random& random)>& question);
 
-// All correspondences of a task, as those that are right.
+// The indices of all correspondences of a task.
 std::vector<std::size_t> all_of(const PoseTask& task);
 
-// A question whose points are all right.
+// A question with only correct points.
 PoseQuestion all_right(PoseTask task);
 
-// What the camera of a task sees of points, with its noise. Precondition: they are not in its
-// plane; those behind are seen mirrored, as x / z has them.
+// Adds the noisy images of points to a task. Points behind the camera are seen mirrored, at x / z.
+// Precondition: no point is in the plane z = 0 of the camera.
 void see(const std::vector<Eigen::Vector3d>& points, PoseTask& task, Random& random);
 
-// Whether `right` of n corners agree on a pose better than wrong ones would by chance (a contrario:
-// the expected number of such agreements below 1e-4), wrong ones being anywhere in the image.
+// Returns true if `right` of n corners agree on a pose better than corners at random pixels do by
+// chance (a contrario: the expected number of such agreements is below 1e-4).
 bool beyond_chance(std::size_t n, std::size_t right, double sigma_px);
 
-// Some of 0 .. n - 1, each set of so many as likely, ascending.
+// A random subset of 0 .. n - 1 with `how_many` elements, ascending.
 std::vector<std::size_t> some_of(std::size_t n, std::size_t how_many, Random& random);
 
 StabilityMap tag_tilt_distance_map();

@@ -1,4 +1,4 @@
-// The map of poses in any unit of length, anywhere.
+// The map of poses over the unit of length and the distance from the origin.
 
 #include "study/atlas/map_pose.hpp"
 #include "study/peers/opencv_pose.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The same view in another unit, of a target that lies elsewhere in its frame.
+// The same view in another unit of length, with another origin of the target's frame.
 PoseTask moved(PoseTask task, double scale, const Vector3d& offset) {
   for (Correspondence& c : task.correspondences) c.point = scale * (c.point + offset);
   const Pose& pose = task.camera_from_target;

@@ -1,4 +1,4 @@
-// Maps of what views hold of the intrinsics, whatever the lens.
+// Maps of the information of the views about the intrinsics, for any lens.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ std::vector<CalibrationSolver> all_solvers() {
                      opencv_calibration_of("pinhole")});
 }
 
-// A pose whose board has a given normal, up to a small spread, moved and rolled about it.
+// A pose whose board normal is fixed up to a small spread, with random position and roll.
 Pose draw_parallel(double spread_deg, Random& random) {
   constexpr double kTilt = 30 * kRadian;
   const Eigen::Quaterniond facing(0, 1, 0, 0);

@@ -1,4 +1,4 @@
-// Maps of poses of data that are wrong in part.
+// Maps of poses from partly wrong data.
 
 #include <algorithm>
 #include <array>
@@ -44,7 +44,7 @@ PoseQuestion wrong_corners(double share, Random& random) {
   return question;
 }
 
-// Tags that keep their shape and are somewhere else, as those of a wrong id are.
+// Tags that are displaced as a whole, like tags with a wrong id.
 PoseQuestion wrong_tags(double share, Random& random) {
   PoseQuestion question{board_task(6, random)};
   auto& corners = question.task.correspondences;
@@ -65,7 +65,7 @@ PoseQuestion wrong_tags(double share, Random& random) {
 
 enum Mixup { corners_swapped, turned, mirrored, two_ids, third_of_ids, all_turned, all_mirrored };
 
-// Which corner of the truth stands at each place of a tag.
+// The index of the true corner at each corner of a tag.
 std::array<std::size_t, 4> order_of(Mixup mixup) {
   if (mixup == corners_swapped) return {1, 0, 2, 3};
   if (mixup == turned || mixup == all_turned) return {1, 2, 3, 0};

@@ -1,4 +1,4 @@
-// The map of calibrations from views that are wrong in part.
+// The map of calibrations from partly wrong views.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,8 @@ Board points_of(const Board& tags) {
   return board;
 }
 
-// The names of a view's corners after a mix-up of some tags; those that keep theirs are right.
+// The numbers of a view's corners after a mix-up of some tags; corners that keep theirs are
+// correct.
 std::vector<int> mixed_names(Kind kind, const std::vector<std::size_t>& tags) {
   std::vector<int> names(4 * kTags);
   for (int i = 0; i < 4 * kTags; ++i) names[static_cast<std::size_t>(i)] = i;
@@ -40,7 +41,7 @@ std::vector<int> mixed_names(Kind kind, const std::vector<std::size_t>& tags) {
   return names;
 }
 
-// Spoils one view of both data sets: `asked` has all corners, `good` those that stay right.
+// Spoils one view of both data sets: `asked` has all corners, `good` those that stay correct.
 void spoil(View& asked, View& good, Kind kind, double share, Random& random) {
   const auto tags = static_cast<std::size_t>(std::lround(share * kTags));
   const std::vector<int> names = mixed_names(kind, some_of(kTags, tags, random));

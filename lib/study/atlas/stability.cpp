@@ -70,7 +70,7 @@ StabilityTally tally_of(std::span<const Trial> trials) {
   return tally;
 }
 
-// All methods of a cell, by method.
+// Runs all methods in a cell; one tally per method.
 std::vector<StabilityTally> run_cell(const StabilityMap& map, std::size_t cell,
                                      const StabilityOptions& options) {
   const Numbers n = numbers_of(map, options);

@@ -15,42 +15,42 @@
 #include "study/method.hpp"
 #include "tagcal/random.hpp"
 
-// Maps of failure: one or two quantities are swept to where methods break, and what each method
-// says is held against the truth.
+// Maps of failure: one or two quantities are varied until the methods fail, and the answer of each
+// method is compared with the truth.
 
 namespace tagcal::study {
 
-// What came of a method at one problem.
+// The outcome of a method for one problem.
 //
-// Wrong, of a method that claims a covariance: the truth is outside of the ellipsoid that a normal
-// variable of as many dimensions leaves as rarely as one of one dimension leaves 5 sigma
-// (probability 5.7e-7). Of a method that claims none: its error is outside of that ellipsoid of the
-// Cramer-Rao bound at the truth, or gross.
+// The answer of a method that claims a covariance is wrong if the truth is outside of its ellipsoid
+// of probability 1 - 5.7e-7, the probability of 5 sigma in one dimension. The answer of a method
+// without a covariance is wrong if its error is outside of that ellipsoid of the Cramer-Rao bound
+// at the truth, or gross.
 enum class StabilityOutcome {
-  right_and_said,     // an answer, and the truth is where it says
-  wrong_and_said,     // refused where nothing could be known; or another than its first is true
-  wrong_and_silent,   // an answer, and none of what it says is true
-  right_but_refused,  // refused what could be known
+  right_and_said,     // a correct answer
+  wrong_and_said,     // a refusal of a problem that cannot be solved; or an alternative is correct
+  wrong_and_silent,   // an answer, and none of its alternatives is correct
+  right_but_refused,  // a refusal of a problem that can be solved
 };
 inline constexpr std::size_t kNumOutcomes = 4;
 std::string_view outcome_name(StabilityOutcome outcome);  // as in the enum
 
 struct StabilityVerdict {
   StabilityOutcome outcome = StabilityOutcome::wrong_and_said;
-  // sqrt(e' F e / p), of corners their RMS over that of the bound; NaN: no answer
+  // sqrt(e' F e / p); for corners, their RMS error over that of the bound; NaN: no answer
   double over_bound = std::numeric_limits<double>::quiet_NaN();
-  bool flipped = false;  // nearer to the mirror image of the truth than to it: planes
+  bool flipped = false;  // planes: nearer to the flipped truth than to the truth
   std::string said;      // its status, or "answer", "no answer"
 };
 
-// A quantity that is swept. Kinds are numbered from 0 and have names.
+// A quantity that varies. The values of a nominal one are 0, 1, .. and have names.
 struct StabilityAxis {
   std::string quantity;            // "tilt"
   std::string unit;                // "deg"; empty: none
   std::vector<double> values;      // in that unit
-  std::vector<std::string> names;  // of kinds, one a value; else empty
+  std::vector<std::string> names;  // of nominal values; else empty
 
-  std::string label(std::size_t i) const;  // "10", or the kind's name
+  std::string label(std::size_t i) const;  // "10", or the name
 };
 
 struct StabilityMethod {
@@ -60,7 +60,7 @@ struct StabilityMethod {
   bool drawn = true;     // has a panel in the picture
 };
 
-// A drawn problem: makes it ready for a method of the map, by number.
+// Prepares a drawn problem for a method of the map, by number.
 using StabilityProblem = std::function<Prepared<StabilityVerdict>(std::size_t method)>;
 
 struct StabilityMap {
@@ -73,14 +73,14 @@ struct StabilityMap {
   int quick_trials = 20;       // of all methods
   bool mark_over_map = false;  // the marks are for the whole map, not for each cell
 
-  // Three sentences for the page: what happens, why (with the reference), what ours does about it.
+  // Three sentences for the page: the failure, its reason (with a reference), and our remedy.
   std::string what, why, answer;
   std::vector<std::string> exempt;  // what data of this kind cannot show, and the reason
 
-  // A new problem of the cell with these values, one an axis. Called from several threads.
+  // Draws a problem of the cell with these values, one per axis. Called from several threads.
   std::function<StabilityProblem(std::span<const double> at, Random&)> draw;
 
-  // The share of flips that theory expects of the likeliest answer; no value: it says nothing.
+  // The expected share of flips of the likeliest answer; no value if theory does not give one.
   std::function<std::optional<double>(std::span<const double> at)> expected_flips = {};
 
   std::size_t num_cells() const;
@@ -89,17 +89,17 @@ struct StabilityMap {
   std::string cell_label(std::size_t cell) const;  // "tilt 10 deg, distance 2 m"
 };
 
-// Of poses, of calibrations, of tags in pictures, in the order of the page.
+// The maps of poses, of calibrations and of tags in pictures, in the order of the page.
 std::vector<StabilityMap> stability_maps();
 
-// The map with our methods alone: the same problems, and numbers of trials, without the peers.
+// The map without the peers, with the same problems and numbers of trials.
 StabilityMap ours_alone(StabilityMap map);
 
 struct StabilityOptions {
   std::uint64_t seed = 1;
-  int threads = 1;     // 0: one a core. Nothing but times depends on it
+  int threads = 1;     // 0: one per core. Only times depend on it
   bool quick = false;  // few trials: all maps in about a minute
-  int trials = 0;      // of a cell; peers stop at their own number. 0: what the map takes
+  int trials = 0;      // per cell; peers stop at their own number. 0: the number of the map
   std::vector<std::size_t> cells = {};  // only these, ascending; empty: all
 };
 
@@ -113,7 +113,7 @@ struct StabilityTally {
   double median_over_bound = 0;  // of all answers; NaN: none
   double time_us = 0;            // median, of the thread's processor
   std::map<std::string, int> said;
-  int first_silent = -1, first_refused = -1;  // numbers of trials to look at; -1: none
+  int first_silent = -1, first_refused = -1;  // trial numbers; -1: none
 
   int of(StabilityOutcome outcome) const { return count[static_cast<std::size_t>(outcome)]; }
   double share(StabilityOutcome outcome) const {
@@ -128,23 +128,25 @@ struct StabilityResult {
 };
 
 // Trial `t` of cell `c` is drawn from Random(seed, c << 32 | t), so that equal seeds give equal
-// results whatever the threads and the number of trials. `progress(done, total)` counts cells.
+// results for any number of threads and trials. `progress(done, total)` counts cells.
 // Throws Error for options that are out of range.
 StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options,
                         const std::function<void(int, int)>& progress = {});
 
-// The marks: of ours, in each cell (of calibrations: over each map), wrong and silent in fewer than
-// 1 of 1,000 trials, and refused in fewer than 2 of 100 what could be known.
+// The marks of our methods, in each cell (for calibrations: over each map): wrong and silent in
+// fewer than 1 of 1,000 trials, and right but refused in fewer than 2 of 100.
 inline constexpr double kMostSilent = 1e-3, kMostRefused = 0.02;
 bool misses_mark(const StabilityTally& tally);
 
-// All cells of a method as one; `cell` is that of the first silent trial, or of the first refused.
+// The sum over all cells of a method; `cell` is that of the first silent trial, or of the first
+// refused one.
 StabilityTally over_all_cells(const StabilityResult& result, std::size_t method);
 
-// What misses: cells of ours; of a map whose marks are for the whole, ours that miss over it.
+// The cells in which our methods miss the marks; for a map with mark_over_map, the methods that
+// miss them over the whole map.
 std::vector<StabilityTally> missing_marks(const StabilityMap& map, const StabilityResult& result);
 
-// A map and what came of it.
+// A map and its result.
 struct AtlasSheet {
   StabilityMap map;
   StabilityResult result;

@@ -13,7 +13,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Of a symmetric matrix, whatever the units of its rows; infinite where it is not positive.
+// Inverse of a symmetric matrix, independent of the units of its rows; infinite if the matrix is
+// not positive definite.
 MatrixXd scaled_inverse(const MatrixXd& matrix) {
   const MatrixXd none =
       MatrixXd::Constant(matrix.rows(), matrix.cols(), std::numeric_limits<double>::infinity());
@@ -39,8 +40,8 @@ double largest_sigma(const MatrixXd& covariance) {
   return std::sqrt(eigen.eigenvalues().maxCoeff());
 }
 
-// The covariance of a step (omega, tau, ..) for an origin of the target that lies at `from_old`
-// from the old one, in the camera's axes.
+// The covariance of a step (omega, tau, ..) after a move of the target's origin by `from_old`, in
+// the camera's axes.
 MatrixXd with_origin(MatrixXd covariance, const Vector3d& from_old) {
   MatrixXd change = MatrixXd::Identity(covariance.rows(), covariance.cols());
   change.block<3, 3>(3, 0) = -cross_matrix(from_old);

@@ -5,17 +5,17 @@
 #include "study/atlas/stability.hpp"
 #include "study/tasks/pose_error.hpp"
 
-// What a pose that is answered, or refused, is worth. Private to study.
+// Judges the answer, or the refusal, of a pose by the truth. Private to study.
 
 namespace tagcal::study {
 
-// The square that a chi-square variable of `dof` degrees of freedom exceeds as rarely as a normal
-// one is more than 5 sigma off: 25 of one, 39.5 of six, 41.7 of seven.
+// The chi-square quantile with `dof` degrees of freedom for the probability that a normal variable
+// is more than 5 sigma off: 25 for one, 39.5 for six, 41.7 for seven.
 double five_sigma_square(int dof);
 
-// Known well enough that it must not be refused: a standard deviation at the bound of less than
-// 0.05 rad in every direction of rotation, and of 5 % of the distance; of pose with focal length,
-// of 5 % of the focal length.
+// A pose must not be refused if its Cramer-Rao bound is below these standard deviations: 0.05 rad
+// in every direction of rotation and 5 % of the distance; for pose with focal length, 5 % of the
+// focal length.
 inline constexpr double kKnownShare = 0.05;
 inline constexpr double kGrossRotationRad = 0.5235987755982988;  // 30 degrees
 inline constexpr double kGrossFocalRatio = 1.5;
@@ -23,11 +23,11 @@ inline constexpr double kLeastPeerSigmaPx = 0.01;  // peers are not held to less
 
 struct PoseQuestion {
   PoseTask task;
-  std::vector<std::size_t> right;  // correspondences that are as the pose has them: the truth's
-  bool focal = false;              // pose and focal length are asked for
+  std::vector<std::size_t> right;  // the correct correspondences
+  bool focal = false;              // pose and focal length are estimated
   bool plane = false;              // may be flipped
-  bool knowable = true;            // unless the bound says that it is not
-  bool by_bound = false;           // ours is held to the bound as well, not to its covariance
+  bool knowable = true;            // the bound must allow it as well
+  bool by_bound = false;           // ours, too, is judged by the bound, not by its covariance
 };
 
 class PoseJudge {
@@ -51,7 +51,7 @@ class PoseJudge {
   int dof() const { return question_.focal ? 7 : 6; }
 
   PoseQuestion question_;
-  PoseTask truth_;  // the right points alone, about their centre
+  PoseTask truth_;  // only the correct points, relative to their centre
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
   Eigen::MatrixXd information_;  // at the truth; empty: there is none
 };

@@ -41,14 +41,8 @@ std::vector<Attempt> draw(const Cell& cell, const std::vector<CalibrationMethod>
   auto truth = std::make_shared<Truth>();
   truth->parameters = Model::named(cell.model).free_values(cell.lens);
   truth->information = calibration_information(task);
-  std::vector<Attempt> attempts;
-  for (const CalibrationMethod& method : methods) {
-    Prepared<CalibrationAnswer> prepared = method.prepare(task);
-    attempts.push_back({std::move(prepared.solve), [truth, answer = std::move(prepared.answer)] {
-                          return truth->judge(answer());
-                        }});
-  }
-  return attempts;
+  return attempts_of(methods, task,
+                     [truth](const CalibrationAnswer& answer) { return truth->judge(answer); });
 }
 
 void add_panel(const Cell& cell, ChartStudy& study) {
@@ -59,8 +53,7 @@ void add_panel(const Cell& cell, ChartStudy& study) {
   if (!fisheye && !has_mrcal())
     panel.panel.cannot.emplace_back("mrcal: not there when this was built");
   const auto methods = calibration_methods(cell.model);
-  for (const CalibrationMethod& m : methods)
-    panel.methods.push_back(study.number_of({m.name, m.settings, m.name.starts_with("tagcal")}));
+  panel.methods = study.numbers_of(methods);
   panel.draw = [cell, methods](Random& random) { return draw(cell, methods, random); };
   study.panels.push_back(std::move(panel));
 }

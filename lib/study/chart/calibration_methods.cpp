@@ -1,4 +1,3 @@
-#include <memory>
 #include <opencv2/calib3d.hpp>
 
 #include "study/peers/ceres_peer.hpp"
@@ -10,40 +9,32 @@ namespace tagcal::study {
 namespace {
 
 Prepared<CalibrationAnswer> prepare_ours(const CalibrationTask& task) {
-  struct State {
-    CalibrationTask task;
-    Calibration found;
-  };
-  auto state = std::make_shared<State>(State{task, {}});
-  return {[state] {
-            CalibrateOptions options;
-            options.model = state->task.model;
-            options.sigma_px = state->task.sigma_px;
-            state->found = calibrate(state->task.dataset, options);
-          },
-          [state]() -> CalibrationAnswer {
-            if (!is_answer(state->found.status)) return {};
-            return Model::named(state->task.model).free_values(state->found.camera->lens);
-          }};
+  return prepare_task<CalibrationAnswer>(
+      task,
+      [](const CalibrationTask& t) {
+        CalibrateOptions options;
+        options.model = t.model;
+        options.sigma_px = t.sigma_px;
+        return calibrate(t.dataset, options);
+      },
+      [model = task.model](const Calibration& found) -> CalibrationAnswer {
+        if (!is_answer(found.status)) return {};
+        return Model::named(model).free_values(found.camera->lens);
+      });
 }
 
+// An exception of `solve` is a failure of the method.
 template <typename Solve>
 CalibrationMethod opencv_method(const std::string& name, const std::string& settings, Solve solve) {
   return {name,
-          [solve](const CalibrationTask& task) -> Prepared<CalibrationAnswer> {
-            struct State {
-              OpenCvViews views;
-              CalibrationAnswer found;
-            };
-            auto state = std::make_shared<State>(State{OpenCvViews(task.dataset), {}});
-            return {[state, solve] {
-                      state->found.clear();
-                      state->views.k = cv::Mat();
-                      state->views.distortion = cv::Mat();
-                      solve(state->views);  // what it throws is a failure
-                      state->found = state->views.values();
-                    },
-                    [state] { return state->found; }};
+          [solve](const CalibrationTask& task) {
+            return prepare_task<CalibrationAnswer>(OpenCvViews(task.dataset),
+                                                   [solve](OpenCvViews& views) {
+                                                     views.k = cv::Mat();
+                                                     views.distortion = cv::Mat();
+                                                     solve(views);
+                                                     return views.values();
+                                                   });
           },
           settings};
 }
@@ -70,30 +61,28 @@ CalibrationMethod fisheye_calibrate() {
       });
 }
 
-struct MrcalState {
-  CalibrationTask task;
-  MrcalStages stages;
-  MrcalProblem problem{};
-  std::array<double, 9> found{};
-
-  void pose_views() { problem = mrcal_problem(task.dataset, parameters(task.lens)[0]); }
-  void solve() {
-    if (stages == MrcalStages::three) pose_views();
-    found = mrcal_intrinsics(problem, stages);
-  }
-};
-
 }  // namespace
 
 CalibrationMethod mrcal_calibration(MrcalStages stages) {
-  return {stages == MrcalStages::three ? "mrcal" : "mrcal, its optimiser",
-          [stages](const CalibrationTask& task) -> Prepared<CalibrationAnswer> {
-            auto state = std::make_shared<MrcalState>(MrcalState{task, stages});
-            if (stages == MrcalStages::one) state->pose_views();
-            return {
-                [state] { state->solve(); },
-                [state] { return CalibrationAnswer(state->found.begin(), state->found.end()); }};
-          },
+  const auto prepare = [stages](const CalibrationTask& task) {
+    const auto posed = [](const CalibrationTask& t) {
+      return mrcal_problem(t.dataset, parameters(t.lens)[0]);
+    };
+    const auto answer = [](const std::array<double, 9>& found) {
+      return CalibrationAnswer(found.begin(), found.end());
+    };
+    if (stages == MrcalStages::one)
+      return prepare_task<CalibrationAnswer>(
+          posed(task), [](const MrcalProblem& p) { return mrcal_intrinsics(p, MrcalStages::one); },
+          answer);
+    return prepare_task<CalibrationAnswer>(
+        task,
+        [posed](const CalibrationTask& t) {
+          return mrcal_intrinsics(posed(t), MrcalStages::three);
+        },
+        answer);
+  };
+  return {stages == MrcalStages::three ? "mrcal" : "mrcal, its optimiser", prepare,
           "LENSMODEL_OPENCV5 in the three stages of its tool, the true f given, poses by solvePnP; "
           "no outliers looked for, no regularisation, no uncertainties"};
 }

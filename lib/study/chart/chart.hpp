@@ -8,7 +8,8 @@
 #include <string_view>
 #include <vector>
 
-// Speed against accuracy: every method of a job, ours and the peers', on the same seeded problems.
+// Speed against accuracy: all methods of a job, ours and the peers', solve the same random
+// problems.
 
 namespace tagcal::study {
 
@@ -38,7 +39,7 @@ struct ChartMethod {
 // One class of problems. Panels of one page stand in rows and columns by these titles.
 struct ChartPanel {
   std::string page, row, column;
-  std::vector<std::string> cannot;  // what is not drawn, and why: "OpenCV P3P: takes four points"
+  std::vector<std::string> cannot;  // methods that are not drawn: "OpenCV P3P: takes four points"
 
   std::string name() const;  // the titles that are not empty, by ", "
   bool operator==(const ChartPanel&) const = default;
@@ -47,23 +48,23 @@ struct ChartPanel {
 // One method at one problem.
 struct ChartTrial {
   int panel = 0, method = 0, trial = 0;
-  double time_us = 0;  // of the thread's processor, preparation left out
+  double time_us = 0;  // of the thread's processor, without preparation
   bool failed = false;
   double error = 0;  // in ChartResult::error_unit; 0 where it failed
-  // sqrt(e' F e / p) of its p errors e, F the information at the truth; where the errors all are
-  // pixels (project, corners), their RMS over that of the bound
+  // sqrt(e' F e / p) of its p errors e, F the information at the truth; for errors in pixels
+  // (project, corners), their RMS over that of the bound
   double over_bound = 0;
 };
 
 struct ChartResult {
   std::string job;
   std::string error_unit;  // what `error` is: "rotation, degrees"
-  std::string bound_name;  // what over_bound is a multiple of
-  std::string failure;     // when a trial fails: "no answer, or .."
+  std::string bound_name;  // the unit of over_bound
+  std::string failure;     // condition of a failed trial: "no answer, or .."
   std::uint64_t seed = 0;
   bool quick = false;
   int num_trials = 0;               // of each panel
-  std::vector<std::string> origin;  // what made it, as "machine: ..": for the caller to fill
+  std::vector<std::string> origin;  // "machine: ..", ..; the caller fills it in
   std::vector<ChartMethod> methods;
   std::vector<ChartPanel> panels;
   std::vector<ChartTrial> trials;  // by panel, trial and method
@@ -91,8 +92,8 @@ struct ChartPoint {
   double failed_share() const { return trials > 0 ? static_cast<double>(failures) / trials : 0; }
 };
 
-// By panel and method, in their order. Times are those of all trials, errors those of the others
-// than failures.
+// The points by panel and method, in their order. Times include all trials, errors only those that
+// did not fail.
 std::vector<ChartPoint> chart_points(const ChartResult& result);
 
 }  // namespace tagcal::study

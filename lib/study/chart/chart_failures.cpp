@@ -8,7 +8,8 @@ namespace tagcal::study {
 namespace {
 
 std::string percent(double share) {
-  return fmt::format("{:.{}f}\u00a0%", 100 * share, share < 0.1 ? 1 : 0);  // not to be broken
+  return fmt::format("{:.{}f}\u00a0%", 100 * share,
+                     share < 0.1 ? 1 : 0);  // the space does not break
 }
 
 std::string short_name(const ChartResult& result, const ChartPoint& p) {

@@ -7,8 +7,8 @@
 
 namespace tagcal::study {
 
-// "fails: A 12 %, B 3 %, the others 1 %" of those that fail in half a percent or more; empty where
-// none does.
+// "fails: A 12 %; B 3 %; the others 1 %": the methods that fail in at least 0.5 % of the trials;
+// empty if there are none.
 std::string failures_text(const ChartResult& result, std::vector<ChartPoint> points);
 
 }  // namespace tagcal::study

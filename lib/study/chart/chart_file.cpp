@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::string_view kFirstLine = "# tagcal chart: trials, version 1";
 constexpr std::string_view kHeader = "panel,method,trial,time_us,error,error_over_bound";
-// A name of a method as a CSV field: with quotes where it has a comma.
+// The name of a method as a CSV field, in quotes if it has a comma.
 std::string field(const std::string& text) {
   return text.find(',') == std::string::npos ? text : fmt::format("\"{}\"", text);
 }

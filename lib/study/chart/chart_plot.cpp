@@ -4,31 +4,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "study/chart/chart_failures.hpp"
 #include "study/chart/pareto.hpp"
-#include "study/plot/plot_text.hpp"
+#include "study/plot/plot_script.hpp"
 
 namespace tagcal::study {
 namespace {
 
-// Colours for everyone (Okabe & Ito 2008), told apart by shape as well: gnuplot's point types.
+// A method's colour and shape: gnuplot's point type.
 struct Marker {
   int type;
   const char* colour;
 };
-constexpr Marker kOurs[] = {{7, "#0072B2"}, {5, "#56B4E9"}, {9, "#56B4E9"}, {11, "#56B4E9"}};
-constexpr Marker kPeers[] = {{4, "#D55E00"},  {6, "#009E73"},  {8, "#CC79A7"}, {10, "#E69F00"},
-                             {12, "#D55E00"}, {14, "#000000"}, {1, "#009E73"}, {2, "#CC79A7"},
-                             {3, "#000000"},  {6, "#E69F00"},  {4, "#009E73"}, {8, "#000000"},
-                             {13, "#CC79A7"}, {15, "#E69F00"}};
+constexpr Marker kOurs[] = {{7, kBlue}, {5, kSkyBlue}, {9, kSkyBlue}, {11, kSkyBlue}};
+constexpr Marker kPeers[] = {{4, kVermilion},  {6, kGreen},  {8, kPurple}, {10, kOrange},
+                             {12, kVermilion}, {14, kBlack}, {1, kGreen},  {2, kPurple},
+                             {3, kBlack},      {6, kOrange}, {4, kGreen},  {8, kBlack},
+                             {13, kPurple},    {15, kOrange}};
 
 // Pixels of the picture.
 constexpr double kWidth = 900, kLeft = 58, kRight = 12, kGapX = 34, kPanel = 168, kGapY = 74;
 constexpr double kHead = 92, kLegendLine = 19, kFoot = 15;
 constexpr int kLegendColumns = 3;
-constexpr double kMostOverBound = 20;  // more is drawn at the upper border
+constexpr double kMostOverBound = 20;  // larger errors are drawn at the upper border
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = 0;
@@ -36,6 +37,11 @@ struct Range {
     if (v > 0 && std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
   }
 };
+
+template <typename T>
+void add_once(const T& value, std::vector<T>& values) {
+  if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
+}
 
 class Page {
  public:
@@ -59,29 +65,31 @@ class Page {
     error_.low = std::clamp(error_.low, 0.3, 0.9);
     error_.high = std::clamp(1.25 * error_.high, 3.0, kMostOverBound * 1.25);
     time_ = {time_.low / 1.3, time_.high * 1.3};
-    height_ = legend_top() + kLegendLine * legend_lines() +
-              kFoot * static_cast<double>(foot().size()) + 8;
+    foot_ = footnote(result.origin);
+    height_ =
+        legend_top() + kLegendLine * legend_lines() + kFoot * static_cast<double>(foot_.size()) + 8;
   }
 
-  std::string svg() const {
-    return fmt::format(
-               "set terminal svg size {},{} noenhanced font 'DejaVu Sans,11' background "
-               "'#ffffff'\n",
-               kWidth, height_) +
-           body();
-  }
-  std::string png() const {
-    return fmt::format(
-               "set terminal pngcairo size {},{} noenhanced font 'DejaVu Sans,8.5' fontscale 2 "
-               "linewidth 2 pointscale 2 background '#ffffff'\n",
-               2 * kWidth, 2 * height_) +
-           body();
+  PlotScript script() const {
+    PlotScript script(kWidth, height_);
+    script.add(
+        "set logscale xy\nset tics nomirror scale 0.5\nset mxtics 10\nset mytics 10\n"
+        "set xrange [{:.4g}:{:.4g}]\nset yrange [{:.4g}:{:.4g}]",
+        time_.low, time_.high, error_.low, error_.high);
+    script.add(
+        "set xtics ('0.1 µs' 0.1, '1 µs' 1, '10 µs' 10, '100 µs' 100, '1 ms' 1e3, '10 ms' 1e4, "
+        "'100 ms' 1e5, '1 s' 1e6, '10 s' 1e7) textcolor rgb '{0}'\n"
+        "set ytics ('0.5' 0.5, '1' 1, '2' 2, '5' 5, '10' 10, '20' 20) textcolor rgb '{0}'\n"
+        "set grid x y lc rgb '#e6e6e6' lw 0.6 lt 1",
+        kDarkGrey);
+    for (const int panel : panels_) add_panel(panel, script);
+    add_surroundings(script);
+    return script;
   }
 
  private:
-  template <typename T>
-  static void add_once(const T& value, std::vector<T>& values) {
-    if (std::find(values.begin(), values.end(), value) == values.end()) values.push_back(value);
+  static double index_in(const std::vector<std::string>& titles, const std::string& title) {
+    return static_cast<double>(std::find(titles.begin(), titles.end(), title) - titles.begin());
   }
 
   double panels_bottom() const {
@@ -91,182 +99,126 @@ class Page {
   int legend_lines() const {
     return (static_cast<int>(methods_.size()) + kLegendColumns - 1) / kLegendColumns;
   }
-  bool ours(int method) const { return result_.methods[static_cast<std::size_t>(method)].ours; }
+  const ChartMethod& method(int i) const { return result_.methods[static_cast<std::size_t>(i)]; }
 
-  // Of all methods of the result, so that all pages agree.
-  Marker marker(int method) const {
+  // Numbered over all methods of the result, so that all pages agree.
+  Marker marker(int number) const {
+    const bool ours = method(number).ours;
     std::size_t before = 0;
-    for (int i = 0; i < method; ++i) before += ours(i) == ours(method);
-    return ours(method) ? kOurs[before % std::size(kOurs)] : kPeers[before % std::size(kPeers)];
+    for (int i = 0; i < number; ++i) before += method(i).ours == ours;
+    return ours ? kOurs[before % std::size(kOurs)] : kPeers[before % std::size(kPeers)];
   }
 
-  double across(double px) const { return px / kWidth; }
-  double up(double px_from_above) const { return 1 - px_from_above / height_; }
-
-  std::string text(double x, double y, const std::string& words, const char* how) const {
-    return fmt::format("set label {} at screen {:.5f},{:.5f} {}\n", quoted(words), across(x), up(y),
-                       how);
+  std::string marker_style(int number) const {
+    return fmt::format("pt {} ps {} lw 1.4 lc rgb '{}'", marker(number).type,
+                       method(number).ours ? 1.3 : 0.9, marker(number).colour);
   }
 
-  std::vector<std::string> foot() const {
-    std::string all;
-    for (const std::string& line : result_.origin) {
-      if (!all.empty()) all += " · ";
-      all += line;
-    }
-    return wrapped(all, 150);
-  }
-
-  std::string body() const {
-    std::string script =
-        "set encoding utf8\nset multiplot\nset border lc rgb '#777777' lw 0.8\nunset key\n"
-        "set logscale xy\nset tics nomirror scale 0.5\nset mxtics 10\nset mytics 10\n" +
-        fmt::format("set xrange [{:.4g}:{:.4g}]\nset yrange [{:.4g}:{:.4g}]\n", time_.low,
-                    time_.high, error_.low, error_.high) +
-        "set xtics ('0.1 µs' 0.1, '1 µs' 1, '10 µs' 10, '100 µs' 100, '1 ms' 1e3, '10 ms' 1e4, "
-        "'100 ms' 1e5, '1 s' 1e6, '10 s' 1e7) textcolor rgb '#444444'\n"
-        "set ytics ('0.5' 0.5, '1' 1, '2' 2, '5' 5, '10' 10, '20' 20) textcolor rgb '#444444'\n"
-        "set grid x y lc rgb '#e6e6e6' lw 0.6 lt 1\n";
-    for (const int panel : panels_) script += panel_script(panel);
-    return script + around() + "unset multiplot\n";
-  }
-
-  // All that is written and drawn beside the panels, on an empty plot.
-  std::string around() const {
-    std::string script =
-        "unset label\nunset tics\nunset border\nunset grid\nunset logscale\nunset title\n"
-        "set lmargin at screen 0\nset rmargin at screen 1\nset tmargin at screen 1\n"
-        "set bmargin at screen 0\nset xrange [0:1]\nset yrange [0:1]\n";
-    script += text(kLeft, 18, headline(), "left font ',13'");
-    script += text(
+  void add_surroundings(PlotScript& script) const {
+    script.begin_surroundings();
+    script.label(
+        kLeft, 18,
+        fmt::format("tagcal chart {}{}{}", result_.job, title_.empty() ? "" : ": ", title_),
+        left_aligned(13));
+    script.label(
         kLeft, 37,
         fmt::format("Lower left is better. Whiskers: 5-95 % of the trials. Dotted: Pareto front. "
                     "Line at 1: {}.",
                     result_.bound_name),
-        "left textcolor rgb '#444444' font ',9'");
-    script +=
-        text(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
-    script += fmt::format("set label {} at screen {:.5f},{:.5f} center rotate by 90\n",
-                          quoted("error, multiple of the bound (RMS)"), across(12),
-                          up(0.5 * (kHead + panels_bottom())));
-    double y = legend_top();
-    for (std::size_t i = 0; i < methods_.size(); ++i) script += legend_entry(i, y);
-    y += kLegendLine * legend_lines() + 4;
-    for (const std::string& line : foot()) {
-      script += text(kLeft, y, line, "left textcolor rgb '#666666' font ',7.5'");
-      y += kFoot;
+        left_aligned(9, kDarkGrey));
+    script.label(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
+    script.label(12, (kHead + panels_bottom()) / 2, "error, multiple of the bound (RMS)",
+                 "center rotate by 90");
+    for (std::size_t i = 0; i < methods_.size(); ++i) {
+      const auto [column, line] = std::div(static_cast<int>(i), legend_lines());
+      const ChartMethod& m = method(methods_[i]);
+      script.label(kLeft + 8 + column * (kWidth - kLeft) / kLegendColumns,
+                   legend_top() + kLegendLine * line, m.name,
+                   fmt::format("left offset 1.2,0 textcolor rgb '{}' point {}",
+                               m.ours ? kBlue : kBlack, marker_style(methods_[i])));
     }
-    return script + "plot NaN notitle\n";
+    script.labels(kLeft, legend_top() + kLegendLine * legend_lines() + 4, kFoot, foot_,
+                  left_aligned(7.5, "#666666"));
+    script.plot({});
   }
 
-  std::string headline() const {
-    return fmt::format("tagcal chart {}{}{}", result_.job, title_.empty() ? "" : ": ", title_);
-  }
-
-  std::string legend_entry(std::size_t i, double top) const {
-    const auto per_column = static_cast<std::size_t>(legend_lines());
-    const double x =
-        kLeft + 8 + static_cast<double>(i / per_column) * (kWidth - kLeft) / kLegendColumns;
-    const double y = top + kLegendLine * static_cast<double>(i % per_column);
-    const int method = methods_[i];
-    const Marker m = marker(method);
-    return text(x, y, result_.methods[static_cast<std::size_t>(method)].name,
-                fmt::format("left offset 1.2,0 point pt {} ps {} lw 1.4 lc rgb '{}'{}", m.type,
-                            ours(method) ? 1.3 : 0.9, m.colour,
-                            ours(method) ? " textcolor rgb '#0072B2'" : "")
-                    .c_str());
-  }
-
-  std::string panel_script(int number) const {
+  void add_panel(int number, PlotScript& script) const {
     const ChartPanel& panel = result_.panels[static_cast<std::size_t>(number)];
     const std::vector<ChartPoint> points = points_of_panel(points_, number);
-    const double c = static_cast<double>(std::find(columns_.begin(), columns_.end(), panel.column) -
-                                         columns_.begin());
-    const double r =
-        static_cast<double>(std::find(rows_.begin(), rows_.end(), panel.row) - rows_.begin());
+    const double c = index_in(columns_, panel.column), r = index_in(rows_, panel.row);
     const double n = static_cast<double>(columns_.size());
     const double width = (kWidth - kLeft - kRight - (n - 1) * kGapX) / n;
     const double left = kLeft + c * (width + kGapX), top = kHead + r * (kPanel + kGapY);
-    std::string script = "unset label\n";
-    script += fmt::format(
-        "set lmargin at screen {:.5f}\nset rmargin at screen {:.5f}\nset tmargin at screen {:.5f}\n"
-        "set bmargin at screen {:.5f}\n",
-        across(left), across(left + width), up(top), up(top + kPanel));
-    script +=
-        text(left, top - 32,
-             panel.row.empty() ? panel.column : fmt::format("{}, {}", panel.column, panel.row),
-             "left font ',9'");
-    const auto lines =
-        wrapped(failures_text(result_, points), static_cast<std::size_t>(width / 4.9));
-    for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), 2); ++i)
-      script += text(left, top - 18 + 10 * static_cast<double>(i),
-                     lines[i] + (i == 1 && lines.size() > 2 ? " .." : ""),
-                     "left textcolor rgb '#A04000' font ',7'");
-    return script + off_scale(points) + data(points) + plot(points);
+    script.begin_panel(left, top, width, kPanel);
+    script.label(left, top - 32,
+                 panel.row.empty() ? panel.column : fmt::format("{}, {}", panel.column, panel.row),
+                 left_aligned(9));
+    auto failures = wrapped(failures_text(result_, points), static_cast<std::size_t>(width / 4.9));
+    if (failures.size() > 2) {
+      failures.resize(2);
+      failures.back() += " ..";
+    }
+    script.labels(left, top - 18, 10, failures, left_aligned(7, "#A04000"));
+    add_off_scale(points, script);
+    add_data(points, script);
+    add_plot(points, script);
   }
 
-  // Arrows of what lies above the picture.
-  std::string off_scale(const std::vector<ChartPoint>& points) const {
-    std::string script;
-    double lines = 0;  // below each other
+  // Adds an arrow with the error of each point above the plotted range, one below the other.
+  void add_off_scale(const std::vector<ChartPoint>& points, PlotScript& script) const {
+    double lines = 0;
     for (const ChartPoint& p : points) {
       if (!(p.rms_over_bound > kMostOverBound)) continue;
       const bool right = p.time_us.median * p.time_us.median > time_.low * time_.high;
-      script += fmt::format(
-          "set label '{}' at first {:.5g},{:.5g} {} offset {},{} textcolor rgb '#444444' font "
-          "',7'\n",
+      script.add(
+          "set label '{}' at first {:.5g},{:.5g} {} offset {},{} textcolor rgb '{}' font ',7'",
           p.rms_over_bound > 1000 ? "↑ over 1000" : fmt::format("↑ {:.0f}", p.rms_over_bound),
           p.time_us.median, kMostOverBound, right ? "right" : "left", right ? -0.9 : 0.9,
-          -0.9 * lines++);
+          -0.9 * lines++, kDarkGrey);
     }
-    return script;
   }
 
-  std::string data(const std::vector<ChartPoint>& points) const {
-    std::string script;
+  void add_data(const std::vector<ChartPoint>& points, PlotScript& script) const {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const ChartPoint& p = points[i];
-      script +=
-          fmt::format("$p{} << EOD\n{:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\nEOD\n", i,
-                      p.time_us.median, std::min(p.rms_over_bound, kMostOverBound), p.time_us.low,
-                      p.time_us.high, std::clamp(p.over_bound.low, error_.low, error_.high),
-                      std::clamp(p.over_bound.high, error_.low, error_.high));
+      script.add("$p{} << EOD\n{:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\nEOD", i, p.time_us.median,
+                 std::min(p.rms_over_bound, kMostOverBound), p.time_us.low, p.time_us.high,
+                 std::clamp(p.over_bound.low, error_.low, error_.high),
+                 std::clamp(p.over_bound.high, error_.low, error_.high));
     }
-    script += "$front << EOD\n";
+    script.add("$front << EOD");
     double error = error_.high;
     for (const std::size_t i : pareto_front(points)) {
       const double e = std::min(points[i].rms_over_bound, kMostOverBound);
-      script +=
-          fmt::format("{0:.5g} {1:.5g}\n{0:.5g} {2:.5g}\n", points[i].time_us.median, error, e);
+      script.add("{0:.5g} {1:.5g}\n{0:.5g} {2:.5g}", points[i].time_us.median, error, e);
       error = e;
     }
-    return script + fmt::format("{:.5g} {:.5g}\nEOD\n", time_.high, error);
+    script.add("{:.5g} {:.5g}\nEOD", time_.high, error);
   }
 
-  std::string plot(const std::vector<ChartPoint>& points) const {
-    std::string whiskers, marks;
-    // Ours last: on top.
-    for (const bool of_ours : {false, true}) {
+  void add_plot(const std::vector<ChartPoint>& points, PlotScript& script) const {
+    std::vector<std::string> curves = {"1 lc rgb '#333333' lw 1.2 lt 1",
+                                       "$front using 1:2 with lines lc rgb '#888888' lw 1 dt 3"};
+    std::vector<std::string> marks;          // above all whiskers
+    for (const bool ours : {false, true}) {  // ours on top
       for (std::size_t i = 0; i < points.size(); ++i) {
-        if (ours(points[i].method) != of_ours || !std::isfinite(points[i].rms_over_bound)) continue;
-        const Marker m = marker(points[i].method);
-        whiskers +=
-            fmt::format(", $p{} using 1:2:3:4:5:6 with xyerrorbars pt -1 lw 0.7 lc rgb '#80{}'", i,
-                        m.colour + 1);
-        marks += fmt::format(", $p{} using 1:2 with points pt {} ps {} lw 1.4 lc rgb '{}'", i,
-                             m.type, of_ours ? 1.3 : 0.9, m.colour);
+        const int m = points[i].method;
+        if (method(m).ours != ours || !std::isfinite(points[i].rms_over_bound)) continue;
+        curves.push_back(
+            fmt::format("$p{} using 1:2:3:4:5:6 with xyerrorbars pt -1 lw 0.7 lc rgb '#80{}'", i,
+                        marker(m).colour + 1));
+        marks.push_back(fmt::format("$p{} using 1:2 with points {}", i, marker_style(m)));
       }
     }
-    return "plot 1 lc rgb '#333333' lw 1.2 lt 1, $front using 1:2 with lines lc rgb '#888888' lw 1 "
-           "dt 3" +
-           whiskers + marks + "\n";
+    curves.insert(curves.end(), marks.begin(), marks.end());
+    script.plot(curves);
   }
 
   const ChartResult& result_;
   std::span<const ChartPoint> points_;
   std::string title_;
   std::vector<int> panels_, methods_;
-  std::vector<std::string> rows_, columns_;
+  std::vector<std::string> rows_, columns_, foot_;
   Range time_, error_;
   double height_ = 0;
 };
@@ -276,12 +228,10 @@ class Page {
 std::vector<ChartPicture> chart_pictures(const ChartResult& result,
                                          std::span<const ChartPoint> points) {
   std::vector<std::string> pages;
-  for (const ChartPanel& panel : result.panels)
-    if (std::find(pages.begin(), pages.end(), panel.page) == pages.end())
-      pages.push_back(panel.page);
+  for (const ChartPanel& panel : result.panels) add_once(panel.page, pages);
   std::vector<ChartPicture> pictures;
   for (std::size_t i = 0; i < pages.size(); ++i) {
-    const Page page(result, points, pages[i]);
+    const PlotScript page = Page(result, points, pages[i]).script();
     const std::string name = i == 0 ? "chart" : fmt::format("chart-{}", i + 1);
     pictures.push_back({name + ".svg", page.svg()});
     pictures.push_back({name + ".png", page.png()});

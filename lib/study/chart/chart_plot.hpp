@@ -14,9 +14,10 @@ struct ChartPicture {
   std::string script;
 };
 
-// The pages of a result, each as SVG and PNG: chart.svg and chart.png the first, chart-2.svg and so
-// on the others. Small multiples: time across, error over bound up (both logarithmic), whiskers
-// from 5 to 95 %, the Pareto front and the bound as lines; 900 px wide, PNG at twice that.
+// The pages of a result as SVG and PNG: chart.svg, chart.png, chart-2.svg, .. Each panel has the
+// time on the horizontal and the error over the bound on the vertical axis (both logarithmic),
+// whiskers from 5 to 95 %, the Pareto front and the bound as lines. SVG 900 px wide, PNG twice as
+// wide.
 std::vector<ChartPicture> chart_pictures(const ChartResult& result,
                                          std::span<const ChartPoint> points);
 

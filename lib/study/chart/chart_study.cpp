@@ -15,7 +15,7 @@ Random random_of(std::uint64_t seed, int panel, int trial) {
   return {seed, (static_cast<std::uint64_t>(panel) << 32) + static_cast<std::uint64_t>(trial)};
 }
 
-// A method that throws, or whose numbers are none, has failed.
+// A method that throws, or whose errors are not finite, has failed.
 ChartTrial attempted(const Attempt& attempt) {
   ChartTrial done;
   Verdict verdict;
@@ -31,8 +31,8 @@ ChartTrial attempted(const Attempt& attempt) {
   return done;
 }
 
-// One problem of one panel by all of its methods; with the number of the trial another one begins,
-// so that none always comes first.
+// Solves one problem of a panel by all its methods. The first method changes with the number of the
+// trial, so that none is always the first.
 std::vector<ChartTrial> attempt_all(const ChartStudy& study, int panel, int trial,
                                     std::uint64_t seed) {
   const StudyPanel& what = study.panels[static_cast<std::size_t>(panel)];
@@ -90,7 +90,7 @@ ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
 
   const int panels = static_cast<int>(study.panels.size());
   const auto num_trials = static_cast<std::size_t>(result.num_trials);
-  // Trial by trial through all panels: a slow moment of the machine hits all of them.
+  // Each trial visits all panels, so that a slow moment of the machine affects all of them.
   const int n = panels * result.num_trials;
   std::vector<std::vector<ChartTrial>> done(static_cast<std::size_t>(n));
   std::mutex mutex;

@@ -6,19 +6,28 @@
 #include "study/method.hpp"
 #include "tagcal/random.hpp"
 
-// What a job of the chart is made of. Private to study.
+// The parts of a job of the chart. Private to study.
 
 namespace tagcal::study {
 
-// What came of a method at one problem, held against the truth.
+// The answer of a method to one problem, compared with the truth.
 struct Verdict {
   bool failed = true;
   double error = 0;
   double over_bound = 0;
 };
 
-// A problem in the form that a method takes it.
+// A problem in the form that a method takes it, with the judge of its answer.
 using Attempt = Prepared<Verdict>;
+
+// The attempts of all methods at one task.
+template <typename Task, typename Answer, typename Judge>
+std::vector<Attempt> attempts_of(const std::vector<Method<Task, Answer>>& methods, const Task& task,
+                                 const Judge& judge) {
+  std::vector<Attempt> attempts;
+  for (const auto& method : methods) attempts.push_back(judged(method.prepare(task), judge));
+  return attempts;
+}
 
 struct StudyPanel {
   ChartPanel panel;
@@ -35,6 +44,12 @@ struct ChartStudy {
 
   // The number of a method, which is added if it is new.
   int number_of(const ChartMethod& method);
+  template <typename Task, typename Answer>
+  std::vector<int> numbers_of(const std::vector<Method<Task, Answer>>& all) {
+    std::vector<int> numbers;
+    for (const auto& m : all) numbers.push_back(number_of({m.name, m.settings, m.ours()}));
+    return numbers;
+  }
 };
 
 ChartStudy pose_study();

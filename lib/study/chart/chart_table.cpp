@@ -37,7 +37,7 @@ class Page {
     return fmt::format("{:.3g} %", 100 * p.failed_share());
   }
 
-  // One row a panel: the first of our methods, which is the one for users.
+  // One row per panel with the first of our methods, which is the one for users.
   std::string against_peers() const {
     std::string text =
         "| panel | method | time, µs | error / bound | fails | fastest peer as accurate (5 %) | "

@@ -7,8 +7,8 @@
 
 namespace tagcal::study {
 
-// A page in Markdown: how ours stands against the peers in each panel, where it is not on the
-// Pareto front and by how much, what is not drawn, the settings and the origin.
+// A page in Markdown: our methods compared with the peers in each panel, the panels in which they
+// are not on the Pareto front, the methods that are not drawn, the settings and the origin.
 std::string chart_markdown(const ChartResult& result, std::span<const ChartPoint> points);
 
 }  // namespace tagcal::study

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// AprilTag's families must not be made by two threads at once.
+// Two threads must not create AprilTag's families at once.
 std::mutex& family_lock() {
   static std::mutex lock;
   return lock;
@@ -34,7 +34,7 @@ Eigen::Matrix<double, 8, 8> bound_of(const CornerTask& task) {
   return exact.covariance_px2 * (noise / exact.noise_levels) * (noise / exact.noise_levels);
 }
 
-// The tag of a task in its picture, by the finder that `tagcal detect` uses.
+// The first tag that the finder of `tagcal detect` finds in a picture.
 std::optional<CornerAnswer> found_by(BoardFinder& finder, const Image8& image) {
   const SeenBoards seen = finder.find(image);
   for (const Completion& completion : seen.completions)
@@ -50,26 +50,25 @@ std::optional<CornerAnswer> found_by(BoardFinder& finder, const Image8& image) {
   return std::nullopt;
 }
 
-// The finder is made before what is timed, as for many pictures.
+// The finder is made before the timed part, as for many pictures.
 CornerMethod our_method(const std::string& name, const std::string& settings, Refinement refinement,
                         bool lens_is_known) {
-  const auto prepare = [=](const CornerTask& given) -> Prepared<std::optional<CornerAnswer>> {
-    struct State {
-      CornerTask task;
-      std::vector<PlacedBoard> boards;  // outlives the finders
-      std::vector<std::unique_ptr<BoardFinder>> finders;
-      std::optional<CornerAnswer> corners;
-    };
-    auto state = std::make_shared<State>(State{given, {given.board}, {}, {}});
+  struct Search {
+    CornerTask task;
+    std::vector<PlacedBoard> boards;  // outlives the finders
+    std::vector<std::unique_ptr<BoardFinder>> finders;
+  };
+  const auto prepare = [=](const CornerTask& task) {
+    const auto search = std::make_shared<Search>(Search{task, {task.board}, {}});
+    DetectOptions options;
+    options.refinement = refinement;
+    if (lens_is_known) options.camera = &search->task.view.camera;
     {
       const std::scoped_lock lock(family_lock());
-      DetectOptions options;
-      options.refinement = refinement;
-      if (lens_is_known) options.camera = &state->task.view.camera;
-      state->finders = board_finders(state->boards, options, 1);
+      search->finders = board_finders(search->boards, options, 1);
     }
-    return {[state] { state->corners = found_by(*state->finders.front(), state->task.view.image); },
-            [state] { return state->corners; }};
+    return prepare_task<std::optional<CornerAnswer>>(
+        search, [](const auto& s) { return found_by(*s->finders.front(), s->task.view.image); });
   };
   return {name, prepare, settings};
 }
@@ -130,19 +129,12 @@ Quad with_subpix(const CornerTask& task, const Quad& start) {
 
 CornerMethod stock_method(const std::string& name, const std::string& settings, bool refine_edges,
                           bool subpix) {
-  const auto prepare = [=](const CornerTask& given) -> Prepared<std::optional<CornerAnswer>> {
-    struct State {
-      CornerTask task;
-      std::optional<CornerAnswer> corners;
-    };
-    auto state = std::make_shared<State>(State{given, {}});
-    return {[=] {
-              const CornerTask& task = state->task;
-              state->corners = detector_of_this_thread(task.spec).find(task, refine_edges);
-              if (subpix && state->corners)
-                state->corners->corners = with_subpix(task, state->corners->corners);
-            },
-            [state] { return state->corners; }};
+  const auto prepare = [=](const CornerTask& given) {
+    return prepare_task<std::optional<CornerAnswer>>(given, [=](const CornerTask& task) {
+      auto found = detector_of_this_thread(task.spec).find(task, refine_edges);
+      if (subpix && found) found->corners = with_subpix(task, found->corners);
+      return found;
+    });
   };
   return {name, prepare, settings};
 }

@@ -8,7 +8,7 @@
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/detect/tag_fit/refine_edges.hpp"
 
-// From a picture of one tag to its four corners, by ours and by the peers. Private to study.
+// Detection of the four corners of a tag in a picture, by ours and by the peers. Private to study.
 
 namespace tagcal::study {
 
@@ -17,7 +17,7 @@ struct CornerTask {
   TagView view;
   PlacedBoard board;  // the tag alone
   TagPattern pattern;
-  // Cramer-Rao bound of (x0, y0, x1, y1, ..) under a known lens; NaN where the fit to the picture
+  // Cramer-Rao bound of (x0, y0, x1, y1, ..) for a known lens; NaN if the fit to the picture
   // without noise does not converge.
   Eigen::Matrix<double, 8, 8> bound_px2;
 
@@ -29,7 +29,7 @@ CornerTask draw_corner_task(const TagViewSpec& spec, Random& random);
 
 struct CornerAnswer {
   internal::Quad corners;
-  std::optional<std::array<Matrix2, 4>> covariance_px2;  // of each corner, where it is claimed
+  std::optional<std::array<Matrix2, 4>> covariance_px2;  // of each corner, if claimed
 };
 
 using CornerMethod = Method<CornerTask, std::optional<CornerAnswer>>;

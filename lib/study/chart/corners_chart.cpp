@@ -34,14 +34,9 @@ std::vector<Attempt> draw(TagViewSpec spec, const std::vector<CornerMethod>& met
                           Random& random) {
   spec.tilt_deg = random.uniform(0, 60);
   const auto task = std::make_shared<const CornerTask>(draw_corner_task(spec, random));
-  std::vector<Attempt> attempts;
-  for (const CornerMethod& m : methods) {
-    auto prepared = m.prepare(*task);
-    attempts.push_back({std::move(prepared.solve), [task, answer = std::move(prepared.answer)] {
-                          return judge(answer(), *task);
-                        }});
-  }
-  return attempts;
+  return attempts_of(methods, *task, [task](const std::optional<CornerAnswer>& answer) {
+    return judge(answer, *task);
+  });
 }
 
 }  // namespace
@@ -61,9 +56,7 @@ ChartStudy corners_study() {
                      fmt::format("noise {:g} grey levels", noise),
                      fmt::format("tag {:g} px wide", side),
                      {}};
-      for (const CornerMethod& m : methods)
-        panel.methods.push_back(
-            study.number_of({m.name, m.settings, m.name.starts_with("tagcal")}));
+      panel.methods = study.numbers_of(methods);
       TagViewSpec spec;
       spec.side_px = side;
       spec.noise_levels = noise;

@@ -63,8 +63,8 @@ PoseJob job_of(const Cell& cell) {
   return cell.num_points == 4 ? PoseJob::tag : PoseJob::plane;
 }
 
-// The other pose of a plane, which is told apart from the right one where the plane is tilted; any
-// pose from which a point is behind the camera; and what is nowhere near the truth.
+// Failures: the other pose of a tilted plane, any pose with a point behind the camera, and gross
+// errors.
 bool is_failure(const PoseAnswer& answer, const PoseTask& task, const Cell& cell) {
   if (!answer.success) return true;
   const Pose& pose = answer.camera_from_target;
@@ -78,7 +78,7 @@ bool is_failure(const PoseAnswer& answer, const PoseTask& task, const Cell& cell
   return !(angle_between_rad(pose, task.camera_from_target) < kGrossAngleRad);
 }
 
-// What all methods are held against.
+// The truth, and the information for the bound.
 struct Truth {
   PoseTask task;
   Cell cell;
@@ -112,14 +112,8 @@ std::vector<Attempt> draw(const Cell& cell, const std::vector<PoseMethod>& metho
     truth->information_with_focal = pose_and_focal_information(truth->task);
   else
     truth->information = pose_information(truth->task);
-  std::vector<Attempt> attempts;
-  for (const PoseMethod& method : methods) {
-    PreparedPose prepared = method.prepare(truth->task);
-    attempts.push_back({std::move(prepared.solve), [truth, answer = std::move(prepared.answer)] {
-                          return truth->judge(answer());
-                        }});
-  }
-  return attempts;
+  return attempts_of(methods, truth->task,
+                     [truth](const PoseAnswer& answer) { return truth->judge(answer); });
 }
 
 std::vector<std::string> cannot(const Cell& cell) {
@@ -144,10 +138,9 @@ void add_panel(const Cell& cell, ChartStudy& study) {
   panel.panel = {fmt::format("noise {:g} px", cell.sigma_px), title_of(cell.geometry),
                  fmt::format("{} points", cell.num_points), cannot(cell)};
   std::vector<PoseMethod> methods = pose_methods(job_of(cell));
-  // Which of the solutions of a minimal solver is right, it does not say.
+  // A minimal solver does not say which of its solutions is right.
   std::erase_if(methods, [](const PoseMethod& m) { return m.name == "tagcal p4pf"; });
-  for (const PoseMethod& m : methods)
-    panel.methods.push_back(study.number_of({m.name, m.settings, m.name.starts_with("tagcal")}));
+  panel.methods = study.numbers_of(methods);
   panel.draw = [cell, methods](Random& random) { return draw(cell, methods, random); };
   study.panels.push_back(std::move(panel));
 }

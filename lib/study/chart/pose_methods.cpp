@@ -1,7 +1,6 @@
 #include "study/chart/pose_methods.hpp"
 
 #include <limits>
-#include <memory>
 
 #include "study/peers/apriltag_pose.hpp"
 #include "study/peers/ceres_peer.hpp"
@@ -18,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What both kinds of estimates say alike.
+// The part of the answer that both kinds of estimates have.
 template <typename Estimate>
 PoseAnswer answer_of(const Estimate& estimate) {
   PoseAnswer answer;
@@ -33,45 +32,37 @@ PoseAnswer answer_of(const Estimate& estimate) {
 }
 
 PreparedPose prepare_estimate_pose(const PoseTask& task) {
-  struct State {
-    PoseTask task;
-    PoseEstimate estimate;
-  };
-  auto state = std::make_shared<State>(State{task, {}});
-  return {[state] {
-            PoseOptions options;
-            options.sigma_px = state->task.sigma_px;
-            options.groups = state->task.groups;
-            state->estimate =
-                estimate_pose(state->task.correspondences, state->task.camera, options);
-          },
-          [state] {
-            PoseAnswer answer = answer_of(state->estimate);
-            if (answer.success) answer.covariance = state->estimate.hypotheses.front().covariance;
-            return answer;
-          }};
+  return prepare_task<PoseAnswer>(
+      task,
+      [](const PoseTask& t) {
+        PoseOptions options;
+        options.sigma_px = t.sigma_px;
+        options.groups = t.groups;
+        return estimate_pose(t.correspondences, t.camera, options);
+      },
+      [](const PoseEstimate& estimate) {
+        PoseAnswer answer = answer_of(estimate);
+        if (answer.success) answer.covariance = estimate.hypotheses.front().covariance;
+        return answer;
+      });
 }
 
 PreparedPose prepare_estimate_pose_and_focal(const PoseTask& task) {
-  struct State {
-    PoseTask task;
-    PoseAndFocalEstimate estimate;
-  };
-  auto state = std::make_shared<State>(State{task, {}});
-  return {[state] {
-            PoseAndFocalOptions options;
-            options.sigma_px = state->task.sigma_px;
-            options.groups = state->task.groups;
-            state->estimate = estimate_pose_and_focal(state->task.correspondences,
-                                                      state->task.camera.image_size, options);
-          },
-          [state] {
-            PoseAnswer answer = answer_of(state->estimate);
-            if (!answer.success) return answer;
-            answer.focal_px = state->estimate.focal_px;
-            answer.covariance_with_focal = state->estimate.covariance;
-            return answer;
-          }};
+  return prepare_task<PoseAnswer>(
+      task,
+      [](const PoseTask& t) {
+        PoseAndFocalOptions options;
+        options.sigma_px = t.sigma_px;
+        options.groups = t.groups;
+        return estimate_pose_and_focal(t.correspondences, t.camera.image_size, options);
+      },
+      [](const PoseAndFocalEstimate& estimate) {
+        PoseAnswer answer = answer_of(estimate);
+        if (!answer.success) return answer;
+        answer.focal_px = estimate.focal_px;
+        answer.covariance_with_focal = estimate.covariance;
+        return answer;
+      });
 }
 
 // The arrays that the solvers take.
@@ -98,12 +89,7 @@ PoseAnswer found_pose(const Pose& pose, double focal_px = 0) {
   return answer;
 }
 
-template <std::size_t N>
-PoseAnswer first_of(const Solutions<Pose, N>& poses) {
-  return poses.empty() ? PoseAnswer{} : found_pose(poses.front());
-}
-
-// In the plane of unit focal length.
+// Sum of squared residuals in the plane of unit focal length.
 double squared_residuals(const Pose& pose, const SolverInput& input) {
   double sum = 0;
   for (std::size_t i = 0; i < input.points.size(); ++i)
@@ -112,67 +98,51 @@ double squared_residuals(const Pose& pose, const SolverInput& input) {
 }
 
 PreparedPose prepare_ippe(const PoseTask& task) {
-  struct State {
-    SolverInput input;
-    std::optional<Pose> better;
-  };
-  auto state = std::make_shared<State>(State{SolverInput(task), {}});
-  return {[state] {
-            const SolverInput& input = state->input;
-            state->better.reset();
-            double least = std::numeric_limits<double>::infinity();
-            if (const auto h = homography(input.plane, input.rays))
-              for (const Pose& pose : ippe(*h))
-                if (const double squares = squared_residuals(pose, input); squares < least)
-                  least = squares, state->better = pose;
-          },
-          [state] { return state->better ? found_pose(*state->better) : PoseAnswer{}; }};
+  return prepare_task<PoseAnswer>(
+      SolverInput(task),
+      [](const SolverInput& input) {
+        std::optional<Pose> better;
+        double least = std::numeric_limits<double>::infinity();
+        if (const auto h = homography(input.plane, input.rays))
+          for (const Pose& pose : ippe(*h))
+            if (const double squares = squared_residuals(pose, input); squares < least)
+              least = squares, better = pose;
+        return better;
+      },
+      [](const std::optional<Pose>& pose) { return pose ? found_pose(*pose) : PoseAnswer{}; });
 }
 
 PreparedPose prepare_pnp(const PoseTask& task) {
-  struct State {
-    SolverInput input;
-    Solutions<Pose, 4> poses;
-  };
-  auto state = std::make_shared<State>(State{SolverInput(task), {}});
-  return {[state] { state->poses = pnp(state->input.points, state->input.rays); },
-          [state] { return first_of(state->poses); }};
+  return prepare_task<PoseAnswer>(
+      SolverInput(task), [](const SolverInput& input) { return pnp(input.points, input.rays); },
+      [](const auto& poses) { return poses.empty() ? PoseAnswer{} : found_pose(poses.front()); });
 }
 
 PreparedPose prepare_plane_pose_and_focal(const PoseTask& task) {
-  struct State {
-    SolverInput input;
-    std::optional<PoseAndFocal> found;
-  };
-  auto state = std::make_shared<State>(State{SolverInput(task), {}});
-  return {[state] {
-            state->found = plane_pose_and_focal(state->input.plane, state->input.from_centre);
-          },
-          [state] {
-            if (!state->found) return PoseAnswer{};
-            return found_pose(state->found->camera_from_target, state->found->focal_px);
-          }};
+  return prepare_task<PoseAnswer>(
+      SolverInput(task),
+      [](const SolverInput& input) { return plane_pose_and_focal(input.plane, input.from_centre); },
+      [](const std::optional<PoseAndFocal>& found) {
+        return found ? found_pose(found->camera_from_target, found->focal_px) : PoseAnswer{};
+      });
 }
 
+// Answers with the solution nearest to the truth: a minimal solver does not choose.
 PreparedPose prepare_p4pf(const PoseTask& task) {
-  struct State {
-    SolverInput input;
-    Solutions<PoseAndFocal, 6> found;
-    Pose truth;
-  };
-  auto state = std::make_shared<State>(State{SolverInput(task), {}, task.camera_from_target});
-  return {[state] {
-            state->found = p4pf(std::span<const Vector3d, 4>(state->input.points.data(), 4),
-                                std::span<const Vector2d, 4>(state->input.from_centre.data(), 4));
-          },
-          [state] {
-            PoseAnswer best;  // of a minimal solver, the solution nearest to the truth counts
-            for (const PoseAndFocal& s : state->found)
-              if (!best.success || angle_between_rad(s.camera_from_target, state->truth) <
-                                       angle_between_rad(best.camera_from_target, state->truth))
-                best = found_pose(s.camera_from_target, s.focal_px);
-            return best;
-          }};
+  return prepare_task<PoseAnswer>(
+      SolverInput(task),
+      [](const SolverInput& input) {
+        return p4pf(std::span<const Vector3d, 4>(input.points.data(), 4),
+                    std::span<const Vector2d, 4>(input.from_centre.data(), 4));
+      },
+      [truth = task.camera_from_target](const auto& solutions) {
+        PoseAnswer best;
+        for (const PoseAndFocal& s : solutions)
+          if (!best.success || angle_between_rad(s.camera_from_target, truth) <
+                                   angle_between_rad(best.camera_from_target, truth))
+            best = found_pose(s.camera_from_target, s.focal_px);
+        return best;
+      });
 }
 
 std::vector<PoseMethod> with_opengv(std::vector<PoseMethod> methods) {

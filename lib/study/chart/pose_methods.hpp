@@ -6,7 +6,7 @@
 
 namespace tagcal::study {
 
-// What is to be solved, for which methods differ.
+// The kinds of problems; they have different methods.
 enum class PoseJob {
   tag,               // four corners of a square about its centre
   plane,             // many points in a plane
@@ -18,8 +18,9 @@ enum class PoseJob {
   space_focal,       // many points in space
 };
 
-// Ours first, then the closed forms and minimal solvers of ours, then OpenCV's and AprilTag's, each
-// as its documentation advises: double precision, no distortion, one thread (the caller's).
+// Our estimators first, then our closed forms and minimal solvers, then those of OpenCV and
+// AprilTag. Each is called as its documentation advises: double precision, no distortion, one
+// thread (the caller's).
 std::vector<PoseMethod> pose_methods(PoseJob job);
 
 }  // namespace tagcal::study

@@ -26,10 +26,11 @@ struct Cell {
   bool jacobians = false;
 };
 
-// One camera pose by its rotation vector, as OpenCV takes it, and the points.
+// One camera pose with its rotation vector, as in OpenCV, and the points.
 struct ProjectTask {
   Lens lens = pinhole(1, 1, 0, 0);
-  std::vector<FreeParameter> free;  // whose derivatives are wanted, by the pose as well; or none
+  std::vector<FreeParameter>
+      free;  // parameters of the Jacobian, beside the pose; empty: pixels only
   Vector3d turn, translation;
   std::vector<Vector3d> points;
 };
@@ -73,7 +74,7 @@ std::array<Exact, 2> distorted(const Perspective::Parameters& p, Exact x, Exact 
           y * scale + p[6] * (s + 2 * y * y) + 2 * Exact(p[7]) * x * y};
 }
 
-// Written down from the definitions in camera/lens.hpp, by itself: the truth of this study.
+// The truth of this study, written from the definitions in camera/lens.hpp without the library.
 std::array<Exact, 2> exact_pixel(const ProjectTask& task, const Vector3d& point) {
   ExactPoint x = turned(task.turn, {point.x(), point.y(), point.z()});
   for (int i = 0; i < 3; ++i) x[static_cast<std::size_t>(i)] += task.translation[i];
@@ -90,7 +91,7 @@ std::array<Exact, 2> exact_pixel(const ProjectTask& task, const Vector3d& point)
   return {p[0] * d[0] + p[2], p[1] * d[1] + p[3]};
 }
 
-// RMS of a coordinate against the exact ones, and the same of these rounded to doubles.
+// RMS error of a coordinate, also as a multiple of that of the exact pixels rounded to doubles.
 Verdict judge(const Pixels& pixels, const std::vector<std::array<Exact, 2>>& exact) {
   Exact error = 0, rounding = 0;
   for (std::size_t i = 0; i < exact.size(); ++i)
@@ -113,22 +114,19 @@ ProjectMethod ours(const std::string& name, const ProjectKernels& kernels,
     std::vector<std::uint8_t> valid;
     std::vector<double> by_pose, by_parameters;
   };
-  return {name,
-          [&kernels](const ProjectTask& task) -> Prepared<Pixels> {
-            auto s = std::make_shared<State>();
-            s->task = task;
-            s->pose = Pose(exp_rotation(task.turn), task.translation);
-            s->pixels.resize(task.points.size());
-            s->valid.resize(task.points.size());
-            if (!task.free.empty()) s->by_pose.resize(12 * task.points.size());
-            s->by_parameters.resize(2 * task.free.size() * task.points.size());
-            return {[s, &kernels] {
-                      project_by(kernels, s->task.lens, s->pose, s->task.points, s->task.free,
-                                 {s->pixels, s->valid, s->by_pose, s->by_parameters});
-                    },
-                    [s] { return s->pixels; }};
-          },
-          settings};
+  const auto prepare = [&kernels](const ProjectTask& task) {
+    const std::size_t n = task.points.size();
+    return prepare_state<Pixels>(
+        State{task, Pose(exp_rotation(task.turn), task.translation), Pixels(n),
+              std::vector<std::uint8_t>(n), std::vector<double>(task.free.empty() ? 0 : 12 * n),
+              std::vector<double>(2 * task.free.size() * n)},
+        [&kernels](State& s) {
+          project_by(kernels, s.task.lens, s.pose, s.task.points, s.task.free,
+                     {s.pixels, s.valid, s.by_pose, s.by_parameters});
+        },
+        &State::pixels);
+  };
+  return {name, prepare, settings};
 }
 
 struct OpenCvPoints {
@@ -139,7 +137,7 @@ struct OpenCvPoints {
         jacobians(!task.free.empty()) {
     const auto p = parameters(task.lens);
     k = cv::Matx33d(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
-    std::size_t used = p.size();  // zeros at the end are left out: 4, 5 or 8 coefficients
+    std::size_t used = p.size();  // without zeros at the end: 4, 5 or 8 coefficients
     while (used > 4 && p[used - 1] == 0) --used;
     if (used > 4)
       distortion = cv::Mat1d::zeros(1, used > 9 || fisheye ? static_cast<int>(p.size()) - 4 : 5);
@@ -176,9 +174,9 @@ struct OpenCvPoints {
 
 ProjectMethod opencv(bool fisheye) {
   return {fisheye ? "OpenCV fisheye::projectPoints" : "OpenCV projectPoints",
-          [](const ProjectTask& task) -> Prepared<Pixels> {
-            auto state = std::make_shared<OpenCvPoints>(task);
-            return {[state] { state->solve(); }, [state] { return state->answer(); }};
+          [](const ProjectTask& task) {
+            return prepare_state<Pixels>(OpenCvPoints(task), &OpenCvPoints::solve,
+                                         &OpenCvPoints::answer);
           },
           "double precision, arrays allocated before"};
 }
@@ -188,14 +186,8 @@ std::vector<Attempt> draw(const Cell& cell, const std::vector<ProjectMethod>& me
   const ProjectTask task = draw_points(cell, random);
   auto exact = std::make_shared<std::vector<std::array<Exact, 2>>>();
   for (const Vector3d& point : task.points) exact->push_back(exact_pixel(task, point));
-  std::vector<Attempt> attempts;
-  for (const ProjectMethod& method : methods) {
-    Prepared<Pixels> prepared = method.prepare(task);
-    attempts.push_back({std::move(prepared.solve), [exact, answer = std::move(prepared.answer)] {
-                          return judge(answer(), *exact);
-                        }});
-  }
-  return attempts;
+  return attempts_of(methods, task,
+                     [exact](const Pixels& pixels) { return judge(pixels, *exact); });
 }
 
 void add_panel(const Cell& cell, ChartStudy& study) {
@@ -207,8 +199,7 @@ void add_panel(const Cell& cell, ChartStudy& study) {
   if (&fastest_kernels() != &kPortableKernels)
     methods.push_back(ours("tagcal project, portable", kPortableKernels, "for any processor"));
   methods.push_back(opencv(std::holds_alternative<Fisheye>(cell.lens)));
-  for (const ProjectMethod& m : methods)
-    panel.methods.push_back(study.number_of({m.name, m.settings, m.name.starts_with("tagcal")}));
+  panel.methods = study.numbers_of(methods);
   panel.draw = [cell, methods](Random& random) { return draw(cell, methods, random); };
   study.panels.push_back(std::move(panel));
 }

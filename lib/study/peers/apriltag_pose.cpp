@@ -25,6 +25,7 @@ struct Matd3 {
   }
 };
 
+// Has pointers to its own members: must not be copied.
 struct State {
   apriltag_detection_t detection{};
   apriltag_detection_info_t info{};
@@ -74,9 +75,10 @@ struct State {
 
 PoseMethod apriltag_pose() {
   return {"AprilTag estimate_tag_pose",
-          [](const PoseTask& task) -> PreparedPose {
-            auto state = std::make_shared<State>(task);
-            return {[state] { state->solve(); }, [state] { return state->answer(); }};
+          [](const PoseTask& task) {
+            return prepare_state<PoseAnswer>(
+                std::make_shared<State>(task), [](const auto& state) { state->solve(); },
+                [](const auto& state) { return state->answer(); });
           },
           "orthogonal iteration, 50 steps, the better of two poses; the detector's homography is "
           "there before"};

@@ -4,8 +4,8 @@
 
 namespace tagcal::study {
 
-// AprilTag's estimate_tag_pose, of squares whose corners are ordered as `square_points`. The
-// homography, which its detector computes in any case, is made beforehand.
+// AprilTag's estimate_tag_pose for squares with corners in the order of `square_points`. The
+// homography is not timed, because the detector computes it anyway.
 PoseMethod apriltag_pose();
 
 }  // namespace tagcal::study

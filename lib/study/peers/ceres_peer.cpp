@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <map>
-#include <memory>
 
 #include "study/peers/opencv_pose.hpp"
 #include "study/peers/opencv_views.hpp"
@@ -65,68 +64,62 @@ bool solve(ceres::Problem& problem, ceres::LinearSolverType solver) {
   return summary.IsSolutionUsable();
 }
 
-struct PoseState {
+struct PoseProblem {
   PoseTask task;
   PreparedPose start;
-  FreePose pose{};
-  bool success = false;
-
-  void refine() {
-    start.solve();
-    const PoseAnswer first = start.answer();
-    success = first.success;
-    if (!success) return;
-    pose.set(first.camera_from_target);
-    OpenCv5 lens{};
-    const auto p = parameters(task.camera.lens);
-    std::copy_n(p.begin(), 4, lens.begin());
-    ceres::Problem problem;
-    for (const Correspondence& c : task.correspondences)
-      add_corner(problem, lens, pose, c.point, c.pixel);
-    problem.SetManifold(pose.rotation.coeffs().data(), new ceres::EigenQuaternionManifold);
-    problem.SetParameterBlockConstant(lens.data());
-    success = solve(problem, ceres::DENSE_QR);
-  }
-
-  PoseAnswer answer() const {
-    PoseAnswer result;
-    result.success = success;
-    if (success) result.camera_from_target = Pose(pose.rotation, pose.translation);
-    return result;
-  }
 };
 
-struct CalibrationState {
-  CalibrationTask task;
+std::optional<FreePose> refined(const PoseProblem& from) {
+  from.start.solve();
+  const PoseAnswer first = from.start.answer();
+  if (!first.success) return std::nullopt;
+  FreePose pose;
+  pose.set(first.camera_from_target);
   OpenCv5 lens{};
-  bool success = false;
+  const auto p = parameters(from.task.camera.lens);
+  std::copy_n(p.begin(), 4, lens.begin());
+  ceres::Problem problem;
+  for (const Correspondence& c : from.task.correspondences)
+    add_corner(problem, lens, pose, c.point, c.pixel);
+  problem.SetManifold(pose.rotation.coeffs().data(), new ceres::EigenQuaternionManifold);
+  problem.SetParameterBlockConstant(lens.data());
+  if (!solve(problem, ceres::DENSE_QR)) return std::nullopt;
+  return pose;
+}
 
-  void calibrate() {
-    const MrcalProblem start = mrcal_problem(task.dataset, parameters(task.lens)[0]);
-    lens = {start.focal_px, start.focal_px, 0.5 * (start.width - 1), 0.5 * (start.height - 1)};
-    const std::map<CornerId, Vector3d> points = points_in_world(task.dataset.boards);
-    std::vector<FreePose> poses(task.dataset.views.size());
-    ceres::Problem problem;
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      const double* at = &start.poses[6 * i];
-      poses[i].rotation = exp_rotation(Vector3d(at[0], at[1], at[2]));
-      poses[i].translation = Vector3d(at[3], at[4], at[5]);
-      for (const Observation& seen : task.dataset.views[i].observations)
-        add_corner(problem, lens, poses[i], points.at(seen.id), seen.pixel);
-      problem.SetManifold(poses[i].rotation.coeffs().data(), new ceres::EigenQuaternionManifold);
-    }
-    success = solve(problem, ceres::DENSE_SCHUR);
+std::optional<OpenCv5> calibrated(const CalibrationTask& task) {
+  const MrcalProblem start = mrcal_problem(task.dataset, parameters(task.lens)[0]);
+  OpenCv5 lens = {start.focal_px, start.focal_px, 0.5 * (start.width - 1),
+                  0.5 * (start.height - 1)};
+  const std::map<CornerId, Vector3d> points = points_in_world(task.dataset.boards);
+  std::vector<FreePose> poses(task.dataset.views.size());
+  ceres::Problem problem;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double* at = &start.poses[6 * i];
+    poses[i].rotation = exp_rotation(Vector3d(at[0], at[1], at[2]));
+    poses[i].translation = Vector3d(at[3], at[4], at[5]);
+    for (const Observation& seen : task.dataset.views[i].observations)
+      add_corner(problem, lens, poses[i], points.at(seen.id), seen.pixel);
+    problem.SetManifold(poses[i].rotation.coeffs().data(), new ceres::EigenQuaternionManifold);
   }
-};
+  if (!solve(problem, ceres::DENSE_SCHUR)) return std::nullopt;
+  return lens;
+}
 
 }  // namespace
 
 PoseMethod ceres_autodiff_pose() {
   return {"Ceres, autodiff",
-          [](const PoseTask& task) -> PreparedPose {
-            auto state =
-                std::make_shared<PoseState>(PoseState{task, opencv_pose("SQPNP").prepare(task)});
-            return {[state] { state->refine(); }, [state] { return state->answer(); }};
+          [](const PoseTask& task) {
+            return prepare_task<PoseAnswer>(PoseProblem{task, opencv_pose("SQPNP").prepare(task)},
+                                            refined, [](const std::optional<FreePose>& pose) {
+                                              PoseAnswer answer;
+                                              answer.success = pose.has_value();
+                                              if (pose)
+                                                answer.camera_from_target =
+                                                    Pose(pose->rotation, pose->translation);
+                                              return answer;
+                                            });
           },
           "cv::solvePnP SQPNP, then AutoDiffCostFunction, EigenQuaternionManifold, DENSE_QR, "
           "default tolerances; no covariance"};
@@ -134,13 +127,11 @@ PoseMethod ceres_autodiff_pose() {
 
 CalibrationMethod ceres_autodiff_calibration() {
   return {"Ceres, autodiff",
-          [](const CalibrationTask& task) -> Prepared<CalibrationAnswer> {
-            auto state = std::make_shared<CalibrationState>(CalibrationState{task});
-            return {[state] { state->calibrate(); },
-                    [state]() -> CalibrationAnswer {
-                      if (!state->success) return {};
-                      return {state->lens.begin(), state->lens.end()};
-                    }};
+          [](const CalibrationTask& task) {
+            return prepare_task<CalibrationAnswer>(
+                task, calibrated, [](const std::optional<OpenCv5>& lens) {
+                  return lens ? CalibrationAnswer(lens->begin(), lens->end()) : CalibrationAnswer{};
+                });
           },
           "poses by cv::solvePnP, the true f given, then AutoDiffCostFunction, "
           "EigenQuaternionManifold, DENSE_SCHUR, default tolerances; no outliers looked for, no "

@@ -3,16 +3,16 @@
 #include "study/tasks/calibration_tasks.hpp"
 #include "study/tasks/pose_task.hpp"
 
-// Ceres as one writes it in an afternoon: derivatives by Jets, one residual block a corner. What
-// our Jacobians and sums are worth beside it. Private to study.
+// A plain Ceres solution, with automatic derivatives and one residual block per corner, to compare
+// our Jacobians and sums with. Private to study.
 
 namespace tagcal::study {
 
 // cv::solvePnP SQPNP, then Ceres: AutoDiffCostFunction, EigenQuaternionManifold, DENSE_QR.
 PoseMethod ceres_autodiff_pose();
 
-// The poses by cv::solvePnP, the true f given (mrcal's start), then Ceres: AutoDiffCostFunction,
-// DENSE_SCHUR. Of model opencv5.
+// Model opencv5: initial poses by cv::solvePnP with the true f (as for mrcal), then Ceres:
+// AutoDiffCostFunction, DENSE_SCHUR.
 CalibrationMethod ceres_autodiff_calibration();
 
 }  // namespace tagcal::study

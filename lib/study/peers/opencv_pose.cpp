@@ -1,7 +1,6 @@
 #include "study/peers/opencv_pose.hpp"
 
 #include <map>
-#include <memory>
 #include <opencv2/calib3d.hpp>
 
 namespace tagcal::study {
@@ -40,16 +39,17 @@ struct OpenCvInput {
 
 // A method that throws has no answer.
 template <typename Solve>
-PreparedPose prepared(const PoseTask& task, Solve solve) {
-  auto input = std::make_shared<OpenCvInput>(task);
-  return {[input, solve] {
-            try {
-              input->success = solve(*input);
-            } catch (const cv::Exception&) {
-              input->success = false;
-            }
-          },
-          [input] { return input->answer(); }};
+PreparedPose prepare(const PoseTask& task, Solve solve) {
+  return prepare_state<PoseAnswer>(
+      OpenCvInput(task),
+      [solve](OpenCvInput& input) {
+        try {
+          input.success = solve(input);
+        } catch (const cv::Exception&) {
+          input.success = false;
+        }
+      },
+      &OpenCvInput::answer);
 }
 
 bool solve_both(OpenCvInput& in, cv::SolvePnPMethod flag) {
@@ -90,7 +90,7 @@ class OneViewCalibration {
                 cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K1 | cv::CALIB_FIX_K2 |
                 cv::CALIB_FIX_K3;
     k_ = cv::Mat::eye(3, 3, CV_64F);  // the aspect ratio is 1
-    if (!planar_) {                   // asked for by its documentation
+    if (!planar_) {                   // its documentation requires a guess
       flags |= cv::CALIB_USE_INTRINSIC_GUESS;
       k_.at<double>(0, 0) = k_.at<double>(1, 1) = size_.width;
       k_.at<double>(0, 2) = 0.5 * (size_.width - 1);
@@ -138,7 +138,7 @@ PoseMethod opencv_pose(const std::string& flag) {
   const bool both = flag.starts_with("IPPE");
   return {"OpenCV " + flag,
           [method, both](const PoseTask& task) {
-            return prepared(task, [method, both](OpenCvInput& in) {
+            return prepare(task, [method, both](OpenCvInput& in) {
               if (both) return solve_both(in, method);
               return cv::solvePnP(in.points, in.pixels, in.k, cv::noArray(), in.rotation,
                                   in.translation, false, method);
@@ -157,7 +157,7 @@ PoseMethod opencv_ransac(const std::string& name) {
           [name, flag, usac](const PoseTask& task) {
             const double tolerance = 4 * task.sigma_px;
             const cv::UsacParams params = usac_params(name, tolerance);
-            return prepared(task, [=](OpenCvInput& in) {
+            return prepare(task, [=](OpenCvInput& in) {
               cv::Mat k(in.k);
               if (usac)
                 return cv::solvePnPRansac(in.points, in.pixels, k, cv::noArray(), in.rotation,
@@ -174,9 +174,9 @@ PoseMethod opencv_ransac(const std::string& name) {
 
 PoseMethod opencv_calibrate_camera() {
   return {"OpenCV calibrateCamera",
-          [](const PoseTask& task) -> PreparedPose {
-            auto state = std::make_shared<OneViewCalibration>(task);
-            return {[state] { state->solve(); }, [state] { return state->answer(); }};
+          [](const PoseTask& task) {
+            return prepare_state<PoseAnswer>(OneViewCalibration(task), &OneViewCalibration::solve,
+                                             &OneViewCalibration::answer);
           },
           "one view, principal point, aspect ratio and distortion held; in space a guess of f, the "
           "image's width"};

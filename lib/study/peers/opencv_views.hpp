@@ -6,11 +6,11 @@
 #include "study/peers/mrcal_peer.hpp"
 #include "tagcal/scene/dataset.hpp"
 
-// Private to study: data sets as the peers' calibrations take them.
+// Data sets in the form of the peers' calibrations. Private to study.
 
 namespace tagcal::study {
 
-// The views of four corners and more as OpenCV takes them, in single precision, and what it gave.
+// The views with at least four corners in OpenCV's form, in single precision, and its results.
 struct OpenCvViews {
   explicit OpenCvViews(const Dataset& dataset);
 
@@ -24,8 +24,8 @@ struct OpenCvViews {
   std::vector<cv::Mat> turns, moves;
 };
 
-// Of one board, a square grid of points that are numbered row by row. The poses start from
-// cv::solvePnP of a pinhole with the focal length.
+// The problem of one board, a square grid of points that are numbered row by row. The initial poses
+// are those of cv::solvePnP for a pinhole with the focal length.
 MrcalProblem mrcal_problem(const Dataset& dataset, double focal_px);
 
 }  // namespace tagcal::study

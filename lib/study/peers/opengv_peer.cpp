@@ -3,7 +3,6 @@
 #ifdef TAGCAL_HAS_OPENGV
 
 #include <limits>
-#include <memory>
 #include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>
 #include <opengv/absolute_pose/methods.hpp>
 
@@ -11,12 +10,11 @@ namespace tagcal::study {
 namespace {
 
 // OpenGV takes rays of unit length, and gives target_from_camera.
-struct State {
+struct Input {
   opengv::bearingVectors_t rays;
   opengv::points_t points;
-  PoseAnswer found;
 
-  explicit State(const PoseTask& task) {
+  explicit Input(const PoseTask& task) {
     for (const Correspondence& c : task.correspondences) {
       rays.push_back(ray_in_camera(task.camera.lens, c.pixel).value().direction.normalized());
       points.push_back(c.point);
@@ -32,31 +30,32 @@ struct State {
     return sum;
   }
 
-  void solve(bool refine) {
-    found = {};
+  PoseAnswer pose(bool refine) const {
     opengv::absolute_pose::CentralAbsoluteAdapter adapter(rays, points);
     double least = std::numeric_limits<double>::infinity();
     opengv::transformation_t best;
-    for (const opengv::transformation_t& pose : opengv::absolute_pose::upnp(adapter))
-      if (const double sum = squares(pose); sum < least) least = sum, best = pose;
-    if (!(least < std::numeric_limits<double>::infinity())) return;
+    for (const opengv::transformation_t& one : opengv::absolute_pose::upnp(adapter))
+      if (const double sum = squares(one); sum < least) least = sum, best = one;
+    if (!(least < std::numeric_limits<double>::infinity())) return {};
     if (refine) {
       adapter.setR(best.leftCols<3>());
       adapter.sett(best.col(3));
       best = opengv::absolute_pose::optimize_nonlinear(adapter);
     }
-    if (!best.allFinite()) return;
+    if (!best.allFinite()) return {};
     const Eigen::Matrix3d turn = best.leftCols<3>().transpose();
+    PoseAnswer found;
     found.success = true;
     found.camera_from_target = Pose(nearest_rotation(turn), -(turn * best.col(3)));
+    return found;
   }
 };
 
 PoseMethod method(const std::string& name, const std::string& settings, bool refine) {
   return {name,
-          [refine](const PoseTask& task) -> PreparedPose {
-            auto state = std::make_shared<State>(task);
-            return {[state, refine] { state->solve(refine); }, [state] { return state->found; }};
+          [refine](const PoseTask& task) {
+            return prepare_task<PoseAnswer>(
+                Input(task), [refine](const Input& input) { return input.pose(refine); });
           },
           settings};
 }

@@ -4,12 +4,12 @@
 
 #include "study/tasks/pose_task.hpp"
 
-// OpenGV's poses (Kneip and Furgale, ICRA 2014), where it is installed. Private to study.
+// OpenGV's poses (Kneip and Furgale, ICRA 2014), if it is installed. Private to study.
 
 namespace tagcal::study {
 
-// upnp, of its solutions the one of least residuals; the same, then optimize_nonlinear. None: there
-// was no OpenGV when this was built.
+// Two methods: the solution of upnp with the least residuals, and the same refined by
+// optimize_nonlinear. Empty if the build did not find OpenGV.
 std::vector<PoseMethod> opengv_poses();
 
 }  // namespace tagcal::study

@@ -7,14 +7,14 @@
 #include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
 
-// Calibrations that studies solve: 12 x 12 points, 0.66 m wide, seen by a camera of 1280 x 800.
+// Calibrations for studies: 12 x 12 points, 0.66 m wide, seen by a camera of 1280 x 800 pixels.
 
 namespace tagcal::study {
 
 struct CalibrationTask {
   Dataset dataset;
   Lens lens = pinhole(1, 1, 0, 0);  // the truth
-  std::string model;                // whose free parameters are asked for
+  std::string model;                // its free parameters are estimated
   double sigma_px = 0;
   std::vector<Pose> camera_from_board;  // of the views
 };
@@ -26,19 +26,19 @@ inline constexpr double kGridSpacingM = 0.06;
 CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int num_views,
                                  Random& random);
 
-// The information about the model's free parameters that the views hold, their poses unknown: its
-// inverse is the Cramer-Rao bound.
+// The information of the views about the model's free parameters, with unknown poses; its inverse
+// is the Cramer-Rao bound.
 Eigen::MatrixXd calibration_information(const CalibrationTask& task);
 
-// The free parameters, or none.
+// The free parameters; empty if there is no answer.
 using CalibrationAnswer = std::vector<double>;
 using CalibrationMethod = Method<CalibrationTask, CalibrationAnswer>;
 
-// mrcal's optimiser: as its own tool goes (the true f given, poses by cv::solvePnP, three stages),
-// or alone, all at once, poses and f made beforehand. Precondition: has_mrcal().
+// mrcal's optimiser: in the three stages of its own tool (the true f given, poses by cv::solvePnP),
+// or in one stage with the initial poses and f not timed. Precondition: has_mrcal().
 CalibrationMethod mrcal_calibration(MrcalStages stages);
 
-// Ours first; those that can fit the lens of the model.
+// The methods that can fit the lens of the model, ours first.
 std::vector<CalibrationMethod> calibration_methods(const std::string& model);
 
 }  // namespace tagcal::study

@@ -8,16 +8,16 @@
 
 namespace tagcal::study {
 
-// One view with its truth, as studies make it.
+// One view with its truth.
 struct PoseTask {
   std::vector<Correspondence> correspondences;
-  std::vector<int> groups;  // a tag's id of each, or empty
+  std::vector<int> groups;  // the tag's id of each correspondence, or empty
   Camera camera;            // a pinhole; pose with focal length does not use its focal length
   double sigma_px = 0;
   Pose camera_from_target;
 };
 
-// What a method says. Only ours fill the lower half.
+// The answer of a method. Only our methods set the members from `covariance` on.
 struct PoseAnswer {
   bool success = false;
   Pose camera_from_target;
@@ -30,7 +30,7 @@ struct PoseAnswer {
     Pose camera_from_target;
     Matrix6 covariance;
   };
-  std::vector<Alternative> alternatives;  // the other poses that it names
+  std::vector<Alternative> alternatives;  // other poses that fit as well
 };
 
 using PreparedPose = Prepared<PoseAnswer>;

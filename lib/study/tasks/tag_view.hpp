@@ -39,22 +39,22 @@ struct TagScene {
 
   TagScene(const TagViewSpec& spec, Random& random);
 
-  // No value where one of them is not in the lens' domain.
+  // No value if one of them is not in the lens' domain.
   std::optional<std::array<Eigen::Vector2d, 4>> corners(const Pose& camera_from_world) const;
 
   TagView view(const Pose& camera_from_world, Random& random) const;
 };
 
-// The tag's middle `distance` along a direction, tilted against it about an axis at the azimuth,
-// and rolled; radians.
+// The pose of a tag whose middle is at `distance` along a direction, tilted against the direction
+// about an axis at the azimuth, and rolled; radians.
 Pose tag_pose(const Eigen::Vector3d& direction, double distance, double tilt_deg,
               const Eigen::Vector2d& azimuth_and_roll);
 
-// Each from 0 to a whole turn.
+// Each angle is uniform in [0, 2 pi).
 Eigen::Vector2d random_turns(Random& random);
 
-// A tag seen with the given tilt about a random axis and a random roll, in the middle of the
-// picture but for a part of a pixel.
+// A tag with the given tilt about a random axis and a random roll, within a pixel of the middle of
+// the picture.
 TagView rendered_tag(const TagViewSpec& spec, Random& random);
 
 }  // namespace tagcal::study

@@ -13,7 +13,7 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// Between the rays through two pixels; by way of the optical axis for a fisheye.
+// The angle between the rays through two pixels; for a fisheye, via the optical axis.
 std::optional<double> angle_between_rad(const Lens& lens, const Eigen::Vector2d& a,
                                         const Eigen::Vector2d& b) {
   const std::optional<Ray> ray_a = ray_in_camera(lens, a), ray_b = ray_in_camera(lens, b);

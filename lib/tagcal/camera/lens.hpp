@@ -10,19 +10,19 @@
 
 #include "tagcal/geometry/pose.hpp"
 
-// A lens says how a point in the camera frame (x right, y down, z forward; metres) becomes a pixel
-// (0,0 is the centre of the top-left pixel). Every lens keeps one contract:
+// A lens projects a point in the camera frame (x right, y down, z forward; metres) to a pixel
+// ((0, 0) is the centre of the top-left pixel). Every lens has the same interface:
 //
-//   kNumParameters, kParameterNames         its parameters, OpenCV's order
+//   kNumParameters, kParameterNames         its parameters in OpenCV's order
 //   Lens(parameters)                        throws Error unless all are finite and the scales > 0
 //   project(x)                              the pixel, or no value outside the domain
 //   project(x, by_point, by_parameters)     the same with analytic Jacobians (either may be null)
 //   ray_in_camera(pixel)                    the inverse, or no value where no point projects there
-//   in_domain(x)                            whether project has a value
+//   in_domain(x)                            true if project has a value
 //
-// The domain is where the model is one-to-one; project never answers outside of it. It is tested
-// where the point enters: before the image of a point behind the camera, or beyond the fold of the
-// distortion, could look like any other pixel.
+// The domain is the set of points on which the model is one-to-one. `project` tests it before it
+// projects, because the image of a point behind the camera, or beyond the fold of the distortion,
+// looks like any other pixel.
 
 namespace tagcal {
 
@@ -39,9 +39,9 @@ using PointJacobian = Eigen::Matrix<double, 2, 3>;
 //   L  = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)
 //   x' = x L + 2 p1 x y + p2 (s + 2 x^2)       u = fx x' + cx
 //   y' = y L + p1 (s + 2 y^2) + 2 p2 x y       v = fy y' + cy
-// Domain: Z > 0 and r = sqrt(s) < max_radius(), a radius within which the Jacobian of the
-// distortion is positive definite, and so, on a disc, the distortion one-to-one. Without
-// tangential terms it is the fold itself: the smallest r with d(r L)/dr = 0 or a pole of L.
+// Domain: Z > 0 and r = sqrt(s) < max_radius(). Within this radius the Jacobian of the distortion
+// is positive definite; on a disc the distortion is then one-to-one. Without tangential terms the
+// radius is the fold itself: the smallest r with d(r L)/dr = 0 or a pole of L.
 class Perspective {
  public:
   static constexpr int kNumParameters = 12;
@@ -71,8 +71,8 @@ class Perspective {
 // theta = atan2(sqrt(X^2 + Y^2), Z), the angle from the optical axis:
 //   theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)
 //   (u, v) = (fx, fy) theta_d (X, Y) / sqrt(X^2 + Y^2) + (cx, cy)
-// Domain: theta < max_angle(): below pi, and below the fold d(theta_d)/d(theta) = 0. Points beside
-// and behind the camera (Z <= 0) are in it as far as the polynomial reaches.
+// Domain: theta < max_angle(), which is at most pi and at most the fold d(theta_d)/d(theta) = 0.
+// The domain includes points beside and behind the camera (Z <= 0) up to that angle.
 class Fisheye {
  public:
   static constexpr int kNumParameters = 8;
@@ -98,8 +98,8 @@ class Fisheye {
   double max_angle_;
 };
 
-// Scaled orthographic (weak perspective): u = sx X + cx, v = sy Y + cy, with the scales in pixels a
-// metre. Every point is in its domain; its rays are parallel, along +z, from the plane Z = 0.
+// Scaled orthographic (weak perspective): u = sx X + cx, v = sy Y + cy, with the scales in pixels
+// per metre. Every point is in its domain; its rays start in the plane Z = 0 and run along +z.
 class Parallel {
  public:
   static constexpr int kNumParameters = 4;
@@ -128,16 +128,17 @@ using Lens = std::variant<Perspective, Fisheye, Parallel>;
 // A pinhole without distortion.
 Perspective pinhole(double fx, double fy, double cx, double cy);
 
-// The contract above for any lens.
+// The interface above for any lens.
 std::span<const double> parameters(const Lens& lens);
 std::span<const std::string_view> parameter_names(const Lens& lens);
 bool in_domain(const Lens& lens, const Eigen::Vector3d& x_in_camera);
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& x_in_camera);
 std::optional<Ray> ray_in_camera(const Lens& lens, const Eigen::Vector2d& pixel);
 
-// Many points at once: the chain source -> camera -> image. valid[i] says whether point i is in the
-// domain; pixels[i] of one that is not is NaN. Returns how many are. Throws Error unless the sizes
-// are equal. Agrees with the functions above to rounding; batch.hpp has the same with Jacobians.
+// Projects many points at once along the chain source -> camera -> image. valid[i] is 1 if point i
+// is in the domain; otherwise pixels[i] is NaN. Returns the number of valid points. Throws Error
+// unless the sizes are equal. Agrees with the functions above to rounding; batch.hpp adds
+// Jacobians.
 std::size_t project(const Lens& lens, const Pose& camera_from_source,
                     std::span<const Eigen::Vector3d> x_in_source, std::span<Eigen::Vector2d> pixels,
                     std::span<std::uint8_t> valid);

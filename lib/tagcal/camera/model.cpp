@@ -10,7 +10,7 @@
 namespace tagcal {
 namespace {
 
-const std::array<Model, 9>& ladder() {
+const std::array<Model, 9>& candidates() {
   static const std::vector<FreeParameter> fxfycxcy = {
       {"fx", {0}}, {"fy", {1}}, {"cx", {2}}, {"cy", {3}}};
   static const auto with = [](std::vector<FreeParameter> base, std::vector<FreeParameter> more) {
@@ -66,7 +66,7 @@ std::string known_names(LensType type) {
   return known;
 }
 
-// The values by the indices of the lens' parameters.
+// The held values by parameter index of the lens.
 std::map<int, double> by_index(const std::map<std::string, double>& values, LensType type) {
   const auto names = names_of(type);
   std::map<int, double> held;
@@ -93,14 +93,27 @@ bool alike(const Model& a, const Model& b) {
 
 }  // namespace
 
+ParameterKind parameter_kind(std::string_view name) {
+  switch (name.front()) {
+    case 'f':
+      return ParameterKind::focal_length;
+    case 'c':
+      return ParameterKind::principal_point;
+    case 'p':
+      return ParameterKind::tangential;
+    default:
+      return ParameterKind::radial;
+  }
+}
+
 Model::Model(std::string_view name, LensType lens_type, std::vector<FreeParameter> free)
     : name_(name), lens_type_(lens_type), free_(std::move(free)) {}
 
-std::span<const Model> Model::all() { return ladder(); }
+std::span<const Model> Model::all() { return candidates(); }
 
 const Model& Model::named(std::string_view name) {
   std::string known;
-  for (const Model& model : ladder()) {
+  for (const Model& model : candidates()) {
     if (model.name() == name) return model;
     known += (known.empty() ? "" : ", ") + std::string(model.name());
   }

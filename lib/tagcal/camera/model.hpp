@@ -13,30 +13,37 @@ namespace tagcal {
 
 enum class LensType { perspective, fisheye, parallel };
 
+// Role of a lens parameter.
+enum class ParameterKind { focal_length, principal_point, radial, tangential };
+// The kind of a parameter by its name: f, fx, fy; cx, cy; k1 .. k6; p1, p2.
+ParameterKind parameter_kind(std::string_view name);
+
 // A parameter that a model leaves free, and the lens parameters (by index) that it sets: the `f` of
 // the square-pixel models sets fx and fy.
 struct FreeParameter {
   std::string_view name;
   std::vector<int> lens_parameters;
+
+  ParameterKind kind() const { return parameter_kind(name); }
 };
 
 class HeldModels;
 
-// A rung of the ladder of models: a lens and the set of its parameters that are free. Held are the
-// others: the principal point at the centre of the image, the distortion at zero, or where
-// HeldModels says.
+// A candidate model of a camera: a lens type and the set of its free parameters. The other
+// parameters are held: the principal point at the centre of the image, the distortion at zero, or
+// all at the values of HeldModels.
 class Model {
  public:
-  // Throws Error, with the known names, for an unknown one.
+  // Throws Error, with the known names, for an unknown name.
   static const Model& named(std::string_view name);
-  // Every model, by growing number of parameters:
+  // All models, from the smallest to the largest number of parameters:
   // weak, f, f+c, pinhole, radial1, radial2, opencv5, fisheye4, opencv8.
   static std::span<const Model> all();
 
   Model(std::string_view name, LensType lens_type, std::vector<FreeParameter> free);
 
-  // The model of another name that holds the same values as this one (`named`, where it holds
-  // none), and all of them (`all`).
+  // The model of another name with the same held values as this one, and all such models. Equal to
+  // `named` and `all` if this model has no held values.
   const Model& sibling(std::string_view name) const;
   std::vector<const Model*> siblings() const;
 
@@ -45,14 +52,14 @@ class Model {
   int num_free() const { return static_cast<int>(free_.size()); }
   const std::vector<FreeParameter>& free() const { return free_; }
 
-  // The lens with these free parameters and the held ones at their places. No value where the
-  // parameters are no lens (a focal length that is not positive, a value that is not finite).
+  // The lens with these free and the held parameters. No value if the parameters define no lens (a
+  // focal length that is not positive, a value that is not finite).
   std::optional<Lens> lens(std::span<const double> free_values, const ImageSize& size) const;
 
-  // The free parameters of a lens of this type; tied ones (fx, fy) by their mean.
+  // The free parameters of a lens of this type; a tied one (f) is the mean of its parameters.
   std::vector<double> free_values(const Lens& lens) const;
 
-  // Lens parameters (by index) that are held at values of their own.
+  // Lens parameters (by index) that HeldModels holds, and their values.
   const std::map<int, double>& held() const { return held_; }
 
  private:
@@ -65,22 +72,23 @@ class Model {
   const HeldModels* siblings_ = nullptr;
 };
 
-// The ladder of models with some parameters held at given values. Each model loses the free
-// parameters that set one of them: of models with square pixels (one `f`), holding fx holds fy,
-// too, and at the same value unless that is given.
+// All candidate models with some parameters held at given values. Each model loses the free
+// parameters that set a held one. In a model with square pixels (one `f`) a held fx also holds fy,
+// at the same value unless another is given.
 class HeldModels {
  public:
-  // `values` by the lens' names (fx, fy, cx, cy, k1, ..), f for fx and fy. Distortion is held in
-  // the models of `lens_type` only: the coefficients of others are others. Throws Error for a name
-  // that no lens of the type has, or a value that is none (not finite; a focal length <= 0).
+  // `values` has the lens' names as keys (fx, fy, cx, cy, k1, ..); f stands for fx and fy.
+  // Distortion is held only in models of `lens_type`, because the coefficients of other lenses mean
+  // something else. Throws Error for a name that the lens type does not have, a value that is not
+  // finite, and a focal length <= 0.
   HeldModels(const std::map<std::string, double>& values, LensType lens_type);
   HeldModels(const HeldModels&) = delete;
   HeldModels& operator=(const HeldModels&) = delete;
 
-  // The model of that name, or the next larger one with its lens that has something free, if there
-  // is one. Throws Error as Model::named does.
+  // The model of that name. If it has no free parameter left, the next larger model with the same
+  // lens that has one, if any. Throws Error as Model::named does.
   const Model& named(std::string_view name) const;
-  // Those that have something free (and weak), without those that are alike a smaller one.
+  // The models with a free parameter, and weak, without those that equal a smaller one.
   std::vector<const Model*> all() const;
 
  private:

@@ -9,50 +9,49 @@
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/picture_batch.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
 
-constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
-
-// What a picture shows beside corners.
-struct Noticed {
+// What is said of a picture besides its corners.
+struct PictureReport {
   std::vector<std::string> warnings;
   std::vector<UnfittedTag> unfitted;
   TagCount count;
 };
 
-// All that one thread needs, which may have others do some of its work.
+// The state of one thread, which may start `threads` - 1 others for its work.
 class Worker {
  public:
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options, int threads)
       : camera_(options.camera), finders_(board_finders(boards, options, threads)) {}
 
-  View detect(const Image8& image, const std::string& name, Noticed& noticed) {
+  View detect(const Image8& image, const std::string& name, PictureReport& report) {
     check_size(image.size(), name);
     View view{name, {}};
-    if (image.width() < kMinImageSide || image.height() < kMinImageSide) {
-      noticed.warnings.push_back(
-          fmt::format("{}: smaller than {}x{}, holds no tag", name, kMinImageSide, kMinImageSide));
+    constexpr int kMinSide = policy::kTagMinPictureSidePx;
+    if (image.width() < kMinSide || image.height() < kMinSide) {
+      report.warnings.push_back(
+          fmt::format("{}: smaller than {}x{} pixels, was not searched", name, kMinSide, kMinSide));
       return view;
     }
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);
-      warn_of(seen, finder->wanted().family, name, noticed.warnings);
+      warn_of(seen, finder->wanted().family, name, report.warnings);
       for (const Completion& completion : seen.completions) {
         for (const FoundTag& tag : completion.tags) add_corners(tag, view);
-        noticed.count.add(image, completion, finder->family());
+        report.count.add(image, completion, finder->family());
         for (const MissingTag& tag : completion.missing)
           if (tag.why == WhyNot::no_fit && tag.expected)
-            noticed.unfitted.push_back({tag.id, *tag.expected});
+            report.unfitted.push_back({tag.id, *tag.expected});
       }
     }
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (view.observations.empty())
-      noticed.warnings.push_back(name + ": no tag of the boards found");
+    if (view.observations.empty()) report.warnings.push_back(name + ": no tag of the boards found");
     return view;
   }
 
@@ -67,12 +66,12 @@ class Worker {
   static void warn_of(const SeenBoards& seen, const std::string& family, const std::string& name,
                       std::vector<std::string>& warnings) {
     if (!seen.strange.empty()) {
-      warnings.push_back(fmt::format("{}: left out {} tags that are on no board: {}", name, family,
+      warnings.push_back(fmt::format("{}: {} tags on no board are not reported: {}", name, family,
                                      fmt::join(seen.strange, ", ")));
     }
     if (!seen.repeated.empty()) {
-      warnings.push_back(fmt::format("{}: left out {} tags seen more than once: {}", name, family,
-                                     fmt::join(seen.repeated, ", ")));
+      warnings.push_back(fmt::format("{}: {} tags seen more than once are not reported: {}", name,
+                                     family, fmt::join(seen.repeated, ", ")));
     }
   }
 
@@ -92,17 +91,17 @@ class Worker {
 
 View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
             const DetectOptions& options, std::vector<std::string>* warnings) {
-  Noticed noticed;
-  View view = Worker(boards, options, threads_of(options.threads)).detect(image, name, noticed);
-  if (warnings) warnings->insert(warnings->end(), noticed.warnings.begin(), noticed.warnings.end());
+  PictureReport report;
+  View view = Worker(boards, options, threads_of(options.threads)).detect(image, name, report);
+  if (warnings) warnings->insert(warnings->end(), report.warnings.begin(), report.warnings.end());
   return view;
 }
 
 DetectResult detect_all(const std::vector<ImageSource>& images,
                         const std::vector<PlacedBoard>& boards, const DetectOptions& options,
                         const std::function<void(int, int)>& progress) {
-  // Made here, before any thread starts: an unknown family is an error of the boards, and
-  // AprilTag's families are created by one thread.
+  // Workers are created before any thread starts: an unknown family throws here, and AprilTag's
+  // families must be created by one thread.
   std::vector<Worker> workers;
   const int threads = threads_of(options.threads);
   const int num_workers = std::clamp(static_cast<int>(images.size()), 1, threads);
@@ -110,20 +109,20 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
     workers.emplace_back(boards, options, threads / num_workers);
   DetectResult result;
   result.views.resize(images.size());
-  std::vector<Noticed> noticed(images.size());
+  std::vector<PictureReport> reports(images.size());
   for_each_picture(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
-        result.views[i] = worker.detect(images[i].load(), images[i].name, noticed[i]);
+        result.views[i] = worker.detect(images[i].load(), images[i].name, reports[i]);
       },
       progress);
   std::vector<TagCount> counts;
-  for (const Noticed& of_picture : noticed) counts.push_back(of_picture.count);
+  for (const PictureReport& report : reports) counts.push_back(report.count);
   result.warnings = wrong_border_warnings(images, counts, boards, options);
-  for (Noticed& of_picture : noticed) {
-    const auto& lines = of_picture.warnings;
+  for (PictureReport& report : reports) {
+    const auto& lines = report.warnings;
     result.warnings.insert(result.warnings.end(), lines.begin(), lines.end());
-    result.unfitted.push_back(std::move(of_picture.unfitted));
+    result.unfitted.push_back(std::move(report.unfitted));
   }
   return result;
 }

@@ -12,6 +12,7 @@
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/solvers/plane.hpp"
 
@@ -20,12 +21,6 @@ using namespace internal;
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr int kMinImageSide = 8;
-constexpr int kSmallImageSide = 160;        // px: a board of readable tags hardly fits in
-constexpr std::size_t kFewestTags = 2;      // that speak for a mirror (noise gives one)
-constexpr double kSpacingTolerance = 0.04;  // sides of a tag
-constexpr double kSameRatio = 0.2;          // relative
 
 std::vector<int> ids_of(const std::vector<FoundTag>& tags) {
   std::vector<int> ids;
@@ -49,7 +44,7 @@ Image8 inverted(const Image8& image) {
   return result;
 }
 
-// All tags of every kind that the library knows.
+// The tags of every family and border that the library knows.
 std::vector<SeenKind> all_kinds(const Image8& image, int& quads) {
   std::vector<SeenKind> kinds;
   for (const std::string& family : tag_family_names()) {
@@ -70,22 +65,23 @@ bool is_kind(const SeenKind& kind, const Board& board) {
   return kind.family == board.family && kind.border_bits == board.border_bits;
 }
 
-// How many tags of the board's kind a picture shows.
+// Number of tags of the board's family and border in a picture.
 std::size_t count_in(const Image8& image, const Board& board) {
   FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares, {}},
                           {.max_hamming = 0});
   return detector.find(image).size();
 }
 
-// The other tag's centre, seen from this one: along x and y, in sides of this one.
+// The centre of another tag in the frame of this one: origin at its centre, unit its side.
 std::optional<Vector2d> centre_seen_from(const Quad& from, const Quad& other) {
-  const Vector2d corners[4] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  constexpr double h = 1.0 / 2;
+  const Vector2d corners[4] = {{-h, -h}, {h, -h}, {h, h}, {-h, h}};
   Eigen::Vector3d rays[4];
   const Vector2d middle = centre_of(from);
   for (std::size_t i = 0; i < 4; ++i) rays[i] = (from[i] - middle).homogeneous();
   const auto pixels_from_tag = homography(corners, rays);
   if (!pixels_from_tag) return std::nullopt;
-  // Where the diagonals meet: the centre under perspective.
+  // The diagonals meet at the centre, under perspective too.
   const auto line = [&](std::size_t a, std::size_t b) {
     return Eigen::Vector3d((other[a] - middle).homogeneous())
         .cross(Eigen::Vector3d((other[b] - middle).homogeneous()));
@@ -93,7 +89,7 @@ std::optional<Vector2d> centre_seen_from(const Quad& from, const Quad& other) {
   return (pixels_from_tag->inverse() * line(0, 2).cross(line(1, 3))).hnormalized();
 }
 
-// The gap between tags side by side, in sides of a tag, as the picture has it.
+// Median of the gaps between neighbouring tags in the picture, in sides of a tag.
 std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Quad>& seen) {
   std::vector<double> gaps;
   for (const auto& [id, quad] : seen) {
@@ -107,7 +103,7 @@ std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Qua
     if (place % grid.columns != grid.columns - 1) add(id + 1, 0);
     add(id + grid.columns, 1);
   }
-  if (gaps.size() < 3) return std::nullopt;
+  if (gaps.size() < policy::kBoardMinGaps) return std::nullopt;
   const auto half = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::ranges::nth_element(gaps, half);
   return *half;
@@ -121,7 +117,7 @@ class Explainer {
   }
 
   Explanation run() {
-    if (image_.width() < kMinImageSide || image_.height() < kMinImageSide) {
+    if (std::min(image_.width(), image_.height()) < policy::kTagMinPictureSidePx) {
       result_.mistakes.push_back(small_text());
       return result_;
     }
@@ -131,7 +127,8 @@ class Explainer {
     }
     std::ranges::sort(result_.reported);
     std::ranges::sort(result_.not_reported, {}, &NotReported::id);
-    if (result_.reported.empty() && std::min(image_.width(), image_.height()) < kSmallImageSide)
+    if (result_.reported.empty() &&
+        std::min(image_.width(), image_.height()) < policy::kBoardSmallPictureSidePx)
       result_.mistakes.push_back(small_text());
     return result_;
   }
@@ -156,15 +153,16 @@ class Explainer {
   void name_mistakes(const Board& board, const Completion& completion, std::size_t strange) {
     if (completion.tags.empty() && strange > 0) {
       result_.mistakes.push_back(
-          fmt::format("wrong ids: {} tags of {} are there, none of them is on the target", strange,
-                      board.family));
+          fmt::format("wrong ids: {} tags of {} are in the picture, none of them is on the target; "
+                      "correct the ids in the target file",
+                      strange, board.family));
     } else {
       name_wrong_kind(board, completion.tags.empty());
     }
     if (board.grid) name_wrong_spacing(*board.grid, completion);
   }
 
-  // Tags with one border can often be read as ones with the other, though not as surely.
+  // Tags printed with one border are often read as tags with the other, but with wrong cells.
   void name_wrong_kind(const Board& board, bool nothing_found) {
     std::size_t of_target = 0;
     for (const SeenKind& kind : result_.decoded)
@@ -172,40 +170,44 @@ class Explainer {
     bool named = false;
     for (const SeenKind& kind : result_.decoded) {
       const std::size_t n = kind.ids.size();
-      const bool border = kind.family == board.family;
+      const bool is_border = kind.family == board.family;
       if (is_kind(kind, board) || !shows_other_kind(n, of_target)) continue;
-      if (!nothing_found && !border) continue;  // of something else in the picture
+      if (!nothing_found && !is_border) continue;  // tags of another object
       named = true;
       result_.mistakes.push_back(
-          fmt::format("wrong {}: {} tags of {} with border_bits {} are there; the target says {}",
-                      border ? "border" : "family", n, kind.family, kind.border_bits,
-                      border ? fmt::format("border_bits {}", board.border_bits) : board.family));
+          fmt::format("wrong {}: {} tags of {} with border_bits {} are in the picture, but the "
+                      "target file says {}; correct the target file",
+                      is_border ? "border" : "family", n, kind.family, kind.border_bits,
+                      is_border ? fmt::format("border_bits {}", board.border_bits) : board.family));
     }
     if (named || !nothing_found) return;
-    if (const std::size_t n = count_in(mirrored(image_), board); n >= kFewestTags)
+    if (const std::size_t n = count_in(mirrored(image_), board); n >= policy::kBoardMinOtherTags)
+      result_.mistakes.push_back(fmt::format(
+          "mirrored picture: {} tags are read after mirroring it; mirror the picture back", n));
+    if (const std::size_t n = count_in(inverted(image_), board); n >= policy::kBoardMinOtherTags)
       result_.mistakes.push_back(
-          fmt::format("mirrored picture: {} tags can be read in a mirror", n));
-    if (const std::size_t n = count_in(inverted(image_), board); n >= kFewestTags)
-      result_.mistakes.push_back(
-          fmt::format("inverted picture: {} tags can be read with black and white exchanged", n));
+          fmt::format("inverted picture: {} tags are read after exchanging black and white; invert "
+                      "the picture back",
+                      n));
   }
 
   void name_wrong_spacing(const Grid& grid, const Completion& completion) {
     std::map<int, Quad> seen;
     for (const FoundTag& tag : completion.tags) seen[tag.id] = tag.corners;
     const std::optional<double> spacing = measured_spacing(grid, seen);
-    if (!spacing || std::abs(*spacing - grid.tag_spacing) < kSpacingTolerance) return;
+    if (!spacing || std::abs(*spacing - grid.tag_spacing) < policy::kBoardSpacingTolerance) return;
     const double in_metres = *spacing * grid.tag_size;
-    const bool metres = std::abs(grid.tag_spacing - in_metres) < kSameRatio * std::abs(in_metres);
+    const bool metres = std::abs(grid.tag_spacing - in_metres) <
+                        policy::kBoardMetresTolerance * std::abs(in_metres);
     result_.mistakes.push_back(fmt::format(
         "wrong tag spacing: the gap is {:.2f} of a tag's side in the picture, {:.4g} in the "
-        "target{}",
+        "target file{}; correct the target file",
         *spacing, grid.tag_spacing,
-        metres ? ", which looks like metres: it must be gap / tag size" : ""));
+        metres ? ", which looks like metres, but must be gap / tag size" : ""));
   }
 
   std::string small_text() const {
-    return fmt::format("picture too small: {}x{} pixels, and a tag needs 20 or so along a side",
+    return fmt::format("picture too small: {}x{} pixels; a tag needs about 20 pixels along a side",
                        image_.width(), image_.height());
   }
 

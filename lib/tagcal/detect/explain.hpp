@@ -12,7 +12,7 @@ namespace tagcal {
 struct SeenKind {
   std::string family;
   int border_bits = 1;
-  std::vector<int> ids;  // ascending; one seen twice stands twice
+  std::vector<int> ids;  // ascending; an id that was seen twice is listed twice
 };
 
 struct NotReported {
@@ -20,18 +20,18 @@ struct NotReported {
   std::string why;
 };
 
-// What a picture shows, and why not more.
+// What a picture shows, and why tags are missing.
 struct Explanation {
   ImageSize size;
   int quads = 0;                          // black shapes with four sides, tags or not
-  std::vector<SeenKind> decoded;          // of every family and border that is known
+  std::vector<SeenKind> decoded;          // one for each known family and border with tags
   std::vector<int> reported;              // ids of the boards' tags that detect() reports
-  std::vector<NotReported> not_reported;  // ids of the boards, by id
-  std::vector<std::string> mistakes;      // what is probably wrong with target or picture
+  std::vector<NotReported> not_reported;  // the boards' other tags, by id
+  std::vector<std::string> mistakes;      // probable mistakes of target file or picture
 };
 
-// Looks at a picture with all families and borders, in a mirror and inverted, and at the spacing of
-// the tags found: about ten times the work of detect(), for a person who wonders.
+// Searches a picture for all families and borders, mirrored and inverted too, and measures the
+// spacing of the tags found. Costs about ten times as much as detect().
 Explanation explain(const Image8& image, const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal

@@ -72,7 +72,7 @@ TagFamily tag_family(std::string_view name, int border_bits) {
   family.total_width = handle->total_width;
   family.reversed_border = handle->reversed_border;
   for (std::uint32_t i = 0; i < handle->nbits; ++i) {
-    // Bits outside of the border have negative places, kept unsigned by the library.
+    // Bits outside of the border have negative coordinates, which AprilTag stores as unsigned.
     family.bits.push_back(
         {static_cast<std::int32_t>(handle->bit_x[i]), static_cast<std::int32_t>(handle->bit_y[i])});
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
 #include "tagcal/error.hpp"
 
@@ -12,19 +14,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kNextOrder = 0.25;  // of what bends of third order do to a corner, what others may
-// Standard deviations of what is believed: one corner hardly tells a shift of its borders from its
-// own place, and a fit that ends farther out, 1 in 16,000 by chance, is a second minimum.
-constexpr double kMostShift = 4;
-constexpr double kWholePx = 110;  // beyond it, what lenses do to a tag has more than third order
-
-bool is_inside(const TagCorners& corners, const ImageSize& size) {
-  return std::ranges::all_of(corners, [&](const Vector2d& corner) {
-    return corner.x() >= -0.5 && corner.y() >= -0.5 && corner.x() <= size.width - 0.5 &&
-           corner.y() <= size.height - 0.5;
-  });
-}
-
 void check(const TagPattern& pattern) {
   const std::size_t n = pattern.lines.size();
   if (n < 4 || n > kMaxTagLines || pattern.cells.size() != (n - 1) * (n - 1))
@@ -33,7 +22,7 @@ void check(const TagPattern& pattern) {
     throw Error("refine_tag: pattern: lines must ascend");
 }
 
-// Each corner of a large tag by itself, from pixels of its own.
+// Fits each corner of a large tag by itself, from pixels of its own.
 template <typename T>
 TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
                  const TagFitOptions& options) {
@@ -43,7 +32,8 @@ TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorn
     const TagRegion region = part_of_tag(pattern, start, i);
     TagFitter fitter(region, start, options);
     TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
-    if (options.shift_sd_px > 0 && part.shift_px.norm() > kMostShift * options.shift_sd_px)
+    if (options.shift_sd_px > 0 &&
+        part.shift_px.norm() > policy::kTagMaxShiftSds * options.shift_sd_px)
       part.status = TagFitStatus::not_converged;
     if (part.status != TagFitStatus::converged) {
       fit.status = part.status;
@@ -62,11 +52,11 @@ TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorn
   return fit;
 }
 
-// Where a corner says too little by itself, the whole tag; what its bends are beyond third order is
-// not known then.
+// Fits the corners one by one or, if one of them fails, the whole tag; the unknown bends beyond
+// third order then count in the covariance.
 template <typename T>
-TagFit fit_beyond_whole(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
-                        const TagFitOptions& options) {
+TagFit fit_strongly_bent(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+                         const TagFitOptions& options) {
   const TagFit parts = fit_parts(image, pattern, start, options);
   if (parts.status == TagFitStatus::converged) return parts;
   TagFitOptions whole = options;
@@ -76,7 +66,8 @@ TagFit fit_beyond_whole(const Image<T>& image, const TagPattern& pattern, const 
   if (!fitter.cut(image)) return {};
   TagFit fit = fitter.fit();
   fit.is_by_corner = true;
-  fit.covariance_px2.diagonal().array() += std::pow(kNextOrder * fitter.third_order_px(), 2);
+  fit.covariance_px2.diagonal().array() +=
+      std::pow(policy::kTagNextOrderShare * fitter.third_order_px(), 2);
   return fit;
 }
 
@@ -86,12 +77,13 @@ TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorner
   const double side_px = 2 * mean_half_side(start);
   const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 &&
                        !options.camera && !options.is_whole;
-  if (is_bent && side_px > kWholePx) return fit_beyond_whole(image, pattern, start, options);
+  if (is_bent && side_px > policy::kTagMaxWholePx)
+    return fit_strongly_bent(image, pattern, start, options);
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, options);
   if (!fitter.cut(image)) return {};
   const TagFit fit = fitter.fit();
-  return fitter.is_for_parts() ? fit_beyond_whole(image, pattern, fit.corners, options) : fit;
+  return fitter.is_for_parts() ? fit_strongly_bent(image, pattern, fit.corners, options) : fit;
 }
 
 template <typename T>
@@ -102,11 +94,11 @@ TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners
     throw Error("refine_tag: camera: its image must have the size of the picture");
   TagFit fit;
   fit.status = TagFitStatus::out_of_image;
-  if (!is_inside(start, image.size())) return fit;
+  if (!is_inside(start, image.size(), 0)) return fit;
   fit = fit_tag(image, pattern, start, options);
   // Symmetric to the last bit.
-  fit.covariance_px2 = (0.5 * (fit.covariance_px2 + fit.covariance_px2.transpose())).eval();
-  if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size()))
+  fit.covariance_px2 = ((fit.covariance_px2 + fit.covariance_px2.transpose()) / 2).eval();
+  if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size(), 0))
     fit.status = TagFitStatus::out_of_image;
   return fit;
 }

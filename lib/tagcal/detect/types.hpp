@@ -13,34 +13,34 @@
 
 namespace tagcal {
 
-// How the corners of a decoded tag are made finer.
+// How the corners of a decoded tag are refined.
 enum class Refinement {
   stock,  // as AprilTag gives them
   edges,  // each side of the tag fitted by itself: refine_edges.hpp
-  fit,    // the whole printed pattern fitted (refine_tag.hpp), with covariances; where that fails,
-          // under the lens that the tags of the picture show together; where that fails too, the
-          // tag is not reported
+  fit,    // the whole printed pattern fitted (refine_tag.hpp), with covariances; if that fails,
+          // under the lens estimated from the picture's tags; if that fails too, the tag is not
+          // reported
 };
 
 struct DetectOptions {
-  int threads = 0;      // working side by side, on pictures or in a single one; 0: one per core
+  int threads = 0;      // for pictures in parallel, or within a single one; 0: one per core
   int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
   Refinement refinement = Refinement::fit;
   // The camera of all pictures, if it is known; it must outlive the search. Tags are fitted under
-  // its lens (TagFitOptions::camera), and without where that fails.
+  // its lens (TagFitOptions::camera), or without it if that fails.
   const Camera* camera = nullptr;
 };
 
-// A tag that was read, but is not reported: its pattern could not be fitted.
+// A tag that was read but is not reported, because its pattern could not be fitted.
 struct UnfittedTag {
   int id = 0;
-  std::array<Eigen::Vector2d, 4> corners;  // roughly, px
+  std::array<Eigen::Vector2d, 4> corners;  // approximate, px
 };
 
 struct DetectResult {
   std::vector<View> views;  // in the order of the images; corners ordered by id
-  std::vector<std::vector<UnfittedTag>> unfitted;  // of each view
-  std::vector<std::string> warnings;               // in plain words; those of one image name it
+  std::vector<std::vector<UnfittedTag>> unfitted;  // for each view
+  std::vector<std::string> warnings;               // those of one image begin with its name
 };
 
 // One image of a batch: its name and how to load it (called from a worker thread, may throw Error).
@@ -49,69 +49,72 @@ struct ImageSource {
   std::function<Image8()> load;
 };
 
-// What is printed on and around a tag, as far as it is known: a grid of black and white cells. The
-// tag's plane has its unit along the side between the corners; (0, 0) is the upper-left corner, x
-// right, y down on the upright tag. What lies outside of the outermost lines is not known.
+// The print on and around a tag, as a grid of black and white cells. Unit of the tag's plane: the
+// side between the corners; (0, 0) is the upper-left corner, x right, y down on the upright tag.
+// Everything beyond the outermost lines is unknown.
 struct TagPattern {
   enum Cell : std::uint8_t { black, white, unknown };
   std::vector<double> lines;  // borders of the cells, ascending, the same in x and in y
   std::vector<Cell> cells;    // (lines - 1)^2, row by row from above
 };
 
-// What surrounds a tag beyond its family's own frame.
+// The print around a tag beyond its family's own frame.
 struct TagSurroundings {
-  double gap = 0;  // white to each side at least, in sides of the tag; 0: only the family's frame
-  bool corner_squares = false;  // Kalibr's: black squares `gap` wide touch the corners (where the
-                                // gap is 0, it is not known how wide)
+  double gap = 0;  // least white to each side, in sides of the tag; 0: only the family's frame
+  bool corner_squares = false;  // Kalibr's: black squares `gap` wide touch the corners (of unknown
+                                // width if the gap is 0)
 };
 
 enum class TagFitStatus {
   converged,
   not_converged,  // the pixels do not look like this pattern near the start
   out_of_image,   // a corner lies outside of the picture
-  too_small,      // cells so narrow against the blur, or so few pixels, that corners are not fixed
+  too_small,      // cells too narrow against the blur, or too few pixels, to determine corners
 };
 
 struct TagFitOptions {
-  // How far lenses are believed to bend lines within one tag: sd of a line's curvature, 1/px, and
-  // of its change along the line, 1/px^2. Either zero: the tag is the image under a homography.
-  double bend_sd_per_px = 1.6e-3;
-  double twist_sd_per_px2 = 1.2e-5;
+  // Prior of the bends that a lens gives to lines within one tag: sd of a line's curvature, 1/px,
+  // and of its change along the line, 1/px^2. If either is zero, the tag is the image under a
+  // homography. The defaults are those of detect() for pictures 1280 px wide: 2 / 1280 and
+  // 20 / 1280^2 (kTagBendSd and kTagTwistSd of policy/policy.hpp), rounded.
+  double bend_sd_per_px = 1.6e-3;    // numeric: default, source above
+  double twist_sd_per_px2 = 1.2e-5;  // numeric: default, source above
   int max_iterations = 12;
-  // The camera of the picture, if it is known; it must outlive the call. Then nothing else is
-  // believed to bend lines, and a tag of any size is fitted as a whole. What has no ray is not
-  // looked at. Error unless its image has the picture's size. Of no use for parallel rays, under
+  // The camera of the picture, if it is known; it must outlive the call. Then the prior of bends is
+  // not used, and a tag of any size is fitted as a whole. Pixels without a ray are not used. Throws
+  // Error unless its image has the picture's size. Has no effect for a parallel projection, under
   // which lines are straight.
   const Camera* camera = nullptr;
-  // The camera is known roughly only: bends as above are believed of what it leaves.
+  // The camera is only roughly known: the prior of bends applies to what its lens leaves.
   bool is_rough = false;
-  // Never corner by corner: the whole tag, however large and bent.
+  // Fits the whole tag however large and bent it is, never corner by corner.
   bool is_whole = false;
-  // How far borders between black and white are believed to be shifted, px: by ink that spreads,
-  // and by paper so bright that it eats black, each. Corners are where they would be without. Zero:
-  // not at all.
+  // Prior standard deviation of the shift of borders between black and white, px: by ink that
+  // spreads, and by bloom of bright paper, each. Corners are reported without the shift. Zero: no
+  // shift.
   double shift_sd_px = 0;
-  // Grey levels are light to this power, as cameras make it for screens: then the blur of a border
-  // is not symmetric.
+  // Grey level = light to this power, as cameras encode it for screens: it makes the blur of a
+  // border asymmetric.
   double gamma = 1;
 };
 
 struct TagFit {
   TagFitStatus status = TagFitStatus::not_converged;
-  // Only where converged:
+  // Only if converged:
   std::array<Eigen::Vector2d, 4> corners{};  // 0..3 as in CornerId, pixel centres at whole numbers
   Eigen::Matrix<double, 8, 8> covariance_px2 =
-      Eigen::Matrix<double, 8, 8>::Zero();  // of (x0, y0, x1, y1, ..), from the residuals
-  double blur_px = 0;                       // Gaussian before the pixels' squares; 0 if less
-  double black = 0;                         // grey levels at the tag's centre
+      Eigen::Matrix<double, 8, 8>::Zero();  // for (x0, y0, x1, y1, ..), from the residuals
+  double blur_px = 0;  // sd of the Gaussian without the pixel's square; 0 if less than that
+  double black = 0;    // grey levels at the tag's centre
   double white = 0;
-  // Of borders towards black, px: the part that is the same all over the picture, and the part that
-  // is the same all over the tag. Of a tag that faces the camera only their sum is known.
+  // Shift of borders towards black, px: the part that is constant in the picture (bloom), and the
+  // part that is constant on the tag (ink). A tag that faces the camera determines only their sum.
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
-  int num_pixels = 0;       // that were used
+  int num_pixels = 0;       // used by the fit
   int iterations = 0;
-  bool is_by_corner = false;  // strongly bent: a camera, even one known roughly, would say more
+  bool is_by_corner =
+      false;  // strongly bent: a camera, even a rough one, would improve the corners
 };
 
 }  // namespace tagcal

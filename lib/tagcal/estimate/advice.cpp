@@ -12,6 +12,7 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/internal/text.hpp"
@@ -28,28 +29,30 @@ using Eigen::VectorXd;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kDirectionsShown = 3;
-constexpr double kNearlyAsMuch = 2;  // of the variance that the best view leaves
 
-std::string number(double value, const char* format = "%.3g") {
+std::string formatted(double value, const char* format = "%.3g") {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
   return text;
 }
 
-// What a parameter trades with, in plain words, and what helps.
-const char* trade_off(std::string_view parameter) {
+// A sentence that names the correlation of a weak parameter, its consequence, and a remedy.
+const char* correlation_sentence(std::string_view parameter) {
   switch (parameter[0]) {
     case 'f':
-      return "focal length and distance trade off: tilt the board by 30 degrees or more in 3 views";
+      return "the views hardly separate focal length and distance, so the projection is uncertain: "
+             "take 3 views with the board tilted by 30 degrees or more";
     case 'k':
-      return "distortion coefficients trade off: bring the board into the corners of the image";
+      return "the views hardly separate the distortion coefficients, so the projection is "
+             "uncertain: take views with the board in the corners of the image";
     default:
-      return "principal point and board tilt trade off: tilt the board to all sides, and turn it "
-             "about its normal between views";
+      return "the views hardly separate principal point and tilt of the board, so the projection "
+             "is uncertain: tilt the board to all sides, and turn it about its normal between "
+             "views";
   }
 }
 
-// The place of a third of the image, or a side, by its name: (-1, -1) is upper left.
+// The name of a third or a side of the image: (-1, -1) is upper left.
 std::string side_name(int x, int y, const char* middle) {
   const std::string vertical = y < 0 ? "upper" : y > 0 ? "lower" : "";
   const std::string horizontal = x < 0 ? "left" : x > 0 ? "right" : "";
@@ -59,14 +62,14 @@ std::string side_name(int x, int y, const char* middle) {
 
 struct Candidate {
   double tilt_rad = 0;
-  int side = 0;  // that comes towards the camera: 0 upper, 1 upper right, ... by 45 degrees
+  int side = 0;  // the side nearest to the camera: 0 upper, 1 upper right, ... by 45 degrees
   int column = 0, row = 0;  // -1, 0, 1
   double distance_m = 1;
 };
 
 std::vector<Candidate> candidates(double distance_m) {
   std::vector<Candidate> all;
-  for (const double share : {1.0, 0.7, 0.5, 1.4})
+  for (const double share : {1.0, 0.7, 0.5, 1.4})  // numeric: tried values
     for (const int row : {0, -1, 1})
       for (const int column : {0, -1, 1})
         for (const double tilt_deg : {0, 20, 40, 55})
@@ -75,7 +78,7 @@ std::vector<Candidate> candidates(double distance_m) {
   return all;
 }
 
-// The largest board and what the views are made of.
+// The points of the largest board, in its frame (metres).
 struct BoardPoints {
   std::vector<Vector3d> points;
   Vector3d centre = Vector3d::Zero();
@@ -94,7 +97,8 @@ struct BoardPoints {
 };
 
 Vector2d pixel_of(const Candidate& c, const ImageSize& size) {
-  return image_centre(size) + Vector2d(0.3 * c.column * size.width, 0.3 * c.row * size.height);
+  return image_centre(size) + Vector2d(policy::kAdvisedOffset * c.column * size.width,
+                                       policy::kAdvisedOffset * c.row * size.height);
 }
 
 std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const BoardPoints& board) {
@@ -109,9 +113,9 @@ std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const Boar
   return Pose(rotation, c.distance_m * ray->direction - rotation * board.centre);
 }
 
-// What the camera would see of the board; no value for less than half of it.
-std::optional<ViewProblem> seen_of(const BoardPoints& board, const Camera& camera,
-                                   const Pose& camera_from_board) {
+// The view of the board's visible points. No value if fewer than half of them are visible.
+std::optional<ViewProblem> visible_part(const BoardPoints& board, const Camera& camera,
+                                        const Pose& camera_from_board) {
   ViewProblem view;
   for (const Vector3d& x : board.points) {
     const auto pixel = project(camera.lens, camera_from_board * x);
@@ -121,61 +125,63 @@ std::optional<ViewProblem> seen_of(const BoardPoints& board, const Camera& camer
   return view;
 }
 
-// The state that a new view is to improve.
-struct Known {
-  std::shared_ptr<const HeldModels> models;  // that the model is one of, where it holds values
+// The estimate that a new view is to improve.
+struct CurrentEstimate {
+  std::shared_ptr<const HeldModels> models;  // owns the model
   const Model* model = nullptr;
   Camera camera;
   MatrixXd information;
   double sigma_px = 1;
   double distance_m = 1;
-  SeenRegion seen;  // empty where the lens has no distortion to learn
+  SeenRegion seen;  // empty if the model has no distortion
 };
 
-// Of one coordinate of a view to come: as the residuals of the others show it. (Where every
-// corner has its own noise, sigma is a factor of it.)
-double noise_to_expect(const Calibration& c) {
+// Noise per coordinate (px) expected in the next view: the RMS of the residuals if the corners have
+// covariances of their own (sigma_px is 1 then).
+double expected_noise(const Calibration& c) {
   return c.sigma_of_corners ? c.rms_px / std::numbers::sqrt2 : c.sigma_px;
 }
 
 bool has_distortion(const Model& model) {
-  return std::any_of(model.free().begin(), model.free().end(),
-                     [](const FreeParameter& free) { return free.name[0] == 'k'; });
+  return std::any_of(model.free().begin(), model.free().end(), [](const FreeParameter& free) {
+    return free.kind() == ParameterKind::radial;
+  });
 }
 
-std::optional<Known> known_of(const Calibration& c, const BoardPoints& board) {
+std::optional<CurrentEstimate> current_estimate(const Calibration& c, const BoardPoints& board) {
   if (!c.camera) return std::nullopt;
-  Known known;
-  known.camera = *c.camera;
-  known.sigma_px = noise_to_expect(c);
+  CurrentEstimate current;
+  current.camera = *c.camera;
+  current.sigma_px = expected_noise(c);
   if (is_answer(c.status) && c.covariance.size() > 0) {
-    known.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).lens_type());
-    known.model = &known.models->named(c.model);
+    current.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).lens_type());
+    current.model = &current.models->named(c.model);
     const auto information = exact_inverse(c.covariance);
     if (!information) return std::nullopt;
-    known.information = *information;
+    current.information = *information;
     std::vector<double> distances;
     for (const CalibratedView& view : c.views)
       distances.push_back(view.camera_from_world.translation().norm());
     std::sort(distances.begin(), distances.end());
-    known.distance_m = distances[distances.size() / 2];
-    if (has_distortion(*known.model)) known.seen = c.seen;
-    return known;
+    current.distance_m = distances[distances.size() / 2];
+    if (has_distortion(*current.model)) current.seen = c.seen;
+    return current;
   }
   const ImageSize& size = c.camera->image_size;
   const double focal = std::max(size.width, size.height);
   const Vector2d centre = image_centre(size);
-  known.model = &Model::named("f");
-  known.camera.lens = pinhole(focal, focal, centre.x(), centre.y());
-  known.information = MatrixXd::Zero(1, 1);
-  known.distance_m = 1.5 * board.size * focal / std::min(size.width, size.height);
-  return known;
+  current.model = &Model::named("f");
+  current.camera.lens = pinhole(focal, focal, centre.x(), centre.y());
+  current.information = MatrixXd::Zero(1, 1);
+  current.distance_m =
+      policy::kAdvisedDistance * board.size * focal / std::min(size.width, size.height);
+  return current;
 }
 
 double focal_sigma(const Model& model, const MatrixXd& covariance) {
   double largest = 0;
   for (int i = 0; i < model.num_free(); ++i)
-    if (model.free()[static_cast<std::size_t>(i)].name[0] == 'f')
+    if (model.free()[static_cast<std::size_t>(i)].kind() == ParameterKind::focal_length)
       largest = std::max(largest, std::sqrt(covariance(i, i)));
   return largest;
 }
@@ -188,69 +194,70 @@ std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_
                      (c.column != 0 && c.row != 0   ? " corner"
                       : c.column != 0 || c.row != 0 ? " part"
                                                     : "") +
-                     " of the image, " + number(view.distance_m) + " m away, ";
+                     " of the image, " + formatted(view.distance_m) + " m away, ";
   if (c.tilt_rad > 0)
-    text += "tilted by " + number(c.tilt_rad / kDegree) + " degrees with its " +
+    text += "tilted by " + formatted(c.tilt_rad / kDegree) + " degrees with its " +
             side_name(side[0], side[1], "") + (side[0] != 0 && side[1] != 0 ? " corner" : " edge") +
             " towards the camera";
   else
     text += "facing the camera";
-  text += view.fills.empty() ? "" : ", which shows it in the " + listed(view.fills);
-  text += ": sd of the focal length ";
-  if (known_before) text += number(view.focal_sigma_now_px) + " -> ";
-  text += number(view.focal_sigma_px) + " px";
-  return known_before ? text : text + ", if it is about as long as the image is wide";
+  text += view.fills.empty() ? "" : ", which covers the " + listed(view.fills) + " of the image";
+  text += ": it makes the standard deviation of the focal length ";
+  text += formatted(view.focal_sigma_px) + " px";
+  if (known_before) return text + " (now " + formatted(view.focal_sigma_now_px) + " px)";
+  return text + " if the focal length is about the longer side of the image";
 }
 
-// The missing parts that a view would show.
-std::vector<std::string> filled_by(const ViewProblem& view, const Known& known,
-                                   std::vector<std::string> missing) {
+// The missing parts of the image that a view would cover.
+std::vector<std::string> parts_covered_by(const ViewProblem& view, const CurrentEstimate& current,
+                                          std::vector<std::string> missing) {
   if (missing.empty()) return {};
-  std::vector<Vector2d> pixels = known.seen.hull();
+  std::vector<Vector2d> pixels = current.seen.hull();
   for (const Correspondence& c : view.correspondences) pixels.push_back(c.pixel);
-  const auto left = SeenRegion(known.camera.image_size, pixels).missing_parts();
-  std::erase_if(missing, [&](const auto& part) { return std::ranges::count(left, part) > 0; });
+  const auto still_missing = SeenRegion(current.camera.image_size, pixels).missing_parts();
+  std::erase_if(missing,
+                [&](const auto& part) { return std::ranges::count(still_missing, part) > 0; });
   return missing;
 }
 
-struct Judged {
+struct JudgedView {
   Candidate candidate;
   Pose pose;
-  MatrixXd covariance;
-  double variance = 0;
+  MatrixXd covariance;  // of the parameters after this view
+  double variance = 0;  // of the projection at infinity, mean over the image, px^2
   std::vector<std::string> fills;
 };
 
-std::vector<Judged> judged(const BoardPoints& board, const Known& known) {
-  const UncertainLens lens{known.model, known.camera.lens, {}};
+std::vector<JudgedView> judge_candidates(const BoardPoints& board, const CurrentEstimate& current) {
+  const UncertainLens lens{current.model, current.camera.lens, {}};
   const MatrixXd projection =
-      aligned_jacobian(lens, ImageGrid{known.camera.image_size, 9, 7}.pixels(), kInfinitelyFar);
+      aligned_jacobian(lens, ImageGrid{current.camera.image_size, 9, 7}.pixels(), kInfinitelyFar);
   const MatrixXd effect = projection.transpose() * projection /
                           static_cast<double>(std::max<Index>(1, projection.rows()));
-  const std::vector<std::string> missing = known.seen.missing_parts();
-  const double noise = known.sigma_px * known.sigma_px;
-  std::vector<Judged> all;
-  for (const Candidate& c : candidates(known.distance_m)) {
-    const auto pose = pose_of(c, known.camera, board);
-    const auto view = pose ? seen_of(board, known.camera, *pose) : std::nullopt;
+  const std::vector<std::string> missing = current.seen.missing_parts();
+  const double noise = current.sigma_px * current.sigma_px;
+  std::vector<JudgedView> all;
+  for (const Candidate& c : candidates(current.distance_m)) {
+    const auto pose = pose_of(c, current.camera, board);
+    const auto view = pose ? visible_part(board, current.camera, *pose) : std::nullopt;
     if (!view) continue;
     const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
     if (!added) continue;
-    const auto covariance = exact_inverse(known.information + added->schur / noise);
+    const auto covariance = exact_inverse(current.information + added->schur / noise);
     if (!covariance) continue;
-    all.push_back(
-        {c, *pose, *covariance, (effect * *covariance).trace(), filled_by(*view, known, missing)});
+    all.push_back({c, *pose, *covariance, (effect * *covariance).trace(),
+                   parts_covered_by(*view, current, missing)});
   }
   return all;
 }
 
-// Of the views that teach nearly as much as any, the one that fills most gaps.
-const Judged* best_of(const std::vector<Judged>& all) {
+// The view that fills most missing parts, of those with nearly the least variance.
+const JudgedView* best_view(const std::vector<JudgedView>& all) {
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Judged& j : all) lowest = std::min(lowest, j.variance);
-  const Judged* best = nullptr;
-  for (const Judged& j : all) {
-    if (!(j.variance <= kNearlyAsMuch * lowest)) continue;
+  for (const JudgedView& j : all) lowest = std::min(lowest, j.variance);
+  const JudgedView* best = nullptr;
+  for (const JudgedView& j : all) {
+    if (!(j.variance <= policy::kNearlyLeastVariance * lowest)) continue;
     if (!best || j.fills.size() > best->fills.size() ||
         (j.fills.size() == best->fills.size() && j.variance < best->variance))
       best = &j;
@@ -276,26 +283,26 @@ std::vector<WeakDirection> weak_directions(const UncertainLens& lens,
     projection.colwise().norm().transpose().cwiseProduct(direction.cwiseAbs()).maxCoeff(&strongest);
     const std::string_view name = lens.model->free()[static_cast<std::size_t>(strongest)].name;
     const double sigma = std::sqrt(std::max(0.0, spectrum.eigenvalues()[i]));
-    directions.push_back({std::string(name), sigma, trade_off(name)});
+    directions.push_back({std::string(name), sigma, correlation_sentence(name)});
   }
   return directions;
 }
 
 std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& calibration) {
   const BoardPoints board(dataset);
-  const std::optional<Known> known = known_of(calibration, board);
-  if (!known) return std::nullopt;
-  const std::vector<Judged> all = judged(board, *known);
-  const Judged* best = best_of(all);
+  const std::optional<CurrentEstimate> current = current_estimate(calibration, board);
+  if (!current) return std::nullopt;
+  const std::vector<JudgedView> all = judge_candidates(board, *current);
+  const JudgedView* best = best_view(all);
   if (!best) return std::nullopt;
-  const auto before = exact_inverse(known->information);
+  const auto before = exact_inverse(current->information);
   AdvisedView view{
       best->pose,
       best->candidate.tilt_rad,
       best->candidate.distance_m,
-      pixel_of(best->candidate, known->camera.image_size),
-      focal_sigma(*known->model, best->covariance),
-      before ? focal_sigma(*known->model, *before) : std::numeric_limits<double>::infinity(),
+      pixel_of(best->candidate, current->camera.image_size),
+      focal_sigma(*current->model, best->covariance),
+      before ? focal_sigma(*current->model, *before) : std::numeric_limits<double>::infinity(),
       std::sqrt(best->variance),
       best->fills,
       ""};

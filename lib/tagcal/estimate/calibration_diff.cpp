@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -15,22 +16,20 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kFewest = 6;  // samples
-
 std::optional<Correspondence> point_at(const Lens& lens, const Vector2d& pixel, double distance_m) {
   const std::optional<Ray> ray = ray_in_camera(lens, pixel);
   if (!ray) return std::nullopt;
   return Correspondence{(std::isfinite(distance_m) ? distance_m : 1.0) * ray->direction, pixel};
 }
 
-// The rotation that fits best, by Gauss-Newton: the residuals are nearly linear in it. Points at
-// the border of what the lens sees that a turn takes out of it are left out of the view.
+// The rotation that fits best, by Gauss-Newton, in which the residuals are nearly linear. Removes
+// points from the view that a rotation moves out of the domain of the lens.
 std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
   Pose pose;
   for (int i = 0; i < 50; ++i) {
     std::erase_if(view.correspondences,
                   [&](const Correspondence& c) { return !in_domain(lens, pose * c.point); });
-    if (view.correspondences.size() < kFewest) return std::nullopt;
+    if (view.correspondences.size() < policy::kLeastComparedPoints) return std::nullopt;
     const auto r = reprojection(view, lens, {}, pose);
     if (!r) return std::nullopt;
     const auto by_turn = r->by_pose.leftCols<3>();
@@ -38,26 +37,27 @@ std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
         (by_turn.transpose() * by_turn).ldlt().solve(by_turn.transpose() * r->residuals);
     if (!turn.allFinite()) return std::nullopt;
     pose = Pose(exp_rotation(-turn) * pose.rotation(), Vector3d::Zero());
-    if (turn.norm() < 1e-13) break;
+    if (turn.norm() < 1e-13) break;  // numeric: a step of the size of rounding
   }
   return pose;
 }
 
 std::optional<Pose> best_pose(ViewProblem& view, const Lens& lens, double distance_m) {
-  const std::optional<Pose> turned = best_rotation(view, lens);
-  if (!turned || !std::isfinite(distance_m)) return turned;
-  // From a start at some distance, so that the solver's unit of length is that of the points.
+  const std::optional<Pose> rotated = best_rotation(view, lens);
+  if (!rotated || !std::isfinite(distance_m)) return rotated;
+  // The target frame is moved to the points, because the solver's unit of length is the distance of
+  // the target.
   ViewProblem shifted = view;
   const Pose ahead(Eigen::Quaterniond::Identity(), {0, 0, distance_m});
   for (Correspondence& c : shifted.correspondences) c.point = ahead.inverse() * c.point;
-  const auto refined = refine_pose(shifted, lens, *turned * ahead);
+  const auto refined = refine_view_pose(shifted, lens, *rotated * ahead);
   if (!refined) return std::nullopt;
   return refined->camera_from_target * ahead.inverse();
 }
 
 void fill_grid(const Lens& a, const Lens& b, LensDifference& d) {
-  const double nothing = std::numeric_limits<double>::quiet_NaN();
-  d.u_px = d.v_px = Eigen::MatrixXd::Constant(d.grid.rows, d.grid.columns, nothing);
+  const double no_value = std::numeric_limits<double>::quiet_NaN();
+  d.u_px = d.v_px = Eigen::MatrixXd::Constant(d.grid.rows, d.grid.columns, no_value);
   for (int row = 0; row < d.grid.rows; ++row) {
     for (int column = 0; column < d.grid.columns; ++column) {
       const auto c = point_at(a, d.grid.pixel(column, row), d.distance_m);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
 
@@ -9,28 +11,26 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// Points so near to a line that the turn about it is hardly known. A linear covariance does not
-// tell: the likelihood is flat there, with minima where noise has it. So a turn by 20 degrees is
-// tried.
-bool hides_turn_about_line(const PoseProblem& problem, const Lens& lens, const ViewFit<6>& fit) {
-  constexpr double kNarrow = 0.25;   // RMS width, of the length
-  constexpr double kTurnRad = 0.35;  // seven times what a known pose may have
-  constexpr double kTold = 25;       // sigma^2
+// True for points so near to a line that the data do not exclude a turn by 20 degrees about it. The
+// linear covariance does not show this: the likelihood along the turn is flat, and noise decides
+// where its minima are.
+bool is_turn_about_line_unknown(const PoseProblem& problem, const Lens& lens,
+                                const PoseMinima<6>& fit) {
   const ViewPoints view = problem.view();
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : view.points) squares += p.cwiseAbs2();
   Eigen::Index along = 0;
   const double length = squares.maxCoeff(&along), width = squares.sum() - length;
-  if (width > kNarrow * kNarrow * length) return false;
+  if (width > policy::kNarrowWidth * policy::kNarrowWidth * length) return false;
   ViewResiduals residuals(lens, view);
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
-  for (const double turn : {kTurnRad, -kTurnRad}) {
+  for (const double turn : {policy::kLineTurnRad, -policy::kLineTurnRad}) {
     ViewState state = fit.best().state;
     state.rotation =
         state.rotation * exp_rotation(turn * Eigen::Vector3d::Unit(along)).toRotationMatrix();
     double cost = 0;
     for (const double square : residuals.at(state)) cost += square;
-    if (cost - fit.best().cost < kTold * variance) return true;
+    if (cost - fit.best().cost < policy::kExcludedCost * variance) return true;
   }
   return false;
 }
@@ -39,28 +39,30 @@ bool hides_turn_about_line(const PoseProblem& problem, const Lens& lens, const V
 
 PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, const Camera& camera,
                            const PoseOptions& options) {
-  AgreeingFit<6> agreeing = fit_agreeing<6>(correspondences, camera.lens, options);
+  RobustPose<6> robust = fit_pose_robustly<6>(correspondences, camera.lens, options);
   PoseEstimate estimate;
-  estimate.warnings = std::move(agreeing.warnings);
-  estimate.status = agreeing.status;
-  if (!agreeing.fit) return estimate;
-  estimate.outliers = std::move(agreeing.outliers);
-  estimate.sigma_px = agreeing.fit->noise.sigma_px;
-  estimate.hypotheses = hypotheses_of<6>(*agreeing.problem, camera.lens, *agreeing.fit);
+  estimate.findings = std::move(robust.findings);
+  estimate.status = robust.status;
+  if (!robust.fit) return estimate;
+  estimate.outliers = std::move(robust.outliers);
+  estimate.sigma_px = robust.fit->noise.sigma_px;
+  estimate.hypotheses = hypotheses_of<6>(*robust.problem, camera.lens, *robust.fit);
   if (estimate.hypotheses.empty()) {
     estimate.status = Status::degenerate;
-    estimate.warnings.emplace_back("the points do not fix a pose");
+    add(estimate.findings, code::degenerate,
+        "the points do not determine a pose: their information is singular");
     return estimate;
   }
-  if (hides_turn_about_line(*agreeing.problem, camera.lens, *agreeing.fit)) {
+  if (is_turn_about_line_unknown(*robust.problem, camera.lens, *robust.fit)) {
     estimate.hypotheses.clear();
     estimate.status = Status::degenerate;
-    estimate.warnings.emplace_back(
-        "the points are nearly on a line: the turn about it cannot be told from noise");
+    add(estimate.findings, code::degenerate,
+        "the points are nearly on a line, and the noise hides the turn about it: use a wider "
+        "target");
     return estimate;
   }
   if (estimate.hypotheses.size() > 1) estimate.status = Status::ambiguous;
-  if (!agreeing.fit->best().converged) estimate.status = Status::not_converged;
+  if (!robust.fit->best().converged) estimate.status = Status::not_converged;
   return estimate;
 }
 

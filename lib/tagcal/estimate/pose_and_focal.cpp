@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
@@ -12,23 +14,14 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// The rule for the focal length: refused above 10 % of standard deviation, and as well ...
-constexpr double kMaxRelativeSigma = 0.1;
-// ... where infinity (weak perspective) explains the view about as well: chi-square with one
-// degree of freedom, p = 0.001.
-constexpr double kMinLikelihoodRatio = 10.8;
-// Below this one the other need not be asked (of 13,000 such views at tilts of 0 to 25 degrees none
-// was as well explained; of 4,500 up to 5 % two were).
-constexpr double kSmallRelativeSigma = 0.03;
-
 Lens plain_pinhole(double focal_px, const ImageSize& size) {
   const Eigen::Vector2d centre = image_centre(size);
   return pinhole(focal_px, focal_px, centre.x(), centre.y());
 }
 
-// By how many sigma^2 weak perspective fits worse; pixels are relative to the centre in it. With
-// covariances this is an upper bound: its fit does not weigh the pixels.
-double weak_perspective_excess(const PoseProblem& problem, const ViewFit<7>& fit,
+// Returns by how many sigma^2 weak perspective (an infinite focal length) fits worse. With
+// covariances this is an upper bound: the weak-perspective fit does not weight the pixels.
+double weak_perspective_excess(const PoseProblem& problem, const PoseMinima<7>& fit,
                                const Solutions<WeakPerspectivePose, 2>& weak,
                                const Eigen::Vector2d& centre) {
   if (weak.empty()) return std::numeric_limits<double>::infinity();
@@ -44,7 +37,7 @@ double weak_perspective_excess(const PoseProblem& problem, const ViewFit<7>& fit
   return (cost - fit.best().cost) / (fit.noise.sigma_px * fit.noise.sigma_px);
 }
 
-// The view under weak perspective, in the target's frame.
+// Weak-perspective poses in the target's frame.
 std::vector<WeakPerspectivePose> in_target_frame(const PoseProblem& problem,
                                                  const Solutions<WeakPerspectivePose, 2>& poses) {
   std::vector<WeakPerspectivePose> result;
@@ -65,19 +58,19 @@ Solutions<WeakPerspectivePose, 2> weak_poses(const PoseProblem& problem,
   return weak_perspective_poses(problem.view().points, pixels.span());
 }
 
-// The poses for the focal length that the caller takes it for.
+// Adds the poses for the prior focal length.
 void add_poses_of_prior(std::span<const Correspondence> correspondences, const ImageSize& size,
                         const PoseAndFocalOptions& options, PoseAndFocalEstimate& estimate) {
   const PoseEstimate prior =
       estimate_pose(correspondences, {plain_pinhole(options.prior_focal_px, size), size}, options);
-  estimate.warnings.insert(estimate.warnings.end(), prior.warnings.begin(), prior.warnings.end());
+  estimate.findings.insert(estimate.findings.end(), prior.findings.begin(), prior.findings.end());
   if (!is_answer(prior.status)) return;
   estimate.hypotheses = prior.hypotheses;
   estimate.outliers = prior.outliers;
   estimate.sigma_px = prior.sigma_px;
 }
 
-// What the options or the image cannot be; empty: they can.
+// Describes an invalid image size or option; empty if both are valid.
 std::string defect(const ImageSize& size, const PoseAndFocalOptions& options) {
   if (size.width <= 0 || size.height <= 0) return "the image has no size";
   if (!(options.prior_focal_px >= 0) || std::isinf(options.prior_focal_px))
@@ -85,26 +78,28 @@ std::string defect(const ImageSize& size, const PoseAndFocalOptions& options) {
   return {};
 }
 
-// Why the focal length is refused.
+// Sentence for a refused focal length.
 std::string refusal(double relative_sigma, bool model_error) {
-  if (relative_sigma > kMaxRelativeSigma && std::isfinite(relative_sigma))
+  if (relative_sigma > policy::kFocalRefused && std::isfinite(relative_sigma))
     return fmt::format(
-        "the focal length cannot be told from the distance: its standard deviation would be {:.0f} "
-        "%",
+        "the view does not separate the focal length from the distance (standard deviation of the "
+        "focal length {:.0f} %): come nearer, or tilt the target by 30 degrees or more",
         100 * relative_sigma);
-  return model_error ? "the focal length is not that of a pinhole: calibrate the lens"
-                     : "the focal length cannot be told from the distance: weak perspective "
-                       "explains the view";
+  return model_error ? "the residuals show that the lens is no pinhole: calibrate the lens"
+                     : "the view does not separate the focal length from the distance (weak "
+                       "perspective explains it as well): come nearer, or tilt the target by 30 "
+                       "degrees or more";
 }
 
-// Whether the view shows the focal length; the poses under weak perspective where that was asked.
-bool shows_focal_length(const AgreeingFit<7>& agreeing, double relative_sigma,
-                        const Eigen::Vector2d& centre, Solutions<WeakPerspectivePose, 2>& weak) {
-  const bool by_sigma = relative_sigma <= kMaxRelativeSigma && !agreeing.model_error;
-  if (by_sigma && relative_sigma <= kSmallRelativeSigma) return true;
-  weak = weak_poses(*agreeing.problem, centre);
-  return by_sigma && weak_perspective_excess(*agreeing.problem, *agreeing.fit, weak, centre) >=
-                         kMinLikelihoodRatio;
+// Returns true if the focal length is observable. `weak` becomes the poses under weak perspective
+// if the decision needs them.
+bool is_focal_observable(const RobustPose<7>& robust, double relative_sigma,
+                         const Eigen::Vector2d& centre, Solutions<WeakPerspectivePose, 2>& weak) {
+  const bool by_sigma = relative_sigma <= policy::kFocalRefused && !robust.model_error;
+  if (by_sigma && relative_sigma <= policy::kFocalWellKnown) return true;
+  weak = weak_poses(*robust.problem, centre);
+  return by_sigma && weak_perspective_excess(*robust.problem, *robust.fit, weak, centre) >=
+                         policy::kWeakPerspectiveExcess;
 }
 
 }  // namespace
@@ -114,35 +109,34 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
                                              const PoseAndFocalOptions& options) {
   PoseAndFocalEstimate estimate;
   if (const std::string reason = defect(image_size, options); !reason.empty()) {
-    estimate.warnings.push_back(reason);
+    add(estimate.findings, code::degenerate, reason);
     return estimate;
   }
   const double guess = options.prior_focal_px > 0 ? options.prior_focal_px
                                                   : std::max(image_size.width, image_size.height);
   const Lens lens = plain_pinhole(guess, image_size);
-  AgreeingFit<7> agreeing = fit_agreeing<7>(correspondences, lens, options);
-  estimate.warnings = std::move(agreeing.warnings);
-  estimate.status = agreeing.status;
-  if (!agreeing.fit) return estimate;
-  estimate.outliers = std::move(agreeing.outliers);
-  estimate.sigma_px = agreeing.fit->noise.sigma_px;
-  estimate.hypotheses =
-      hypotheses_of<7>(*agreeing.problem, lens, *agreeing.fit, &estimate.covariance);
+  RobustPose<7> robust = fit_pose_robustly<7>(correspondences, lens, options);
+  estimate.findings = std::move(robust.findings);
+  estimate.status = robust.status;
+  if (!robust.fit) return estimate;
+  estimate.outliers = std::move(robust.outliers);
+  estimate.sigma_px = robust.fit->noise.sigma_px;
+  estimate.hypotheses = hypotheses_of<7>(*robust.problem, lens, *robust.fit, &estimate.covariance);
   const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
                                                       : std::sqrt(estimate.covariance(6, 6));
   Solutions<WeakPerspectivePose, 2> weak;
-  if (shows_focal_length(agreeing, relative, image_centre(image_size), weak)) {
+  if (is_focal_observable(robust, relative, image_centre(image_size), weak)) {
     estimate.focal_px = estimate.hypotheses.front().focal_px;
     estimate.sigma_focal_px = relative * estimate.focal_px;
     if (estimate.hypotheses.size() > 1) estimate.status = Status::ambiguous;
-    if (!agreeing.fit->best().converged) estimate.status = Status::not_converged;
+    if (!robust.fit->best().converged) estimate.status = Status::not_converged;
     return estimate;
   }
   estimate.status = Status::focal_not_observable;
   estimate.hypotheses.clear();
   estimate.covariance.setZero();
-  if (!agreeing.model_error) estimate.weak_perspective = in_target_frame(*agreeing.problem, weak);
-  estimate.warnings.push_back(refusal(relative, agreeing.model_error));
+  if (!robust.model_error) estimate.weak_perspective = in_target_frame(*robust.problem, weak);
+  add(estimate.findings, code::focal_not_observable, refusal(relative, robust.model_error));
   if (options.prior_focal_px > 0)
     add_poses_of_prior(correspondences, image_size, options, estimate);
   return estimate;

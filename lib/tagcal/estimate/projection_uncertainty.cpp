@@ -18,7 +18,7 @@ struct Jacobians {
   MatrixXd by_parameters;
 };
 
-// Of the pixels that a ray meets; `index` says which these are.
+// Jacobians of the pixels that have a ray; `index` are the numbers of these pixels.
 Jacobians jacobians(const UncertainLens& lens, std::span<const Vector2d> pixels, double distance_m,
                     std::vector<std::size_t>& index) {
   ViewProblem points;
@@ -36,11 +36,12 @@ Jacobians jacobians(const UncertainLens& lens, std::span<const Vector2d> pixels,
     return {MatrixXd(0, far ? 3 : 6), MatrixXd(0, lens.model->num_free())};
   }
   if (far) return {MatrixXd(r->by_pose.leftCols<3>()), MatrixXd(r->by_parameters)};
-  r->by_pose.rightCols<3>() *= distance_m;  // a length as good as any, near one
+  r->by_pose.rightCols<3>() *= distance_m;  // scales the columns like those of the rotation
   return {MatrixXd(r->by_pose), MatrixXd(r->by_parameters)};
 }
 
-// What the common pose answers to each parameter: the least squares solution.
+// Change of the common pose by each parameter, which explains most of the projection's change
+// (least squares).
 MatrixXd pose_by_parameters(const Jacobians& j) {
   return j.by_pose.colPivHouseholderQr().solve(j.by_parameters);
 }
@@ -68,8 +69,8 @@ ProjectionUncertainty projection_uncertainty(const UncertainLens& lens, const Im
   std::vector<std::size_t> index;
   const Jacobians of_samples = jacobians(lens, samples, distance_m, index);
   if (index.size() < 3) return result;
-  const MatrixXd answer = pose_by_parameters(of_samples);
-  const MatrixXd aligned = of_samples.by_parameters - of_samples.by_pose * answer;
+  const MatrixXd pose_change = pose_by_parameters(of_samples);
+  const MatrixXd aligned = of_samples.by_parameters - of_samples.by_pose * pose_change;
   result.region_px = std::sqrt(mean_variance(aligned, lens.covariance));
   result.region_max_px = 0;
   for (Eigen::Index row = 0; row < aligned.rows(); row += 2)
@@ -78,7 +79,7 @@ ProjectionUncertainty projection_uncertainty(const UncertainLens& lens, const Im
                  std::sqrt(mean_variance(aligned.middleRows<2>(row), lens.covariance)));
   const std::vector<Vector2d> nodes = grid.pixels();
   const Jacobians of_nodes = jacobians(lens, nodes, distance_m, index);
-  const MatrixXd rows = of_nodes.by_parameters - of_nodes.by_pose * answer;
+  const MatrixXd rows = of_nodes.by_parameters - of_nodes.by_pose * pose_change;
   for (std::size_t i = 0; i < index.size(); ++i) {
     const auto node = static_cast<Eigen::Index>(index[i]);
     result.sigma_px(node / grid.columns, node % grid.columns) = std::sqrt(

@@ -7,15 +7,16 @@
 
 namespace tagcal {
 
-// Var(q) = A C A^T, A = J - J_pose (J_pose^T J_pose)^-1 J_pose^T J with the products over the
-// samples of the region, J by the parameters and J_pose by a pose (at infinity: a rotation) common
-// to all points (after mrcal's projection uncertainty: Kogan, https://mrcal.secretsauce.net).
-// `samples` are pixels, three or more that are not on a line.
+// Standard deviations of the projection over a grid and over the samples of a region, for points at
+// one distance. Var(q) = A C A^T with A = J - J_pose (J_pose^T J_pose)^-1 J_pose^T J, where J is
+// the Jacobian by the parameters, J_pose that by a pose (at infinity: a rotation) common to all
+// points, and the products are sums over the samples (after mrcal's projection uncertainty: Kogan,
+// https://mrcal.secretsauce.net). `samples` are pixels, three or more that are not on a line.
 ProjectionUncertainty projection_uncertainty(const UncertainLens& lens, const ImageGrid& grid,
                                              std::span<const Eigen::Vector2d> samples,
                                              double distance_m);
 
-// A as above at the samples themselves (two rows each; those without a ray left out).
+// The matrix A above at the samples: two rows for each sample that has a ray.
 MatrixX aligned_jacobian(const UncertainLens& lens, std::span<const Eigen::Vector2d> samples,
                          double distance_m);
 

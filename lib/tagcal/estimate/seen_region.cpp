@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal {
@@ -35,9 +36,9 @@ std::vector<Vector2d> convex_hull(std::vector<Vector2d> points) {
   return hull;
 }
 
-// What can be on the hull: all but those inside the octagon of the outermost in eight directions
-// (Akl & Toussaint, Information Processing Letters 7, 1978).
-std::vector<Vector2d> outer(std::span<const Vector2d> pixels) {
+// Points that can be on the hull: those that are not inside the octagon of the outermost points in
+// eight directions (Akl & Toussaint, Information Processing Letters 7, 1978).
+std::vector<Vector2d> hull_candidates(std::span<const Vector2d> pixels) {
   if (pixels.empty()) return {};
   const Vector2d directions[] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
                                  {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
@@ -59,8 +60,9 @@ std::vector<Vector2d> outer(std::span<const Vector2d> pixels) {
 }  // namespace
 
 Vector2d ImageGrid::pixel(int column, int row) const {
-  return {-0.5 + size.width * static_cast<double>(column) / (columns - 1),
-          -0.5 + size.height * static_cast<double>(row) / (rows - 1)};
+  constexpr double kBorder = -0.5;  // numeric: pixel (0, 0) is the centre of the first pixel
+  return {kBorder + size.width * static_cast<double>(column) / (columns - 1),
+          kBorder + size.height * static_cast<double>(row) / (rows - 1)};
 }
 
 std::vector<Vector2d> ImageGrid::pixels() const {
@@ -71,7 +73,7 @@ std::vector<Vector2d> ImageGrid::pixels() const {
 }
 
 SeenRegion::SeenRegion(const ImageSize& size, std::span<const Vector2d> pixels)
-    : size_(size), hull_(convex_hull(outer(pixels))) {
+    : size_(size), hull_(convex_hull(hull_candidates(pixels))) {
   if (hull_.size() < 3) hull_.clear();
 }
 
@@ -86,22 +88,22 @@ bool SeenRegion::contains(const Vector2d& pixel) const {
 }
 
 double SeenRegion::share() const {
-  double twice = 0;
+  double twice_area = 0;
   for (std::size_t i = 0; i < hull_.size(); ++i)
-    twice += cross(hull_[i], hull_[(i + 1) % hull_.size()]);
-  return hull_.empty() ? 0 : 0.5 * twice / (static_cast<double>(size_.width) * size_.height);
+    twice_area += cross(hull_[i], hull_[(i + 1) % hull_.size()]);
+  return hull_.empty() ? 0 : twice_area / 2 / (static_cast<double>(size_.width) * size_.height);
 }
 
 std::vector<Vector2d> SeenRegion::samples() const {
   std::vector<Vector2d> inside;
   for (const Vector2d& p : ImageGrid{size_, 33, 21}.pixels())
     if (contains(p)) inside.push_back(p);
-  if (inside.size() >= 12 || hull_.empty()) return inside;
-  // A small region: a grid of its own, by its corners and what lies between them and its middle.
+  if (inside.size() >= policy::kLeastRegionSamples || hull_.empty()) return inside;
+  // A small region: its centre, and points between that and the corners of the hull.
   Vector2d middle = Vector2d::Zero();
   for (const Vector2d& p : hull_) middle += p / static_cast<double>(hull_.size());
   inside = {middle};
-  for (const double share : {0.25, 0.5, 0.75, 1.0})
+  for (const double share : {0.25, 0.5, 0.75, 1.0})  // numeric: quarters of the way
     for (const Vector2d& p : hull_) inside.emplace_back(middle + share * (p - middle));
   return inside;
 }
@@ -113,16 +115,17 @@ std::vector<std::string> SeenRegion::missing_parts() const {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
+  constexpr double kNear = policy::kCornerInset, kFar = 1 - policy::kCornerInset;
   const double w = size_.width, h = size_.height;
   std::vector<std::string> parts;
   if (low.x() > w / 3) parts.emplace_back("left third");
   if (high.x() < 2 * w / 3) parts.emplace_back("right third");
   if (low.y() > h / 3) parts.emplace_back("upper third");
   if (high.y() < 2 * h / 3) parts.emplace_back("lower third");
-  // Image corners count only where a whole side is not missing already.
+  // A corner is named only if neither of its sides is missing as a third.
   for (const bool right : {false, true}) {
     for (const bool low_side : {false, true}) {
-      const Vector2d corner(right ? 0.8 * w : 0.2 * w, low_side ? 0.8 * h : 0.2 * h);
+      const Vector2d corner(right ? kFar * w : kNear * w, low_side ? kFar * h : kNear * h);
       const bool side_missing = (right ? high.x() < 2 * w / 3 : low.x() > w / 3) ||
                                 (low_side ? high.y() < 2 * h / 3 : low.y() > h / 3);
       if (side_missing || contains(corner)) continue;
@@ -134,7 +137,9 @@ std::vector<std::string> SeenRegion::missing_parts() const {
 }
 
 std::optional<std::string> SeenRegion::gaps() const {
-  if (hull_.empty()) return "no region of the image is covered by corners";
+  if (hull_.empty())
+    return "the corners cover no area of the image: the lens is extrapolated everywhere, so take "
+           "views with the board in all parts of the image";
   const std::vector<std::string> parts = missing_parts();
   if (parts.empty()) return std::nullopt;
   std::vector<std::string> thirds, corners;
@@ -143,7 +148,8 @@ std::optional<std::string> SeenRegion::gaps() const {
   for (std::string& corner : corners) corner.resize(corner.size() - kCorner.size());
   if (!corners.empty())
     thirds.push_back(listed(corners) + std::string(kCorner) + (corners.size() > 1 ? "s" : ""));
-  return "no corners in the " + listed(thirds) + " of the image: the lens is extrapolated there";
+  return "no corners in the " + listed(thirds) +
+         " of the image: the lens is extrapolated there, so take views with the board there";
 }
 
 }  // namespace tagcal

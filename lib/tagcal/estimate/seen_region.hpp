@@ -10,7 +10,8 @@
 
 namespace tagcal {
 
-// Nodes over an image, from border to border; with odd numbers one of them is its centre.
+// Nodes over an image, from border to border. With odd numbers of columns and rows one node is the
+// centre.
 struct ImageGrid {
   ImageSize size;
   int columns = 21;
@@ -20,26 +21,26 @@ struct ImageGrid {
   std::vector<Eigen::Vector2d> pixels() const;  // row by row from the top
 };
 
-// The part of an image in which corners were seen: their convex hull. Outside of it a lens is
-// extrapolated.
+// The convex hull of the corners in an image. A lens is extrapolated outside of it.
 class SeenRegion {
  public:
   SeenRegion() = default;  // empty
   SeenRegion(const ImageSize& size, std::span<const Eigen::Vector2d> pixels);
 
-  const std::vector<Eigen::Vector2d>& hull() const { return hull_; }  // positive orientation
+  // The corners of the hull (pixels), in the direction from x to y.
+  const std::vector<Eigen::Vector2d>& hull() const { return hull_; }
   bool contains(const Eigen::Vector2d& pixel) const;
   double share() const;  // of the image's area
 
-  // At least 12 pixels that stand for the region evenly: grid nodes in the hull, the hull's corners
-  // where these are too few. Empty for an empty region.
+  // At least 12 pixels, evenly over the region: the grid nodes in the hull, or points between its
+  // centre and its corners if it is too small for the grid. Empty for an empty region.
   std::vector<Eigen::Vector2d> samples() const;
 
-  // The thirds and corners of the image that were not seen, by their names ("left third", "upper
-  // right corner"); empty where the corners reach all parts, and for an empty region.
+  // Names of the thirds and corners of the image outside the region ("left third", "upper right
+  // corner"). Empty if there are none, and for an empty region.
   std::vector<std::string> missing_parts() const;
 
-  // The same in one plain sentence; no value where the corners reach all parts of the image.
+  // The same as a sentence for users. No value if no part is missing.
   std::optional<std::string> gaps() const;
 
  private:

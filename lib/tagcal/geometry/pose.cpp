@@ -11,7 +11,7 @@
 namespace tagcal {
 namespace {
 
-// Below this angle the Taylor series are exact to the last digit and the quotients are not.
+// Below this angle the Taylor series are exact to the last digit, and the quotients are not.
 constexpr double kSmallAngle = 1e-3;
 
 // (1 - cos a) / a^2
@@ -61,7 +61,8 @@ Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& v) {
   return q.normalized();
 }
 
-// Here once: Eigen's template brings a singular value decomposition into every file that uses it.
+// Not inline: Eigen's template compiles a singular value decomposition into every file that uses
+// it.
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   return Eigen::Quaterniond::FromTwoVectors(from, to);
 }

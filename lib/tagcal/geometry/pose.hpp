@@ -10,8 +10,9 @@ namespace tagcal {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Eigen aligns by the -m flags of the compiler (-mavx2: 32 bytes, else 16), and so would a program
-// lay out other structs than the library it links. The target tagcal::tagcal defines the macro.
+// Eigen's alignment depends on the compiler's -m flags (-mavx2: 32 bytes, else 16), so a program
+// with other flags than the library would lay out structs differently. The target tagcal::tagcal
+// defines the macro.
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16 && (EIGEN_MAX_STATIC_ALIGN_BYTES == 16 ||
                                               !(EIGEN_ARCH_i386_OR_x86_64 || EIGEN_ARCH_ARM64)),
               "tagcal is built with Eigen's alignment of 16 bytes: link the CMake target "
@@ -57,7 +58,7 @@ class Pose {
 
  private:
   static Eigen::Quaterniond unit(const Eigen::Quaterniond& q) {
-    // What is left after normalising is at most 3 epsilon (20 million random quaternions).
+    // The error after normalising is at most 3 epsilon (20 million random quaternions).
     constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
     return std::abs(q.squaredNorm() - 1) <= kRounding ? q : q.normalized();
   }
@@ -69,12 +70,12 @@ class Pose {
 // Rotation by |v| radians about v / |v|, right-handed. Exact for any v, zero included.
 Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& v);
 
-// The smallest turn that takes one direction to another, of any lengths but zero; one of the half
-// turns for opposite directions.
+// The smallest rotation from one direction to another, of any length except zero; for opposite
+// directions, one of the half turns.
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-// The shortest rotation vector of a unit quaternion: |log| <= pi. At an angle of exactly pi either
-// of the two signs of the axis is right; the one whose quaternion has w >= 0 is given.
+// The shortest rotation vector of a unit quaternion: |log| <= pi. At an angle of exactly pi both
+// signs of the axis are right; the sign of the quaternion with w >= 0 is returned.
 Eigen::Vector3d log_rotation(const Eigen::Quaterniond& q);
 
 // J with exp_rotation(v + d) = exp_rotation(J d) exp_rotation(v) to first order in d (Barfoot,
@@ -90,9 +91,8 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 Pose exp_pose(const Vector6d& twist);
 Vector6d log_pose(const Pose& pose);
 
-// The step that estimators take and that pose covariances refer to: (omega, tau), both in the
-// target frame, R <- exp(omega) R, t <- t + tau. `minus` is its inverse: retract(a, minus(b, a)) =
-// b.
+// The step of estimators and of pose covariances: (omega, tau), both in the target frame,
+// R <- exp(omega) R, t <- t + tau. `minus` is its inverse: retract(a, minus(b, a)) = b.
 Pose retract(const Pose& pose, const Vector6d& step);
 Vector6d minus(const Pose& to, const Pose& from);
 
@@ -104,9 +104,9 @@ double distance_between_m(const Pose& a, const Pose& b);
 // must have rank 2 at least.
 Eigen::Quaterniond nearest_rotation(const Eigen::Matrix3d& matrix);
 
-// The rotation that a matrix R is meant to be: the nearest, if |R'R - 1| (Frobenius norm) is below
-// the tolerance and R does not mirror. The default takes what was rounded to three digits. Throws
-// Error else, "`what` must be a rotation, but ...".
+// The rotation nearest to a matrix R, if |R'R - 1| (Frobenius norm) is below the tolerance and
+// det R > 0. Otherwise throws Error "`what` must be a rotation, but ...". The default tolerance
+// accepts matrices that were rounded to three digits.
 constexpr double kRotationTolerance = 1e-3;
 Eigen::Quaterniond rotation_from_matrix(const Eigen::Matrix3d& matrix, std::string_view what,
                                         double tolerance = kRotationTolerance);

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-// What is left of zero after the few products and sums of a minor.
+// Bound on the rounding error of a minor that is zero.
 constexpr double kRounding = 1e-14;
 
 Vector3d unit_axis(const Vector3d& axis, const char* what) {
@@ -126,7 +126,7 @@ Pose aligning_with_x(const Vector3d& axis, const Vector3d& across) {
 
 Polar polar_from_cartesian(const Vector2d& x) {
   require_finite(x, "point");
-  // + 0.0 makes -0 a 0, which atan2 would take for the other side of the cut.
+  // + 0.0 makes -0 a 0; for -0, atan2 returns the other side of the cut.
   return {std::hypot(x.x(), x.y()), std::atan2(x.y() + 0.0, x.x() + 0.0)};
 }
 

@@ -14,7 +14,7 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// Cosines of the elevation below which an axis is vertical: as a warning, and to rounding.
+// Cosines of the elevation below which an axis is vertical: for the warning, and to rounding.
 constexpr double kNearlyVertical = 1e-6;
 constexpr double kVertical = 1e-14;
 
@@ -29,8 +29,8 @@ Matrix3d axes_in_world(const Pose& camera_from_world) {
   return camera_from_world.rotation_matrix().transpose();
 }
 
-// Rz(yaw) Ry(pitch) Rx(roll) from its matrix. The roll is what is left after the yaw, so that the
-// three reproduce the matrix even where its yaw is mostly rounding.
+// The angles of the matrix Rz(yaw) Ry(pitch) Rx(roll). The roll is computed after removing the yaw,
+// so that the three reproduce the matrix even if its yaw is mostly rounding.
 RollPitchYaw angles_of(const Matrix3d& m) {
   const double level = std::hypot(m(0, 0), m(1, 0));
   RollPitchYaw angles;

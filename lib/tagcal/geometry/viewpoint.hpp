@@ -3,20 +3,20 @@
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/geometry/transform.hpp"
 
-// World to camera, in the ways in which people say where a camera is. Each has its way back, from
-// the pose to those numbers; world_from_camera is the inverse() of the pose. Camera axes as
-// everywhere: x right, y down, z forward. All throw Error on numbers that are not finite.
+// The common parametrisations of a camera's position and attitude, converted to camera_from_world
+// and back. Camera axes: x right, y down, z forward. All functions throw Error on numbers that are
+// not finite.
 
 namespace tagcal {
 
 // The pose of a camera at `eye` that looks at `target`, image upright with respect to `up`, all in
-// world coordinates. Throws Error where eye and target coincide or where up is parallel to the view
-// (to within 1e-9 rad).
+// world coordinates. Throws Error if eye and target coincide or if up is parallel to the view (to
+// within 1e-9 rad).
 Pose camera_from_world_looking_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                                   const Eigen::Vector3d& up);
 
-// Where a camera is and what it looks at, `distance_m` > 0 ahead; up is the image's up,
-// perpendicular to the view.
+// The eye, a target `distance_m` > 0 ahead of it, and the up direction of the image, perpendicular
+// to the view.
 struct LookAt {
   Eigen::Vector3d eye;
   Eigen::Vector3d target;
@@ -24,16 +24,17 @@ struct LookAt {
 };
 LookAt look_at(const Pose& camera_from_world, double distance_m);
 
-// From the camera's centre and its axes right, down and forward (the columns), in world
-// coordinates. Axes slightly off become the nearest rotation; Error for those far off or
-// left-handed (rotation_from_matrix: |A'A - 1| >= kRotationTolerance). Back: the rotation_matrix()
-// and translation() of world_from_camera.
+// The pose from the camera's centre and its axes right, down and forward (the columns), in world
+// coordinates. Inexact axes become the nearest rotation; throws Error if they are left-handed or
+// too inexact (rotation_from_matrix: |A'A - 1| >= kRotationTolerance). The way back is the
+// rotation_matrix() and translation() of world_from_camera.
 Pose camera_from_world_with_axes(const Eigen::Matrix3d& axes, const Eigen::Vector3d& centre);
 
 // A camera on a sphere about a target that looks at its centre: azimuth about the world's z from +x
 // towards +y, elevation from the ground towards +z, and a twist by which the image turns clockwise
-// (the camera counter-clockwise). At twist 0 image up is the way in which the elevation grows. So
-// no view is degenerate: straight down, image up is the world's -(cos azimuth, sin azimuth, 0).
+// (the camera counter-clockwise). At twist 0 image up is the direction of growing elevation, so
+// that no view is degenerate: straight down, image up is the world's -(cos azimuth, sin azimuth,
+// 0).
 struct Orbit {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
   double distance_m = 1;  // > 0, else Error
@@ -43,7 +44,7 @@ struct Orbit {
 };
 Pose camera_from_world_on_orbit(const Orbit& orbit);
 
-// Any pose is on an orbit about the point `distance_m` > 0 ahead. Azimuth and twist in (-pi, pi],
+// The orbit of a pose about the point `distance_m` > 0 ahead. Azimuth and twist in (-pi, pi],
 // elevation in [-pi/2, pi/2]; straight up or down, where only the sum or the difference of azimuth
 // and twist is fixed, the twist is 0.
 Orbit orbit(const Pose& camera_from_world, double distance_m);
@@ -54,9 +55,9 @@ struct RollPitchYaw {
   double roll_rad = 0;
   double pitch_rad = 0;
   double yaw_rad = 0;
-  // Only in an answer: x points up (pitch = -pi/2) or down (pi/2) to within 1e-6 rad. There roll
-  // and yaw turn about the same axis, and only their sum (up) or yaw - roll (down) is well defined.
-  // The angles given are one right choice of many: with roll 0 where x is vertical to rounding.
+  // Set only in results: x points up (pitch = -pi/2) or down (pi/2) to within 1e-6 rad. Roll and
+  // yaw are then about the same axis, and only their sum (up) or yaw - roll (down) is well defined.
+  // The angles are one valid choice, with roll 0 if x is vertical to rounding.
   bool gimbal_lock = false;
 };
 Eigen::Quaterniond rotation_from_roll_pitch_yaw(const RollPitchYaw& angles);
@@ -73,7 +74,7 @@ struct Aircraft {
   double yaw_rad = 0;
   double pitch_rad = 0;
   double roll_rad = 0;
-  bool gimbal_lock = false;  // only in an answer: flying straight up or down, as in RollPitchYaw
+  bool gimbal_lock = false;  // set only in results: straight up or down, as in RollPitchYaw
 };
 Pose world_from_aircraft(const Aircraft& aircraft);
 Aircraft aircraft(const Pose& world_from_aircraft);

@@ -8,7 +8,7 @@
 
 namespace tagcal::internal {
 
-// For input that a person may have typed: throws Error where a number is infinite or none.
+// Throws Error if a number of the input is infinite or NaN.
 inline void require_finite(double value, const char* what) {
   if (!std::isfinite(value)) throw Error(std::string(what) + ": must be finite");
 }

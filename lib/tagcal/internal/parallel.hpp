@@ -7,12 +7,12 @@
 
 namespace tagcal::internal {
 
-// Calls work(i) for each i of [0, n), on several threads where there are enough calls to pay for
-// them; 0 threads: one a core. Calls must not depend on each other, nor throw: then nothing depends
-// on the number of threads.
+// Calls work(i) for each i of [0, n), on several threads if there are enough calls; 0 threads: one
+// per core. Calls must not depend on each other, nor throw. Results then do not depend on the
+// number of threads.
 template <typename Work>
 void parallel_for(std::size_t n, std::size_t num_threads, const Work& work) {
-  constexpr std::size_t kFewestCalls = 50;  // of a thread
+  constexpr std::size_t kFewestCalls = 50;  // per thread
   if (num_threads == 0) num_threads = std::max(1u, std::thread::hardware_concurrency());
   num_threads = std::clamp<std::size_t>(n / kFewestCalls, 1, num_threads);
   const auto part = [&](std::size_t t) {

@@ -19,7 +19,7 @@ std::string number_yaml(double value) {
   return fmt::format("{}", value);
 }
 
-// As cv::FileStorage writes a matrix of doubles, one row to a line; `indent` is that of the key.
+// A matrix of doubles as cv::FileStorage writes it, one row per line; `indent` is that of the key.
 std::string matrix_yaml(std::string_view key, const Eigen::MatrixXd& matrix, int indent = 0) {
   const std::string margin(static_cast<std::size_t>(indent), ' ');
   std::string data;
@@ -44,7 +44,7 @@ std::string texts_yaml(std::string_view key, const Texts& texts) {
   return list.empty() ? fmt::format("{}: []\n", key) : fmt::format("{}:{}\n", key, list);
 }
 
-// Without a focal length there is no camera matrix, and no other program shall read one.
+// Without a focal length there is no camera matrix that another program could read.
 std::string camera_yaml(const Camera& camera, std::string_view model) {
   const std::span<const double> p = parameters(camera.lens);
   const std::string size = fmt::format("image_width: {}\nimage_height: {}\n",
@@ -115,7 +115,7 @@ std::string pose_yaml(const Pose& pose, std::string_view prefix) {
       prefix, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
 }
 
-// What a view of model weak has beside: its scale, and how sure all of it is.
+// The further keys of a view of model weak: its scale, and the uncertainty.
 std::string weak_view_yaml(const CalibratedView& view) {
   if (!view.scale_px_per_m) return "";
   return (view.mirrored ? pose_yaml(*view.mirrored, "mirrored_") : "") +
@@ -171,7 +171,7 @@ void read_camera_matrix(const YamlValue& value, CameraNumbers& numbers) {
   numbers.cy = k(1, 2);
 }
 
-// Whether others' ways to say so say that the lens is a fisheye.
+// Returns true if a key of another program says that the lens is a fisheye.
 bool is_marked_fisheye(const YamlValue& top) {
   const auto flag = top.find("fisheye_model");  // OpenCV's calibration sample
   if (flag && flag->whole(0, 1) == 1) return true;
@@ -204,7 +204,9 @@ std::vector<double> read_distortion(const YamlValue& value, bool fisheye) {
 void read_fixed(const YamlValue& values, CalibrationFile& file) {
   for (const std::string_view name : parameter_names(file.camera.lens))
     if (const auto value = values.find(name))
-      file.fixed.emplace(name, name[0] == 'f' ? value->positive() : value->number());
+      file.fixed.emplace(name, parameter_kind(name) == ParameterKind::focal_length
+                                   ? value->positive()
+                                   : value->number());
 }
 
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
@@ -247,7 +249,7 @@ std::string calibration_yaml(const Calibration& calibration) {
          uncertainty_yaml(calibration) + projection_yaml(calibration) +
          fmt::format("num_views: {}\nnum_corners: {}\nnum_outliers: {}\n", calibration.views.size(),
                      calibration.num_corners, calibration.outliers.size()) +
-         views_yaml(calibration.views) + texts_yaml("warnings", calibration.warnings);
+         views_yaml(calibration.views) + texts_yaml("warnings", sentences(calibration.findings));
 }
 
 CalibrationFile read_calibration(const std::filesystem::path& file) {

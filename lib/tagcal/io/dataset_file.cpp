@@ -83,7 +83,7 @@ bool is_identity(const Pose& pose) {
          pose.translation() == Eigen::Vector3d::Zero();
 }
 
-// Writes the target files; the value of the key `target`.
+// Writes the target files, and returns the value of the key `target`.
 std::string write_boards(const fs::path& folder, const std::vector<PlacedBoard>& boards) {
   if (boards.size() == 1 && is_identity(boards[0].world_from_board)) {
     write_target(folder / "target.yaml", boards[0].board);

@@ -8,10 +8,10 @@
 
 namespace tagcal {
 
-// A data set as it lies on disk (DATASET is a folder with dataset.yaml; docs/formats.md).
+// A data set on disk (DATASET is a folder with dataset.yaml; docs/formats.md).
 struct DatasetFolder {
-  Dataset dataset;                            // views are empty where there are only images
-  std::filesystem::path observations;         // the file with the views; empty where there is none
+  Dataset dataset;                            // without views if there are only images
+  std::filesystem::path observations;         // the file with the views; empty: none
   std::vector<std::filesystem::path> images;  // of `images: FOLDER`, sorted by name
   std::vector<std::string> warnings;
 };
@@ -20,8 +20,8 @@ struct DatasetFolder {
 // functions below, and image_size that is not positive, ids that two boards share.
 DatasetFolder read_dataset(const std::filesystem::path& folder);
 
-// Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views in the
-// order in which their images first stand in the file. Throws Error, naming file, line and column:
+// Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views are in the
+// order in which their images first occur in the file. Throws Error, naming file, line and column:
 // a wrong header, a wrong number of fields, a value that is no finite number, a corner that is not
 // on the boards, a corner given twice in an image, a covariance that is not positive definite.
 std::vector<View> read_observations(const std::filesystem::path& file,
@@ -32,7 +32,7 @@ std::string observations_csv(const std::vector<View>& views);
 Truth read_truth(const std::filesystem::path& file);
 void write_truth(const std::filesystem::path& file, const Truth& truth);
 
-// What `tagcal render` leaves beside the images: dataset.yaml, target files, truth.yaml.
+// Writes the files of `tagcal render` beside the images: dataset.yaml, target files, truth.yaml.
 // `dataset.views` are not written; `images` and `observations` are the keys' values, "" for none.
 void write_dataset(const std::filesystem::path& folder, const Dataset& dataset,
                    const std::string& images, const std::string& observations);

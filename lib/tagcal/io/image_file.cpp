@@ -154,9 +154,9 @@ Image8 scaled(const Image16& image, int white) {
   return result;
 }
 
-// What becomes white of 16-bit values. Sensors of 10 to 14 bits store theirs unscaled, and nothing
-// says so: the brightest pixel counts; but where that is a lamp or a hot pixel in the dark, twice
-// the value that 999 of 1000 pixels keep below.
+// The 16-bit value that becomes white. Sensors of 10 to 14 bits store unscaled values, and files do
+// not say so: white is the brightest pixel, but at most twice the 99.9 % quantile, which excludes a
+// lamp or a hot pixel in a dark picture.
 int white_of(const Image16& image) {
   std::vector<std::uint32_t> count(65536, 0);
   for (const std::uint16_t value : image.pixels()) ++count[value];
@@ -190,7 +190,7 @@ Image8 decode_as_stored(std::string_view bytes) {
   return scaled(image, header.sixteen_bit ? white_of(image) : header.white);
 }
 
-// Runs a reader and puts the file's name before what it complains about.
+// Runs a reader and adds the file's name to its errors.
 template <typename Function>
 auto naming(const std::filesystem::path& file, Function function) {
   try {

@@ -28,7 +28,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-// Which corners of which ids there are: bit k of the value is corner k.
+// The corners of each id: bit k of the value is corner k.
 std::unordered_map<int, unsigned> corners_by_id(const std::vector<PlacedBoard>& boards) {
   std::unordered_map<int, unsigned> corners;
   for (const PlacedBoard& placed : boards) {
@@ -73,7 +73,7 @@ class ObservationReader {
                      fields_[column].empty() ? "nothing" : shown(fields_[column])));
   }
 
-  // The image's name may stand in double quotes, with "" for one of them.
+  // The image's name may be in double quotes, with "" for a double quote.
   std::string_view take_quoted(std::string_view line, std::string_view& field) {
     unquoted_.clear();
     for (std::size_t i = 1; i < line.size(); ++i) {
@@ -142,12 +142,12 @@ class ObservationReader {
   }
 
   std::optional<Matrix2> covariance() const {
-    // Not every corner needs to have one.
+    // The covariance is optional for each corner.
     if (fields_[5].empty() && fields_[6].empty() && fields_[7].empty()) return std::nullopt;
     const double sxx = number(5), sxy = number(6), syy = number(7);
     if (!(sxx > 0)) fail(5, "must be > 0");
     if (!(syy > 0)) fail(7, "must be > 0");
-    // Not by the determinant, which underflows.
+    // The determinant would underflow.
     if (!(std::abs(sxy) < std::sqrt(sxx) * std::sqrt(syy))) {
       fail(6, "the covariance must be positive definite");
     }
@@ -191,7 +191,7 @@ class ObservationReader {
     for (std::size_t i = 1; i < seen.size(); ++i) {
       if (seen[i].first != seen[i - 1].first) continue;
       line_ = seen[i].second;
-      fail(fmt::format("corner {} of tag {} stands twice in image {}, first in line {}",
+      fail(fmt::format("corner {} of tag {} is given twice in image {}, first in line {}",
                        seen[i].first.corner, seen[i].first.tag_id, shown(views_[view].image),
                        seen[i - 1].second));
     }
@@ -200,13 +200,13 @@ class ObservationReader {
   std::string file_;
   std::unordered_map<int, unsigned> corners_;
   std::vector<View> views_;
-  std::vector<std::vector<std::size_t>> lines_;  // where each observation stands
+  std::vector<std::vector<std::size_t>> lines_;  // line of each observation
   std::unordered_map<std::string, std::size_t> view_of_image_;
-  std::size_t current_ = 0;  // the view of the row before
+  std::size_t current_ = 0;  // the view of the previous row
   std::size_t line_ = 0;
   std::size_t num_columns_ = 0;
   std::array<std::string_view, kColumns.size()> fields_;
-  std::size_t num_fields_ = 0;  // may exceed what fields_ holds
+  std::size_t num_fields_ = 0;  // may exceed the size of fields_
   std::string unquoted_;
 };
 

@@ -38,7 +38,7 @@ double degrees_or(const OptionalValue& value, double otherwise_deg, double most_
   return radians(value ? value->number_in(-most_deg, most_deg) : otherwise_deg);
 }
 
-// Of an ideal pinhole or an ideal equidistant lens, over the width of the image.
+// Focal length of an ideal pinhole or equidistant lens with this field of view over the width.
 double focal_of(const YamlValue& field_of_view_deg, const Model& model, const ImageSize& size) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const double degrees = field_of_view_deg.positive();
@@ -70,7 +70,7 @@ std::size_t num_free_distortion(const Model& model) {
   return count;
 }
 
-// The scene so far: its camera.
+// A scene with its camera only.
 Scene read_camera(const YamlValue& value) {
   value.allow_only(
       {"image_size", "model", "f", "fx", "fy", "field_of_view_deg", "cx", "cy", "distortion"});
@@ -237,7 +237,7 @@ std::vector<PlacedBoard> read_boards(const YamlValue& value, std::vector<std::st
   for (const YamlValue& item : value.items(1, 10'000)) {
     std::vector<std::string> unknown;
     boards.push_back(read_placed_board(item, true, &unknown));
-    // A target within the scene is our file, not Kalibr's.
+    // A target within the scene is not a file of Kalibr's: unknown keys are errors.
     if (!unknown.empty() && item.is_map() && item.find("target")) throw Error(unknown.front());
     if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
   }

@@ -10,8 +10,8 @@
 namespace tagcal {
 
 // A target file (docs/formats.md): Kalibr's YAML `target_type: aprilgrid` (tagCols, tagRows,
-// tagSize, tagSpacing; ours beside them: first_id, family, border_bits, corner_squares), `tags` (a
-// list of single tags) or `points` (a list of points). `first_id`, where given, overrides the
+// tagSize, tagSpacing; further keys: first_id, family, border_bits, corner_squares), `tags` (a
+// list of single tags) or `points` (a list of points). `first_id`, if given, overrides the
 // file's. Throws Error. Unknown keys in an aprilgrid file go to `warnings` (may be null), elsewhere
 // they throw.
 Board read_target(const std::filesystem::path& file, std::optional<int> first_id = {},

@@ -31,7 +31,7 @@ Truth read_truth(const std::filesystem::path& file) {
     const YamlValue image = item.at("image");
     const Pose pose = read_pose(item.at("camera_from_world"));
     if (!truth.camera_from_world.emplace(image.text(), pose).second) {
-      image.fail("must be another image than those before");
+      image.fail("must differ from the images before it");
     }
   }
   return truth;

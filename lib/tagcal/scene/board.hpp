@@ -12,10 +12,10 @@
 
 namespace tagcal {
 
-// The patterns of an AprilTag family, as plain data; tagcal/detect/families.hpp fills it from the
+// The patterns of an AprilTag family as plain data; tagcal/detect/families.hpp reads them from the
 // AprilTag library. Cells are counted from the upper-left cell of the whole printed tag, x right,
-// y down; total_width counts all cells, the white (or, for a reversed border, black) frame
-// included.
+// y down; total_width counts all cells, including the white (or, for a reversed border, black)
+// frame.
 struct TagFamily {
   struct Cell {
     int x = 0;
@@ -26,12 +26,13 @@ struct TagFamily {
   int width_at_border = 0;  // cells between the corners that the detector reports
   int total_width = 0;      // cells of the whole pattern
   bool reversed_border = false;
-  std::vector<Cell> bits;            // place of each bit relative to the border's upper-left cell
+  std::vector<Cell> bits;            // cell of each bit relative to the border's upper-left cell
   std::vector<std::uint64_t> codes;  // per id, bits.front() is the most significant
 };
 
-// Names a point that can be observed: corner 0..3 of a tag (lower-left, lower-right, upper-right,
-// upper-left, on the upright tag), or the point `tag_id` of a `points` target, with corner 0.
+// Identifies a point that can be observed: corner 0..3 of a tag (lower-left, lower-right,
+// upper-right, upper-left, on the upright tag), or point `tag_id` of a `points` target, with corner
+// 0.
 struct CornerId {
   int tag_id = 0;
   int corner = 0;
@@ -62,24 +63,24 @@ struct Grid {
   int first_id = 0;
 };
 
-// A calibration target: tags, or points that somebody measured.
+// A calibration target: tags, or measured points.
 struct Board {
   std::string family = "tag36h11";
-  int border_bits = 2;  // width of the black border in cells: 2 as Kalibr prints, 1 plain tags
+  int border_bits = 2;  // width of the black border in cells: 2 as Kalibr prints, 1 for plain tags
   bool corner_squares = true;  // Kalibr's black squares between the tags
-  std::optional<Grid> grid;    // set where the tags are a grid
+  std::optional<Grid> grid;    // set if the tags form a grid
   std::vector<Tag> tags;
   std::vector<TargetPoint> points;  // of a `points` target; then there are no tags
 };
 
-// The tags of a grid; sizes must be positive, the spacing not negative.
+// The board of a grid. Throws Error unless the sizes are positive and the spacing is not negative.
 Board grid_board(const Grid& grid, std::string family = "tag36h11", int border_bits = 2,
                  bool corner_squares = true);
 
 // Corners 0..3 of a tag in the board frame.
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag);
 
-// Every point of the board that can be observed, in the board frame, ordered by id.
+// All points of the board that can be observed, in the board frame, ordered by id.
 std::vector<TargetPoint> target_points(const Board& board);
 
 }  // namespace tagcal

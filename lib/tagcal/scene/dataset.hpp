@@ -15,10 +15,10 @@ namespace tagcal {
 struct Observation {
   CornerId id;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  std::optional<Matrix2> covariance_px2;  // where the detector knows it
+  std::optional<Matrix2> covariance_px2;  // if the detector estimates it
 };
 
-// All that was seen in one image. A corner stands in it at most once.
+// All observations in one image; each corner at most once.
 struct View {
   std::string image;
   std::vector<Observation> observations;
@@ -29,22 +29,22 @@ struct PlacedBoard {
   Pose world_from_board;
 };
 
-// What a synthetic data set knows of itself.
+// The true camera and poses of a synthetic data set.
 struct Truth {
   Camera camera;
-  std::string model;                              // the smallest model that holds the camera
+  std::string model;                              // the smallest model that contains the camera
   std::map<std::string, Pose> camera_from_world;  // by image name
 };
 
-// What travels along the whole chain: boards that hang rigidly in one world, one camera, its views.
+// The data that all commands exchange: boards that are rigid in one world, one camera, its views.
 struct Dataset {
   ImageSize image_size;
-  std::vector<PlacedBoard> boards;  // ids unique over all
+  std::vector<PlacedBoard> boards;  // ids are unique over all boards
   std::vector<View> views;
   std::optional<Truth> truth;
 };
 
-// Every point of the boards by its name, in world coordinates.
+// All points of the boards by id, in world coordinates.
 std::map<CornerId, Eigen::Vector3d> points_in_world(const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal

@@ -10,7 +10,7 @@
 
 namespace tagcal {
 
-// A picture, row by row from the top.
+// A picture; its rows are stored from the top.
 template <typename T>
 class Image {
  public:

@@ -18,9 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kBandRows = 16;  // of the output, worked on at once
+constexpr int kBandRows = 16;  // rows of the output that are rendered at once
 
-// Something painted over what is behind it: `fill` where `over` covers, then `ink` on it.
+// A surface that is painted over those behind it: paper, then ink on the paper.
 struct Layer {
   Outlines paper;
   Outlines ink;
@@ -40,7 +40,7 @@ std::vector<Vector3d> moved(const Pose& target_from_source, std::span<const Vect
   return result;
 }
 
-// A view's camera, and what is needed to know the print on a board.
+// Makes the layers of one view.
 struct Painter {
   const Scene& scene;
   const TagFamilies& families;
@@ -75,7 +75,7 @@ struct Painter {
   }
 };
 
-// Paints layers over each other in a band of the raster, kept from band to band.
+// Paints layers over each other, one band of the raster after the other.
 class Canvas {
  public:
   Canvas(const std::vector<Layer>& layers, float background, const ImageSize& size, int band_rows)
@@ -100,14 +100,14 @@ class Canvas {
   }
 
  private:
-  // The edges that reach into each band.
+  // The edges in each band.
   using Bands = std::vector<std::vector<Outlines::Edge>>;
 
   struct BandedLayer {
     Bands paper;
     Bands ink;
     float paper_level;
-    float ink_step;  // from the paper
+    float ink_step;  // ink level minus paper level
   };
 
   Bands by_band(const Outlines& outlines) const {
@@ -145,14 +145,14 @@ class Canvas {
   std::vector<BandedLayer> layers_;
 };
 
-// How much finer than the image the raster is: exact areas need no more without blur; with it, the
-// Gaussian must be wide against the cells.
+// Number of raster cells per pixel: 1 without blur, because areas are exact; with blur the Gaussian
+// must be wide compared with the cells.
 int raster_scale(double blur_px) {
   if (blur_px <= 0) return 1;
   return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
 }
 
-// As std::lround does it (a half goes up), for level >= 0; that is a call for every pixel.
+// Rounds half up, for level >= 0, without the call of std::lround for every pixel.
 template <typename Level>
 Level rounded(double level) {
   const int whole = static_cast<int>(level);

@@ -13,19 +13,19 @@ namespace tagcal {
 // The families whose tags a scene shows, by name.
 using TagFamilies = std::map<std::string, TagFamily>;
 
-// What the sensor would see, as levels in [0, 1] times the exposure, before noise: the share of
-// each pixel's square that every surface covers is its exact area (edges bent by the lens are
-// followed to 1e-4 px), and the blur is that of a continuous Gaussian before the pixels sample it.
-// Throws Error where a family, or a tag's id in it, is not known, and where the ink would spread
-// over the paper's border or until edges meet (ink_cells).
+// The light on the sensor before noise, as levels in [0, 1] times the exposure. Each surface counts
+// with the exact area of the pixel that it covers (edges that the lens bends are followed to
+// 1e-4 px). The blur is a continuous Gaussian, applied before the pixels sample it. Throws Error
+// for an unknown family or tag id, and if the ink would spread over the paper's border or until
+// edges meet (ink_cells).
 ImageF render_light(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world);
 
-// The sensor's gamma, its noise, rounding and clipping. Equal seeds give equal bytes. `sensor.bits`
-// is what the caller chooses between the two by.
+// Applies the sensor's gamma, noise, clipping and rounding. Equal seeds give equal bytes. The
+// caller chooses between the two functions by `sensor.bits`.
 Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed);
 
-// The same, noise included, on a scale 257 times as fine: white is 65535, and noise of
-// `noise_levels` (8-bit levels) has a standard deviation of 257 * noise_levels.
+// The same with 16 bits: white is 65535, and the standard deviation of the noise is
+// 257 * noise_levels.
 Image16 expose16(const ImageF& light, const Sensor& sensor, std::uint64_t seed);
 
 }  // namespace tagcal

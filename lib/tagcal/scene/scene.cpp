@@ -21,7 +21,7 @@ struct Sight {
   Vector3d target;
 };
 
-// Of i = 0 .. n-1, from 0 to 1.
+// Maps i = 0 .. n-1 to [0, 1].
 double fraction(int i, int n) { return n > 1 ? static_cast<double>(i) / (n - 1) : 0; }
 
 Sight sight(const RingPath& path, int i, int n) {
@@ -32,8 +32,8 @@ Sight sight(const RingPath& path, int i, int n) {
   return {path.centre + path.radius_m * Vector3d(std::cos(angle), std::sin(angle), 0), path.target};
 }
 
-// A step through 0 .. n-1 that visits each once and jumps by about the golden ratio, so that on a
-// dome the distance, which grows with the view, does not grow with the elevation too.
+// A step through 0 .. n-1 that visits each index once and jumps by about the golden ratio, so that
+// the distance on a dome, which grows with the view, is not correlated with the elevation.
 int golden_stride(int n) {
   int stride = std::max(1, static_cast<int>(std::lround(n * (std::numbers::phi - 1))));
   while (std::gcd(stride, n) != 1) ++stride;
@@ -45,7 +45,7 @@ Sight sight(const DomePath& path, int i, int n) {
   const double turns = point * std::numbers::phi;
   const double azimuth =
       std::lerp(path.min_azimuth_rad, path.max_azimuth_rad, turns - std::floor(turns));
-  // Even in the sine is even in area.
+  // Equal steps of the sine have equal areas.
   const double sine = std::lerp(std::sin(path.min_elevation_rad), std::sin(path.max_elevation_rad),
                                 (point + 0.5) / n);
   const double cosine = std::sqrt(std::max(0.0, 1 - sine * sine));

@@ -9,28 +9,27 @@
 
 namespace tagcal {
 
-// A flat thing that hides what is behind it: a convex polygon in world coordinates, grey level in
-// [0, 1] (a share of full white).
+// A flat opaque object: a convex polygon in world coordinates, with a grey level in [0, 1] (a share
+// of full white).
 struct Occluder {
   std::vector<Eigen::Vector3d> corners;
   double level = 0.3;
 };
 
-// Camera paths. `up` is +z of the world unless the view is along it. Each says where view i of n
-// is.
+// Camera paths: the poses of n views. `up` is +z of the world unless the view is along it.
 
-// On a circle about `centre`, in a plane of constant z, looking at `target`.
+// A circle about `centre`, in a plane of constant z, looking at `target`.
 struct RingPath {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double radius_m = 1;
   double start_rad = 0;
-  double end_rad = 0;  // the last view stands there; a full turn from start leaves out the repeat
+  double end_rad = 0;  // of the last view; a full turn from start omits the repeated view
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
 };
 
-// On a part of a sphere about `target`: azimuth from +x towards +y and elevation above the xy-plane
-// of the world, spread evenly over the given ranges (Fibonacci lattice, in an order that jumps), at
-// distances that sweep evenly from `min_distance_m` to `max_distance_m`.
+// A part of a sphere about `target`: azimuth from +x towards +y and elevation above the xy-plane of
+// the world, spread evenly over the given ranges (Fibonacci lattice in permuted order), at
+// distances that grow evenly from `min_distance_m` to `max_distance_m`.
 struct DomePath {
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
   double min_distance_m = 1;
@@ -41,40 +40,40 @@ struct DomePath {
   double max_elevation_rad = 0;
 };
 
-// From one point to another, looking at `target`.
+// A line from one point to another, looking at `target`.
 struct LinePath {
   Eigen::Vector3d from = Eigen::Vector3d::Zero();
   Eigen::Vector3d to = Eigen::Vector3d::Zero();
   Eigen::Vector3d target = Eigen::Vector3d::Zero();
 };
 
-// As given; what it looks at, for the jitter, is one metre ahead. No more views than poses.
+// The given poses; for the jitter the target is one metre ahead. No more views than poses.
 struct ExplicitPath {
   std::vector<Pose> camera_from_world;
 };
 
 using CameraPath = std::variant<RingPath, DomePath, LinePath, ExplicitPath>;
 
-// How far the seed moves each view off the path: uniform, each at most this.
+// Random displacement of each view from the path: uniform, at most these values.
 struct PathJitter {
   double position_m = 0;  // eye, each coordinate
   double target_m = 0;    // point looked at, each coordinate
   double roll_rad = 0;    // about the optical axis
 };
 
-// How light becomes grey levels: value = white * (exposure * level)^gamma, plus Gaussian noise,
-// clipped.
+// Conversion of light to grey levels: value = white * (exposure * level)^gamma, plus Gaussian
+// noise, clipped.
 struct Sensor {
   double exposure = 1;
   double blur_px = 0;       // standard deviation of a Gaussian, before the sampling by pixels
   double noise_levels = 0;  // standard deviation, in levels of an 8-bit picture (white is 255)
   int bits = 8;             // of the pictures' values: 8, or 16 (white is 65535)
-  double gamma = 1;         // > 0; below 1 (0.45 of most pictures for people) brightens the dark
+  double gamma = 1;         // > 0; below 1 (0.45 in most consumer pictures) brightens dark parts
 };
 
 struct Scene {
   Camera camera;
-  std::string model;  // the smallest model of the ladder that holds the camera
+  std::string model;  // the smallest candidate model that contains the camera
   std::vector<PlacedBoard> boards;
   std::vector<Occluder> occluders;
   CameraPath path;
@@ -84,14 +83,14 @@ struct Scene {
   double background_level = 0.5;  // grey levels as shares of full white
   double paper_level = 0.9;
   double ink_level = 0.1;
-  // By how much the print has grown into the white at each of its edges, in the plane of the paper;
-  // negative where it has shrunk. Corners are observed where they would be without.
+  // Distance by which the print has grown into the white at each edge, in the plane of the paper;
+  // negative if it has shrunk. The observed corners are those without the spread.
   double ink_spread_m = 0;
   double paper_margin_m = 0.02;  // white paper around the tags
 };
 
-// The poses of all views, camera_from_world. Equal seeds give equal poses. Throws Error where there
-// are no views, more than an ExplicitPath has, or a view whose eye is at its target.
+// The poses of all views, camera_from_world. Equal seeds give equal poses. Throws Error if there
+// are no views or more than an ExplicitPath has, or if the eye of a view is at its target.
 std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed);
 
 // The name of the image of view i: "000.png", "001.png", ...

@@ -41,7 +41,7 @@ Sight sight_of(const NamedPoint& point, const FollowedPoint& f, const Scene& sce
   const auto hides_it = [&](const Sheet& sheet) { return hides(sheet, at, f.in_world); };
   const bool hidden = std::ranges::any_of(sheets(scene), hides_it);
   if (!point.corner) return hidden ? Sight::hidden : Sight::seen;
-  // The corners that are seen are known exactly; what is left is to say why this one is not.
+  // visible_corners decides if the corner is seen; the rest finds the reason why it is not.
   const auto seen = visible_corners(scene, pipeline.camera_from_world);
   if (std::ranges::find(seen, *point.corner, &Observation::id) != seen.end()) return Sight::seen;
   return hidden ? Sight::hidden : Sight::turned_away;

@@ -9,24 +9,24 @@
 #include "tagcal/scene/scene.hpp"
 #include "tagcal/viewing/canonical.hpp"
 
-// The viewing pipeline of one camera of a scene, laid open: object -> world -> camera -> eye ->
-// clip -> normalised device -> raster, and a point followed through all of it (docs/viewing.md).
+// The steps of the viewing pipeline of one camera of a scene: object -> world -> camera -> eye ->
+// clip -> normalised device -> raster, and the coordinates of a point in each (docs/viewing.md).
 
 namespace tagcal {
 
-// A point to follow: of a board, in the board's frame, or one of the world alone.
+// A point to follow: in the frame of a board, or in the world frame if it has no board.
 struct NamedPoint {
   std::string name;
   std::optional<std::size_t> board;  // index in the scene
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  std::optional<CornerId> corner;  // where it can be observed
+  std::optional<CornerId> corner;  // set if it can be observed
 };
 
-// A corner of the scene by its name. No value where the scene has none of that name.
+// A corner of the scene by its id. No value if the scene has no such corner.
 std::optional<NamedPoint> named_corner(const Scene& scene, const CornerId& id);
 
-// The matrices of one camera. A matrix holds no distortion: from the eye on they are those of the
-// camera without it (undistorted() in viewing/viewport.hpp), which any renderer can draw.
+// The matrices of one camera. A matrix cannot represent distortion: those from the eye on belong to
+// the camera without it (undistorted() in viewing/viewport.hpp), which any renderer can draw.
 struct ViewingPipeline {
   Camera camera;
   Pose camera_from_world;
@@ -40,21 +40,20 @@ struct ViewingPipeline {
 ViewingPipeline viewing_pipeline(const Camera& camera, const Pose& camera_from_world, double near_m,
                                  double far_m);
 
-// Planes that enclose all boards and occluders which lie in front of the camera, with room: half
-// the least depth and twice the greatest; 0.1 m and 100 m where nothing is in front.
+// Near and far planes that enclose all boards and occluders in front of the camera: half the least
+// depth and twice the greatest; 0.1 m and 100 m if nothing is in front.
 struct NearFar {
   double near_m = 0;
   double far_m = 0;
 };
 NearFar enclosing_planes(const Scene& scene, const Pose& camera_from_world);
 
-// Where the corners of the scene are in a view, exactly: those in front of the camera and in its
-// lens' domain, inside the image, on a face turned to the camera, and hidden neither by an occluder
-// nor by the paper of another board. Points of a `points` target have no face and are seen from
-// everywhere. Ordered by id.
+// The exact pixels of the corners that a view shows, ordered by id: those in the lens' domain and
+// inside the image, on a face turned to the camera, and hidden neither by an occluder nor by the
+// paper of another board. Points of a `points` target have no face and are visible from both sides.
 std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world);
 
-// What became of the point.
+// Reason why a point is not seen.
 enum class Sight {
   seen,
   outside_domain,  // behind the camera or beyond what its lens projects: no pixel
@@ -64,7 +63,7 @@ enum class Sight {
 };
 std::string_view sight_text(Sight sight);
 
-// The coordinates of a point in each frame; no value from where it has no image.
+// The coordinates of a point in each frame; no value after the step at which it has no image.
 struct FollowedPoint {
   std::optional<Eigen::Vector3d> in_board;
   Eigen::Vector3d in_world;
@@ -72,7 +71,7 @@ struct FollowedPoint {
   Eigen::Vector3d in_eye;
   Eigen::Vector4d in_clip;
   bool in_volume = false;                       // -w <= x, y, z <= w
-  std::optional<Eigen::Vector3d> in_ndc;        // after the divide
+  std::optional<Eigen::Vector3d> in_ndc;        // after the division by w
   std::optional<Eigen::Vector2d> in_raster_px;  // without distortion
   std::optional<Eigen::Vector2d> pixel;         // through the lens
   Sight sight = Sight::seen;

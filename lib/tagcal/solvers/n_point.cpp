@@ -23,17 +23,17 @@ using Eigen::Vector3d;
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// A set of points thinner than this starts as a plane: below it, the third column of R hardly
-// counts, and the smallest eigenvectors would show nothing but it.
+// Thickness below which a set of points starts as a plane: then the third column of R has little
+// effect on the error, and the smallest eigenvectors contain only that column.
 constexpr double kPlane = 0.1;
 
-// Rotations closer than this (squared distance of unit quaternions) are one minimum.
+// Squared distance of unit quaternions below which two rotations are one minimum.
 constexpr double kSame = 2.5e-9;
 
 constexpr std::size_t kMostMinima = 24;
 
-// The rotation whose first two columns are nearest to those of v, with the points in front. They
-// are the columns along the two longest axes, which are the better known ones.
+// Returns the rotation whose first two columns are nearest to those of v, with the points in front.
+// These columns belong to the two longest axes and are the better determined ones.
 Quaterniond start_from(const Vector9& v, const ObjectSpaceError& e) {
   const double sign = e.depth_map.dot(v) < 0 ? -1 : 1;
   const Vector3d a = sign * v.head<3>().normalized(), b = sign * v.segment<3>(3).normalized();
@@ -48,16 +48,16 @@ Quaterniond start_from(const Vector9& v, const ObjectSpaceError& e) {
   return q.coeffs().allFinite() && q.squaredNorm() > 0.5 ? q.normalized() : Quaterniond::Identity();
 }
 
-// Turned by 180 degrees about the mean ray: where a minimum with the points behind the camera has
-// its twin in front. Of a plane the twin is exact.
+// Turns by 180 degrees about the mean ray, which takes a minimum with the points behind the camera
+// to its twin in front (exactly, for a plane).
 Quaterniond half_turn(const Quaterniond& q) { return Quaterniond(0, 0, 0, 1) * q; }
 
-// The tilt towards the mean ray with the other sign: under weak perspective a plane is seen alike
-// (Oberkampf, DeMenthon & Davis, CVIU 1996). diag(1, 1, -1) R diag(1, 1, -1).
+// Negates the tilt towards the mean ray, diag(1, 1, -1) R diag(1, 1, -1): under weak perspective
+// both tilts of a plane have the same image (Oberkampf, DeMenthon & Davis, CVIU 1996).
 Quaterniond other_tilt(const Quaterniond& q) { return {q.w(), -q.x(), -q.y(), q.z()}; }
 
-// Rotations spread over all, the group of the tetrahedron turned by one that favours no axis: for
-// few points, where the smallest eigenvectors are a space of several dimensions and say little.
+// Rotations spread over SO(3): the group of the tetrahedron, turned by a rotation without symmetry.
+// For few points, whose smallest eigenvectors span a space of several dimensions.
 std::array<Quaterniond, 12> more_starts() {
   const Quaterniond generic = Quaterniond(0.83, 0.31, -0.27, 0.37).normalized();
   std::array<Quaterniond, 12> starts = {Quaterniond(1, 0, 0, 0), Quaterniond(0, 1, 0, 0),
@@ -72,7 +72,7 @@ class Search {
  public:
   explicit Search(const ObjectSpaceError& error) : error_(error) {}
 
-  // To the minimum below a start, with the points in front from the outset, or else to its twin.
+  // Descends from a start to its minimum. If the points lie behind the camera, takes the twin.
   void from(const Quaterniond& start) {
     auto minimum = descend(error_.omega, depth(start) > 0 ? start : half_turn(start));
     if (minimum && !(depth(minimum->rotation) > 0))

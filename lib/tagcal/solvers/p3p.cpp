@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// The triangle, in units of its longest side, which is that from corner 0 to corner 1. Everything
-// is told from corner 2, so that the origin of the target does not matter. The unknowns
+// The triangle, in units of its longest side, from corner 0 to corner 1. Coordinates are relative
+// to corner 2, so that the origin of the target has no effect. The unknowns
 //   p = d0 - d2, r = d1 - d2, w = chord d2
 // of the distances d along the unit rays make the three equations
 //   side02: p^2 + k02 (w^2 + chord p w) = alpha
@@ -35,13 +35,13 @@ struct Problem {
   double k01 = 0, k02 = 0, k12 = 0;
 };
 
-// p, r, w, or a projective point of such.
+// (p, r, w), or the projective point (p : r : w).
 using Unknowns = Vector3d;
 
 bool unit_ray(const Vector3d& ray, Vector3d& unit) {
   double norm2 = ray.squaredNorm();
   unit = ray;
-  if (!(norm2 > 1e-200 && norm2 < 1e200)) {  // lest the square be zero or infinite
+  if (!(norm2 > 1e-200 && norm2 < 1e200)) {  // keeps the square from being zero or infinite
     const double largest = ray.cwiseAbs().maxCoeff();
     if (!(largest > 0 && largest <= std::numeric_limits<double>::max())) return false;
     unit = ray.unaryExpr([largest](double x) { return x / largest; });
@@ -52,8 +52,7 @@ bool unit_ray(const Vector3d& ray, Vector3d& unit) {
   return true;
 }
 
-// Sides that are short beside the rounding of the coordinates make no triangle, nor does one whose
-// height is.
+// False if the height of the triangle is below the rounding of the coordinates.
 bool has_area(const Problem& problem, double largest_coordinate) {
   const double rounding =
       std::max(1e-9, 16 * kEpsilon * largest_coordinate / problem.length);  // of the length
@@ -106,7 +105,7 @@ bool set_angles(Problem& problem) {
 
 // The conics side02 - alpha side01 = 0 and side12 - beta side01 = 0 in (p : r : w).
 std::pair<Matrix3d, Matrix3d> conics(const Problem& problem) {
-  const auto [k01, k02, k12] = std::tuple(problem.k01, problem.k02, problem.k12);
+  const double k01 = problem.k01;
   const double half = problem.chord / 2, mixed = 1 - 2 * half * half * k01;
   const auto conic = [&](const Vector3d& square, double k, double share) {
     const double pw = half * (square.x() * k - share * k01);
@@ -117,8 +116,8 @@ std::pair<Matrix3d, Matrix3d> conics(const Problem& problem) {
         pw, rw, k - share * k01;
     return m;
   };
-  return {conic(Vector3d::UnitX(), k02, problem.alpha),
-          conic(Vector3d::UnitY(), k12, problem.beta)};
+  return {conic(Vector3d::UnitX(), problem.k02, problem.alpha),
+          conic(Vector3d::UnitY(), problem.k12, problem.beta)};
 }
 
 Vector3d residual_of(const Problem& problem, const Unknowns& x) {
@@ -144,7 +143,7 @@ Vector3d newton_step(const Problem& problem, const Unknowns& x, const Vector3d& 
          det;
 }
 
-// Newton's method while it comes nearer. False where it does not solve the equations.
+// Newton's method while the error decreases. False if it does not solve the equations.
 bool polish(const Problem& problem, Unknowns& x) {
   Vector3d residual = residual_of(problem, x);
   double error = residual.squaredNorm();
@@ -161,7 +160,7 @@ bool polish(const Problem& problem, Unknowns& x) {
   return error < 1e-22;
 }
 
-// From a projective point to distances, all in front, that solve the equations.
+// Turns a projective point into distances that solve the equations, all in front.
 bool solve_from(const Problem& problem, Unknowns& x) {
   const double s = problem.chord;
   const double unit =
@@ -174,7 +173,7 @@ bool solve_from(const Problem& problem, Unknowns& x) {
   return in_front(-1e-6) && polish(problem, x) && in_front(0);
 }
 
-// The columns: along a - b, in the plane of a and b, normal to it.
+// Frame with columns along a - b, in the plane of a and b, and normal to it.
 Matrix3d frame_of(const Vector3d& a, const Vector3d& b) {
   Matrix3d frame;
   frame.col(0) = (a - b).normalized();
@@ -183,8 +182,8 @@ Matrix3d frame_of(const Vector3d& a, const Vector3d& b) {
   return frame;
 }
 
-// Adds the pose, if the triangle then is on its rays to 1e-9: what is 1e-6 of its size away from
-// the camera, or as thin, may be lost in rounding.
+// Adds the pose if the triangle lies on its rays to 1e-9. Rounding may prevent this for a triangle
+// that is within 1e-6 of its size of the camera, or as thin.
 void add_pose(const Problem& problem, const Matrix3d& target_frame, const Unknowns& x,
               Solutions<Pose, 4>& poses) {
   const double d2 = x[2] / problem.chord, d0 = d2 + x[0], d1 = d2 + x[1];
@@ -200,7 +199,7 @@ void add_pose(const Problem& problem, const Matrix3d& target_frame, const Unknow
   poses.push_back({turned.rotation(), problem.length * d2 * m[2] - turned * problem.corner[2]});
 }
 
-bool holds(const Solutions<Unknowns, 4>& found, const Unknowns& x) {
+bool contains(const Solutions<Unknowns, 4>& found, const Unknowns& x) {
   return std::any_of(found.begin(), found.end(),
                      [&x](const Unknowns& other) { return (other - x).squaredNorm() < 1e-20; });
 }
@@ -219,7 +218,7 @@ Solutions<Pose, 4> p3p(std::span<const Vector3d, 3> points, std::span<const Vect
   Solutions<Unknowns, 4> found;
   for (const Vector3d& line : lines)
     for (Unknowns x : meet(line, std::abs(g) < 1 ? pencil.e : pencil.f))
-      if (solve_from(problem, x) && !holds(found, x)) found.push_back(x);
+      if (solve_from(problem, x) && !contains(found, x)) found.push_back(x);
   const Matrix3d target_frame = frame_of(problem.side02, problem.side12);
   for (const Unknowns& x : found) add_pose(problem, target_frame, x, poses);
   return poses;

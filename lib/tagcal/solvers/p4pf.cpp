@@ -69,8 +69,8 @@ struct Rows {
 
 // With depth w (1 + r3 . p_k) of point k, its image times (1 + r3 . p_k) is affine in p_k, and the
 // gradients of the two coordinates are r1 = g + G r3 and r2 = h + H r3. The unknowns xi are r3
-// about the minimum of |r1|^2 + |r2|^2 + |r3|^2, which is that minimum plus |xi|^2: so nothing
-// is lost where the tetrahedron is thin (G, H large), far away or off the axis.
+// about the minimum of |r1|^2 + |r2|^2 + |r3|^2, which is that minimum plus |xi|^2, so that no
+// digits are lost where the tetrahedron is thin (G, H large), far away or off the axis.
 struct Problem {
   Tetrahedron shape;
   std::array<Vector2d, 4> pixels;  // in units of pixel_scale, the RMS distance from their mean
@@ -95,7 +95,7 @@ bool set_pixels(std::span<const Vector2d, 4> pixels, Problem& problem) {
   double sum = 0;
   for (const Vector2d& pixel : pixels) sum += (pixel - mean).squaredNorm();
   const double scale = std::sqrt(sum / 4);
-  // Beside the rounding of the pixels, and finite.
+  // The pixels differ by more than their rounding, and are finite.
   if (!(scale > 1e-100 && scale < 1e100 && mean.squaredNorm() < 1e12 * scale * scale)) return false;
   for (std::size_t k = 0; k < 4; ++k) problem.pixels[k] = pixels[k] / scale;
   problem.pixel_scale = scale;
@@ -150,7 +150,7 @@ struct Candidate {
 
 Rows rows_at(const Problem& m, const Vector3d& xi) { return {m.r1(xi), m.r2(xi), m.r3(xi)}; }
 
-// What makes angles of the first two quadrics and of the last two.
+// Weights that turn the quadrics into angles: of the first two, of the last two.
 Eigen::Vector4d weights_of(const Rows& rows) {
   const double scale = 2 / (rows.r1.squaredNorm() + rows.r2.squaredNorm());
   const double tilt = std::sqrt(scale / rows.r3.squaredNorm());
@@ -164,18 +164,18 @@ double error_of(const Rows& rows, const Eigen::Vector4d& weights) {
       .squaredNorm();
 }
 
-// Every point is in front of the camera by more than `depth` of the centroid's, and the rows make a
-// right-handed triple whose volume is more than `volume` of that of orthogonal rows.
+// True if every point is in front of the camera by more than `depth` of the centroid's depth, and
+// the rows are a right-handed triple with more than `volume` of the volume of orthogonal rows.
 bool in_front(const Problem& problem, const Rows& rows, double depth, double volume) {
   const auto& [r1, r2, r3] = rows;
   const double orthogonal = std::sqrt(r1.squaredNorm() * r2.squaredNorm() * r3.squaredNorm());
   return r1.cross(r2).dot(r3) > volume * orthogonal &&
          std::all_of(problem.shape.p.begin(), problem.shape.p.end(),
-                     [&](const Vector3d& p) { return 1 + r3.dot(p) > depth; });
+                     [&, &r3 = r3](const Vector3d& p) { return 1 + r3.dot(p) > depth; });
 }
 
-// Gauss-Newton on the four quadrics in the three unknowns. False, and early, where that leads to no
-// solution.
+// Gauss-Newton on the four quadrics in the three unknowns. Returns false, as early as possible, if
+// it does not lead to a solution.
 bool polish(const Problem& problem, const Quadrics& quadrics, Candidate& candidate) {
   constexpr int kMaxSteps = 8;
   auto& [xi, rows, error] = candidate;
@@ -198,7 +198,7 @@ bool polish(const Problem& problem, const Quadrics& quadrics, Candidate& candida
 
 PoseAndFocal pose_of(const Problem& problem, const Rows& rows) {
   const double n1 = rows.r1.norm(), n2 = rows.r2.norm(), n = (n1 + n2) / 2;
-  // The orthogonal pair nearest to the two: along their bisectors.
+  // The nearest orthogonal pair has the same bisectors.
   const Vector3d a = (rows.r1 / n1 + rows.r2 / n2).normalized(),
                  b = (rows.r1 / n1 - rows.r2 / n2).normalized();
   Matrix3d r;
@@ -231,13 +231,13 @@ std::pair<double, double> range_of_z(const Problem& problem) {
   return {low, high};
 }
 
-// Other unknowns, turned by a rotation that has no symmetry.
+// Turns the unknowns by a rotation without symmetry.
 void turn_unknowns(Problem& problem) {
   const Matrix3d turn = Eigen::Quaterniond(0.79, 0.23, -0.31, 0.47).normalized().matrix();
   for (AffineVector* r : {&problem.r1, &problem.r2, &problem.r3}) r->m *= turn;
 }
 
-// How well the quadrics leave a polynomial in z: in symmetric views they may not.
+// Condition of the elimination to a polynomial in z; poor in symmetric views.
 enum class Reduction { failed, poor, good };
 
 Reduction reduce(const Quadrics& quadrics, Resultant& resultant) {
@@ -248,7 +248,7 @@ Reduction reduce(const Quadrics& quadrics, Resultant& resultant) {
   return pivot < 1e-3 || resultant.is_degenerate() ? Reduction::poor : Reduction::good;
 }
 
-// Keeps the better of two that are the same to 1 %.
+// Adds a candidate, or keeps the better one of two that are equal to 1 %.
 void add(Solutions<Candidate, 6>& found, const Candidate& candidate) {
   Candidate* const same = std::find_if(found.begin(), found.end(), [&](const Candidate& other) {
     return (other.xi - candidate.xi).squaredNorm() < 1e-4 * (1 + candidate.xi.squaredNorm());

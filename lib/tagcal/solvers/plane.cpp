@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A rotation whose third row is along v: from the camera to a frame that looks along v.
+// Rotation whose third row is along v, from the camera to a frame that looks along v.
 Matrix3d looking_along(const Vector3d& v) {
   const Vector3d z = v.normalized();
   // Frisvad's basis without its singularity (Duff et al., JCGT 2017).
@@ -37,7 +37,7 @@ double determinant(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   return a.cross(b).dot(c);
 }
 
-// Maps the first three points with the weights that bring the fourth to its ray as well.
+// Homography of the first three points, with the weights that also map the fourth to its ray.
 std::optional<Matrix3d> homography_of_four(std::span<const Vector2d> points,
                                            std::span<const Vector3d> rays) {
   const Vector3d p[4] = {points[0].homogeneous(), points[1].homogeneous(), points[2].homogeneous(),
@@ -47,8 +47,8 @@ std::optional<Matrix3d> homography_of_four(std::span<const Vector2d> points,
   const Vector3d of_rays(determinant(rays[1], rays[2], rays[3]),
                          determinant(rays[2], rays[0], rays[3]),
                          determinant(rays[0], rays[1], rays[3]));
-  // Twice the areas of three triangles of points, against that of the whole; of those on a line
-  // rounding is left, and of four on a line nothing else.
+  // Twice the areas of three triangles of points, and of the whole. They are rounding errors for
+  // points on a line.
   const double whole = p12.dot(p[2]);
   const double size = of_points.cwiseAbs().maxCoeff();
   double largest = 0;
@@ -102,8 +102,8 @@ class Normalisation {
   double scale_;
 };
 
-// A rotation after which every ray has z > 0 and well so: none where they have it already, as those
-// of a pinhole do.
+// Rotation after which every ray has a clearly positive z; the identity if that holds already, as
+// for a pinhole.
 Matrix3d sight_frame(std::span<const Vector3d> rays) {
   bool in_front = true;
   for (const Vector3d& ray : rays)
@@ -170,7 +170,8 @@ std::optional<Matrix3d> homography_of_many(std::span<const Vector2d> points,
   InlineBuffer<Vector2d, 32> images(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Vector3d ray = sight_from_camera * rays[i];
-    if (!(ray.z() > 0)) return std::nullopt;  // 180 degrees and more of view: no such plane
+    if (!(ray.z() > 0))
+      return std::nullopt;  // the points span 180 degrees or more: no plane in front
     images[i] = ray.hnormalized();
   }
   const Normalisation of_points(points), of_images(images.span());
@@ -198,12 +199,11 @@ std::optional<PlaneTilts> internal::ippe_tilts(const Matrix3d& camera_from_plane
   const Vector3d origin = camera_from_plane.col(2);
   const double size = origin.norm();
   const Matrix3d sight_from_camera = looking_along(origin);
-  // The image of the plane about its origin, seen along the ray to it: A = (R's upper left) /
-  // depth.
+  // Image of the plane about its origin, seen along the ray to it: A = (upper left of R) / depth.
   const Eigen::Matrix2d a = sight_from_camera.topRows<2>() * camera_from_plane.leftCols<2>() / size;
   const double half_trace = a.squaredNorm() / 2, det = a.determinant();
-  // (half_trace^2 - det^2 is the same, but keeps half of the digits where the plane faces the
-  // camera, and the tilt half of those.)
+  // half_trace^2 - det^2 would be the same, but loses half of the digits if the plane faces the
+  // camera, and the tilt half of the rest.
   const double stretch = (a.col(0).squaredNorm() - a.col(1).squaredNorm()) / 2;
   const double shear = a.col(0).dot(a.col(1));
   const double gap = std::sqrt(stretch * stretch + shear * shear);
@@ -211,7 +211,7 @@ std::optional<PlaneTilts> internal::ippe_tilts(const Matrix3d& camera_from_plane
   if (!(std::abs(det) > 0) || !std::isfinite(1 / inverse_depth) || !std::isfinite(size))
     return std::nullopt;
   const Eigen::Matrix2d upper = a / inverse_depth;
-  // The third row of R, up to its sign: b b' = 1 - A'A, of rank one. Where it vanishes the plane
+  // The third row of R, up to its sign: b b' = 1 - A'A, of rank one. It is zero if the plane
   // faces the camera.
   const double bb00 = std::max(0.0, 1 - upper.col(0).squaredNorm());
   const double bb11 = std::max(0.0, 1 - upper.col(1).squaredNorm());
@@ -240,7 +240,7 @@ Solutions<Pose, 2> ippe(const Matrix3d& camera_from_plane) {
 }
 
 std::optional<double> focal_ratio_from_homographies(std::span<const Matrix3d> homographies) {
-  // With w = 1 / ratio^2: w a + b = 0 for each of the two constraints of each view.
+  // Each of the two constraints of each view is w a + b = 0 with w = 1 / ratio^2.
   double aa = 0, ab = 0;
   for (const Matrix3d& h : homographies) {
     const Matrix3d g = h / std::sqrt(h.col(0).norm() * h.col(1).norm());
@@ -258,7 +258,7 @@ std::optional<double> focal_ratio_from_homographies(std::span<const Matrix3d> ho
 Pose pose_from_homography(const Matrix3d& camera_from_plane) {
   const Vector3d h1 = camera_from_plane.col(0), h2 = camera_from_plane.col(1);
   const double scale = 2 / (h1.norm() + h2.norm());
-  // The columns turned towards each other until they are orthogonal.
+  // Turns the columns symmetrically until they are orthogonal.
   const Vector3d sum = h1.normalized() + h2.normalized(),
                  difference = h1.normalized() - h2.normalized();
   const Vector3d a = sum.normalized(), b = difference.normalized();

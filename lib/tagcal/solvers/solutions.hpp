@@ -8,8 +8,8 @@
 
 namespace tagcal {
 
-// What a solver found: none or up to N, kept without the heap; nothing is made or copied of the
-// room that is left.
+// The solutions of a solver: zero to N, without heap. Unused elements are not constructed or
+// copied.
 template <typename T, std::size_t N>
 class Solutions {
   static_assert(std::is_trivially_destructible_v<T>);
@@ -31,7 +31,7 @@ class Solutions {
     assert(size_ < N);
     new (values_ + size_++) T(solution);
   }
-  // Keeps the order of `before`; the last one falls out where there is no room.
+  // Inserts in the order of `before`; drops the last element if there is no room.
   template <typename Before>
   void insert(const T& solution, Before before) {
     if (size_ < N)

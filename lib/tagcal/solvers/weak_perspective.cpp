@@ -27,7 +27,7 @@ using Eigen::Vector4d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
 constexpr double kPlane = 0.05;
-constexpr double kFlat = 1e-9;  // thickness below which the answer in the plane is the answer
+constexpr double kFlat = 1e-9;  // thickness below which the answer of the plane is exact
 constexpr double kSameRad = 1e-4;
 constexpr int kMaxSteps = 40;
 constexpr double kConverged = 1e-9;
@@ -137,7 +137,7 @@ Expansion expansion(const Moments& m, const ScaledRotation& at) {
   const Matrix3d r = at.rotation.toRotationMatrix();
   const Matrix23d a = at.scale * r.topRows<2>();
   const Matrix23d slope = a * m.xx - m.ux;
-  // How A moves by (w, l): the rows of w x R are (w2 r3 - w3 r2) and (w3 r1 - w1 r3).
+  // Derivatives of A by (w, l): the rows of w x R are (w2 r3 - w3 r2) and (w3 r1 - w1 r3).
   std::array<Matrix23d, 4> moves;
   for (Matrix23d& move : moves) move.setZero();
   moves[0].row(1) = -at.scale * r.row(2);
@@ -155,7 +155,7 @@ Expansion expansion(const Moments& m, const ScaledRotation& at) {
     for (int j = 0; j < 4; ++j)
       e.gauss_newton(i, j) = moves[static_cast<std::size_t>(j)].cwiseProduct(weighted).sum();
   }
-  // What the curvature of exp adds: (w w' - |w|^2) R / 2 of the rotation, l w of both, l^2 / 2.
+  // Second order of exp: (w w' - |w|^2) R / 2 of the rotation, l w of both, l^2 / 2.
   Matrix3d twist = Matrix3d::Zero();
   twist.leftCols<2>() = at.scale * r * slope.transpose();
   e.hessian = e.gauss_newton;
@@ -167,7 +167,7 @@ Expansion expansion(const Moments& m, const ScaledRotation& at) {
   return e;
 }
 
-// Newton's step where the Hessian is positive, else that of Gauss & Newton, damped.
+// Newton's step if the Hessian is positive definite, otherwise a damped Gauss-Newton step.
 Vector4d step_from(const Expansion& at, double damping) {
   if (damping == 0) {
     const Eigen::LLT<Matrix4d> newton(at.hessian);
@@ -211,7 +211,7 @@ WeakPerspectivePose posed(const ScaledRotation& a, const PointFrame& frame, cons
   return pose;
 }
 
-// In the frames, so that an origin far away costs nothing.
+// Computed in the frames, so that a distant origin loses no digits.
 double rms_of(const ScaledRotation& a, const PointFrame& frame, const Pixels& spread,
               std::span<const Vector3d> points, std::span<const Vector2d> pixels) {
   const Matrix23d affine = affine_of(a);

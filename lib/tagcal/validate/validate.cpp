@@ -19,8 +19,8 @@ using Eigen::Vector3d;
 
 constexpr double kJacobianBound = 1e-6;
 
-// What OpenCV says of points before a camera: pixels, and derivatives by rotation vector,
-// translation, fx, fy, cx, cy and the distortion, in this order.
+// OpenCV's projection of points: pixels, and derivatives by rotation vector, translation, fx, fy,
+// cx, cy and the distortion, in this order.
 struct Theirs {
   std::vector<cv::Point2d> pixels;
   cv::Mat1d jacobian;  // 2n x (10 + distortion)
@@ -94,7 +94,7 @@ void compare_view(const Camera& camera, const Pose& pose, std::span<const Corres
     const Vector2d ours = *project(camera.lens, pose * view.correspondences[i].point);
     const double difference =
         (ours - Vector2d(theirs.pixels[i].x, theirs.pixels[i].y)).cwiseAbs().maxCoeff();
-    // Not std::max, which would pass over a NaN.
+    // std::max would ignore a NaN.
     if (!(difference <= result.max_projection_difference_px))
       result.max_projection_difference_px = difference;
     ++result.num_compared;

@@ -8,7 +8,7 @@
 
 namespace tagcal {
 
-// One parameter held against the truth.
+// One parameter compared with the truth.
 struct ParameterError {
   std::string name;
   double estimate = 0;
@@ -25,12 +25,12 @@ struct Validation {
   int num_outside_domain = 0;  // counted, not compared
   double rms_px = 0;           // of the observations, poses estimated here with the given camera
   int num_views = 0;           // with a pose
-  int num_without_pose = 0;    // views
+  int num_without_pose = 0;    // views without a pose
   double bound_px = 0;         // 1e-9 for the pinhole family, 1e-8 for fisheye
-  bool opencv_agrees = false;  // all differences within their bounds, and something compared
-  std::vector<ParameterError> parameters;  // where the truth is known and of the same kind of lens
-  // Of those that have a standard deviation, how many are more than kTruthBound of them off the
-  // truth; none where no parameter can be judged so.
+  bool opencv_agrees = false;  // all differences are within their bounds, and there are some
+  std::vector<ParameterError> parameters;  // if the truth is known and has the same type of lens
+  // The number of parameters whose error exceeds kTruthBound standard deviations; no value if none
+  // has a standard deviation.
   std::optional<int> num_beyond_truth;
   std::vector<std::string> warnings;
 };
@@ -38,10 +38,10 @@ struct Validation {
 // In standard deviations: by chance once in 1.7 million parameters.
 inline constexpr double kTruthBound = 5;
 
-// Holds a camera (with the standard deviations of its parameters, or none) against OpenCV and,
-// where the data set knows it, against the truth. Each view's pose is estimated as `tagcal pose`
-// does: `camera_error_px` is what the camera's file says of its error (CalibrationFile), so that
-// the corners' own covariances count; without it they do not.
+// Compares a camera (with the standard deviations of its parameters, or none) with OpenCV and, if
+// the data set has it, with the truth. The pose of each view is estimated as by `tagcal pose`.
+// `camera_error_px` is the error in the camera's file (CalibrationFile); the covariances of the
+// corners are used only if it is given.
 Validation validate(const Camera& camera, const std::vector<double>& sigmas, const Dataset& dataset,
                     const std::optional<double>& camera_error_px = std::nullopt);
 

@@ -15,14 +15,14 @@ using Polygon = std::vector<Vector3d>;
 constexpr int kConePlanes = 256;
 
 // Cuts stay this far (radians) inside a lens' domain, so that rounding leaves nothing outside. The
-// direction straight backwards, where all directions of the image meet, is left out by as much.
+// backward direction, in which all directions of the image meet, is excluded by the same angle.
 constexpr double kOffDomainBorder = 1e-9;
 constexpr double kOffBackwardAxis = 1e-6;
 
-// Polygons that come closer (radians) to the backward axis are drawn in sectors.
+// Polygons that come closer (radians) to the backward axis are divided into sectors.
 constexpr double kCloseToBackwardAxis = 0.3;
 
-// Sutherland and Hodgman's step for points of any kind, by their heights over the border.
+// Sutherland and Hodgman's step for any type of point; `height` is >= 0 on the kept side.
 template <typename Point, typename Height>
 std::vector<Point> kept_part(const std::vector<Point>& polygon, const Height& height) {
   std::vector<Point> result;
@@ -32,7 +32,7 @@ std::vector<Point> kept_part(const std::vector<Point>& polygon, const Height& he
     const double height_a = height(a), height_b = height(b);
     if (height_a >= 0) result.push_back(a);
     if ((height_a >= 0) == (height_b >= 0)) continue;
-    // From the kept end, so that both polygons of a shared edge get the same point.
+    // Interpolates from the kept end, so that both polygons of a shared edge get the same point.
     result.push_back(height_a >= 0 ? Point(a + height_a / (height_a - height_b) * (b - a))
                                    : Point(b + height_b / (height_b - height_a) * (a - b)));
   }
@@ -62,15 +62,16 @@ Polygon within_cone(const Polygon& polygon, double half_angle) {
   return clip_to_cone(polygon, inscribed, 1);
 }
 
-// The side of the plane through the z axis at a turn; neighbouring sectors share it exactly.
+// A half-space whose plane contains the z axis, at an angle; neighbouring sectors share the plane
+// exactly.
 HalfSpace sector_side(int i, double sign) {
   const Vector3d along = at_turn(2 * std::numbers::pi * (i % kConePlanes) / kConePlanes);
   return {sign * Vector3d(-along.y(), along.x(), 0), 0};
 }
 
-// A convex polygon without its part inside the pyramid around the cone about -z of the given
-// half-angle, in sectors about the axis: an edge that passes close to the axis turns by no more
-// than a sector within a part, however fast its image runs around.
+// Removes from a convex polygon its part inside the pyramid around the cone about -z of the given
+// half-angle, and divides the rest into sectors about the axis: an edge that passes close to the
+// axis turns by at most one sector within a part.
 std::vector<Polygon> without_backward_cone(const Polygon& polygon, double half_angle) {
   const double cut = std::max(half_angle + kOffDomainBorder, kOffBackwardAxis);
   const double close = std::min(cut + kCloseToBackwardAxis, std::numbers::pi / 2);

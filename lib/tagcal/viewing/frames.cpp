@@ -119,7 +119,7 @@ std::size_t Frames<Transform>::index(const std::string& name) const {
   return found->second;
 }
 
-// The frame first; the root is left out.
+// From the frame to the last one below the root.
 template <typename Transform>
 std::vector<std::size_t> Frames<Transform>::way_to_root(std::size_t frame) const {
   std::vector<std::size_t> way;
@@ -127,7 +127,7 @@ std::vector<std::size_t> Frames<Transform>::way_to_root(std::size_t frame) const
   return way;
 }
 
-// There may be other cycles above: the walk ends after as many steps as there are frames.
+// There may be other cycles above, so the walk ends after one step per frame.
 template <typename Transform>
 void Frames<Transform>::refuse_cycle(std::size_t frame, std::size_t parent) const {
   std::string chain = "hangs on itself: " + frames_[frame].name;

@@ -8,11 +8,11 @@
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/geometry/transform.hpp"
 
-// Hierarchies of frames: a cup on a table in a room, a wheel with something on its spoke.
+// Hierarchies of frames, for example a cup on a table in a room.
 
 namespace tagcal {
 
-// A frame that hangs on another: coordinates in it become coordinates in its parent.
+// A frame and its transform to its parent frame.
 template <typename Transform>
 struct Frame {
   std::string name;
@@ -20,36 +20,34 @@ struct Frame {
   Transform parent_from_frame;
 };
 
-// Frames by their names, each on its parent, all on one root; the transform from any to any. With
-// Transform = Pose all are rigid, with Affine they may stretch and shear (affine(pose) hangs a
-// rigid one among them). Every function throws Error for a name that is empty, unknown, or taken by
-// another frame, for numbers that are not finite, and for a frame that would hang on itself, and
-// leaves the hierarchy as it was.
+// A tree of named frames under one root, and the transform between any two of them. With Transform
+// = Pose all are rigid, with Affine they may stretch and shear (affine(pose) converts a rigid one).
+// Every function throws Error, and leaves the tree unchanged, for a name that is empty, unknown or
+// already used, for numbers that are not finite, and for a frame that would be its own ancestor.
 template <typename Transform>
 class Frames {
  public:
   explicit Frames(const std::string& root);
 
-  // In any order.
+  // The frames may come in any order.
   Frames(const std::string& root, const std::vector<Frame<Transform>>& frames);
 
-  // A new frame on one that is there.
+  // Adds a frame to a parent that exists.
   void add(const Frame<Transform>& frame);
 
-  // A frame that is there, moved in its parent or to another one, with all that hangs on it. Not
-  // the root.
+  // Moves a frame, with all its descendants, in its parent or to another parent. Not the root.
   void move(const std::string& name, const Transform& parent_from_frame);
   void move(const Frame<Transform>& frame);
 
-  // Through the nearest frame on which both hang, so that two cups on a table know each other
-  // exactly however far away the world's origin is. Affine: throws Error where the way down to `a`
-  // has no inverse.
+  // The transform by way of the nearest common ancestor, so that two cups on a table have an exact
+  // relative transform however far away the world's origin is. Affine: throws Error if a transform
+  // on the path down to `a` has no inverse.
   Transform a_from_b(const std::string& a, const std::string& b) const;
 
   // Empty for the root.
   const std::string& parent(const std::string& name) const;
 
-  // In the order in which they came, the root first.
+  // The names in the order of addition, the root first.
   std::vector<std::string> names() const;
 
  private:
@@ -67,9 +65,8 @@ class Frames {
 extern template class Frames<Pose>;
 extern template class Frames<Affine>;
 
-// For those who walk a hierarchy and keep where they are: the product of all that was multiplied on
-// since the start, with its inverse beside it. Walking from the world to an object, matrix() is
-// world_from_object.
+// The product of the transforms on the path through a hierarchy, with its inverse. On a path from
+// the world to an object, matrix() is world_from_object.
 class MatrixStack {
  public:
   const Affine& matrix() const { return levels_.back().matrix; }
@@ -80,7 +77,7 @@ class MatrixStack {
   void multiply(const Affine& next);
 
   void push();  // remembers matrix()
-  void pop();   // goes back to what was remembered last; Error where nothing is
+  void pop();   // restores the last remembered matrix; throws Error if there is none
   std::size_t num_pushed() const { return levels_.size() - 1; }
 
  private:
@@ -92,8 +89,8 @@ class MatrixStack {
 };
 
 // The frame of three points: its origin is a, c lies on its +x axis, and its y axis is the normal
-// (b - a) x (c - a); so b has y = 0 and z > 0. Throws Error where the points are on a line (to
-// within 1e-9 rad).
+// (b - a) x (c - a); so b has y = 0 and z > 0. Throws Error if the points are on a line (to within
+// 1e-9 rad).
 Pose world_from_three_points(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                              const Eigen::Vector3d& c);
 

@@ -10,7 +10,7 @@ using Eigen::Vector2d;
 
 bool finite(const Segment2& s) { return s.from.allFinite() && s.to.allFinite(); }
 
-// Where the line from a to b crosses the border of the highest bit in `code`.
+// The point of the line from a to b on the border of the highest bit in `code`.
 Vector2d at_border(const Window& w, const Vector2d& a, const Vector2d& b, std::uint8_t code) {
   const auto at_y = [&](double y) {
     return Vector2d(a.x() + (b.x() - a.x()) * ((y - a.y()) / (b.y() - a.y())), y);

@@ -14,10 +14,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-// A direction nearer to the image plane than this (sine of the angle) is parallel to it.
+// A direction counts as parallel to the image plane below this sine of its angle to it.
 constexpr double kParallel = 1e-12;
 
-// Depth recedes by `length` metres of the drawing a metre, at an angle from x towards -y.
+// One metre of depth is drawn `length` metres long, at an angle from x towards -y.
 Matrix4d receding_projection(double length, double angle_rad) {
   return oblique_projection({-length * std::cos(angle_rad), length * std::sin(angle_rad), 1});
 }

@@ -53,14 +53,14 @@ enum class DrawnView {
 };
 Eigen::Quaterniond camera_from_world_drawn(DrawnView view);
 
-// Where the images of all lines along a direction (camera frame, either sign, not zero) end: their
-// vanishing points. A perspective has one, unless the direction is parallel to the image plane (to
-// within 1e-12 of its length) or beyond the lens' domain; a fisheye has up to two, one each way;
-// parallel rays have none.
+// The vanishing points of all lines along a direction (camera frame, either sign, not zero). A
+// perspective has one, unless the direction is parallel to the image plane (to within 1e-12 of its
+// length) or outside of the lens' domain; a fisheye has up to two, one for each sign; parallel rays
+// have none.
 std::vector<Eigen::Vector2d> vanishing_points(const Lens& lens,
                                               const Eigen::Vector3d& direction_in_camera);
 
-// How many of the world's three axes have a vanishing point: 1, 2 or 3 for the one-, two- and
+// The number of the world's axes with a vanishing point: 1, 2 or 3 for the one-, two- and
 // three-point perspective of a pinhole.
 int num_vanishing_axes(const Lens& lens, const Eigen::Quaterniond& camera_from_world);
 

@@ -9,7 +9,8 @@
 namespace tagcal {
 namespace {
 
-// Every lens begins with its two scales and its principal point; distortion does not know pixels.
+// The first parameters of every lens are two scales and the principal point; distortion does not
+// depend on the pixels.
 template <typename L>
 Lens with_scale_and_centre(const L& lens, const Eigen::Vector2d& scale,
                            const Eigen::Vector2d& centre) {
@@ -21,7 +22,7 @@ Lens with_scale_and_centre(const L& lens, const Eigen::Vector2d& scale,
   return L(p);
 }
 
-// The camera after u' = s (u + 1/2) - 1/2 - shift on its pixels.
+// The camera whose pixels are u' = s (u + 1/2) - 1/2 - shift.
 Camera on_other_pixels(const Camera& camera, const Eigen::Vector2d& s, const Eigen::Vector2d& shift,
                        const ImageSize& size) {
   if (size.width < 1 || size.height < 1)

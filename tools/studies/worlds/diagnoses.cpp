@@ -3,30 +3,43 @@
 #include <set>
 
 #include "summary.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
-// Sentences that blame what is right in every world. The first that fits decides.
+// Findings that blame what is right in every world. The first that matches decides.
 struct Diagnosis {
   std::string_view name;
-  std::string_view text;
-  bool of_model = false;  // right where the answer's model does not hold the truth
+  FindingCode code;
+  std::string_view text = "";  // part of the sentence; empty: any sentence
+  bool of_model = false;       // true where the answer's model does not contain the truth's lens
 };
-constexpr Diagnosis kDiagnoses[] = {{"bent", "board bent by"},
-                                    {"bent", "bent board better"},
-                                    {"target", "the target is not as its file says"},
-                                    {"moved", "moved during the exposure"},
-                                    {"view", "do not hang where they should"},
-                                    {"view", "its corners do not agree"},
-                                    {"view", "its tags are mirrored"},
-                                    {"view", "it repeats"},
-                                    {"consensus", "agree with no common answer"},
-                                    {"model", "the model is too small", true}};
+constexpr Diagnosis kDiagnoses[] = {{"bent", code::board_bend_impossible},
+                                    {"bent", code::board_bent},
+                                    {"target", code::tags_misplaced},
+                                    {"moved", code::view_rejected, "during the exposure"},
+                                    {"view", code::board_moved},
+                                    {"view", code::view_rejected},
+                                    {"view", code::view_mirrored},
+                                    {"view", code::view_repeated},
+                                    {"consensus", code::no_consensus, "more than half"},
+                                    {"model", code::model_too_small, "", true},
+                                    {"model", code::other_lens, "", true},
+                                    {"model", code::residuals_biased, "", true},
+                                    {"model", code::halves_disagree, "", true}};
 
-// Whether a model can be every lens of the other.
-bool holds(const std::string& model, const std::string& other) {
-  static const std::map<std::string, std::set<std::string>> held = {
+// `finding` is "code: sentence" (record.hpp).
+bool is_diagnosis(std::string_view finding, const Diagnosis& diagnosis) {
+  const std::size_t end = std::min(finding.find(": "), finding.size());
+  return finding.substr(0, end) == diagnosis.code.name &&
+         finding.substr(end).find(diagnosis.text) != std::string_view::npos;
+}
+
+// True if every lens of model `other` is a lens of `model`.
+bool contains(const std::string& model, const std::string& other) {
+  static const std::map<std::string, std::set<std::string>> contained = {
       {"f", {"f"}},
       {"f+c", {"f", "f+c"}},
       {"pinhole", {"f", "f+c", "pinhole"}},
@@ -35,8 +48,8 @@ bool holds(const std::string& model, const std::string& other) {
       {"opencv5", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5"}},
       {"opencv8", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5", "opencv8"}},
       {"fisheye4", {"fisheye4"}}};
-  const auto found = held.find(model);
-  return found != held.end() && found->second.contains(other);
+  const auto found = contained.find(model);
+  return found != contained.end() && found->second.contains(other);
 }
 
 }  // namespace
@@ -48,11 +61,10 @@ std::vector<std::string_view> false_diagnoses(const Record& record) {
     const std::size_t end = std::min(rest.find(" | "), rest.size());
     const std::string_view finding = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 3, rest.size()));
-    const auto* const found = std::ranges::find_if(kDiagnoses, [&](const Diagnosis& d) {
-      return finding.find(d.text) != std::string_view::npos;
-    });
+    const auto* const found = std::ranges::find_if(
+        kDiagnoses, [&](const Diagnosis& d) { return is_diagnosis(finding, d); });
     if (found == std::end(kDiagnoses)) continue;
-    if (found->of_model && !holds(record.answer, record.model)) continue;
+    if (found->of_model && !contains(record.answer, record.model)) continue;
     if (std::ranges::find(classes, found->name) == classes.end()) classes.push_back(found->name);
   }
   return classes;

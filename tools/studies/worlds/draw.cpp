@@ -14,10 +14,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kFewestCorners = 8;  // that are visible in a view
-constexpr int kMostTries = 30;             // for a view with so many
+constexpr std::size_t kFewestCorners = 8;  // visible in a view
+constexpr int kMostTries = 30;             // to draw a view with kFewestCorners
 
-// How the views of a world are spread.
+// Distribution of the views of a world.
 struct ViewSpread {
   double tag_px = 0;
   double size_factor = 1;  // of the tag's side in the image, largest over typical
@@ -26,7 +26,7 @@ struct ViewSpread {
   double most_roll_rad = 0;
 };
 
-// Pixels per radian about a ray of the lens: the root of the area that a solid angle takes.
+// Pixels per radian about a ray of the lens: the root of the area in the image per solid angle.
 std::optional<double> pixels_per_radian(const Lens& lens, const Vector3d& direction) {
   constexpr double kStep = 1e-4;
   const Vector3d across = direction.unitOrthogonal(), down = direction.cross(across);
@@ -70,7 +70,8 @@ std::optional<Pose> draw_pose(const Camera& camera, const Grid& grid, const View
   return Pose(rotation, distance * ray->direction - rotation * board_centre(grid));
 }
 
-// No value where the tags would be too few or too many, or do not fit into the image.
+// No value if the board would have too few or too many tags, or tags that do not fit into the
+// image.
 std::optional<Board> draw_board(World& world, Random& random) {
   const ImageSize& size = world.scene.camera.image_size;
   const double tag_px = log_uniform(12, 300, random);
@@ -118,7 +119,8 @@ bool draw_views(Scene& scene, const ViewSpread& spread, Random& random) {
   return true;
 }
 
-// Half of the sensors are linear, most prints as designed. Noise does not reach black or white.
+// Half of the sensors are linear; 60 % of the prints are as designed. Levels keep a distance from
+// black and white, so that noise is not clipped.
 void draw_light(World& world, Random& random) {
   Scene& scene = world.scene;
   scene.sensor.blur_px = log_uniform(0.3, 2, random);

@@ -13,7 +13,7 @@ struct World {
   std::uint64_t seed = 0;
   std::uint64_t index = 0;
   Scene scene;
-  // What it was drawn to be.
+  // Properties that the scene was drawn with.
   double field_of_view_deg = 0;  // of the lens with its distortion, across the image
   double tag_px = 0;             // a tag's side where it faces the camera, typical of the views
   double coverage = 0;           // area of the board, facing the camera, over that of the image
@@ -21,9 +21,9 @@ struct World {
   double ink_spread_px = 0;      // by which the print has grown, in a tag of that size
 };
 
-// Equal numbers give equal worlds. Every world holds right data: a flat board as its file says, a
-// lens of the model that it names, which has a ray at every node of the image's grid, occluders
-// that hide nothing of the board, and views with eight visible corners at least.
+// Equal seed and index give equal worlds. Every world has right data: a flat board that agrees with
+// its file, a lens of the named model with a ray at every node of the image's grid, occluders
+// that hide nothing of the board, and views with at least eight visible corners.
 World draw_world(std::uint64_t seed, std::uint64_t index);
 
 // The seed of the sensor's noise, as `tagcal render --seed` takes it.
@@ -37,10 +37,10 @@ struct DrawnCamera {
 };
 DrawnCamera draw_camera(Random& random);
 
-// Convex polygons beside and behind the board, which in no view hide a part of its paper.
+// Convex polygons beside and behind the board that hide no part of its paper in any view.
 std::vector<Occluder> draw_occluders(const Scene& scene, Random& random);
 
-// In equal shares of every size; low > 0.
+// A number whose logarithm is uniform; low > 0.
 double log_uniform(double low, double high, Random& random);
 
 }  // namespace tagcal

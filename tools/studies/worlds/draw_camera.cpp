@@ -26,9 +26,9 @@ double signed_size(double low, double high, double share_negative, Random& rando
   return random.uniform() < share_negative ? -size : size;
 }
 
-// What the models have beside the focal length: `s` is the square of the radius of the image's
-// corner in units of the focal length. Terms are drawn by what they move the corner of the image,
-// as a share of its radius.
+// Draws the parameters of the models beside the focal length. `s` is the square of the radius of
+// the image's corner in units of the focal length. Terms are drawn by their displacement of the
+// corner of the image, as a share of its radius.
 struct LensDraw {
   double f, cx, cy, s;
   Random& random;
@@ -81,7 +81,7 @@ Lens draw_lens(const std::string& model, const ImageSize& size, Random& random) 
   return LensDraw{f, c.x(), c.y(), corner * corner, random}.of(model);
 }
 
-// No fold and no pole inside of the image.
+// True if the lens has no fold and no pole inside the image.
 bool sees_whole_image(const Camera& camera) {
   for (const Eigen::Vector2d& pixel : ImageGrid{camera.image_size, 33, 25}.pixels()) {
     const auto ray = ray_in_camera(camera.lens, pixel);

@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Polygon = std::vector<Vector2d>;
 
-// Whether a side of `a` has all of `b` beyond it (both convex, any orientation).
+// True if all of `b` lies beyond one side of `a` (both convex, any orientation).
 bool has_separating_side(const Polygon& a, const Polygon& b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Vector2d side = a[(i + 1) % a.size()] - a[i];
@@ -33,7 +33,7 @@ bool has_separating_side(const Polygon& a, const Polygon& b) {
   return false;
 }
 
-// Whether it hides a part of the paper, in the plane z = 0, from an eye above it.
+// True if the occluder may hide a part of the paper, in the plane z = 0, from an eye above it.
 bool cuts(const Occluder& occluder, const Polygon& paper, const Vector3d& eye) {
   Polygon shadow;
   for (const Vector3d& p : occluder.corners) {
@@ -47,7 +47,7 @@ bool cuts(const Occluder& occluder, const Polygon& paper, const Vector3d& eye) {
 Occluder draw_polygon(const Vector3d& centre, double radius_m, Random& random) {
   const Eigen::Quaterniond turn =
       Eigen::Quaterniond{random.normal(), random.normal(), random.normal(), random.normal()}
-          .normalized();  // braces: in this order
+          .normalized();  // braces: evaluated in this order
   Occluder occluder;
   occluder.level = random.uniform();
   const int count = 3 + static_cast<int>(random.index(4));

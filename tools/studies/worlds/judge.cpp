@@ -38,7 +38,7 @@ struct Rendered {
   std::vector<std::map<CornerId, Eigen::Vector2d>> corners;  // exact
 };
 
-// As `tagcal render` does it.
+// Renders as `tagcal render` does.
 Rendered rendered(const World& world) {
   const Scene& scene = world.scene;
   TagFamilies families;
@@ -92,7 +92,7 @@ void judge_corner(const Observation& o, const Eigen::Vector2d& truth, Record& r)
   if (!o.covariance_px2) return;
   const Eigen::Matrix2d covariance = *o.covariance_px2;
   const double square = error.dot(covariance.inverse() * error);
-  // Of a covariance that is none, nothing is within.
+  // Nothing is within a covariance that is not positive.
   const double distance = square >= 0 ? std::sqrt(square) : HUGE_VAL;
   r.corners_beyond += distance > kFiveSigma2;
   r.corner_squares += distance * distance;
@@ -120,9 +120,11 @@ void judge_corners(const Rendered& truth, const std::vector<View>& views, Record
   }
 }
 
-std::string joined(const std::vector<std::string>& texts) {
+// "code: sentence | code: sentence".
+std::string joined(const std::vector<Finding>& findings) {
   std::string line;
-  for (const std::string& text : texts) line += (line.empty() ? "" : " | ") + text;
+  for (const Finding& finding : findings)
+    line += (line.empty() ? "" : " | ") + finding.code + ": " + finding.sentence;
   return line;
 }
 
@@ -132,11 +134,11 @@ void judge_answer(const Camera& truth, const Calibration& c, Record& r) {
   r.inliers = c.num_corners;
   r.left_out = static_cast<int>(c.outliers.size());
   r.model_error_px = c.model_error_px;
-  r.findings = joined(c.warnings);
+  r.findings = joined(c.findings);
   if (is_answer(c.status)) judge_lens(truth, c, r);
 }
 
-// Whether the model that made the data would have answered.
+// Calibrates with the model that made the data.
 void ask_by_name(const Camera& truth, const Dataset& dataset, Record& r) {
   CalibrateOptions options;
   options.model = r.model;

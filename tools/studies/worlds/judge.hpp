@@ -5,8 +5,8 @@
 
 namespace tagcal {
 
-// Renders the world, finds its corners, calibrates by `auto`, and holds all against the truth; by
-// one thread. The time is that of this thread's processor.
+// Renders the world, finds its corners, calibrates with `auto`, and compares the results with the
+// truth, on one thread. Times are processor times of this thread.
 Record judge(const World& world);
 
 }  // namespace tagcal

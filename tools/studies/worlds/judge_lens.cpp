@@ -12,12 +12,12 @@ namespace {
 using Eigen::Vector2d;
 using std::numbers::sqrt2;
 
-// NaN gives way to the other.
+// The larger of both; of a NaN and a number the number.
 void raise(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
 
-// A focal length for both axes is held against their mean.
+// If the answer has one focal length for both axes, the truth is their mean.
 void judge_focal(const Camera& truth, const Calibration& answer, Record& record) {
   if (std::holds_alternative<Parallel>(answer.camera->lens) || answer.sigmas.empty()) return;
   const Model& model = Model::named(answer.model);
@@ -28,9 +28,9 @@ void judge_focal(const Camera& truth, const Calibration& answer, Record& record)
   record.f_ratio = std::abs(record.f_error_px) / answer.sigmas[0];
 }
 
-// Answer less truth at a pixel where the answer claims something. `d` compares along the truth's
-// rays; where the answer has no pixel for that of this node, its own ray is followed to the truth.
-// No value where the truth has no ray; infinite where neither sees what the other does.
+// Answer less truth at a node where the answer claims an uncertainty. `d` follows the truth's rays
+// to the answer; if the answer has no pixel for the ray, its own ray is followed to the truth. No
+// value if the truth has no ray; infinite if neither lens projects the other's ray.
 std::optional<Vector2d> difference_at(const LensDifference& d, int row, int column,
                                       const Camera& truth, const Camera& answer) {
   const Vector2d error(d.u_px(row, column), d.v_px(row, column));
@@ -73,7 +73,7 @@ void judge_lens(const Camera& truth, const Calibration& answer, Record& record) 
   const std::vector<Vector2d> samples = answer.seen.samples();
   for (const ProjectionUncertainty& claim : answer.projection) {
     const auto d = lens_difference(truth, *answer.camera, samples, claim.distance_m);
-    // What cannot be compared at all is wrong by any measure.
+    // Lenses that cannot be compared count as infinitely wrong.
     const double error = d ? d->rms_px / sqrt2 : HUGE_VAL;
     const double ratio = error / claim.region_px;
     if (std::isfinite(claim.distance_m)) {

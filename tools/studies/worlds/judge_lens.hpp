@@ -5,8 +5,9 @@
 
 namespace tagcal {
 
-// Errors of a calibration's focal length and projection against what it claims, into the record:
-// f_..., region_..., image_..., nodes_silent. What has no claim stays as it is.
+// Compares a calibration's focal length and projection with the truth, in units of the claimed
+// standard deviations. Fills f_..., region_..., image_... and nodes_silent of the record; what is
+// not claimed keeps its value.
 void judge_lens(const Camera& truth, const Calibration& answer, Record& record);
 
 }  // namespace tagcal

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-// What a world was and what became of it: one line of a CSV file.
+// A world and its result: one line of a CSV file.
 
 namespace tagcal {
 
@@ -46,25 +46,25 @@ struct Record {
   double image_error_px = kNone;    // the largest where a number is printed, per coordinate
   double image_ratio = kNone;       // largest over nodes and distances, |d| / (sqrt(2) sd)
   double image_axis_ratio = kNone;  // the same of one coordinate, max(|du|, |dv|) / sd
-  int nodes_silent = 0;             // where the truth has a ray and nothing is printed
+  int nodes_silent = 0;             // nodes with a ray of the truth and without a claim
 
-  // The model that made the data by its name, where `auto` gives no answer.
+  // The model that made the data, asked for by name if `auto` gives no answer.
   std::string named_status;
   double named_f_ratio = kNone, named_region_ratio = kNone;
 
   double render_s = 0, detect_s = 0, calibrate_s = 0;  // processor time
-  std::string findings;                                // with " | " between them
+  std::string findings;                                // "code: sentence | code: sentence"
 };
 
-// A corner's distance that a normal error exceeds as rarely as one coordinate exceeds five standard
-// deviations (p = 5.73e-7): sqrt(-2 ln p).
+// Mahalanobis distance in two dimensions of the probability p = 5.73e-7 with which one coordinate
+// exceeds five standard deviations: sqrt(-2 ln p).
 inline constexpr double kFiveSigma2 = 5.3613;
 
 std::string record_header();
 std::string record_line(const Record& record);  // both end with a newline
 
-// The records of a file; a last line that was cut short is not one. Throws Error for a file that is
-// not ours.
+// The records of a file, without a last line that was cut short. Throws Error for another kind of
+// file.
 std::vector<Record> read_records(const std::string& file);
 
 }  // namespace tagcal

@@ -12,16 +12,16 @@
 namespace tagcal {
 namespace {
 
-constexpr double kAllowed = 5;  // standard deviations
+constexpr double kAllowed = 5;  // standard deviations; larger errors count as wrong
 
 bool answered(const Record& r) { return r.status == "ok" || r.status == "ambiguous"; }
 
-// Of numbers that may be NaN.
+// The larger of both; of a NaN and a number the number.
 double larger(double a, double b) { return std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b); }
 
 double region_ratio(const Record& r) { return larger(r.region_ratio, r.region_far_ratio); }
 
-// `auto` gives no answer where the model that made the data does, and is right.
+// True if `auto` gives no answer although the model that made the data does, and is right.
 bool refused(const Record& r) {
   const bool named = r.named_status == "ok" || r.named_status == "ambiguous";
   return !answered(r) && named && r.named_f_ratio <= kAllowed && r.named_region_ratio <= kAllowed;
@@ -35,7 +35,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// What the table is made of.
+// Sums and medians over the records.
 struct Totals {
   explicit Totals(const std::vector<Record>& all) : records(all) {
     for (const Record& r : all) answers += answered(r);
@@ -118,7 +118,7 @@ std::string diagnosis_rows(const Totals& t) {
   return text;
 }
 
-// Of the tags that another version read, those that have covariances now.
+// Tags that now have covariances, as a share of the tags that another version read.
 std::string before_rows(const Totals& t, const std::vector<Record>& before) {
   if (before.empty()) return "";
   std::map<std::pair<std::uint64_t, std::uint64_t>, const Record*> old;

@@ -7,8 +7,8 @@
 // register (pack_portable.hpp, pack_avx2.hpp). The single-point functions of the lenses are the
 // definition; these agree with them to rounding.
 //
-// In an unnamed namespace although a header: each file of kernels has its own copy, compiled for
-// its own processor.
+// The namespace is unnamed although this is a header: each file of kernels has its own copy,
+// compiled for its own processor.
 
 namespace tagcal::internal {
 namespace {
@@ -24,8 +24,9 @@ struct PackImage {
   typename Pack::Mask valid;
 };
 
-// Of u (row 0) and v (row 1). `by_parameters` has room for sums behind the lens parameters. One is
-// used for all packs of a job: what is constant in d(u, v) / d(fx, fy, cx, cy) is set at the start.
+// Derivatives of u (row 0) and v (row 1). `by_parameters` has room for sums behind the lens
+// parameters. One object serves all packs of a job: the constant entries of
+// d(u, v) / d(fx, fy, cx, cy) are set once at the start.
 template <typename Pack>
 struct PackJacobian {
   PackJacobian() {

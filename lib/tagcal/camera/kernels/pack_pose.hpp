@@ -41,7 +41,7 @@ template <typename Pack>
   for (int i = 0; i < 3; ++i) columns[3 + i] = j[i];
 }
 
-// Where the whitening of point i begins; null: none.
+// Returns the whitening of point i, or null if there is none.
 inline const double* whitening_at(const SumJob& job, unsigned long i) {
   return job.whitening ? job.whitening + 4 * i : nullptr;
 }

@@ -40,7 +40,7 @@ class ParameterSumLoop {
     for (int k = 0; k < kMaxSums; ++k) sums_[k] = Pack(0);
   }
 
-  // Whether all points are in the domain.
+  // Returns true if all points are in the domain.
   bool step(const double* points, const double* pixels, const double* whitening,
             const double* bend) {
     PackPoint<Pack> source;
@@ -79,8 +79,8 @@ class ParameterSumLoop {
     return sum;
   }
 
-  // The products of the rows at hand. Of four rows at once, as the sums are read and written to
-  // memory each time.
+  // Adds the products of the collected rows, four rows at once, because the sums are read from and
+  // written to memory each time.
   template <int kRows>
   void add() {
     Pack* sum = sums_;
@@ -121,7 +121,7 @@ class ParameterSumLoop {
   Pack bend_direction_[3];
   PackJacobian<Pack> jacobian_;
   static constexpr int kMaxRows = 4;
-  int num_rows_ = 0;  // at hand
+  int num_rows_ = 0;  // collected
   Pack rows_[kMaxRows][kMaxColumns];
   Pack sums_[kMaxSums + 4];
 };

@@ -17,8 +17,8 @@ bool all_zero(std::span<const double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return v == 0; });
 }
 
-// Terms that are zero cost nothing, unless their columns are wanted. `wanted`: a bit for each
-// parameter of which a column is.
+// The smallest kind that has all terms that are not zero and all columns that are wanted. `wanted`
+// has one bit for each lens parameter.
 ProjectKernelKind kernel_kind(const Perspective& lens, unsigned wanted) {
   const std::span<const double> p = lens.parameters();
   if (!all_zero(p.subspan(kK4)) || wanted >> kK4) return kRational;

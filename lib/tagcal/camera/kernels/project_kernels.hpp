@@ -1,16 +1,15 @@
 #pragma once
 
 // The kernels of batch projection, compiled once for any processor, once for x86-64 with AVX2 and
-// FMA, and the longest sums for AVX-512; batch.cpp picks at run time. Nothing but plain data here,
-// no Eigen and no standard library: an inline function compiled in project_kernels_avx2.cpp could
-// be the copy that the linker keeps for the whole program, which would then not run without AVX2.
-// (So pointers, too.)
+// FMA, and the longest sums for AVX-512; project_dispatch.cpp chooses at run time. This header has
+// only plain data and pointers, no Eigen and no standard library: of an inline function the linker
+// could keep the copy that was compiled for AVX2, and the program would not run without AVX2.
 
 namespace tagcal::internal {
 
 inline constexpr int kMaxLensParameters = 12;
 
-// n points and the camera that sees them. Row-major arrays of the caller's.
+// n points and the camera that sees them; the caller's arrays, row-major.
 struct ViewJob {
   unsigned long num_points = 0;
   const double* points = nullptr;  // n x 3, in the source frame
@@ -20,7 +19,7 @@ struct ViewJob {
   double limit = 0;  // of the domain: Perspective max_radius^2, Fisheye max_angle
 };
 
-// Where to project them.
+// Memory for the results.
 struct ProjectJob : ViewJob {
   double* pixels = nullptr;         // n x 2
   unsigned char* valid = nullptr;   // n
@@ -31,8 +30,9 @@ struct ProjectJob : ViewJob {
 };
 
 // The normal equations of the residuals, projected - observed pixel: sums over all points of the
-// products of the columns of [J | r], J by the pose step (6) and, with the focal length, by its
-// logarithm (fx and fy alike). The upper triangle, row by row: 28 numbers, or 36.
+// products of the columns of [J | r]. J has the derivatives by the pose step (6) and, with the
+// focal length, by its logarithm (fx and fy change by one factor). The upper triangle, row by row,
+// has 28 or 36 numbers.
 struct SumJob : ViewJob {
   const double* pixels = nullptr;     // n x 2, observed
   const double* whitening = nullptr;  // n x 4, W (column by column) of rows W [J | r], or null: 1
@@ -49,8 +49,8 @@ struct ParameterSumJob : SumJob {
   double bend_direction[3] = {};  // in which it moves; camera frame
 };
 
-// What there is to compute. A pinhole leaves out the terms of distortion, Brown-Conrady those of
-// the denominator (k4 k5 k6): both values and columns.
+// The terms that a kernel computes. kPinhole omits the distortion and kBrownConrady its denominator
+// (k4 k5 k6), in the values and in the columns.
 enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
 
 struct ParameterSumKernels {

@@ -17,8 +17,8 @@ void store_by_pose(const PackPoint<Pack>& turned, const PackJacobian<Pack>& jaco
   }
 }
 
-// Where the columns of by_parameters are found in PackJacobian: those of one lens parameter at its
-// index, the sums behind.
+// Indices into PackJacobian of the columns of by_parameters: a single lens parameter has its own
+// index, the sums follow behind.
 struct ColumnPlan {
   explicit ColumnPlan(const ProjectJob& job) : num_columns(job.num_columns) {
     for (int i = 0; i < num_columns; ++i) {

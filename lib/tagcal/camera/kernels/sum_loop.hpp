@@ -55,7 +55,7 @@ class SumLoop {
     return valid;
   }
 
-  // Returns whether all points are in the domain.
+  // Returns true if all points are in the domain.
   bool find_rows(const double* points, const double* pixels, const double* whitening,
                  Rows& result) {
     Pack(&rows)[2][kNumColumns] = result.of;

@@ -50,8 +50,8 @@ std::optional<Vector2d> Fisheye::project(const Vector3d& x_in_camera, PointJacob
   const Vector2d focal(p_[0], p_[1]);
   if (by_point) {
     const double square = radius * radius + z * z;
-    // d(scale)/d(radius) / radius; what cancels in it near the axis is multiplied by radius^2
-    // below.
+    // d(scale)/d(radius) / radius. Its cancellation near the axis does not matter: it is multiplied
+    // by radius^2 below.
     const double by_radius = radius > 0 ? (slope * z / square - scale) / radius / radius : 0.0;
     by_point->leftCols<2>() =
         focal.asDiagonal() * (scale * Matrix2d::Identity() + xy * (by_radius * xy).transpose());

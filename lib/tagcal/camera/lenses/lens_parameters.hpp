@@ -7,7 +7,8 @@
 
 namespace tagcal::internal {
 
-// The parameters of lens L as they are. Throws Error unless all are finite and the scales > 0.
+// Returns the parameters of lens L unchanged. Throws Error unless all are finite and the scales >
+// 0.
 template <typename L>
 const typename L::Parameters& checked(const typename L::Parameters& parameters) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {

@@ -16,7 +16,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A fold further out than this is closer than 1e-6 rad to a right angle: none is looked for.
+// Largest radius of a fold that is searched: beyond it the ray is within 1e-6 rad of a right angle.
 constexpr double kLargestRadius = 1e6;
 
 bool is_distorted(const Perspective::Parameters& p) {
@@ -46,7 +46,7 @@ double perspective_max_radius(const Perspective::Parameters& p) {
                   smallest_positive_root(denominator, kLargestRadius));
 }
 
-// The distortion at (x, y) and what its derivatives need.
+// The distortion at (x, y) and the terms of its derivatives.
 struct Distorted {
   Vector2d xy;
   double s;            // x^2 + y^2
@@ -81,8 +81,8 @@ Matrix2d distortion_jacobian(const Perspective::Parameters& p, const Distorted& 
   return j;
 }
 
-// The radius r < max_radius with r L(r) = distorted_radius to a thousandth, for a lens without
-// tangential terms: a start for Newton's method.
+// Start of Newton's method: the radius r < max_radius with r L(r) = distorted_radius to a
+// thousandth, tangential terms ignored.
 double undistorted_radius(const Perspective::Parameters& p, double max_radius,
                           double distorted_radius) {
   const auto f = [&p](double r) -> std::pair<double, double> {
@@ -100,8 +100,9 @@ double undistorted_radius(const Perspective::Parameters& p, double max_radius,
   return solve_increasing(f, distorted_radius, 0, high, 1e-3);
 }
 
-// (x, y) inside max_radius whose distortion is `target`. The distortion is the gradient of a convex
-// function there, so damped Newton steps end at the one solution if there is any.
+// The point (x, y) inside max_radius whose distorted position is `target`. The distortion is the
+// gradient of a convex function there, so damped Newton steps converge to the only solution, if
+// any.
 std::optional<Vector2d> undistort(const Perspective::Parameters& p, double max_radius,
                                   const Vector2d& target) {
   if (!is_distorted(p)) return target;
@@ -121,7 +122,7 @@ std::optional<Vector2d> undistort(const Perspective::Parameters& p, double max_r
     while (!(next.norm() < max_radius && (next_d.xy - target).norm() < error)) {
       share /= 2;
       if (share < 1e-12 || step.norm() * share < 1e-17 * x.norm()) {
-        if (error <= 1e-13 * scale) return x;  // as far as rounding lets it
+        if (error <= 1e-13 * scale) return x;  // limited by rounding
         return std::nullopt;
       }
       next = x - share * step;

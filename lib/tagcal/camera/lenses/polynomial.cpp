@@ -5,7 +5,7 @@
 namespace tagcal::internal {
 namespace {
 
-// The place between low and high, of opposite signs, where the sign changes.
+// The x between low and high at which the sign changes; f has opposite signs at the two.
 double bisect(std::span<const double> c, double low, double high) {
   const bool low_is_negative = evaluate(c, low) < 0;
   while (true) {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string_view>
 
-// Private to detect: the AprilTag library's objects, owned.
+// Private to detect: owning handles of the AprilTag library's objects.
 namespace tagcal::internal {
 
 struct FamilyDeleter {
@@ -24,7 +24,7 @@ struct DetectionsDeleter {
 };
 using DetectionsHandle = std::unique_ptr<zarray_t, DetectionsDeleter>;
 
-// A family of its own, with a border `border_bits` wide. Throws Error as tag_family() does.
+// A new family with a border `border_bits` wide. Throws Error as tag_family() does.
 FamilyHandle create_family(std::string_view name, int border_bits);
 
 }  // namespace tagcal::internal

@@ -2,24 +2,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <thread>
 
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr double kUnsureMargin = 6;  // px, from the edge of the picture
-
-// Black shrinks by so many px before a look. The corner squares of a Kalibr board, which touch the
-// tags' corners, then no longer hang together with them.
-constexpr std::array kShrinks = {0, 1, 2};
-constexpr int kMinImageSide = 8;  // AprilTag 3.3 crashes on some of the smallest pictures
 
 // The quad with every side moved outwards by `distance`.
 Quad grown(const Quad& quad, double distance) {
@@ -35,21 +28,23 @@ Quad grown(const Quad& quad, double distance) {
   return result;
 }
 
-// Two of one id that overlap so far are one tag.
+// True if two tags of one id are the same tag.
 bool overlap(const Quad& a, const Quad& b) {
-  return (centre_of(a) - centre_of(b)).norm() < 0.5 * std::min(shortest_side(a), shortest_side(b));
+  return (centre_of(a) - centre_of(b)).norm() <
+         policy::kTagSameShare * std::min(shortest_side(a), shortest_side(b));
 }
 
-// Corners seen in a doubled picture, in the one that it was made from.
+// Corners in a picture from those in the doubled one, whose pixel x lies at x / 2 - 1 / 4.
 Quad undoubled(Quad corners) {
-  for (Eigen::Vector2d& corner : corners) corner = 0.5 * corner - Eigen::Vector2d(0.25, 0.25);
+  for (Eigen::Vector2d& corner : corners) corner = corner / 2 - Eigen::Vector2d::Constant(1.0 / 4);
   return corners;
 }
 
 }  // namespace
 
 bool is_whole(const FoundTag& tag, const ImageSize& size) {
-  return tag.fitted ? is_inside(tag.corners, size) : is_inside(tag.corners, size, kUnsureMargin);
+  return is_inside(tag.corners, size,
+                   tag.fitted ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
 }
 
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
@@ -59,16 +54,16 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
       threads_(threads),
       refinement_(options.refinement),
       camera_(options.camera) {
-  for (const int shrink : kShrinks) {
-    // Where black shrank, so did the corners: they are of use only if they are refined.
+  for (const int shrink : policy::kTagShrinksPx) {
+    // Shrinking black moves the corners inwards, so they must be refined afterwards.
     if (shrink > 0 && (!wanted.corner_squares || refinement_ == Refinement::stock)) break;
     passes_.push_back({shrink, DetectorHandle(apriltag_detector_create())});
     apriltag_detector_t& detector = *passes_.back().detector;
     apriltag_detector_add_family_bits(&detector, family_.get(), max_hamming_);
     detector.nthreads = 1;
     detector.quad_decimate = 1;  // 2 misses a third of the tags 20 px wide
-    // It loses small tags, and ours is nearer; but of tags whose corners squares touch it is needed
-    // where ours fails.
+    // AprilTag's refine_edges loses small tags and is less accurate than ours. Tags whose corners
+    // touch squares need it where ours fails.
     detector.refine_edges = refinement_ == Refinement::stock || wanted.corner_squares;
   }
 }
@@ -90,7 +85,7 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   for (int i = 0; i < search.halvings; ++i) scaled.push_back(halved(i > 0 ? scaled.back() : from));
   const Image8& searched = scaled.empty() ? from : scaled.back();
   num_quads_ = 0;
-  if (std::min(searched.width(), searched.height()) < kMinImageSide) return;
+  if (std::min(searched.width(), searched.height()) < policy::kTagMinPictureSidePx) return;
   const std::vector<std::vector<Sighting>> sightings = look(searched);
   const Eigen::Vector2d offset(search.box.left, search.box.top);
   for (std::size_t i = 0; i < passes_.size(); ++i) {
@@ -103,7 +98,7 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   }
 }
 
-// What each pass sees.
+// The sightings of each pass.
 std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
     const Image8& searched) const {
   std::vector<std::vector<Sighting>> sightings(passes_.size());
@@ -136,8 +131,8 @@ std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searche
     if (detection->hamming > max_hamming) continue;
     Sighting seen{detection->id, {}};
     for (std::size_t c = 0; c < 4; ++c) {
-      // AprilTag's pixel centres are at 0.5.
-      seen.corners[c] = {detection->p[c][0] - 0.5, detection->p[c][1] - 0.5};
+      constexpr double kCentre = 1.0 / 2;  // of AprilTag's first pixel
+      seen.corners[c] = {detection->p[c][0] - kCentre, detection->p[c][1] - kCentre};
     }
     if (!is_face(seen.corners)) continue;
     if (pass.shrink > 0) seen.corners = grown(seen.corners, pass.shrink);
@@ -146,19 +141,20 @@ std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searche
   return sightings;
 }
 
-// Corners seen in the last of the halves, in the picture that these were made from. They are made
-// finer on the way, so that they stay as near as the next fit needs them.
+// Corners in a picture from those in the last of its halved versions. Corners are refined in each
+// version on the way, because the next fit needs a start within 2 px.
 Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners) const {
   const QuadShape shape{family_->width_at_border, !family_->reversed_border};
   for (std::size_t i = halves.size(); i-- > 0;) {
     corners = refine_edges(halves[i], corners, shape).value_or(corners);
-    for (Eigen::Vector2d& corner : corners) corner = 2 * corner + Eigen::Vector2d(0.5, 0.5);
+    for (Eigen::Vector2d& corner : corners)
+      corner = 2 * corner + Eigen::Vector2d::Constant(1.0 / 2);
   }
   return corners;
 }
 
-// The same tag, seen in another pass, is kept once. Corners that are not `exact` are nothing
-// without refinement.
+// Adds a sighting to `found`, or replaces the same tag of another pass if that was not refined.
+// Corners that are not `exact` are used only if they can be refined.
 void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exact,
                          std::vector<FoundTag>& found) {
   const auto same = std::ranges::find_if(found, [&](const FoundTag& other) {
@@ -185,7 +181,7 @@ std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, con
   if (!corners) return std::nullopt;
   tag.corners = *corners;
   tag.refined = true;
-  if (refinement_ == Refinement::fit) fit(tag, image);  // from nearer
+  if (refinement_ == Refinement::fit) fit(tag, image);  // from a better start
   return tag;
 }
 
@@ -194,7 +190,7 @@ bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
 }
 
 bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*>& tags) {
-  // First those that no bends beyond what is modelled disturb.
+  // Tags fitted as a whole first: their bends are modelled completely.
   std::vector<const FoundTag*> order(tags.begin(), tags.end());
   std::ranges::stable_partition(order, [](const FoundTag* tag) { return !tag->by_corner; });
   std::vector<TagInPicture> fitted;
@@ -207,7 +203,7 @@ bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*
   gamma_ = gamma_of_picture(image, std::move(fitted));
   if (gamma_ == 1) return false;
   for (FoundTag* tag : tags)
-    if (!fit(*tag, image)) tag->fitted = false;  // what it was without is not to be trusted
+    if (!fit(*tag, image)) tag->fitted = false;  // its fit without gamma is biased
   return true;
 }
 

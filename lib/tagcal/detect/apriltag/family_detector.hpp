@@ -16,70 +16,69 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// The tags looked for with one family and border.
+// The tags to find, all of one family and border.
 struct Wanted {
   std::string family;
   int border_bits = 1;
   std::set<int> ids;
   bool corner_squares = false;
-  std::map<int, TagPattern> patterns;  // by id: what is not here is not fitted
+  std::map<int, TagPattern> patterns;  // by id; tags without one are not fitted
 };
 
 struct FoundTag {
   int id = 0;
   Quad corners;
   bool refined = false;
-  bool fitted = false;                 // then the covariance of (x0, y0, x1, y1, ..) is known
+  bool fitted = false;                 // then covariance_px2 is that of (x0, y0, x1, y1, ..)
   bool by_corner = false;              // fitted corner by corner
-  std::optional<Camera> rough_camera;  // under which it was fitted, with bends
+  std::optional<Camera> rough_camera;  // the camera of the fit, if it had one and bends
   Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
 };
 
-// Whether all of a tag lies in a picture. What is found along the edge of the picture and was not
-// fitted as a whole may be what is left of a tag that it cuts.
+// True if all of a tag lies in the picture. A tag near the edge that was not fitted as a whole may
+// be the rest of a cut one, so it needs a wider margin.
 bool is_whole(const FoundTag& tag, const ImageSize& size);
 
-// What is searched for tags: a part of a picture, halved so many times before; -1: doubled.
+// A part of a picture to search, after halving it `halvings` times (-1: after doubling it).
 struct Search {
   PixelBox box;
   int halvings = 0;
 };
 
-// AprilTag's detector for one family and border. Not for several threads at once; it may use some
-// itself, which do not change the answer.
+// AprilTag's detector for one family and border. Not thread-safe; the number of threads that it
+// uses itself does not change the answer.
 class FamilyDetector {
  public:
   FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads = 1);
 
   const Wanted& wanted() const { return wanted_; }
 
-  // All tags of the family whole in the picture, wanted or not, which must be 8x8 at least.
+  // All tags of the family that lie whole in the picture, wanted or not. Precondition: 8x8 or more.
   std::vector<FoundTag> find(const Image8& image);
 
-  // Adds to `found` what a search shows beyond it. Of a halved picture only tags whose edges can
-  // be fitted in the picture itself are found.
+  // Adds new tags to `found`. Tags seen in a halved picture are added only if their edges can be
+  // fitted in the picture itself.
   void find(const Image8& image, const Search& search, std::vector<FoundTag>& found);
 
-  // Four-sided black shapes in the last picture, tags or not.
+  // Number of four-sided black shapes in the last picture, tags or not.
   int num_quads() const { return num_quads_; }
 
-  // A tag known to be there, its corners to 2 px; no value where the picture does not let them be
-  // found. Stock corners are made finer by their edges here.
+  // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
+  // can be fitted. Also refines the edges if the detector's refinement is `stock`.
   std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start);
 
-  // The gamma of a picture's grey levels from tags that were found, which are fitted again with it;
-  // it holds until the next call of this.
-  // False where it is 1, and nothing is fitted again.
+  // Estimates the gamma of a picture from its tags and fits these again with it. Later fits use it
+  // too, until the next call or forget_gamma(). Returns false if gamma is 1: nothing was fitted.
   bool find_gamma(const Image8& image, const std::vector<FoundTag*>& tags);
   void forget_gamma() { gamma_ = 1; }
 
-  // Fits a tag from its corners as they are, to 2 px, under a lens that is known roughly. False
-  // where that fails: then the tag is as it was.
+  // Fits a tag under a roughly known lens, from its present corners (good to 2 px). If the fit
+  // fails, returns false and leaves the tag unchanged.
   bool fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const;
 
  private:
   struct Pass {
-    int shrink = 0;  // px, of black, before AprilTag looks
+    int shrink = 0;  // px by which black is shrunk before AprilTag looks
     DetectorHandle detector;
   };
   struct Sighting {

@@ -10,16 +10,11 @@
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/board_search/fit_under_lens.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr double kFewestPixels = 150e3;  // of a halved picture that is worth a look
-constexpr double kSurelyCut = 0.35;      // of a tag's side, beyond the picture's edge
-constexpr double kMargin = 1;            // sides of a tag, searched about where it should be
-constexpr int kMostPixelsDoubled = 1'500'000;
-constexpr double kMostOfPicture = 0.6;  // a part larger than this is not cut out
 
 Wanted wanted_of(const std::vector<const Board*>& boards) {
   Wanted wanted;
@@ -35,25 +30,26 @@ Wanted wanted_of(const std::vector<const Board*>& boards) {
 
 int halvings_for(const ImageSize& size) {
   const double pixels = static_cast<double>(size.width) * size.height;
-  return std::max(0, static_cast<int>(std::floor(0.5 * std::log2(pixels / kFewestPixels))));
+  return std::max(
+      0, static_cast<int>(std::floor(std::log2(pixels / policy::kBoardMinHalvedPixels) / 2)));
 }
 
 bool is_surely_cut(const Quad& quad, const ImageSize& size) {
-  const double most = kSurelyCut * shortest_side(quad);
+  const double most = policy::kBoardSurelyCutShare * shortest_side(quad);
   return std::ranges::any_of(quad, [&](const Eigen::Vector2d& corner) {
     return corner.minCoeff() < -most || corner.x() > size.width + most ||
            corner.y() > size.height + most;
   });
 }
 
-// Whether a closer look may find a tag after all.
+// True if a search in a finer picture may find the tag.
 bool may_be_there(const MissingTag& tag, const ImageSize& size) {
   if (tag.why == WhyNot::too_small) return false;
   if (tag.why != WhyNot::outside) return true;
   return tag.expected && !is_surely_cut(*tag.expected, size);
 }
 
-// A tag whose pattern could not be fitted has corners that nothing vouches for.
+// Moves tags whose pattern could not be fitted to the missing ones: their corners are unreliable.
 void drop_unfitted(Completion& completion) {
   for (const FoundTag& tag : completion.tags)
     if (!tag.fitted) completion.missing.push_back({tag.id, WhyNot::no_fit, tag.corners});
@@ -61,14 +57,14 @@ void drop_unfitted(Completion& completion) {
   std::ranges::sort(completion.missing, {}, &MissingTag::id);
 }
 
-// Neither tags of the boards nor others.
+// True if there is no tag of the family at all.
 bool shows_nothing(const SeenBoards& seen) {
   return seen.strange.empty() && seen.repeated.empty() &&
          std::ranges::all_of(seen.completions,
                              [](const Completion& completion) { return completion.tags.empty(); });
 }
 
-// Where the missing tags may be; empty where nothing is missing.
+// The part of the picture where missing tags may be; no box if nothing is missing.
 class MissingPart {
  public:
   explicit MissingPart(const ImageSize& size) : size_(size) {}
@@ -83,9 +79,10 @@ class MissingPart {
     double longest = 0;
     for (std::size_t i = 0; i < 4; ++i)
       longest = std::max(longest, ((*tag.expected)[(i + 1) % 4] - (*tag.expected)[i]).norm());
+    const double margin = policy::kBoardSearchMarginSides * longest;
     for (const Eigen::Vector2d& corner : *tag.expected) {
-      low_ = low_.cwiseMin((corner.array() - kMargin * longest).matrix());
-      high_ = high_.cwiseMax((corner.array() + kMargin * longest).matrix());
+      low_ = low_.cwiseMin((corner.array() - margin).matrix());
+      high_ = high_.cwiseMax((corner.array() + margin).matrix());
     }
   }
 
@@ -93,7 +90,7 @@ class MissingPart {
     const Eigen::Vector2d low = low_.cwiseMax(0);
     const Eigen::Vector2d high = high_.cwiseMin(Eigen::Vector2d(size_.width, size_.height));
     if (!((high - low).minCoeff() >= 1)) return std::nullopt;
-    if ((high - low).prod() > kMostOfPicture * size_.width * size_.height)
+    if ((high - low).prod() > policy::kBoardMaxPartShare * size_.width * size_.height)
       return PixelBox{0, 0, size_};
     const Eigen::Vector2i first = low.cast<int>();
     const Eigen::Vector2i size = high.cast<int>() - first;
@@ -127,7 +124,7 @@ SeenBoards BoardFinder::find(const Image8& image) {
       for (const MissingTag& tag : completion.missing) missing.add(tag);
     part = missing.box();
   }
-  const bool small = image.width() * image.height() <= kMostPixelsDoubled;
+  const bool small = image.width() * image.height() <= policy::kBoardMaxDoubledPixels;
   if (halves_ && small && shows_nothing(seen)) search(image, {{0, 0, image.size()}, -1}, seen);
   if (is_fitted_) {
     std::vector<FoundTag*> tags;
@@ -150,12 +147,12 @@ void BoardFinder::search(const Image8& image, const Search& where, SeenBoards& s
   for (const Completion& completion : seen.completions)
     tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
   detector_.find(image, where, tags);
-  complete(image, without_doubles(tags, seen), seen);
+  complete(image, unique_tags(tags, seen), seen);
 }
 
-// The boards' tags that were seen once.
-std::vector<FoundTag> BoardFinder::without_doubles(const std::vector<FoundTag>& tags,
-                                                   SeenBoards& seen) const {
+// The boards' tags that were seen once; adds the others to `seen`.
+std::vector<FoundTag> BoardFinder::unique_tags(const std::vector<FoundTag>& tags,
+                                               SeenBoards& seen) const {
   std::map<int, int> count;
   for (const FoundTag& tag : tags) ++count[tag.id];
   for (const auto& [id, times] : count) {

@@ -11,17 +11,17 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// What a picture shows of the boards of one family and border.
+// The boards of one family and border in a picture.
 struct SeenBoards {
-  std::vector<Completion> completions;  // of each board
+  std::vector<Completion> completions;  // for each board
   std::set<int> strange;                // ids of the family that are on no board
-  std::set<int> repeated;               // seen at more than one place: left out
+  std::set<int> repeated;               // ids seen at more than one place, which are not reported
 };
 
-// Finds the boards of one family and border. First halved pictures are searched, which is quick and
-// shows large tags; the boards are completed from these. What is then still missing, and may be in
-// the picture, is searched for in less and less halved ones, only where it may be. Where a picture
-// that is not large shows nothing at all, it is doubled: then tags are read down to 10 px.
+// Finds the boards of one family and border. Halved pictures are searched first, which is quick and
+// shows large tags; the boards are completed from these. Tags that are still missing, and may be in
+// the picture, are searched for in less halved ones, only where they may be. A picture that shows
+// no tag at all and is not large is doubled: then tags are read down to 10 px.
 class BoardFinder {
  public:
   // The boards must outlive it and be of one family and border. Throws Error as tag_family() does.
@@ -30,23 +30,23 @@ class BoardFinder {
   const Wanted& wanted() const { return detector_.wanted(); }
   const TagFamily& family() const { return family_; }
 
-  // The picture must be 8x8 at least.
+  // Precondition: the picture is 8x8 or larger.
   SeenBoards find(const Image8& image);
 
  private:
-  std::vector<FoundTag> without_doubles(const std::vector<FoundTag>& tags, SeenBoards& seen) const;
+  std::vector<FoundTag> unique_tags(const std::vector<FoundTag>& tags, SeenBoards& seen) const;
   void search(const Image8& image, const Search& where, SeenBoards& seen);
   void complete(const Image8& image, const std::vector<FoundTag>& tags, SeenBoards& seen);
 
   std::vector<const Board*> boards_;
   int max_hamming_;
-  bool halves_;     // whether halved pictures are searched
-  bool is_fitted_;  // whether tags are fitted, and reported only then
+  bool halves_;     // halved pictures are searched
+  bool is_fitted_;  // tags are fitted, and only fitted tags are reported
   FamilyDetector detector_;
   TagFamily family_;
 };
 
-// A finder for each family and border of the boards, which must outlive them; each may use
+// One finder for each family and border of the boards, which must outlive the finders. Each may use
 // `threads` threads.
 std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<PlacedBoard>& boards,
                                                         const DetectOptions& options, int threads);

@@ -9,12 +9,12 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// Adds the patterns of a board's tags, by id. Without squares, what is beside the outer tags is not
-// known. An id that the family has not has none, and is never seen. Throws Error as tag_family()
-// and tag_pattern() do.
+// Adds the patterns of a board's tags, by id. Without corner squares the surroundings of a tag
+// beyond its frame are unknown. Ids that the family lacks get no pattern. Throws Error as
+// tag_family() and tag_pattern() do.
 void add_patterns(const Board& board, std::map<int, TagPattern>& patterns);
 
-// Those of all boards.
+// The patterns of all boards.
 std::map<int, TagPattern> board_patterns(const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal::internal

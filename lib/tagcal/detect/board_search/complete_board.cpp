@@ -7,6 +7,7 @@
 
 #include "tagcal/detect/board_search/placed_tag.hpp"
 #include "tagcal/detect/board_search/tag_cells.hpp"
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/print/board_ink.hpp"
 
@@ -15,30 +16,17 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kNeighbours = 4;  // tags that predict one
-constexpr double kReach = 2;            // cells, how far a prediction may be off
-constexpr double kMinCellPx = 0.9;
-constexpr double kMinLikeness = 0.5;
-constexpr double kMinContrast = 8;      // grey levels
-constexpr double kNoSettling = 0.93;    // likeness of a found tag that is not looked into
-constexpr double kLessLike = 0.02;      // likeness lost by a refinement that went astray: so much
-constexpr double kAstrayCells = 0.35;   // and so far: lenses that bend a tag cost some, too
-constexpr double kAstrayPx = 1;         // the search is no finer
-constexpr double kMaxWrongFixed = 0.1;  // of the cells of border and frame
-constexpr double kMaxWrongFixedIfFound = 0.25;
-constexpr double kSupport = 0.5;         // sides of a tag, between prediction and find
-constexpr double kChance = 5e-4;         // that random bits in a frame are taken for a lone tag
-constexpr double kChanceRefuted = 1e-5;  // where others of its plane should be in sight
-constexpr double kCutShare = 0.15;       // of a tag's side: nearer to the edge, it may be whole
+using namespace policy;
 
-// How many cells may answer wrongly.
+// Cells that may have the wrong colour.
 struct Tolerance {
   int bits = 1;
-  double fixed = kMaxWrongFixed;
+  double fixed = kTagMaxWrongFixed;  // share of border and frame
 };
 
-// How often random bits, in any of four turns, give one of so many codes.
-double chance(const TagFamily& family, std::size_t ids, int wrong_bits) {
+// Probability that random bits, in any of four rotations, are one of `ids` codes up to `wrong_bits`
+// wrong bits.
+double chance_of_code(const TagFamily& family, std::size_t ids, int wrong_bits) {
   const auto bits = static_cast<double>(family.bits.size());
   double ways = 1, sum = 1;
   for (int k = 1; k <= wrong_bits; ++k) {
@@ -64,14 +52,14 @@ class PanelCompletion {
     std::map<int, MissingTag> missing;
     for (PlacedTag& tag : tags_) {
       if (const auto it = found.find(tag.id); it != found.end())
-        confirm(it->second, tag, missing[tag.id], result);
+        check_found(it->second, tag, missing[tag.id], result);
     }
     bool added = true;
     while (added) {
       added = false;
-      for (PlacedTag* tag : missing_tags()) added |= look_for(*tag, missing[tag->id], result);
+      for (PlacedTag* tag : missing_tags()) added |= find_missing(*tag, missing[tag->id], result);
     }
-    drop_lone(missing, result);
+    drop_chance_tags(missing, result);
     for (PlacedTag* tag : missing_tags()) result.missing.push_back(missing[tag->id]);
   }
 
@@ -90,22 +78,25 @@ class PanelCompletion {
     }
   }
 
-  // Holds a found tag against the picture.
-  void confirm(const FoundTag& found, PlacedTag& tag, MissingTag& missing,
-               Completion& result) const {
+  // Compares a found tag with the picture and keeps it, corrected if necessary, or names it
+  // missing.
+  void check_found(const FoundTag& found, PlacedTag& tag, MissingTag& missing,
+                   Completion& result) const {
     const TagCells cells(family_, tag.id, surroundings_);
     FoundTag kept = found;
-    const double before = likeness(image_, found.corners, cells);
-    if (!found.refined || before < kNoSettling) {
-      const Quad settled = settle(image_, found.corners, cells, 0);
-      if (found.refined ? is_astray(found.corners, settled, cells)
-                        : likeness(image_, settled, cells) > before + kLessLike) {
-        kept = rules_.refine(tag.id, settled).value_or(FoundTag{tag.id, settled, false});
-        if (is_astray(kept.corners, settled, cells)) kept = {tag.id, settled, false};
+    const double before = pattern_correlation(image_, found.corners, cells);
+    if (!found.refined || before < kBoardSureCorrelation) {
+      const Quad best = best_correlated_quad(image_, found.corners, cells, 0);
+      if (found.refined
+              ? is_misplaced(found.corners, best, cells)
+              : pattern_correlation(image_, best, cells) > before + kBoardLostCorrelation) {
+        kept = rules_.refine(tag.id, best).value_or(FoundTag{tag.id, best, false});
+        if (is_misplaced(kept.corners, best, cells)) kept = {tag.id, best, false};
       }
     }
-    // The detector has read the bits once, and hands may hide the frame.
-    const auto why = doubt(kept.corners, cells, {rules_.max_hamming + 2, kMaxWrongFixedIfFound});
+    const Tolerance tolerance{rules_.max_hamming + kTagMoreWrongBitsIfFound,
+                              kTagMaxWrongFixedIfFound};
+    const auto why = reason_to_reject(kept.corners, cells, tolerance);
     if (why || !is_whole(kept, image_.size())) {
       missing = {tag.id, why.value_or(WhyNot::outside), kept.corners};
       return;
@@ -114,11 +105,11 @@ class PanelCompletion {
     result.tags.push_back(kept);
   }
 
-  // Those nearest to a found one first.
+  // Missing tags, those nearest to a found one first.
   std::vector<PlacedTag*> missing_tags() {
     std::vector<std::pair<double, PlacedTag*>> order;
     for (PlacedTag& tag : tags_) {
-      if (tag.seen || rules_.left_out.contains(tag.id)) continue;
+      if (tag.seen || rules_.excluded.contains(tag.id)) continue;
       const std::vector<const PlacedTag*> from = neighbours(tag);
       order.emplace_back(from.empty() ? 0 : (from.front()->centre - tag.centre).norm(), &tag);
     }
@@ -136,12 +127,12 @@ class PanelCompletion {
     std::ranges::stable_sort(found, {}, [&](const PlacedTag* other) {
       return (other->centre - tag.centre).squaredNorm();
     });
-    found.resize(std::min(found.size(), kNeighbours));
+    found.resize(std::min(found.size(), kBoardNeighbours));
     return found;
   }
 
-  // True where the tag was found.
-  bool look_for(PlacedTag& tag, MissingTag& missing, Completion& result) {
+  // Predicts a missing tag from its neighbours, unless that was tried before. True if it was found.
+  bool find_missing(PlacedTag& tag, MissingTag& missing, Completion& result) {
     missing.id = tag.id;
     const std::vector<const PlacedTag*> from = neighbours(tag);
     std::vector<int> ids;
@@ -162,35 +153,35 @@ class PanelCompletion {
     return false;
   }
 
-  // No value where the tag was found.
+  // Reads a tag at a predicted place and adds it. No value if it was found.
   std::optional<WhyNot> try_at(const Quad& start, PlacedTag& tag, Completion& result) const {
     if (is_cut(start)) return WhyNot::outside;
-    if (shortest_side(start) < kMinCellPx * family_.width_at_border) return WhyNot::too_small;
+    if (shortest_side(start) < kBoardMinCellPx * family_.width_at_border) return WhyNot::too_small;
     if (static_cast<std::size_t>(tag.id) >= family_.codes.size()) return WhyNot::other_bits;
     const TagCells cells(family_, tag.id, surroundings_);
-    const Quad settled = settle(image_, start, cells, kReach);
-    const Tolerance tolerance{rules_.max_hamming, kMaxWrongFixed};
-    if (const auto why = doubt(settled, cells, tolerance)) return why;
-    if (!is_inside(settled, image_.size())) return WhyNot::outside;
-    const std::optional<FoundTag> refined = rules_.refine(tag.id, settled);
+    const Quad best = best_correlated_quad(image_, start, cells, kBoardReachCells);
+    const Tolerance tolerance{rules_.max_hamming, kTagMaxWrongFixed};
+    if (const auto why = reason_to_reject(best, cells, tolerance)) return why;
+    if (!is_inside(best, image_.size())) return WhyNot::outside;
+    const std::optional<FoundTag> refined = rules_.refine(tag.id, best);
     if (!refined || !is_face(refined->corners)) return WhyNot::no_edges;
     if (!is_whole(*refined, image_.size())) return WhyNot::outside;
-    if (is_astray(refined->corners, settled, cells)) return WhyNot::no_edges;
-    if (const auto why = doubt(refined->corners, cells, tolerance)) return why;
+    if (is_misplaced(refined->corners, best, cells)) return WhyNot::no_edges;
+    if (const auto why = reason_to_reject(refined->corners, cells, tolerance)) return why;
     tag.seen = refined->corners;
     result.tags.push_back(*refined);
     result.added.push_back(tag.id);
     return std::nullopt;
   }
 
-  // Tags that chance may have read, and no other supports.
-  void drop_lone(std::map<int, MissingTag>& missing, Completion& result) {
+  // Drops tags that no other tag confirms and that may have been read by chance.
+  void drop_chance_tags(std::map<int, MissingTag>& missing, Completion& result) {
     const bool refuted = std::ranges::any_of(tags_, [&](const PlacedTag& tag) {
-      return !tag.seen && !rules_.left_out.contains(tag.id) && is_refuted(missing[tag.id].why);
+      return !tag.seen && !rules_.excluded.contains(tag.id) && is_refuted(missing[tag.id].why);
     });
     std::vector<PlacedTag*> lone;
     for (PlacedTag& tag : tags_)
-      if (tag.seen && !is_supported(tag) && is_by_chance(tag, refuted)) lone.push_back(&tag);
+      if (tag.seen && !is_confirmed(tag) && is_by_chance(tag, refuted)) lone.push_back(&tag);
     for (PlacedTag* tag : lone) {
       missing[tag->id] = {tag->id, WhyNot::alone, tag->seen};
       tag->seen.reset();
@@ -198,16 +189,17 @@ class PanelCompletion {
     }
   }
 
-  // The place is in the picture, and the tag is not there.
+  // True if the tag's place is in the picture and the tag is not there.
   static bool is_refuted(WhyNot why) {
     return why == WhyNot::no_contrast || why == WhyNot::no_border || why == WhyNot::other_bits;
   }
 
-  bool is_supported(const PlacedTag& tag) const {
+  bool is_confirmed(const PlacedTag& tag) const {
     return std::ranges::any_of(tags_, [&](const PlacedTag& other) {
       if (&other == &tag || !other.seen) return false;
       const std::optional<Quad> there = predicted(tag, {&other}, 1);
-      return there && largest_distance(*there, *tag.seen) < kSupport * shortest_side(*tag.seen);
+      return there &&
+             largest_distance(*there, *tag.seen) < kBoardConfirmedShare * shortest_side(*tag.seen);
     });
   }
 
@@ -215,28 +207,32 @@ class PanelCompletion {
     const TagCells cells(family_, tag.id, surroundings_);
     const int wrong_bits = read_tag(image_, *tag.seen, cells).wrong_bits;
     if (tags_.size() == 1 && wrong_bits == 0) return false;
-    return chance(family_, num_ids_, wrong_bits) > (refuted ? kChanceRefuted : kChance);
+    return chance_of_code(family_, num_ids_, wrong_bits) >
+           (refuted ? kBoardMaxChanceIfRefuted : kBoardMaxChance);
   }
 
-  bool is_astray(const Quad& refined, const Quad& settled, const TagCells& cells) const {
-    const double cell = shortest_side(settled) / cells.width_at_border();
-    return largest_distance(refined, settled) > std::max(kAstrayCells * cell, kAstrayPx) &&
-           likeness(image_, refined, cells) < likeness(image_, settled, cells) - kLessLike;
+  // True if refined corners are far from the best correlated ones and correlate clearly less.
+  bool is_misplaced(const Quad& refined, const Quad& best, const TagCells& cells) const {
+    const double cell = shortest_side(best) / cells.width_at_border();
+    return largest_distance(refined, best) >
+               std::max(kBoardWrongCornerCells * cell, kBoardWrongCornerPx) &&
+           pattern_correlation(image_, refined, cells) <
+               pattern_correlation(image_, best, cells) - kBoardLostCorrelation;
   }
 
-  std::optional<WhyNot> doubt(const Quad& quad, const TagCells& cells,
-                              const Tolerance& tolerance) const {
+  std::optional<WhyNot> reason_to_reject(const Quad& quad, const TagCells& cells,
+                                         const Tolerance& tolerance) const {
     const TagAnswer answer = read_tag(image_, quad, cells);
-    if (answer.contrast < kMinContrast) return WhyNot::no_contrast;
+    if (answer.contrast < kTagMinContrast) return WhyNot::no_contrast;
     if (answer.wrong_fixed > tolerance.fixed) return WhyNot::no_border;
     if (answer.wrong_bits > tolerance.bits) return WhyNot::other_bits;
-    if (likeness(image_, quad, cells) < kMinLikeness) return WhyNot::other_bits;
+    if (pattern_correlation(image_, quad, cells) < kBoardMinCorrelation) return WhyNot::other_bits;
     return std::nullopt;
   }
 
-  // Further out of the picture than the prediction may err.
+  // True if the quad lies farther outside the picture than the prediction may err.
   bool is_cut(const Quad& quad) const {
-    const double margin = kCutShare * shortest_side(quad);
+    const double margin = kBoardCutShare * shortest_side(quad);
     return std::ranges::any_of(quad, [&](const Vector2d& corner) {
       return corner.minCoeff() < -margin || corner.x() > image_.width() - 1 + margin ||
              corner.y() > image_.height() - 1 + margin;
@@ -256,23 +252,23 @@ class PanelCompletion {
 std::string_view why_not_text(WhyNot why) {
   switch (why) {
     case WhyNot::no_neighbour:
-      return "no other tag of its plane found to say where it is";
+      return "no other tag of its plane was found to predict its place";
     case WhyNot::outside:
-      return "outside of the picture, or cut by its edge";
+      return "outside the picture, or cut by its edge";
     case WhyNot::too_small:
-      return "too small: cells below a pixel";
+      return "too small: its cells are smaller than a pixel";
     case WhyNot::no_contrast:
-      return "the picture is flat where it should be";
+      return "the picture has no contrast at its place";
     case WhyNot::no_border:
-      return "no black border where it should be";
+      return "no black border at its place";
     case WhyNot::other_bits:
-      return "its bits do not answer where it should be";
+      return "the cells at its place do not show its code";
     case WhyNot::no_edges:
-      return "its edges cannot be fitted";
+      return "its edges cannot be fitted, probably because of blur";
     case WhyNot::no_fit:
-      return "seen, but its pattern cannot be fitted to the pixels: its corners are not known";
+      return "read, but its pattern cannot be fitted to the pixels, so its corners are unreliable";
     case WhyNot::alone:
-      return "read alone, and codes of so few bits are read by chance";
+      return "read, but no other tag confirms it, and its code may be read by chance";
   }
   return "";
 }

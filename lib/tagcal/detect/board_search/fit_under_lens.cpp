@@ -8,27 +8,22 @@
 
 #include "tagcal/detect/board_search/panel_lens.hpp"
 #include "tagcal/detect/board_search/rough_lens_error.hpp"
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/print/board_ink.hpp"
 
 namespace tagcal::internal {
 namespace {
 
+using namespace policy;
+
 constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work
-// Standard deviations of corners about a rough lens, px: of fitted ones, and of straight sides.
-constexpr double kFittedSd = 0.1;
-constexpr double kSidesSd = 1;
-// A fit stands where a better lens does not move it: in its standard deviations. Rounds converge at
-// least as fast as halving, so that less than this is left.
-constexpr double kAtRest = 0.3;
-constexpr double kFarOff =
-    6;  // standard deviations, of a corner from the lens: 1 in 10^7 by chance
 
 struct PanelTag {
   FoundTag* found = nullptr;
   Quad on_panel;
   bool is_plain = false;    // fitted as a whole without a lens
-  bool is_by_lens = false;  // `found` is fitted under the lens of the last round
+  bool is_by_lens = false;  // fitted under the lens of the last round
   double last_move = std::numeric_limits<double>::infinity();  // in standard deviations
 };
 
@@ -39,7 +34,7 @@ Quad on_panel(const Tag& tag, const Pose& panel_from_board) {
   return result;
 }
 
-// The largest move of a coordinate, in its standard deviations.
+// Largest move of a coordinate, in its standard deviations.
 double move_in_sds(const Quad& from, const FoundTag& to) {
   double largest = 0;
   for (std::size_t i = 0; i < 4; ++i)
@@ -51,7 +46,7 @@ double move_in_sds(const Quad& from, const FoundTag& to) {
   return largest;
 }
 
-// The found tags of one panel, fitted again under the lens that they show together.
+// Fits the found tags of one panel again under the lens estimated from all of them.
 class PanelRefinement {
  public:
   PanelRefinement(const Image8& image, const FamilyDetector& detector, const BoardPanel& panel,
@@ -68,52 +63,55 @@ class PanelRefinement {
   }
 
   void run() {
-    for (int round = 0; round < kMaxRounds && !is_at_rest(); ++round) {
+    for (int round = 0; round < kMaxRounds && !has_converged(); ++round) {
       lens_ = lens_of_panel(corners(), image_.size(), lens_ ? &*lens_ : nullptr);
       if (!lens_) break;
       for (PanelTag& tag : tags_)
-        if (!is_at_rest(tag)) fit(tag);
+        if (!has_converged(tag)) fit(tag);
     }
     for (std::size_t i = 0; i < tags_.size(); ++i)
       if (!tags_[i].is_plain && !is_finished(tags_[i])) *tags_[i].found = before_[i];
   }
 
  private:
-  // Adds to the covariance what the lens is not known.
+  // True if the fit is final; adds the uncertainty of the lens to its covariance.
   bool is_finished(PanelTag& tag) const {
-    if (!(tag.last_move < kAtRest) || !is_explained(tag)) return false;
+    if (!(tag.last_move < kPanelConvergedSds) || !is_explained(tag)) return false;
     const auto by_lens = covariance_by_lens(*lens_, tag.found->corners);
     if (!by_lens) return false;
     tag.found->covariance_px2 += *by_lens;
     return true;
   }
 
-  // A lens that does not go through a tag's corners says nothing of its bends.
+  // True if the lens projects the tag's corners to where they were fitted.
   bool is_explained(const PanelTag& tag) const {
     const auto expected = predicted(tag);
     if (!expected) return false;
-    const double spread_px = kFittedSd * lens_->spread;
+    const double spread_px = kPanelFittedSdPx * lens_->spread;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto at = static_cast<Eigen::Index>(2 * i);
       const double variance =
           spread_px * spread_px + tag.found->covariance_px2.block<2, 2>(at, at).trace() / 2;
-      if ((tag.found->corners[i] - (*expected)[i]).squaredNorm() > kFarOff * kFarOff * variance)
+      if ((tag.found->corners[i] - (*expected)[i]).squaredNorm() >
+          kPanelOutlierSds * kPanelOutlierSds * variance)
         return false;
     }
     return true;
   }
 
-  static bool is_at_rest(const PanelTag& tag) { return tag.is_plain || tag.last_move < kAtRest; }
-  bool is_at_rest() const {
-    return std::ranges::all_of(tags_, [](const PanelTag& tag) { return is_at_rest(tag); });
+  static bool has_converged(const PanelTag& tag) {
+    return tag.is_plain || tag.last_move < kPanelConvergedSds;
+  }
+  bool has_converged() const {
+    return std::ranges::all_of(tags_, [](const PanelTag& tag) { return has_converged(tag); });
   }
 
   std::vector<PanelCorner> corners() const {
     std::vector<PanelCorner> corners;
     for (const PanelTag& tag : tags_)
       for (std::size_t i = 0; i < 4; ++i)
-        corners.push_back(
-            {tag.on_panel[i], tag.found->corners[i], tag.found->fitted ? kFittedSd : kSidesSd});
+        corners.push_back({tag.on_panel[i], tag.found->corners[i],
+                           tag.found->fitted ? kPanelFittedSdPx : kPanelSidesSdPx});
     return corners;
   }
 
@@ -127,7 +125,7 @@ class PanelRefinement {
     return result;
   }
 
-  // Whether the lens has changed so little since the tag was fitted that it would not move.
+  // True if the lens has changed so little since the tag was fitted that the fit would not move.
   bool stays(PanelTag& tag) const {
     if (!tag.is_by_lens) return false;
     const auto moves =
@@ -135,11 +133,12 @@ class PanelRefinement {
     if (!moves) return false;
     const auto sds = tag.found->covariance_px2.diagonal().cwiseSqrt();
     const double largest = moves->cwiseQuotient(sds).cwiseAbs().maxCoeff();
-    if (largest < kAtRest) tag.last_move = largest;
-    return largest < kAtRest;
+    if (largest < kPanelConvergedSds) tag.last_move = largest;
+    return largest < kPanelConvergedSds;
   }
 
-  // Straight sides may lead away from the corners: then from where the lens shows these.
+  // Fits a tag under the present lens: from its corners or, as straight sides may be far off, from
+  // their projections.
   void fit(PanelTag& tag) const {
     if (stays(tag)) return;
     std::optional<FoundTag> fitted = fitted_from(*tag.found, tag.found->corners);

@@ -6,9 +6,9 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// Lenses may bend tags beyond what the fit of one tag allows for. The tags of a panel together show
-// its lens: those that could not be fitted, or only corner by corner, are fitted again under it.
-// Where a panel shows too few tags for that, they stay as they are.
+// A lens may bend tags beyond the model of a single tag's fit. Estimates the lens from all tags of
+// a panel and fits those again under it that could not be fitted, or only corner by corner. Tags
+// stay unchanged if a panel has too few of them.
 void fit_under_lens(const Image8& image, const Board& board, const FamilyDetector& detector,
                     Completion& completion);
 

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 namespace tagcal::internal {
@@ -15,25 +17,26 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The logarithm of f and that of fy / fx, principal point, k1..k4, pose (a turn and a shift in the
-// camera's frame).
+using namespace policy;
+
+// Parameters: logarithms of f and of fy / fx, principal point, k1..k4, pose (a rotation and a
+// translation in the camera's frame).
 constexpr int kNumLens = 8;
 constexpr int kCount = kNumLens + 6;
 using Step = Eigen::Matrix<double, kCount, 1>;
 using System = Eigen::Matrix<double, kCount, kCount>;
 
-constexpr std::size_t kMinCorners = 24;  // twice as many equations as parameters, and some wrong
-// Half fields of view from 95 to 13 degrees along the longer side.
-constexpr double kFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // of the longer side
-constexpr std::size_t kStarts = 2;                        // that are followed
-constexpr double kFocalSd = 1;       // of the focal length's logarithm, about half the longer side
-constexpr double kAspectSd = 0.01;   // of the logarithm of fy / fx
-constexpr double kCentreSd = 0.05;   // of the principal point, of the longer side
-constexpr double kTermSd = 0.5;      // of k1..k4; those of a perspective are 0.33 and less
-constexpr double kMinSpread = 0.1;   // px, of residuals: below it no corner is unlike the others
-constexpr double kTail = 3;          // spreads, beyond which weights fall (Cauchy's)
-constexpr int kMaxSteps = 40;        // Gauss-Newton, as a limit of work
-constexpr double kSmallGain = 1e-4;  // relative, of the cost
+// Focal lengths in longer sides of the picture: half fields of view from 95 to 13 degrees.
+constexpr double kFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // numeric: tried values
+constexpr std::size_t kStarts = 2;                        // best ones that are iterated
+constexpr int kMaxSteps = 40;                             // Gauss-Newton, as a limit of work
+constexpr double kSmallGain = 1e-4;    // numeric: relative gain of the cost that ends the iteration
+constexpr double kMaxLogFocal = 0.3;   // numeric: largest step of the logarithm of f
+constexpr double kMaxLogAspect = 0.1;  // numeric: largest step of the logarithm of fy / fx
+constexpr double kFirstDamping = 1e-3;      // numeric: Levenberg-Marquardt's start
+constexpr double kLeastDamping = 1e-9;      // numeric: Levenberg-Marquardt's bound
+constexpr double kLessDamping = 0.1;        // numeric: factor after a good step
+constexpr double kRayleighMedian = 1.1774;  // numeric: median, in sds per coordinate: sqrt(2 log 2)
 
 struct State {
   double f = 1;
@@ -48,8 +51,8 @@ struct State {
 
   State moved(const Step& step) const {
     State next = *this;
-    next.f *= std::exp(std::clamp(step[0], -0.3, 0.3));
-    next.aspect *= std::exp(std::clamp(step[1], -0.1, 0.1));
+    next.f *= std::exp(std::clamp(step[0], -kMaxLogFocal, kMaxLogFocal));
+    next.aspect *= std::exp(std::clamp(step[1], -kMaxLogAspect, kMaxLogAspect));
     next.centre += step.segment<2>(2);
     for (std::size_t i = 0; i < 4; ++i) next.k[i] += step[4 + static_cast<Eigen::Index>(i)];
     const Vector3d turn = step.segment<3>(kNumLens), shift = step.segment<3>(kNumLens + 3);
@@ -57,12 +60,6 @@ struct State {
     return next;
   }
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 class PanelFit {
  public:
@@ -75,7 +72,7 @@ class PanelFit {
     unit_ = sum / static_cast<double>(corners.size());
   }
 
-  // The plane's points about their middle, their mean distance from it as the unit.
+  // A point of the plane from the middle of all corners, in units of their mean distance from it.
   Vector2d on_plane(const Vector2d& on_panel) const { return (on_panel - middle_) / unit_; }
   const Vector2d& middle() const { return middle_; }
   double unit() const { return unit_; }
@@ -110,7 +107,7 @@ class PanelFit {
             Pose(pose.rotation(), (pose * middle) / unit_)};
   }
 
-  // As PanelLens::nearby.
+  // See PanelLens::nearby.
   std::vector<Lens> nearby(const State& state) const {
     System system;
     Step right;
@@ -127,8 +124,8 @@ class PanelFit {
     return lenses;
   }
 
-  // Distances of the corners, in their standard deviations; empty where one is not in the lens'
-  // domain.
+  // Distances of the corners from their projections, in their standard deviations; empty if one is
+  // outside the lens' domain.
   std::vector<double> distances(const State& state) const {
     const Fisheye lens = state.lens();
     std::vector<double> result;
@@ -140,13 +137,13 @@ class PanelFit {
     return result;
   }
 
-  // Robust standard deviation per coordinate: the median of a Rayleigh distribution is 1.18 of it.
+  // Robust standard deviation per coordinate; the distances have a Rayleigh distribution.
   static double spread(const std::vector<double>& distances) {
-    return std::max(kMinSpread, median(distances) / 1.1774);
+    return std::max(kPanelMinSpread, median(distances) / kRayleighMedian);
   }
 
   std::optional<State> converge(State state) const {
-    double damping = 1e-3;
+    double damping = kFirstDamping;
     std::vector<double> off = distances(state);
     if (off.empty()) return std::nullopt;
     for (int i = 0; i < kMaxSteps; ++i) {
@@ -167,7 +164,7 @@ class PanelFit {
         if (gain >= 0) {
           state = next;
           off = std::move(next_off);
-          damping = std::max(1e-9, 0.1 * damping);
+          damping = std::max(kLeastDamping, kLessDamping * damping);
           break;
         }
         damping *= 10;
@@ -183,36 +180,39 @@ class PanelFit {
     return {at.x(), at.y(), 0};
   }
 
-  // Of what is believed, in standard deviations.
-  Step belief(const State& state) const {
+  // Deviation from the prior, in its standard deviations.
+  Step prior_residual(const State& state) const {
     Step result = Step::Zero();
-    result[0] = std::log(state.f / (0.5 * side_)) / kFocalSd;
-    result[1] = std::log(state.aspect) / kAspectSd;
-    result.segment<2>(2) = (state.centre - centre_) / (kCentreSd * side_);
+    result[0] = std::log(state.f / (side_ / 2)) / kPanelLogFocalSd;
+    result[1] = std::log(state.aspect) / kPanelLogAspectSd;
+    result.segment<2>(2) = (state.centre - centre_) / (kPanelCentreSd * side_);
     for (std::size_t i = 0; i < 4; ++i)
-      result[4 + static_cast<Eigen::Index>(i)] = state.k[i] / kTermSd;
+      result[4 + static_cast<Eigen::Index>(i)] = state.k[i] / kPanelTermSd;
     return result;
   }
 
-  Step belief_weights() const {
+  // 1 / sd of the prior; zero for the pose.
+  Step prior_weights() const {
     Step result = Step::Zero();
-    result[0] = 1 / kFocalSd;
-    result[1] = 1 / kAspectSd;
-    result.segment<2>(2).setConstant(1 / (kCentreSd * side_));
-    result.segment<4>(4).setConstant(1 / kTermSd);
+    result[0] = 1 / kPanelLogFocalSd;
+    result[1] = 1 / kPanelLogAspectSd;
+    result.segment<2>(2).setConstant(1 / (kPanelCentreSd * side_));
+    result.segment<4>(4).setConstant(1 / kPanelTermSd);
     return result;
   }
 
   double cost(const State& state, const std::vector<double>& off, double width) const {
-    double sum = belief(state).squaredNorm();
-    for (const double r : off) sum += kTail * kTail * std::log1p(std::pow(r / (kTail * width), 2));
+    double sum = prior_residual(state).squaredNorm();
+    for (const double r : off)
+      sum += kPanelTailSpreads * kPanelTailSpreads *
+             std::log1p(std::pow(r / (kPanelTailSpreads * width), 2));
     return sum;
   }
 
   void linearise(const State& state, double width, System& system, Step& right) const {
-    const Step weights = belief_weights();
+    const Step weights = prior_weights();
     system = weights.cwiseAbs2().asDiagonal();
-    right = -weights.cwiseProduct(belief(state));
+    right = -weights.cwiseProduct(prior_residual(state));
     const Fisheye lens = state.lens();
     for (const PanelCorner& corner : corners_) {
       PointJacobian by_point;
@@ -228,7 +228,8 @@ class PanelFit {
       by.middleCols<3>(kNumLens + 3) = by_point;
       const Vector2d off = corner.pixel - *pixel;
       const double variance = corner.sd_px * corner.sd_px;
-      const double weight = 1 / (variance * width * width + off.squaredNorm() / (kTail * kTail));
+      const double weight = 1 / (variance * width * width +
+                                 off.squaredNorm() / (kPanelTailSpreads * kPanelTailSpreads));
       system += weight * by.transpose() * by;
       right += weight * by.transpose() * off;
     }
@@ -248,7 +249,7 @@ std::optional<Vector2d> PanelLens::pixel(const Vector2d& on_panel) const {
 
 std::optional<PanelLens> lens_of_panel(std::span<const PanelCorner> corners, const ImageSize& size,
                                        const PanelLens* start) {
-  if (corners.size() < kMinCorners) return std::nullopt;
+  if (corners.size() < kPanelMinCorners) return std::nullopt;
   const PanelFit fit(corners, size);
   std::vector<std::pair<double, State>> starts;
   if (start) {
@@ -272,7 +273,7 @@ std::optional<PanelLens> lens_of_panel(std::span<const PanelCorner> corners, con
     best_spread = spread;
   }
   if (!best) return std::nullopt;
-  // Back to the panel's own unit.
+  // Converts the pose to the panel's own unit and origin.
   const Vector3d middle(fit.middle().x(), fit.middle().y(), 0);
   const Vector3d shift = fit.unit() * best->pose.translation() - best->pose.rotation() * middle;
   return PanelLens{

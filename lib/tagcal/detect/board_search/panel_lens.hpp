@@ -14,28 +14,27 @@ namespace tagcal::internal {
 struct PanelCorner {
   Eigen::Vector2d on_panel;  // in the panel's plane, any unit
   Eigen::Vector2d pixel;
-  double sd_px = 1;  // roughly, in proportion to the others'
+  double sd_px = 1;  // up to a factor that all corners share
 };
 
-// A lens under which one picture shows a panel. Only what it does to that plane is determined: a
-// panel that faces the camera fits any focal length.
+// A lens estimated from the panel in one picture. Only its projection of that plane is determined:
+// a panel that faces the camera fits any focal length.
 struct PanelLens {
   Camera camera;
   Pose camera_from_panel;
-  double spread = 0;  // robust standard deviation of the corners about it, in theirs
+  double spread = 0;  // robust standard deviation of the residuals, in sds of the corners
 
-  // Lenses kNearby standard deviations away, in independent directions that add up to all of the
-  // lens' covariance.
-  static constexpr double kNearby = 0.1;
+  // Lenses at kNearby times the columns of a square root of the lens' covariance.
+  static constexpr double kNearby = 0.1;  // numeric: a small step, by which differences are divided
   std::vector<Lens> nearby;
 
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& on_panel) const;
 };
 
 // Fits a fisheye lens (Kannala and Brandt 2006), its principal point and the panel's pose to the
-// corners of one picture; corners that are wrong weigh little. Its polynomial is close to any
-// radial lens over the angles that a picture shows. No value for fewer than 24 corners, or where no
-// start converges. `start`, a lens from almost the same corners, saves time.
+// corners of one picture, with a robust cost. Its polynomial approximates any radial lens over the
+// angles of a picture. No value for fewer than 24 corners, or if no start converges. `start`, a
+// lens from almost the same corners, saves time.
 std::optional<PanelLens> lens_of_panel(std::span<const PanelCorner> corners, const ImageSize& size,
                                        const PanelLens* start = nullptr);
 

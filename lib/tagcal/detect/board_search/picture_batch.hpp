@@ -14,14 +14,14 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// One a core where 0 are asked for.
+// Number of threads for an option: 0 means one per core.
 inline int threads_of(int asked) {
   return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-// Calls work(worker, i) for each picture i of [0, n) once, on as many threads as there are workers
-// (one or more), the first of which is the caller's. What a call throws stops the rest; of several
-// errors that of the first picture is thrown in the end. `progress(done, n)` is called under a
+// Calls work(worker, i) once for each picture i of [0, n), on one thread per worker (one or more);
+// the first worker runs on the caller's thread. An exception stops the remaining pictures; of
+// several, that of the first picture is thrown in the end. `progress(done, n)` is called under a
 // lock.
 template <typename Workers, typename Work>
 void for_each_picture(std::size_t n, Workers& workers, const Work& work,

@@ -14,11 +14,11 @@ struct PlacedTag {
   Eigen::Vector2d centre;
   Quad corners;
   std::optional<Quad> seen;
-  std::vector<int> tried_from;  // the neighbours of the last try
+  std::vector<int> tried_from;  // ids that predicted it in the last try
 };
 
-// Where a tag should be in the picture, by the homography of the first `count` of the seen tags
-// `from`, nearest first; no value where that shows it from behind, or beyond the horizon.
+// Predicted place of a tag in the picture, by the homography of the first `count` of the seen tags
+// `from`, nearest first; no value if the tag would be seen from behind or lie beyond the horizon.
 std::optional<Quad> predicted(const PlacedTag& tag, const std::vector<const PlacedTag*>& from,
                               std::size_t count);
 

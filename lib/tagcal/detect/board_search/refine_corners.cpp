@@ -17,16 +17,17 @@
 namespace tagcal::internal {
 namespace {
 
-// Parameters of a tag's bends, each of which costs the logarithm of the pixels (Schwarz 1978).
+// Parameters of a tag's bends. Each costs the logarithm of the number of pixels (BIC, Schwarz
+// 1978).
 constexpr int kNumBends = tag_parameter::kNumBends;
 
-// The tags of one view fitted under the lens, and under it with bends: paper that is not flat, or a
-// lens that is not quite this one, bend them still.
+// The tags of one view, fitted under the lens without and with bends, which paper that is not flat
+// or an error of the lens may cause.
 struct ViewRefinement {
   View straight, bent;
   int num_tags = 0;
-  int num_straight = 0, num_bent = 0;  // that could be fitted
-  double gain_of_bends = 0;            // of the Bayesian information, over tags fitted either way
+  int num_straight = 0, num_bent = 0;  // fitted tags
+  double gain_of_bends = 0;            // of the BIC, over tags fitted in both ways
 
   void run(const Image8& image, const std::map<int, TagPattern>& patterns, const Camera& camera) {
     std::vector<int> ids;
@@ -65,7 +66,7 @@ struct ViewRefinement {
     return tags;
   }
 
-  // How many tags were put into the view: one, or none that was not fitted.
+  // Puts a fitted tag into the view. Returns the number of tags put: 1, or 0 without a fit.
   static int put(const std::optional<TagFit>& fit, int id, View& view) {
     if (!fit) return 0;
     for (Observation& seen : view.observations) {

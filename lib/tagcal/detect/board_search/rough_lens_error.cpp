@@ -12,14 +12,14 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kGrid = 7;  // places along a side of a tag, at which a lens' error is looked at
+constexpr int kGrid = 7;  // places along a side of a tag at which a lens' error is evaluated
 constexpr int kOnGrid = 2 * kGrid * kGrid;
 constexpr int kTerms = 8 + tag_parameter::kNumBends;
 
-// Of the places on the grid, then of the corners.
+// At the places of the grid, then at the corners.
 using Displacement = Eigen::Matrix<double, kOnGrid + 8, 1>;
 
-// What moves a place with the homography's parameters, and with the bends.
+// Derivatives of a place by the homography's parameters and by the bends.
 Eigen::Matrix<double, 2, kTerms> fitted_terms(const Vector2d& place) {
   const double x = place.x(), y = place.y();
   Eigen::Matrix<double, 2, kTerms> terms;
@@ -29,13 +29,13 @@ Eigen::Matrix<double, 2, kTerms> fitted_terms(const Vector2d& place) {
   return terms;
 }
 
-// Places over a tag, in the picture as a lens straightens it, the corners last.
+// Places on a grid over a tag in the straightened view of a lens, and the corners.
 class TagPlaces {
  public:
   static std::optional<TagPlaces> of(const Lens& lens, const Quad& corners) {
     TagPlaces result;
     result.middle_ = centre_of(corners);
-    result.scale_ = 0.5 * shortest_side(corners);
+    result.scale_ = shortest_side(corners) / 2;
     const auto view = StraightView::about(lens, result.middle_, result.scale_);
     if (!view || !result.place(*view, corners)) return std::nullopt;
     for (const Vector2d& place : result.places_) {
@@ -46,7 +46,7 @@ class TagPlaces {
     return result;
   }
 
-  // How far another lens puts the pixels of the places from them.
+  // Displacement of the places if their pixels are straightened by another lens.
   std::optional<Displacement> under(const Lens& lens) const {
     const auto view = StraightView::about(lens, middle_, scale_);
     if (!view) return std::nullopt;
@@ -59,7 +59,7 @@ class TagPlaces {
     return result;
   }
 
-  // What a fit to a displacement leaves of it at the corners, px.
+  // Matrix from a displacement to what a fit leaves of it at the corners, px.
   Eigen::Matrix<double, 8, Displacement::RowsAtCompileTime> left_by_fit() const {
     Eigen::Matrix<double, Displacement::RowsAtCompileTime, kTerms> terms;
     for (std::size_t i = 0; i < places_.size(); ++i)

@@ -9,13 +9,14 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// What a lens that is not known exactly does to corners fitted under it with bends: the covariance
-// of (x0, y0, x1, y1, ..), px^2. A homography and bends of second and third order take most of the
-// lens' error; what they leave of it at the corners is counted. No value where the lens ends.
+// Covariance of (x0, y0, x1, y1, ..), px^2, that the uncertainty of a lens gives to corners fitted
+// under it with bends. Homography and bends of second and third order absorb most of the lens'
+// error; the rest at the corners counts. No value outside the lens' domain.
 std::optional<Eigen::Matrix<double, 8, 8>> covariance_by_lens(const PanelLens& lens,
                                                               const Quad& corners);
 
-// How much one lens moves corners fitted with bends under another: (x0, y0, x1, y1, ..), px.
+// Displacement (x0, y0, x1, y1, ..), px, of corners fitted with bends under one lens if the other
+// is the true one. No value outside the domain of either.
 std::optional<Eigen::Matrix<double, 8, 1>> bias_between(const Lens& lens, const Lens& other,
                                                         const Quad& corners);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/solvers/plane.hpp"
 
@@ -15,12 +16,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSpread = 0.28;     // cells, from a cell's centre to its four samples
-constexpr double kSearchStep = 0.5;  // cells, of the search as a whole
-constexpr double kFirstStep = 0.5;   // cells, of the corners
-constexpr double kLastStepPx = 0.2;  // no need to be finer than this
-constexpr int kSweeps = 3;           // over all corners, for each step
-constexpr int kFewFixed = 8;         // cells of a colour that make a plane
+using namespace policy;
+
+constexpr int kSweeps = 3;  // over all corners, for each step
+// Information about slopes and level of a plane of grey levels that is always there.
+constexpr double kSlopeInformation = 1e-3;  // numeric: holds slopes that the cells do not determine
+constexpr double kLevelInformation = 1e-9;  // numeric: keeps the system regular without cells
 
 double level_at(const Image8& image, const Vector2d& place) {
   const double x = std::clamp(place.x(), 0.0, image.width() - 1.0);
@@ -35,7 +36,7 @@ double level_at(const Image8& image, const Vector2d& place) {
 
 // Pixels from cells, the origin at the tag's centre.
 std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_border) {
-  const double h = 0.5 * width_at_border;
+  const double h = width_at_border / 2;
   const Vector2d points[4] = {{-h, h}, {h, h}, {h, -h}, {-h, -h}};
   const Vector2d middle = centre_of(quad);
   Vector3d rays[4];
@@ -45,22 +46,23 @@ std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_bord
   return h_middle;
 }
 
-// The mean level of each cell; `spread` 0 takes its centre only.
+// The level of each cell: mean of four samples `spread` from its centre, or at its centre for 0.
 std::vector<double> cell_levels(const Image8& image, const Matrix3d& pixels, int width,
                                 double spread) {
   std::vector<double> levels;
   levels.reserve(static_cast<std::size_t>(width * width));
-  const double first = 0.5 - 0.5 * width;
+  const double first = (1.0 - width) / 2;
   const auto level = [&](double x, double y) {
     return level_at(image, (pixels * Vector3d(x, y, 1)).hnormalized());
   };
   for (int row = 0; row < width; ++row) {
     for (int column = 0; column < width; ++column) {
       const double x = first + column, y = first + row;
-      levels.push_back(
-          spread == 0 ? level(x, y)
-                      : 0.25 * (level(x - spread, y - spread) + level(x + spread, y - spread) +
-                                level(x - spread, y + spread) + level(x + spread, y + spread)));
+      levels.push_back(spread == 0
+                           ? level(x, y)
+                           : (level(x - spread, y - spread) + level(x + spread, y - spread) +
+                              level(x - spread, y + spread) + level(x + spread, y + spread)) /
+                                 4);
     }
   }
   return levels;
@@ -86,7 +88,8 @@ double correlation(const std::vector<double>& levels, const TagCells& pattern) {
   return (product - white * sum / n) / std::sqrt(variance * of_pattern);
 }
 
-double likeness(const Image8& image, const Quad& quad, const TagCells& pattern, double spread) {
+double pattern_correlation(const Image8& image, const Quad& quad, const TagCells& pattern,
+                           double spread) {
   if (!is_face(quad)) return -1;
   const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
   if (!pixels) return -1;
@@ -99,18 +102,19 @@ Quad moved(const Quad& quad, const Vector2d& by) {
   return result;
 }
 
-Quad settled_as_a_whole(const Image8& image, const Quad& start, const TagCells& pattern,
-                        double reach) {
+// The quad moved as a whole to the highest correlation, within `reach` cells.
+Quad best_moved_quad(const Image8& image, const Quad& start, const TagCells& pattern,
+                     double reach) {
   const double cells = pattern.width_at_border();
   const Vector2d across = (start[1] - start[0] + start[2] - start[3]) / (2 * cells);
   const Vector2d down = (start[0] - start[3] + start[1] - start[2]) / (2 * cells);
-  const int steps = static_cast<int>(std::floor(reach / kSearchStep));
+  const int steps = static_cast<int>(std::floor(reach / kTagSearchStepCells));
   Quad best = start;
-  double highest = likeness(image, start, pattern, 0);
+  double highest = pattern_correlation(image, start, pattern, 0);
   for (int y = -steps; y <= steps; ++y) {
     for (int x = -steps; x <= steps; ++x) {
-      const Quad there = moved(start, kSearchStep * (x * across + y * down));
-      const double here = likeness(image, there, pattern, 0);
+      const Quad there = moved(start, kTagSearchStepCells * (x * across + y * down));
+      const double here = pattern_correlation(image, there, pattern, 0);
       if (here <= highest) continue;
       highest = here;
       best = there;
@@ -119,34 +123,34 @@ Quad settled_as_a_whole(const Image8& image, const Quad& start, const TagCells& 
   return best;
 }
 
-// A quad, and how like its pattern the picture is there; cells are sampled `spread` from their
-// centres.
 struct Candidate {
   Quad quad;
-  double likeness = -1;
+  double correlation = -1;
 };
 
 struct Fitting {
   const Image8& image;
   const TagCells& pattern;
-  double spread = kSpread;
+  double spread = kTagCellSampleOffset;  // cells, from a cell's centre to its samples
 
-  Candidate at(const Quad& quad) const { return {quad, likeness(image, quad, pattern, spread)}; }
+  Candidate at(const Quad& quad) const {
+    return {quad, pattern_correlation(image, quad, pattern, spread)};
+  }
 };
 
-// Tries the four ways from a corner; true where one of them was better.
+// Moves a corner by one step in the best of four directions; false if none is better.
 bool improve_corner(const Fitting& fitting, std::size_t i, double step_px, Candidate& best) {
   const Candidate before = best;
   for (const Vector2d& way : {Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
     Quad there = before.quad;
     there[i] += step_px * way;
     const Candidate here = fitting.at(there);
-    if (here.likeness > best.likeness) best = here;
+    if (here.correlation > best.correlation) best = here;
   }
-  return best.likeness > before.likeness;
+  return best.correlation > before.correlation;
 }
 
-// A plane over the cells, about the pattern's centre.
+// A plane of grey levels over the cells, with its origin at the pattern's centre.
 class LevelPlane {
  public:
   void add(double x, double y, double level) {
@@ -160,14 +164,14 @@ class LevelPlane {
   double at(double x, double y) const { return plane_.dot(Vector3d(x, y, 1)); }
 
  private:
-  // Slopes are held where too few cells, or cells on a line, say nothing of them.
-  Matrix3d information_ = Vector3d(1e-3, 1e-3, 1e-9).asDiagonal();
+  Matrix3d information_ =
+      Vector3d(kSlopeInformation, kSlopeInformation, kLevelInformation).asDiagonal();
   Vector3d gradient_ = Vector3d::Zero();
   Vector3d plane_ = Vector3d::Zero();
   int count_ = 0;
 };
 
-// Each cell's level with the share of its neighbours taken off.
+// Each cell's level plus a share of its difference from its neighbours, as AprilTag does.
 std::vector<double> sharpened(const std::vector<double>& levels, int width) {
   std::vector<double> result = levels;
   for (int y = 0; y < width; ++y) {
@@ -180,7 +184,7 @@ std::vector<double> sharpened(const std::vector<double>& levels, int width) {
         ++count;
       }
       const auto i = static_cast<std::size_t>(y * width + x);
-      result[i] += 0.25 * (count * levels[i] - sum);
+      result[i] += kTagDecodeSharpening * (count * levels[i] - sum);
     }
   }
   return result;
@@ -193,7 +197,7 @@ struct Levels {
 
 Levels fitted_levels(const std::vector<double>& levels, const TagCells& pattern) {
   Levels result;
-  const double middle = 0.5 * (pattern.width() - 1);
+  const double middle = (pattern.width() - 1) / 2.0;
   const auto add = [&](TagCells::Part part, bool colour, LevelPlane& plane) {
     for (int y = 0; y < pattern.width(); ++y) {
       for (int x = 0; x < pattern.width(); ++x) {
@@ -206,7 +210,7 @@ Levels fitted_levels(const std::vector<double>& levels, const TagCells& pattern)
   };
   for (const auto& [plane, colour] : {std::pair{&result.black, false}, {&result.white, true}}) {
     add(TagCells::Part::fixed, colour, *plane);
-    if (plane->count() < kFewFixed) add(TagCells::Part::bit, colour, *plane);
+    if (plane->count() < kTagMinFixedCells) add(TagCells::Part::bit, colour, *plane);
     plane->fit();
   }
   return result;
@@ -242,17 +246,17 @@ TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& patter
   const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
   if (!pixels) return answer;
   const int width = pattern.width();
-  const std::vector<double> raw = cell_levels(image, *pixels, width, kSpread);
+  const std::vector<double> raw = cell_levels(image, *pixels, width, kTagCellSampleOffset);
   const std::vector<double> levels = sharpened(cell_levels(image, *pixels, width, 0), width);
   const Levels planes = fitted_levels(raw, pattern);
-  const double middle = 0.5 * (width - 1);
+  const double middle = (width - 1) / 2.0;
   answer.contrast = planes.white.at(0, 0) - planes.black.at(0, 0);
   int fixed = 0, wrong = 0;
   for (int y = 0; y < width; ++y) {
     for (int x = 0; x < width; ++x) {
       const TagCells::Cell& cell = pattern.cell(x, y);
       const double threshold =
-          0.5 * (planes.black.at(x - middle, y - middle) + planes.white.at(x - middle, y - middle));
+          (planes.black.at(x - middle, y - middle) + planes.white.at(x - middle, y - middle)) / 2;
       const bool agrees =
           (levels[static_cast<std::size_t>(y * width + x)] > threshold) == cell.white;
       if (cell.part == TagCells::Part::bit) answer.wrong_bits += !agrees;
@@ -265,17 +269,18 @@ TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& patter
   return answer;
 }
 
-double likeness(const Image8& image, const Quad& quad, const TagCells& pattern) {
-  return likeness(image, quad, pattern, kSpread);
+double pattern_correlation(const Image8& image, const Quad& quad, const TagCells& pattern) {
+  return pattern_correlation(image, quad, pattern, kTagCellSampleOffset);
 }
 
-Quad settle(const Image8& image, const Quad& start, const TagCells& pattern, double reach) {
-  Quad quad = settled_as_a_whole(image, start, pattern, reach);
+Quad best_correlated_quad(const Image8& image, const Quad& start, const TagCells& pattern,
+                          double reach) {
+  Quad quad = best_moved_quad(image, start, pattern, reach);
   const double cell_px = shortest_side(start) / pattern.width_at_border();
-  for (double step = kFirstStep; step * cell_px > kLastStepPx; step *= 0.5) {
-    // Samples near the cells' edges, as far as those are sharp, feel the smaller steps.
+  for (double step = kTagCornerStepCells; step * cell_px > kTagCornerLastStepPx; step /= 2) {
+    // Smaller steps need samples nearer to the cells' edges, as far as these are sharp.
     const double edge = std::max(step, 1 / cell_px);
-    const Fitting fitting{image, pattern, std::max(kSpread, 0.5 - edge)};
+    const Fitting fitting{image, pattern, std::max(kTagCellSampleOffset, 1.0 / 2 - edge)};
     Candidate best = fitting.at(quad);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       bool better = false;

@@ -12,13 +12,9 @@
 namespace tagcal::internal {
 namespace {
 
-constexpr double kSureShare = 0.1;      // of the cells of border and frame that may be wrong
-constexpr std::size_t kMostProbed = 3;  // pictures; a border is wrong in all of them or in none
-constexpr int kMinImageSide = 8;
-
 int other_border(const Board& board) { return 3 - board.border_bits; }
 
-// The boards as they would be with the other border, laid out as its target file has them.
+// The boards with the other border, laid out as a target file would have them.
 std::vector<PlacedBoard> with_other_border(const std::vector<PlacedBoard>& boards) {
   std::vector<PlacedBoard> others;
   for (PlacedBoard placed : boards) {
@@ -31,14 +27,14 @@ std::vector<PlacedBoard> with_other_border(const std::vector<PlacedBoard>& board
   return others;
 }
 
-// The finders of one thread. Tags are only counted: their sides are enough.
+// The finders of one thread, which only count tags: refined sides are accurate enough.
 class OtherReader {
  public:
   OtherReader(const std::vector<PlacedBoard>& boards, int threads)
       : finders_(board_finders(boards, {.refinement = Refinement::edges}, threads)) {}
 
   std::size_t count(const Image8& image) {
-    if (image.width() < kMinImageSide || image.height() < kMinImageSide) return 0;
+    if (std::min(image.width(), image.height()) < policy::kTagMinPictureSidePx) return 0;
     TagCount count;
     for (const auto& finder : finders_)
       for (const Completion& completion : finder->find(image).completions)
@@ -66,9 +62,9 @@ std::vector<std::size_t> evenly_spread(const std::vector<std::size_t>& all, std:
 
 std::string warning_text(std::size_t shown, std::size_t num_pictures, const Board& other) {
   return fmt::format(
-      "the tags of {} of {} pictures look as if printed with a border of {} bit{}, and the target "
-      "file says {}: few of them are read, some of these wrongly; put border_bits: {} into "
-      "the target file",
+      "the tags in {} of {} pictures have a border of {} bit{}, but the target file says {}: few "
+      "of "
+      "them are read, and some of these wrongly. Put border_bits: {} into the target file",
       shown, num_pictures, other.border_bits, other.border_bits == 1 ? "" : "s",
       other_border(other), other.border_bits);
 }
@@ -78,7 +74,8 @@ std::string warning_text(std::size_t shown, std::size_t num_pictures, const Boar
 bool is_sure(const Image8& image, const FoundTag& tag, const TagFamily& family) {
   const TagAnswer answer =
       read_tag(image, tag.corners, TagCells(family, tag.id, {.corner_squares = true}));
-  return answer.wrong_bits <= 1 && answer.wrong_fixed < kSureShare;
+  return answer.wrong_bits <= policy::kTagMaxWrongBitsIfSure &&
+         answer.wrong_fixed < policy::kTagMaxWrongFixed;
 }
 
 void TagCount::add(const Image8& image, const Completion& completion, const TagFamily& family) {
@@ -108,7 +105,7 @@ std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& i
                      {});
   };
   const auto shows_other = [&](std::size_t i) { return shows_other_kind(read[i], counts[i].sure); };
-  const std::vector<std::size_t> probes = evenly_spread(suspicious, kMostProbed);
+  const std::vector<std::size_t> probes = evenly_spread(suspicious, policy::kBoardBorderProbes);
   look_at(probes);
   if (std::ranges::none_of(probes, shows_other)) return {};
   look_at(suspicious);

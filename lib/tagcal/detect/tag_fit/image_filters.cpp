@@ -5,7 +5,7 @@
 namespace tagcal::internal {
 namespace {
 
-// Loops that compilers turn into a few vector instructions.
+// A simple loop, which compilers vectorise.
 void raise_to(const std::uint8_t* in, int count, std::uint8_t* out) {
   for (int x = 0; x < count; ++x) out[x] = std::max(out[x], in[x]);
 }

@@ -5,15 +5,15 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// The brightest of each pixel's neighbours up to `radius` away in x and y: black shrinks by so
-// much.
+// Replaces each pixel by its brightest neighbour up to `radius` away in x and y: black shrinks by
+// `radius`.
 Image8 brightest(const Image8& image, int radius);
 
 // Half as wide and high, rounded down: each pixel the mean of four. Precondition: 2x2 at least.
 Image8 halved(const Image8& image);
 
-// Twice as wide and high, by cubic convolution (Keys, IEEE ASSP 1981): lines and parabolas
-// stay as they are.
+// Twice as wide and high, by cubic convolution (Keys, IEEE ASSP 1981), which reproduces linear and
+// quadratic functions.
 Image8 doubled(const Image8& image);
 
 // A rectangle of pixels, part of a picture.

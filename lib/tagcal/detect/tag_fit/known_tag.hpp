@@ -9,14 +9,14 @@
 namespace tagcal::internal {
 
 struct KnownTagOptions {
-  const Camera* camera = nullptr;  // under whose lens tags are fitted, if one is given ..
-  bool is_rough = false;           // .. which may be known roughly only
+  const Camera* camera = nullptr;  // tags are fitted under its lens, if one is given
+  bool is_rough = false;           // the camera is only roughly known
   double gamma = 1;                // of the grey levels
-  bool is_whole = false;           // as of TagFitOptions
+  bool is_whole = false;           // as in TagFitOptions
 };
 
-// The fit of a whole tag that is known to be there, its corners to 2 px: what lies further away is
-// another answer. No value where it does not converge.
+// Fits a whole tag whose corners are known to 2 px. No value if the fit does not converge, or ends
+// farther away, which is another minimum.
 std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& pattern,
                                     const Quad& start, const KnownTagOptions& known);
 

@@ -11,12 +11,12 @@ namespace tagcal::internal {
 struct TagInPicture {
   const TagPattern* pattern = nullptr;
   Quad corners;
-  const Camera* camera = nullptr;  // as of KnownTagOptions
+  const Camera* camera = nullptr;  // as in KnownTagOptions
   bool is_rough = false;
 };
 
-// The power of light that a picture's grey levels are (TagFitOptions::gamma): the one with which
-// the largest of its tags are fitted best. Blurred borders show it. 1 unless that is clearly worse.
+// Estimates gamma, grey level = light^gamma (TagFitOptions::gamma), from two of the picture's tags:
+// the value with the highest likelihood of their blurred borders. 1 unless that is clearly worse.
 double gamma_of_picture(const Image8& image, std::vector<TagInPicture> tags);
 
 }  // namespace tagcal::internal

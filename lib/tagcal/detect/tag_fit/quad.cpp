@@ -6,7 +6,7 @@
 namespace tagcal::internal {
 namespace {
 
-// Whether every corner turns the same way: clockwise 1, counter-clockwise -1 as seen.
+// True if every corner turns by `way` as seen: clockwise 1, counter-clockwise -1.
 bool turns(const Quad& quad, double way) {
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d a = quad[(i + 1) % 4] - quad[i];
@@ -19,9 +19,11 @@ bool turns(const Quad& quad, double way) {
 }  // namespace
 
 bool is_inside(const Quad& quad, const ImageSize& size, double margin_px) {
+  constexpr double kHalf = 1.0 / 2;  // px, from the outermost pixels' centres to the edge
   return std::all_of(quad.begin(), quad.end(), [&](const Eigen::Vector2d& corner) {
-    return corner.minCoeff() >= -0.5 + margin_px && corner.x() <= size.width - 0.5 - margin_px &&
-           corner.y() <= size.height - 0.5 - margin_px;
+    return corner.minCoeff() >= -kHalf + margin_px &&
+           corner.x() <= size.width - kHalf - margin_px &&
+           corner.y() <= size.height - kHalf - margin_px;
   });
 }
 
@@ -41,8 +43,6 @@ double shortest_side(const Quad& quad) {
   return shortest;
 }
 
-Eigen::Vector2d centre_of(const Quad& quad) {
-  return 0.25 * (quad[0] + quad[1] + quad[2] + quad[3]);
-}
+Eigen::Vector2d centre_of(const Quad& quad) { return (quad[0] + quad[1] + quad[2] + quad[3]) / 4; }
 
 }  // namespace tagcal::internal

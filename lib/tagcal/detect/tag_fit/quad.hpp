@@ -1,18 +1,21 @@
 #pragma once
 
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/refine_edges.hpp"
 #include "tagcal/scene/image.hpp"
 
-// Private to detect: what can be said of a tag's four corners alone.
+// Private to detect: functions of a tag's four corners.
 namespace tagcal::internal {
 
-// Every corner away from the picture's edge: a tag nearer to it may be cut.
-bool is_inside(const Quad& quad, const ImageSize& size, double margin_px = 1.5);
+// True if every corner is at least `margin_px` inside the picture's edge: a nearer tag may be cut.
+bool is_inside(const Quad& quad, const ImageSize& size,
+               double margin_px = policy::kTagEdgeMarginPx);
 
-// Convex, and not mirrored: seen, the corners run counter-clockwise (the image's y points down).
+// True if convex and not mirrored: the corners run counter-clockwise as seen (the image's y points
+// down).
 bool is_face(const Quad& quad);
 
-// Convex, but seen in a mirror.
+// True if convex and mirrored.
 bool is_mirrored(const Quad& quad);
 
 double largest_distance(const Quad& a, const Quad& b);

@@ -7,29 +7,25 @@
 #include <numbers>
 #include <vector>
 
+#include "tagcal/detect/policy/policy.hpp"
+
 namespace tagcal::internal {
 namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
-constexpr double kStartBlur = 0.85;  // sd of the edge's spread, px: a sharp lens and the pixel
-constexpr double kLeastBlur = 0.25;  // sd of a pixel's square and a little less
-constexpr double kMostLogBlur = 3;
-constexpr double kMaxMove = 2.0;       // px
-constexpr double kMinContrast = 8;     // grey levels
-constexpr double kBendPerPx = 3e-4;    // sd of the curvature that lenses give to edges, 1/px
-constexpr double kTwistPerPx2 = 2e-6;  // and of its change along the edge, 1/px^2
-constexpr double kLogBlurSd = 0.5;     // how far the blur is believed to be from its start
-constexpr int kSelections = 3;         // times the pixels are chosen anew about the edge
-constexpr int kSteps = 6;              // Gauss-Newton steps for each
-constexpr double kShorter = 0.3;       // a step that was too long
-constexpr double kLevelShare = 0.3;    // sd of the levels, of their difference
-constexpr double kSettledPx = 2e-3;    // a smaller step is the last one
-constexpr double kSettledLogBlur = 0.02;
-constexpr double kSameStripPx = 0.05;  // moves that need no new choice of pixels
+using namespace policy;
 
-// A pixel near an edge: its place along it, in [-1, 1], its signed distance outwards, its level.
+constexpr int kSelections = 3;       // selections of the pixels about the edge, at most
+constexpr int kSteps = 6;            // Gauss-Newton steps for each
+constexpr double kShorter = 0.3;     // numeric: factor for a step that was too long
+constexpr double kMaxStep = 0.5;     // numeric: largest step, of px and of the blur's logarithm
+constexpr double kSettledPx = 2e-3;  // numeric: end of the iteration
+constexpr double kSettledLogBlur = 0.02;  // numeric: end of the iteration
+constexpr double kSameStripPx = 0.05;     // numeric: smaller moves need no new selection of pixels
+
+// A pixel near an edge: its position along it, in [-1, 1], its signed distance outwards, its level.
 struct Sample {
   double along;
   double outwards;
@@ -43,7 +39,7 @@ struct Edge {
   Eigen::Vector2d direction;
   Eigen::Vector2d normal;
   double half = 0;
-  double reach = 0;  // of the strip of pixels, to either side
+  double reach = 0;  // half the width of the strip of pixels
   // Offset at the middle, slope, bend; level inside, step to the outside; log of the blur; twist.
   Vector7 fit = Vector7::Zero();
 
@@ -56,19 +52,20 @@ struct Edge {
 
 Edge edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   Edge edge;
-  edge.middle = 0.5 * (from + to);
-  edge.half = 0.5 * (to - from).norm();
+  edge.middle = (from + to) / 2;
+  edge.half = (to - from).norm() / 2;
   edge.direction = (to - from) / (2 * edge.half);
-  // Corners run counter-clockwise as seen, y down: outwards is to the right of the way.
+  // Corners run counter-clockwise as seen (y down), so outwards is to the right of `direction`.
   edge.normal = {-edge.direction.y(), edge.direction.x()};
-  edge.fit[5] = std::log(kStartBlur);
+  edge.fit[5] = std::log(kEdgeStartBlurPx);
   return edge;
 }
 
-// The pixels of the strip about the edge's present place, without its ends.
+// The pixels of a strip around the edge's present estimate, without its ends.
 std::vector<Sample> samples_about(const Edge& edge, const Image8& image) {
   std::vector<Sample> samples;
-  const double margin = std::min(2.5 * edge.blur() + 0.5, 0.6 * edge.half);
+  const double margin =
+      std::min(kEdgeEndBlurs * edge.blur() + kEdgeEndPx, kEdgeMaxEndShare * edge.half);
   const double longest = edge.half - margin;
   const Eigen::Vector2d extent =
       longest * edge.direction.cwiseAbs() +
@@ -89,7 +86,7 @@ std::vector<Sample> samples_about(const Edge& edge, const Image8& image) {
   return samples;
 }
 
-// From the outer half of the pixels on either side. False where a side has none.
+// Starts the levels from the outer half of the pixels on either side. False if a side has none.
 bool start_levels(Edge& edge, const std::vector<Sample>& samples) {
   double furthest[2] = {0, 0}, sum[2] = {0, 0};
   int count[2] = {0, 0};
@@ -100,7 +97,7 @@ bool start_levels(Edge& edge, const std::vector<Sample>& samples) {
   }
   for (const Sample& sample : samples) {
     const bool side = outwards(sample) > 0;
-    if (std::abs(outwards(sample)) < 0.5 * furthest[side]) continue;
+    if (std::abs(outwards(sample)) < furthest[side] / 2) continue;
     sum[side] += sample.level;
     ++count[side];
   }
@@ -110,7 +107,8 @@ bool start_levels(Edge& edge, const std::vector<Sample>& samples) {
   return true;
 }
 
-// The normal distribution and its density, interpolated between places 1/64 apart: to 1e-5.
+// The normal distribution and its density, interpolated linearly between nodes 1/64 apart (error
+// below 1e-5).
 class NormalTable {
  public:
   struct Value {
@@ -122,8 +120,8 @@ class NormalTable {
     for (int i = 0; i <= kCount; ++i) {
       const double z = static_cast<double>(i) / kPerUnit - kEnd;
       values_[static_cast<std::size_t>(i)] = {
-          0.5 * std::erfc(-z / std::numbers::sqrt2),
-          std::exp(-0.5 * z * z) * std::numbers::inv_sqrtpi / std::numbers::sqrt2};
+          std::erfc(-z / std::numbers::sqrt2) / 2,
+          std::exp(-z * z / 2) * std::numbers::inv_sqrtpi / std::numbers::sqrt2};
     }
   }
 
@@ -151,7 +149,7 @@ struct NormalEquations {
   double squares = 0;
 };
 
-// Of level = inside + step Phi((outwards - offset(along)) / blur).
+// Normal equations of level = inside + step Phi((outwards - offset(along)) / blur).
 NormalEquations equations_of(const Edge& edge, const std::vector<Sample>& samples) {
   NormalEquations sums;
   const double per_blur = 1 / edge.blur();
@@ -171,27 +169,27 @@ NormalEquations equations_of(const Edge& edge, const std::vector<Sample>& sample
   return sums;
 }
 
-// What is believed of an edge before its pixels are seen: short edges say too little of bend and
-// twist, and narrow strips too little of blur and levels.
-class Beliefs {
+// The prior of an edge: short edges do not determine bend and twist, and narrow strips do not
+// determine blur and levels.
+class EdgePrior {
  public:
-  explicit Beliefs(const Edge& edge) : centre_(edge.fit) {
+  explicit EdgePrior(const Edge& edge) : centre_(edge.fit) {
     centre_[2] = centre_[6] = 0;
-    centre_[5] = std::log(kStartBlur);
-    const double level = kLevelShare * std::abs(edge.fit[4]) + 1;
-    sd_ << 0, 0, 0.5 * kBendPerPx * edge.half * edge.half, level, level, kLogBlurSd,
-        kTwistPerPx2 * std::pow(edge.half, 3) / 6;
+    centre_[5] = std::log(kEdgeStartBlurPx);
+    const double level = kEdgeLevelSdShare * std::abs(edge.fit[4]) + 1;
+    sd_ << 0, 0, kEdgeBendSdPerPx / 2 * edge.half * edge.half, level, level, kEdgeLogBlurSd,
+        kEdgeTwistSdPerPx2 * std::pow(edge.half, 3) / 6;
   }
 
   double squares(const Edge& edge) const {
     double sum = 0;
-    for (const int i : kBelieved) sum += std::pow((edge.fit[i] - centre_[i]) / sd_[i], 2);
+    for (const int i : kWithPrior) sum += std::pow((edge.fit[i] - centre_[i]) / sd_[i], 2);
     return sum;
   }
 
-  // Weighed against the noise of the pixels.
+  // Weighted against the variance of the pixels.
   void add(const Edge& edge, double variance, NormalEquations& sums) const {
-    for (const int i : kBelieved) {
+    for (const int i : kWithPrior) {
       const double weight = variance / (sd_[i] * sd_[i]);
       sums.information(i, i) += weight;
       sums.gradient[i] -= weight * (edge.fit[i] - centre_[i]);
@@ -199,35 +197,35 @@ class Beliefs {
   }
 
  private:
-  static constexpr std::array kBelieved = {2, 3, 4, 5, 6};
+  static constexpr std::array kWithPrior = {2, 3, 4, 5, 6};
   Vector7 centre_;
   Vector7 sd_;
 };
 
-// Gauss-Newton; a step that makes it worse is shortened. False where there is no end.
-bool fit_to(const std::vector<Sample>& samples, const Beliefs& beliefs, Edge& edge) {
+// Gauss-Newton; a step that raises the cost is shortened. False if the edge leaves its bounds.
+bool fit_to(const std::vector<Sample>& samples, const EdgePrior& prior, Edge& edge) {
   Edge best = edge;
   Vector7 change = Vector7::Zero();
   double squares = 0, variance = 0;
   for (int i = 0; i < kSteps; ++i) {
     NormalEquations sums = equations_of(edge, samples);
-    const bool worse = i > 0 && sums.squares + variance * beliefs.squares(edge) >
-                                    squares + variance * beliefs.squares(best);
+    const bool worse = i > 0 && sums.squares + variance * prior.squares(edge) >
+                                    squares + variance * prior.squares(best);
     if (worse) {
       change *= kShorter;
     } else {
       best = edge;
       squares = sums.squares;
-      variance = std::max(0.1, squares / static_cast<double>(samples.size() - 7));
-      beliefs.add(edge, variance, sums);
+      variance = std::max(kEdgeMinVariance, squares / static_cast<double>(samples.size() - 7));
+      prior.add(edge, variance, sums);
       change = sums.information.ldlt().solve(sums.gradient);
       if (!change.allFinite()) return false;
-      for (const int k : {0, 1, 5}) change[k] = std::clamp(change[k], -0.5, 0.5);
+      for (const int k : {0, 1, 5}) change[k] = std::clamp(change[k], -kMaxStep, kMaxStep);
     }
     edge = best;
     edge.fit += change;
-    edge.fit[5] = std::max(edge.fit[5], std::log(kLeastBlur));
-    if (!(std::abs(edge.fit[0]) < kMaxMove && edge.fit[5] < kMostLogBlur)) return false;
+    edge.fit[5] = std::max(edge.fit[5], std::log(kEdgeMinBlurPx));
+    if (!(std::abs(edge.fit[0]) < kTagMaxMovePx && edge.fit[5] < kEdgeMaxLogBlur)) return false;
     const double moved = std::abs(change[0]) + std::abs(change[1]) + std::abs(change[2]);
     if (moved < kSettledPx && std::abs(change[5]) < kSettledLogBlur) break;
   }
@@ -236,21 +234,23 @@ bool fit_to(const std::vector<Sample>& samples, const Beliefs& beliefs, Edge& ed
 
 bool fit_edge(Edge& edge, const Image8& image, double cell, bool dark_inside) {
   for (int selection = 0; selection < kSelections; ++selection) {
-    // At least three rows of pixels, or as many as the neighbouring cells leave free.
-    const double least = std::clamp(0.8 * cell, 1.2, 1.6);
-    edge.reach = std::max(least, std::min(0.65 * cell, 2.5 * edge.blur() + 1.0));
+    // Three rows of pixels or more, as far as the neighbouring cells allow.
+    const double least =
+        std::clamp(kEdgeLeastReachCells * cell, kEdgeLeastReachLowPx, kEdgeLeastReachHighPx);
+    edge.reach = std::max(
+        least, std::min(kEdgeReachCells * cell, kEdgeReachBlurs * edge.blur() + kEdgeReachPx));
     const std::vector<Sample> samples = samples_about(edge, image);
-    if (samples.size() < 16) return false;
+    if (samples.size() < kEdgeMinPixels) return false;
     if (!start_levels(edge, samples)) return false;
     const Vector7 before = edge.fit;
-    if (!fit_to(samples, Beliefs(edge), edge)) return false;
+    if (!fit_to(samples, EdgePrior(edge), edge)) return false;
     const Vector7 change = (edge.fit - before).cwiseAbs();
     if (selection > 0 && change[0] + change[1] + change[2] < kSameStripPx) break;
   }
-  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kMinContrast;
+  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kTagMinContrast;
 }
 
-// Where two edges meet: the intersection of their tangents near the corner, repeated.
+// Intersection of two edges: that of their tangents near the corner, repeated.
 Eigen::Vector2d corner_between(const Edge& a, const Edge& b, Eigen::Vector2d corner) {
   const auto tangent = [](const Edge& edge, const Eigen::Vector2d& near) {
     const double along = (near - edge.middle).dot(edge.direction) / edge.half;
@@ -264,9 +264,9 @@ Eigen::Vector2d corner_between(const Edge& a, const Edge& b, Eigen::Vector2d cor
   return corner;
 }
 
-// The distance from edge i to the opposite one, over the cells between them.
+// px of a cell: the distance from edge i to the opposite one over the number of cells between.
 double cell_at(const Quad& quad, const Edge& edge, std::size_t i, int cells) {
-  const Eigen::Vector2d opposite = 0.5 * (quad[(i + 2) % 4] + quad[(i + 3) % 4]);
+  const Eigen::Vector2d opposite = (quad[(i + 2) % 4] + quad[(i + 3) % 4]) / 2;
   return std::abs((opposite - edge.middle).dot(edge.normal)) / cells;
 }
 
@@ -283,7 +283,7 @@ std::optional<Quad> refine_edges(const Image8& image, const Quad& start, const Q
   for (std::size_t i = 0; i < 4; ++i) {
     quad[i] = corner_between(edges[(i + 3) % 4], edges[i], start[i]);
     const double moved = (quad[i] - start[i]).norm();
-    if (!(moved <= kMaxMove)) return std::nullopt;  // not a number is no corner either
+    if (!(moved <= kTagMaxMovePx)) return std::nullopt;  // also if not a number
   }
   return quad;
 }

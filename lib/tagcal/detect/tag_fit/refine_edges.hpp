@@ -10,18 +10,18 @@ namespace tagcal::internal {
 
 using Quad = std::array<Eigen::Vector2d, 4>;  // corners 0..3, pixel centres at whole numbers
 
-// What is known of a tag before its corners are refined.
+// The shape of a tag, as far as the fit of its sides needs it.
 struct QuadShape {
   int cells = 8;            // along a side: the edge's neighbours lie one cell inside and outside
   bool dark_inside = true;  // false for families with a reversed border
 };
 
 // Fits each edge of a quad to the grey levels around it, as a blurred step along a slightly bent
-// line, by least squares on the pixels themselves (no interpolation, so that the corners inherit
-// independent errors of the pixels), and intersects neighbours. The ends of the edges are left
-// out, because there the neighbouring edges, and the corner squares of Kalibr's boards, disturb the
-// step. No value where an edge cannot be fitted: too short, no contrast of the right sign, or a
-// corner that moves by more than 2 px.
+// line, by least squares on the pixels themselves (without interpolation, so that the pixels'
+// errors stay independent), and intersects neighbouring edges. The ends of the edges are not used:
+// there the neighbouring edges, and the corner squares of Kalibr's boards, disturb the step. No
+// value if an edge cannot be fitted (too short, or no contrast of the right sign), or if a corner
+// moves by more than 2 px.
 std::optional<Quad> refine_edges(const Image8& image, const Quad& start, const QuadShape& shape);
 
 }  // namespace tagcal::internal

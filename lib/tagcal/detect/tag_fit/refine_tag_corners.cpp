@@ -1,4 +1,4 @@
-// Where the fit of a tag has its corners, and how these move with its parameters.
+// Corners of a tag's fit, and their derivatives by its parameters.
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -24,7 +24,7 @@ Vector2d TagFitter::straight_corner(std::size_t i) const {
   return line(kM1, on_tag.x()).cross(line(kM2, on_tag.y())).hnormalized();
 }
 
-// Without what the lens, if known, does.
+// In the straightened view: a known lens is not applied.
 Vector2d TagFitter::corner(std::size_t i) const {
   const TagParameters& p = model_.parameters();
   const Vector2d bent = straight_corner(i);
@@ -55,7 +55,7 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
     by = (across.inverse() * by).eval();
     by.middleCols<kNumBends>(kBend) -= basis;
     Eigen::Matrix2d straight;        // bent place by place
-    constexpr double kDelta = 1e-4;  // exact for cubics but for its square
+    constexpr double kDelta = 1e-4;  // numeric: of differences, exact for cubics up to its square
     for (int k = 0; k < 2; ++k) {
       const Vector2d d = kDelta * Vector2d::Unit(k);
       const Vector2d more = place + d, less = place - d;

@@ -5,7 +5,7 @@
 
 #include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
 
-// How a fit begins: the pixels that it sees, and the parameters.
+// The start of a fit: its pixels and its first parameters.
 namespace tagcal::internal {
 namespace {
 
@@ -14,9 +14,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using namespace tag_parameter;
 
-constexpr double kStartBlur = 0.8;  // px
+constexpr double kStartBlur = 0.8;  // numeric: start of the iteration, px
 
-// Image from the tag's plane.
+// Image from the tag's plane, by four corners.
 Matrix3d homography(const TagCorners& on_tag, const TagCorners& corners) {
   Eigen::Matrix<double, 8, 8> system;
   Eigen::Matrix<double, 8, 1> right;
@@ -61,9 +61,9 @@ bool TagFitter::look() {
   return true;
 }
 
-// The pixels that the region may cover.
+// A box around the pixels that the region may cover.
 std::optional<Eigen::AlignedBox2d> TagFitter::box() const {
-  constexpr int kSteps = 4;  // along each side, which the lens may bend
+  constexpr int kSteps = 4;  // along each side, because the lens may bend it
   const auto& [columns, rows, cells] = region_.grid;
   Eigen::AlignedBox2d box;
   for (int j = 0; j <= kSteps; ++j) {
@@ -113,7 +113,7 @@ bool TagFitter::start_parameters(TagParameters& parameters) const {
   parameters.segment<3>(kM1) = tag_from_image.row(0);
   parameters.segment<3>(kM2) = tag_from_image.row(1);
   parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
-  parameters[kLogSpread] = 0.5 * std::log(kStartBlur * kStartBlur + kBoxVariance);
+  parameters[kLogSpread] = std::log(kStartBlur * kStartBlur + kBoxVariance) / 2;
   return parameters.allFinite() && start_levels(parameters);
 }
 
@@ -125,8 +125,8 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
   const std::size_t n = grid.columns.size() - 1;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     const std::size_t column = i % n, row = i / n;
-    const double u = 0.5 * (grid.columns[column] + grid.columns[column + 1]);
-    const double v = 0.5 * (grid.rows[row] + grid.rows[row + 1]);
+    const double u = (grid.columns[column] + grid.columns[column + 1]) / 2;
+    const double v = (grid.rows[row] + grid.rows[row + 1]) / 2;
     const auto place = pixel((image_from_tag_ * Vector3d(u, v, 1)).hnormalized());
     if (!place) continue;
     const int x = static_cast<int>(std::lround(place->x())) - patch_.x0;

@@ -4,8 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
+
+#include "tagcal/detect/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -13,39 +14,22 @@ namespace {
 using Eigen::Vector2d;
 using namespace tag_parameter;
 
-constexpr double kMinSpread = 0.3;  // a little more than the square's own
-constexpr double kMaxSpread = 6;
-constexpr double kMaxLogStep = 0.4;    // of the spread in one iteration
-constexpr double kMaxStepPx = 0.7;     // of a corner in one iteration
-constexpr double kRoundingPx = 1e-5;   // no corner needs a smaller step
-constexpr double kSmallStep = 0.1;     // squared, in standard deviations
-constexpr double kAtRest = 1;          // likewise, of one step of a corner
-constexpr double kMaxSecondOrder = 2;  // squared, in sds of belief, of all bends of an order ..
-constexpr double kMaxThirdOrder = 3.5;
-constexpr double kStronger = 2;          // .. beyond which they may be so much larger, per order
-constexpr double kMinContrast = 8;       // grey levels
-constexpr double kMaxNoiseShare = 0.15;  // of the contrast, in what the model leaves over
-constexpr double kMaxSdPx = 0.5;         // of a corner
-constexpr double kLeastGain = 3e-4;      // squared, of a step's size over that of the one before
-constexpr double kSecondOrder = 0.25;    // squared, of a step's residue over its square in spreads
-constexpr double kNearPx = 0.25;         // of a corner, after which all rows are looked at
-constexpr double kHeld = 1e18;           // the prior's weight of what is held at zero
-constexpr double kPlaceSd = 0.15;        // of the start's homography, over a region: of places, ..
-constexpr double kScaleSd = 0.05;        // .. of scales and turns, ..
-constexpr double kPerspectiveSd = 0.03;  // .. of what changes these
-constexpr double kWindowsPx[] = {9, 18,
-                                 32};  // about one corner, that are looked at before the whole
-constexpr int kMaxInWindow = 3;        // iterations in one of them
-constexpr double kMaxGrowth = 1.7;     // of the variance, from the largest window to the region
+constexpr double kMaxLogStep = 0.4;   // numeric: largest step of the spread's logarithm
+constexpr double kMaxStepPx = 0.7;    // numeric: largest step of a corner
+constexpr double kRoundingPx = 1e-5;  // numeric: no corner needs a smaller step
+constexpr double kTiny = 1e-12;       // numeric: keeps a step of zero from dividing by it
+// Expected size of the next step over the last one's, squared: at least, and in units of the last
+// step's square (px and blur in spreads, gain relative).
+constexpr double kLeastGain = 3e-4;    // numeric: Gauss-Newton's own rate of convergence
+constexpr double kSecondOrder = 0.25;  // numeric: rate of convergence by second derivatives
+constexpr double kNearPx = 0.25;       // numeric: after a smaller step all rows are used
+constexpr double kHeld = 1e18;         // the prior's weight for parameters that are held
+constexpr int kMaxInWindow = 3;        // iterations in one window
 constexpr int kFewRows = 16;
 constexpr int kMaxRowStep = 6;
-constexpr int kMaxComing = 4;    // iterations on few rows
-constexpr double kPartsPx = 36;  // a tag that is large enough for parts, and ..
-constexpr double kThirdOrderPx = 0.02;
-constexpr double kThirdOrderSds = 8;  // .. how far bends of third order may move its corners
-constexpr int kMinPixels = 64;
-constexpr int kFreeIterations = 2;  // in which the set of pixels may change, ..
-constexpr double kWider = 1.05;     // .. and later, where the spread has grown so much since
+constexpr int kMaxOnFewRows = 4;    // iterations
+constexpr int kFreeIterations = 2;  // in which the set of pixels may change
+constexpr double kWider = 1.05;     // numeric: growth of the spread after which it may change again
 
 }  // namespace
 
@@ -57,7 +41,7 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
       middle_(region.middle),
       model_(region.grid, region.scale, options.gamma) {}
 
-// One step from the sums; false where it is not a number.
+// Makes one step from the sums; false if it is not finite.
 bool TagFitter::step() {
   variance_ = std::max(kBoxVariance, squares_ / std::max(1, num_pixels_ - kCount));
   TagInformation system = information_;
@@ -68,8 +52,8 @@ bool TagFitter::step() {
   const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return false;
   const double left = squares_ - change.dot(2 * gradient_ - information_ * change);
-  // What the next step would do is known before it is made: it is of second order in this one, and
-  // Gauss-Newton's own residue.
+  // The next step's size is estimated from this one: second derivatives make it of second order,
+  // and Gauss-Newton's approximation leaves a constant share.
   const double size = change.dot(right) / variance_;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 1> moves = by * change;
@@ -80,36 +64,37 @@ bool TagFitter::step() {
   left_over_ = std::max(bent, kLeastGain) * size;
   if (move_px_ < kRoundingPx) left_over_ = 0;
   if (region_.corner && row_step_ == 1) {
-    // What else a few lines leave open may wander, once the corner rests.
+    // In a region of one corner only that corner must converge: the rest is poorly constrained.
     const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
     const auto by_corner = by.middleRows<2>(at);
     const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
     const Vector2d of_corner = moves.segment<2>(at);
     const double corner_size = of_corner.dot(covariance.inverse() * of_corner);
-    left_over_ = corner_size_ < kAtRest ? corner_size : size;
+    left_over_ = corner_size_ < policy::kTagCornerSettledSize ? corner_size : size;
     corner_size_ = corner_size;
   }
   const double move = move_px_;
-  const double share = std::min({1.0, kMaxStepPx / std::max(1e-12, move),
-                                 kMaxLogStep / std::max(1e-12, std::abs(change[kLogSpread]))});
+  const double share = std::min({1.0, kMaxStepPx / std::max(kTiny, move),
+                                 kMaxLogStep / std::max(kTiny, std::abs(change[kLogSpread]))});
   TagParameters next = model_.parameters() + share * change;
-  // Of what this step leaves, as far as it goes.
+  // The linear model predicts the residuals after a whole step.
   if (share == 1) variance_ = std::max(kBoxVariance, left / std::max(1, num_pixels_ - kCount));
-  next[kLogSpread] = std::clamp(next[kLogSpread], std::log(kMinSpread), std::log(kMaxSpread));
+  next[kLogSpread] = std::clamp(next[kLogSpread], std::log(policy::kTagMinSpreadPx),
+                                std::log(policy::kTagMaxSpreadPx));
   model_.set(next);
-  if (row_step_ == 1 && window_px_ == 0) believe_bends();
+  if (row_step_ == 1 && window_px_ == 0) widen_prior_of_bends();
   return true;
 }
 
-// Where bends are found that straighter lenses hardly make, they are believed to be any.
-void TagFitter::believe_bends() {
+// Widens the prior once if the bends are larger than most lenses make them.
+void TagFitter::widen_prior_of_bends() {
   if (num_bends_ == 0 || is_strongly_bent_) return;
   const auto weighted = model_.parameters().cwiseAbs2().cwiseProduct(prior_);
-  is_strongly_bent_ = weighted.segment<4>(kBend).sum() > kMaxSecondOrder ||
-                      weighted.segment<8>(kBend + 4).sum() > kMaxThirdOrder;
+  is_strongly_bent_ = weighted.segment<4>(kBend).sum() > policy::kTagMaxSecondOrder ||
+                      weighted.segment<8>(kBend + 4).sum() > policy::kTagMaxThirdOrder;
   if (!is_strongly_bent_) return;
-  prior_.segment<4>(kBend) /= kStronger * kStronger;
-  prior_.segment<8>(kBend + 4) /= std::pow(kStronger, 4);
+  prior_.segment<4>(kBend) /= policy::kTagStrongerBends * policy::kTagStrongerBends;
+  prior_.segment<8>(kBend + 4) /= std::pow(policy::kTagStrongerBends, 4);
   left_over_ = 1;
 }
 
@@ -134,20 +119,22 @@ TagFit TagFitter::result() const {
   const TagCornerJacobian by = corner_jacobian();
   fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
   const double largest = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
-  const bool matches = left_over_ < kSmallStep && p[kGain] >= kMinContrast &&
-                       fit.noise_levels < kMaxNoiseShare * p[kGain];
+  const bool matches = left_over_ < policy::kTagConvergedSize &&
+                       p[kGain] >= policy::kTagMinContrast &&
+                       fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
-  const bool is_fixed = num_pixels_ >= kMinPixels && largest < kMaxSdPx;
-  fit.status = is_fixed ? TagFitStatus::converged : TagFitStatus::too_small;
+  const bool is_determined = num_pixels_ >= policy::kTagMinPixels && largest < policy::kTagMaxSdPx;
+  fit.status = is_determined ? TagFitStatus::converged : TagFitStatus::too_small;
   return fit;
 }
 
 void TagFitter::set_prior(const TagParameters& start) {
-  // About one corner, the lines that are seen may say nothing of a scale or of the perspective.
+  // The lines about one corner may not determine a scale or the perspective.
   prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
-  const double far = 1 / (kPlaceSd * kPlaceSd), sides = 1 / (kScaleSd * kScaleSd);
-  const double perspective = 1 / (kPerspectiveSd * kPerspectiveSd);
-  prior_.head<kLogSpread>() << sides, sides, far, sides, sides, far, perspective, perspective;
+  const auto weight = [](double sd) { return 1 / (sd * sd); };
+  const double place = weight(policy::kTagPlaceSd), scale = weight(policy::kTagScaleSd);
+  const double perspective = weight(policy::kTagPerspectiveSd);
+  prior_.head<kLogSpread>() << scale, scale, place, scale, scale, place, perspective, perspective;
   const double shift_sd = options_.shift_sd_px;
   prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? 1 / (shift_sd * shift_sd) : kHeld);
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
@@ -159,18 +146,18 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
 }
 
-// About one corner, from its nearest surroundings outwards.
-bool TagFitter::open_windows() {
-  // Nothing is seen of bends and of the perspective, and little of shifts.
+// Fits windows of growing size about the region's corner.
+bool TagFitter::fit_windows() {
+  // Windows do not determine bends and perspective, and hardly shifts.
   const int num_bends = std::exchange(num_bends_, 0);
   const TagParameters prior = prior_;
   prior_.segment<2>(kM3).setConstant(kHeld);
   prior_.segment<2>(kShift).setConstant(kHeld);
-  for (const double window : kWindowsPx) {
+  for (const double window : policy::kTagWindowsPx) {
     window_px_ = window;
     for (int i = 0; i < kMaxInWindow; ++i) {
       collect();
-      if (num_pixels_ < kMinPixels || !step()) return false;
+      if (num_pixels_ < policy::kTagMinPixels || !step()) return false;
       if (move_px_ < kNearPx) break;
     }
   }
@@ -182,14 +169,14 @@ bool TagFitter::open_windows() {
   return true;
 }
 
-// Steps on few rows.
-bool TagFitter::come_near() {
-  // What few rows about one corner leave open wanders.
+// Makes steps on few rows.
+bool TagFitter::fit_few_rows() {
+  // Few rows about one corner do not determine all parameters.
   row_step_ = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
   if (row_step_ == 1) return true;
-  for (int i = 0; i < (region_.corner ? 1 : kMaxComing); ++i) {
+  for (int i = 0; i < (region_.corner ? 1 : kMaxOnFewRows); ++i) {
     collect();
-    if (num_pixels_ < kMinPixels) break;
+    if (num_pixels_ < policy::kTagMinPixels) break;
     if (!step()) return false;
     ++iterations_;
     if (move_px_ < kNearPx) break;
@@ -200,33 +187,34 @@ bool TagFitter::come_near() {
 }
 
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole || 2 * scale_ < kPartsPx)
+  if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole ||
+      2 * scale_ < policy::kTagMinPartsPx)
     return false;
   const double third_order = third_order_px();
-  if (third_order < kThirdOrderPx) return false;
-  // Of all rows, from those that were looked at.
+  if (third_order < policy::kTagThirdOrderPx) return false;
+  // The information of all rows, from that of every row_step_-th.
   TagInformation system = row_step_ / variance_ * information_;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
-  return third_order > kThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
+  return third_order > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
 TagFit TagFitter::iterate() {
   TagFit fit;
   for (int k = 1; k <= options_.max_iterations; ++k) {
-    // From the third on, so that no pixel comes and goes with every step; but not while a strong
-    // blur is still coming in, which lets what is not known be felt farther.
+    // The set of pixels is fixed from the third iteration on, so that it does not alternate between
+    // steps; but not while the blur still grows, because unknown surroundings then reach farther.
     are_spans_fixed_ = k > kFreeIterations && model_.spread() < kWider * spans_spread_;
     if (!are_spans_fixed_) spans_spread_ = model_.spread();
     collect();
-    if (num_pixels_ < kMinPixels) {
+    if (num_pixels_ < policy::kTagMinPixels) {
       fit.status = TagFitStatus::too_small;
       return fit;
     }
     if (!step()) return fit;
     ++iterations_;
-    if (left_over_ < kSmallStep) break;
+    if (left_over_ < policy::kTagConvergedSize) break;
   }
   return result();
 }
@@ -236,22 +224,25 @@ TagFit TagFitter::fit() {
   if (!start_parameters(parameters)) return {};
   set_prior(parameters);
   model_.set(parameters);
-  if ((region_.corner && !open_windows()) || !come_near()) return {};
-  TagFit near;
-  for (std::size_t i = 0; i < 4; ++i) near.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  if ((region_.corner && !fit_windows()) || !fit_few_rows()) return {};
+  TagFit start_of_parts;
+  for (std::size_t i = 0; i < 4; ++i)
+    start_of_parts.corners[i] = pixel(corner(i)).value_or(start_[i]);
   TagFit fit = iterate();
-  // What is farther from the corner was taken for something else: without it.
+  // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
     model_.set(in_window_);
-    window_px_ = kWindowsPx[std::size(kWindowsPx) - 1];
+    window_px_ = policy::kTagWindowsPx.back();
     fit = iterate();
     if (!is_like_window()) return {};
   }
-  // A tag that is bent too much to converge is known as such from the steps near the start only.
+  // If the bends keep the fit from converging, the decision of the first steps stands.
   if (fit.status == TagFitStatus::converged) is_for_parts_ = is_bent_beyond_whole();
-  return is_for_parts_ && fit.status != TagFitStatus::converged ? near : fit;
+  return is_for_parts_ && fit.status != TagFitStatus::converged ? start_of_parts : fit;
 }
 
-bool TagFitter::is_like_window() const { return variance_ < kMaxGrowth * window_variance_; }
+bool TagFitter::is_like_window() const {
+  return variance_ < policy::kTagMaxVarianceGrowth * window_variance_;
+}
 
 }  // namespace tagcal::internal

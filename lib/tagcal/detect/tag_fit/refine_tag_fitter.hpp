@@ -19,7 +19,8 @@ using TagInformation = Eigen::Matrix<double, tag_parameter::kCount, tag_paramete
 using TagProducts = Eigen::Matrix<double, kTagColumns, kTagColumns, Eigen::RowMajor>;
 using TagCornerJacobian = Eigen::Matrix<double, 8, tag_parameter::kCount>;
 
-constexpr double kBoxVariance = 1.0 / 12;  // of a pixel's square, px^2, and of rounding, levels^2
+// Variance of a pixel's square, px^2, and of rounding, levels^2.
+constexpr double kBoxVariance = 1.0 / 12;
 
 // The pixels about a tag.
 struct TagPatch {
@@ -41,7 +42,7 @@ struct PixelSpan {
   int end = 0;
 };
 
-// Sums over pixels that one colour fills.
+// Sums over pixels of one colour, whose derivatives by the geometry are zero.
 struct FlatSums {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
   double level = 0, x_level = 0, y_level = 0, square_level = 0;
@@ -60,21 +61,21 @@ struct FlatSums {
   }
 };
 
-// The fit of one region of a tag, from its start to its end.
+// The fit of one region of a tag.
 class TagFitter {
  public:
   // The region and the options must outlive it.
   TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options);
 
-  // The pixels that the pattern reaches; false where the start is no view of a tag.
+  // Copies the pixels that the pattern reaches; false if the start is no view of a tag.
   template <typename T>
   bool cut(const Image<T>& image);
-  // Of a region about one corner, the others and their covariance stay zero.
+  // If the region is about one corner, the others and their covariance are zero.
   TagFit fit();
-  // Whether a lens bends the whole tag beyond what is left of it in third order. Seen on few rows
-  // already: then fit() has ended there, with corners that are good as a start only.
+  // True if a lens bends the whole tag beyond third order. If few rows showed that already, fit()
+  // has ended there, and its corners are only good as a start.
   bool is_for_parts() const { return is_for_parts_; }
-  // How far bends of third order move a corner.
+  // Largest displacement of a corner by bends of third order, px.
   double third_order_px() const;
 
  private:
@@ -90,15 +91,15 @@ class TagFitter {
   void collect_row(int row);
   void add_block();
   void add_flat(bool white);
-  // To a start of what follows. False where the answer is no number, or there is none.
-  bool open_windows();
-  bool come_near();
+  // Bring the parameters into the basin of the full iteration. False if a step is not finite.
+  bool fit_windows();
+  bool fit_few_rows();
   TagFit iterate();
   bool is_like_window() const;
   bool step();
-  void believe_bends();
+  void widen_prior_of_bends();
   bool is_bent_beyond_whole() const;
-  // The tag's homography lies between the tag and the places that the lens, if known, straightens.
+  // The homography maps the tag to straightened places: pixels without the known lens.
   std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
   Eigen::Vector2d straight_corner(std::size_t i) const;
@@ -112,13 +113,13 @@ class TagFitter {
   double scale_;
   Eigen::Vector2d middle_;
   TagModel model_;
-  std::optional<StraightView> view_;  // where the lens is known
+  std::optional<StraightView> view_;  // only if the lens is known
   std::optional<StraightPlaces> places_;
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
   ImageSize size_;  // of the picture
 
-  // Of the present parameters: pixels that know of the geometry, some at a time; sums over all.
+  // At the present parameters: a block of pixels that depend on the geometry, and sums over all.
   TagBlock block_{};
   TagProducts products_;
   TagInformation information_;
@@ -130,17 +131,17 @@ class TagFitter {
   std::array<FlatSums, 2> flat_;  // black, white
   std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
-  double spans_spread_ = 0;  // of the blur, when they were taken
-  double window_px_ = 0;     // about the region's corner, that is looked at; 0: all
-  TagParameters in_window_;  // the largest of them
+  double spans_spread_ = 0;  // the spread for which the spans were selected
+  double window_px_ = 0;     // half side of the window about the region's corner; 0: the region
+  TagParameters in_window_;  // fitted in the largest window
   double window_variance_ = 1;
   int row_step_ = 1;
-  int num_bends_ = tag_parameter::kNumBends;  // that are free
+  int num_bends_ = tag_parameter::kNumBends;  // free ones
   bool is_strongly_bent_ = false;
   int num_pixels_ = 0;
-  double move_px_ = 0;        // of the last step, of a corner
-  double corner_size_ = 1e9;  // of the step before, squared, in standard deviations of the corner
-  double left_over_ = 0;      // what is left after it, squared, in standard deviations
+  double move_px_ = 0;        // largest move of a corner's coordinate in the last step
+  double corner_size_ = 1e9;  // last step of the region's corner: squared, in its sds
+  double left_over_ = 0;      // expected size of the next step: squared, in sds
   bool is_for_parts_ = false;
   int iterations_ = 0;
 };

@@ -1,5 +1,5 @@
-// Compiled with -mavx2 -mfma on x86-64 (lib/CMakeLists.txt); see refine_tag_kernels.hpp for what
-// must not be included here. Everywhere else there are no such kernels.
+// Compiled with -mavx2 -mfma on x86-64 (lib/CMakeLists.txt); refine_tag_kernels.hpp lists the
+// headers that may be included here. On other processors these kernels do not exist.
 #include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
 
 #if defined(__AVX2__) && defined(__FMA__)

@@ -15,10 +15,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kSpacing = 8;  // px, of the places that are computed
-constexpr double kDeltaPx = 0.5;
+constexpr int kSpacing = 8;       // px between the places that are computed exactly
+constexpr double kDeltaPx = 0.5;  // numeric: of differences
 
-// Weights of values at -1, 0, 1 and 2 for the cubic through them, at 0 <= t < 1.
+// Weights of the values at -1, 0, 1 and 2 in the cubic through them, at 0 <= t < 1.
 std::array<double, 4> cubic_weights(double t) {
   return {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
           (t + 1) * t * (t - 1) / 6};
@@ -74,7 +74,7 @@ std::optional<Vector2d> StraightView::pixel(const Vector2d& place) const {
 }
 
 std::optional<Eigen::Matrix2d> StraightView::pixel_by_place(const Vector2d& place) const {
-  constexpr double kDelta = 1e-4;
+  constexpr double kDelta = 1e-4;  // numeric: of differences
   Eigen::Matrix2d result;
   for (int k = 0; k < 2; ++k) {
     const Vector2d delta = kDelta * Vector2d::Unit(k);
@@ -98,7 +98,7 @@ RowPlaces StraightPlaces::row(int row) const {
           xy_.data() + at, yy_.data() + at, stretch_};
 }
 
-// From differences of neighbours.
+// Computes the stretch from differences of neighbouring places.
 void StraightPlaces::stretch(const ImageSize& size, double scale) {
   for (std::vector<float>* values : {&xx_, &xy_, &yy_}) values->resize(x_.size());
   float largest = 1;
@@ -125,7 +125,7 @@ void StraightPlaces::stretch(const ImageSize& size, double scale) {
       xx_[k] = x_c * x_c + x_r * x_r;
       xy_[k] = x_c * y_c + x_r * y_r;
       yy_[k] = y_c * y_c + y_r * y_r;
-      // Not where there is no place.
+      // False for NaN, where there is no place.
       const float bound = std::max(xx_[k], yy_[k]) + std::abs(xy_[k]);
       if (bound > largest) largest = bound;
     }

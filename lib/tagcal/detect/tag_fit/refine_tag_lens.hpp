@@ -6,33 +6,33 @@
 
 #include "tagcal/camera/camera.hpp"
 
-// Private to detect: what refine_tag() knows of a lens.
+// Private to detect: a known lens in refine_tag().
 namespace tagcal::internal {
 
-// Where the pixels of a row are before the homography, by their number.
+// Straightened places of a row's pixels, the input of the homography, by column.
 struct RowPlaces {
   const float* x = nullptr;
   const float* y = nullptr;
-  // Squares and product of the slopes of x and y over the picture, in px per px, where places are
-  // stretched against pixels; and their largest stretch.
+  // Entries of J J^T, J the Jacobian of the places by the pixels, in px per px: how places are
+  // stretched against pixels; and the largest stretch.
   const float* xx = nullptr;
   const float* xy = nullptr;
   const float* yy = nullptr;
   double stretch = 1;
 };
 
-// The picture about a place as a pinhole that faces it would see it: there straight lines are
-// straight. Places are in units of `scale` px, (0, 0) in the middle, where they turn and stretch as
-// the pixels do.
+// The picture around a pixel as a pinhole camera that faces it would see it, where straight lines
+// are straight. Places have the unit `scale` px and their origin at that pixel; there,
+// counted in px, their Jacobian by the pixels is the identity.
 class StraightView {
  public:
-  // No value where the pixel has no ray. The rays of a lens must meet in one point.
+  // No value if the pixel has no ray. Precondition: the rays of the lens meet in one point.
   static std::optional<StraightView> about(const Lens& lens, const Eigen::Vector2d& middle,
                                            double scale);
 
   std::optional<Eigen::Vector2d> place(const Eigen::Vector2d& pixel) const;
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& place) const;
-  // Pixel by place, px per unit; by differences.
+  // Jacobian of the pixel by the place, px per unit, by differences.
   std::optional<Eigen::Matrix2d> pixel_by_place(const Eigen::Vector2d& place) const;
 
  private:
@@ -43,8 +43,8 @@ class StraightView {
   Eigen::Matrix2d tangent_from_place_ = Eigen::Matrix2d::Identity();
 };
 
-// The places of a block of pixels, row by row, from those of every eighth by cubics; NaN where
-// there are none.
+// The places of a block of pixels, row by row, interpolated by cubics from those of every eighth
+// pixel; NaN for pixels without a ray.
 class StraightPlaces {
  public:
   // One unit of the places is `scale` px.
@@ -58,7 +58,7 @@ class StraightPlaces {
 
   int width_;
   double stretch_ = 1;
-  std::vector<float> x_, y_, xx_, xy_, yy_;  // as in RowPlaces
+  std::vector<float> x_, y_, xx_, xy_, yy_;  // see RowPlaces
 };
 
 }  // namespace tagcal::internal

@@ -10,20 +10,21 @@ using Eigen::Vector2d;
 using namespace tag_parameter;
 
 constexpr double kBoxCumulant = -1.0 / 120;  // fourth, of the square of a pixel along a side
-constexpr double kLeastTerm = 1e-3;  // of a quadrant's series; the sum of what is left is below a
-                                     // twentieth of it
+// Last term of a quadrant's series; the remainder is below a twentieth of it.
+constexpr double kLeastTerm = 1e-3;  // numeric: truncation of a series
 constexpr int kMaxTerms = 16;
-constexpr double kFirstOrder = 0.05;  // spreads: a shift whose square makes 3e-4 of the contrast
+// Spreads: the square of a shorter shift changes a level by less than 3e-4 of the contrast.
+constexpr double kFirstOrder = 0.05;  // numeric: truncation of a series
+// Largest black as a share of white.
+constexpr double kMaxBlack = 0.9;  // numeric: keeps the model finite far from its minimum
 
-// Kernels are made for some numbers of lines only: what is beyond those felt weighs next to
-// nothing, but is read.
+// Kernels exist for some numbers of lines only; lines beyond those in reach have next to no weight.
 int lines_taken(int num_felt) {
   if (num_felt <= 4) return std::max(1, num_felt);
   return num_felt <= 6 ? 6 : kMaxTagLines;
 }
 
-// Cosine of the angle between two lines, where `squares` are those of the places' slopes in the
-// picture.
+// Cosine of the angle between two lines in the picture; `squares` is J J^T of RowPlaces.
 double cosine(const TagLine& a, const TagLine& b, const Eigen::Matrix2d& squares) {
   const Vector2d m(a.by_x, a.by_y), n(b.by_x, b.by_y);
   return m.dot(squares * n) / std::sqrt(m.dot(squares * m) * n.dot(squares * n));
@@ -51,7 +52,7 @@ void TagModel::set(const TagParameters& parameters) {
   table_.gain_by_x = static_cast<float>(parameters[kGainSlope]);
   table_.gain_by_y = static_cast<float>(parameters[kGainSlope + 1]);
   const double black_grey =
-      std::clamp(parameters[kBlack] / (parameters[kBlack] + parameters[kGain]), 0.0, 0.9);
+      std::clamp(parameters[kBlack] / (parameters[kBlack] + parameters[kGain]), 0.0, kMaxBlack);
   table_.gamma = static_cast<float>(gamma_);
   table_.black_grey = static_cast<float>(black_grey);
   table_.black_light = static_cast<float>(std::pow(black_grey, 1 / gamma_));
@@ -84,7 +85,7 @@ void TagModel::set_axis(TagAxis& axis, const std::vector<double>& lines, int row
   std::fill(line, std::end(axis.lines), TagLine{table_.per_unit, 0, kNever, 0, 0, {}});
 }
 
-// The outermost lines are farthest from right angles.
+// The largest cosine between a column and a row, reached by outermost lines.
 double TagModel::largest_cosine(const Eigen::Matrix2d& squares) const {
   double largest = 0;
   for (const int i : {0, table_.columns.count - 1})

@@ -12,18 +12,18 @@
 // Private to detect: the model that refine_tag() fits.
 namespace tagcal::internal {
 
-// Where each parameter stands. The tag's plane from the image's is u = (m1 p) / (m3 p), v = (m2 p)
-// / (m3 p), p = (x, y, 1) with x, y the bent place of a pixel, from the tag's middle in units of
-// `scale` px; the last entry of m3 is 1.
+// Indices of the parameters. A place on the tag is u = (m1 p) / (m3 p), v = (m2 p) / (m3 p), with
+// p = (x, y, 1) the bent place of a pixel, from the tag's middle in units of `scale` px; the last
+// entry of m3 is 1.
 namespace tag_parameter {
 constexpr int kM1 = 0;
 constexpr int kM2 = 3;
 constexpr int kM3 = 6;
-constexpr int kLogSpread = 8;  // of the sd of blur and pixel square together, px
+constexpr int kLogSpread = 8;  // logarithm of the sd of blur and pixel square together, px
 constexpr int kBlack = 9;
 constexpr int kGain = 10;
-constexpr int kGainSlope = 11;  // along x and y
-constexpr int kShift = 13;      // of borders towards black, px: in the picture, on the tag
+constexpr int kGainSlope = 11;  // by x and y
+constexpr int kShift = 13;      // of borders towards black, px: bloom, then ink
 constexpr int kBend = 15;       // four of second order, then eight of third
 constexpr int kNumBends = 12;
 constexpr int kCount = 27;
@@ -31,8 +31,8 @@ constexpr int kCount = 27;
 
 using TagParameters = Eigen::Matrix<double, tag_parameter::kCount, 1>;
 
-// Displacements of second order that no homography makes, and of third order, by which a pixel is
-// moved before it meets the homography; where a lens is known, from where that puts it.
+// Displacements of a place before the homography: of second order, as far as no homography makes
+// them, and of third order. If a lens is known, they start from the straightened place.
 using BendBasis = Eigen::Matrix<double, 2, tag_parameter::kNumBends>;
 inline BendBasis bend_basis(double x, double y) {
   const double xx = x * x, xy = x * y, yy = y * y;
@@ -47,38 +47,38 @@ struct TagRow {
   double left = 0;
   double step = 1;
   double y = 0;
-  // Where the pixels are without the lens, if it is known; else as above.
+  // Straightened places of the pixels if the lens is known; they replace the above.
   RowPlaces straight;
 };
 
 // The part of a pattern that is fitted.
 struct TagGrid {
-  std::vector<double> columns, rows;    // borders of the cells; unknown beyond the outermost
+  std::vector<double> columns, rows;    // lines between the cells; all beyond them is unknown
   std::vector<TagPattern::Cell> cells;  // (columns - 1) x (rows - 1), row by row
 };
 
 class TagModel {
  public:
-  // Grey is light to the power of gamma.
+  // Grey level = light^gamma.
   TagModel(const TagGrid& grid, double scale, double gamma = 1);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }
   double spread() const { return spread_; }
 
-  // Turns to a row: shrinks [begin, end) to the pixels at least `reach` spreads from what lies
-  // beyond the outermost lines, which is not known.
+  // Selects a row: shrinks [begin, end) to the pixels at least `reach` spreads inside the outermost
+  // lines, beyond which the pattern is unknown.
   void set_row(const TagRow& row, double reach, int& begin, int& end);
 
-  // What reaches pixel c of the row.
+  // The colours whose cells influence pixel c of the row.
   enum class Seen { black, white, both, unknown };
   Seen seen(int c) const;
 
-  // Pixels of any rows at once: empties a block, appends pixel c of the row, and says share of
-  // white and derivatives of all.
+  // Evaluation of pixels in blocks, which may mix rows: start() empties a block, add() appends
+  // pixel c of the row, evaluate() computes share of white and derivatives of all.
   void start(TagBlock& block, bool is_bent, bool is_stretched) const;
   void add(TagBlock& block, int c, float level) const;
-  // Where pixel c of the row is before it is bent.
+  // Place of pixel c of the row before it is bent.
   Eigen::Vector2f place(int c) const;
   void evaluate(TagBlock& block);
 
@@ -93,7 +93,7 @@ class TagModel {
   double scale_;
   double gamma_;
   std::vector<double> column_lines_, row_lines_;  // on the tag
-  // Per row of cells, bit i: cell i is white; unknown. Then rows of zeros.
+  // For each row of cells, bit i: cell i is white, or unknown. Rows of zeros follow.
   std::array<std::uint32_t, 2 * kMaxTagLines> cells_{}, unknown_{};
   TagParameters parameters_;
   double spread_ = 1;
@@ -102,9 +102,10 @@ class TagModel {
   struct Felt {
     std::vector<std::int32_t> first, last;
   };
-  Felt columns_, rows_;                 // of the row's pixels
-  std::vector<std::int32_t> is_known_;  // likewise
-  std::vector<float> bent_x_, bent_y_;  // likewise
+  // By pixels of the row:
+  Felt columns_, rows_;
+  std::vector<std::int32_t> is_known_;
+  std::vector<float> bent_x_, bent_y_;
 };
 
 }  // namespace tagcal::internal

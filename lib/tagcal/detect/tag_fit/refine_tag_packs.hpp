@@ -6,9 +6,8 @@
 #include <immintrin.h>
 #endif
 
-// Packs of numbers that the loops of refine_tag_kernels.hpp work on. Included by the files of
-// kernels only. Vectors are the compiler's own: any processor has them, in one register of its own
-// or in several.
+// Packs of numbers for the loops of refine_tag_kernels.hpp. Included by the files of kernels only.
+// They are the compiler's vector types: on every processor, in one register or in several.
 namespace tagcal::internal {
 namespace {
 
@@ -39,7 +38,7 @@ inline void store(T* to, const P& pack) {
   __builtin_memcpy(to, &pack, sizeof pack);
 }
 
-// Bit by bit.
+// Bitwise choice.
 inline Pack chosen(IntPack mask, Pack yes, Pack no) {
   return from_bits((mask & bits_of(yes)) | (~mask & bits_of(no)));
 }
@@ -56,25 +55,30 @@ inline Pack inverse_root(Pack squared) {
 #endif
 }
 
-// Natural logarithm of a positive number, to 1e-6.
+// Natural logarithm of a positive number, with an error below 1e-6.
 inline Pack logarithm(Pack x) {
   const IntPack bits = bits_of(x);
-  // With a mantissa from 2/3 to 4/3.
+  // The mantissa m lies in [2/3, 4/3).
   const IntPack exponent = (bits - 0x3f2aaaab) >> 23;
   const Pack m = from_bits(bits - (exponent << 23));
   const Pack t = (m - 1.0F) / (m + 1.0F), t2 = t * t;
+  // numeric: log 2 times the exponent, plus log m = 2 artanh t
   return 0.693147181F * __builtin_convertvector(exponent, Pack) +
+         // numeric: series of artanh
          2.0F * t * (1.0F + t2 * (0.333333333F + t2 * (0.2F + t2 * 0.142857143F)));
 }
 
-// exp(-a) for 0 <= a <= 80, to 6e-6 of itself, without branches.
+// exp(-a) for 0 <= a <= 80, with a relative error below 6e-6.
 inline Pack exp_minus(Pack a) {
-  const Pack t = 100.0F - a * 1.44269504F;  // positive, so that truncation is floor
+  // numeric: 1 / log 2; the 100 makes t positive, so that truncation is floor
+  const Pack t = 100.0F - a * 1.44269504F;
   const IntPack whole = __builtin_convertvector(t, IntPack);
   const Pack f = t - __builtin_convertvector(whole, Pack);
   const Pack power =
       1.0F +
+      // numeric: series of 2^f, its coefficients (log 2)^n / n!
       f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
+                                                                     // numeric: as above
                                                                      f * f * 0.000154035F))));
   return power * from_bits((whole + 27) << 23);
 }
@@ -95,14 +99,14 @@ inline void add_sums(const Pack* packs, double* sums) {
 #endif
 }
 
-// The lines that are felt next at a pack of pixels.
+// A line for each pixel of a pack.
 struct LinePack {
   Pack by_x, by_y, by_1, at, inv_length;
 };
 
 inline LinePack load_lines(const TagLine* lines, const std::int32_t* first) {
 #ifdef __AVX2__
-  // Rows of eight numbers to columns.
+  // Transposes rows of eight numbers.
   __m256 r[8], s[8];
   for (int i = 0; i < 8; ++i) r[i] = _mm256_load_ps(&lines[first[i]].by_x);
   for (int i = 0; i < 4; ++i) {

@@ -16,7 +16,7 @@ bool covers(const Rectangle& rectangle, double x, double y) {
 
 TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
                        const TagSurroundings& surroundings) {
-  // Drawn as a board of one tag, so that pictures and their model cannot differ.
+  // Drawn as a board of one tag, so that the pattern cannot differ from the renderer's.
   const bool has_squares = surroundings.corner_squares && surroundings.gap > 0;
   const Board board =
       grid_board({1, 1, 1.0, surroundings.gap, id}, family.name, border_bits, has_squares);
@@ -27,7 +27,7 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
     for (const TagFamily::Cell& bit : family.bits) own_border = std::min(own_border, bit.x);
   const int more = border_bits - own_border;
   const int side = family.width_at_border + 2 * more;
-  // Kalibr's squares begin where the white frame of other tags is.
+  // Kalibr's squares stand where other tags have their white frame.
   const int frame = has_squares ? 0 : (family.total_width + 2 * more - side) / 2;
   TagPattern pattern;
   for (int i = -frame; i <= side + frame; ++i)
@@ -39,8 +39,8 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
   const std::vector<double>& lines = pattern.lines;
   for (std::size_t row = 0; row + 1 < lines.size(); ++row) {
     for (std::size_t column = 0; column + 1 < lines.size(); ++column) {
-      const double x = 0.5 * (lines[column] + lines[column + 1]);
-      const double y = 1 - 0.5 * (lines[row] + lines[row + 1]);  // the board's y points up
+      const double x = (lines[column] + lines[column + 1]) / 2;
+      const double y = 1 - (lines[row] + lines[row + 1]) / 2;  // the board's y points up
       const bool is_black = std::ranges::any_of(
           ink, [&](const Rectangle& rectangle) { return covers(rectangle, x, y); });
       const bool is_corner = (x < 0 || x > 1) && (y < 0 || y > 1);

@@ -3,23 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/policy/policy.hpp"
+
 namespace tagcal::internal {
 namespace {
 
 using Eigen::Vector2d;
 
-// Of corners 0..3 on the tag's plane.
+// Corners 0..3 on the tag's plane.
 constexpr std::array<std::array<double, 2>, 4> kCorners = {{{0, 1}, {1, 1}, {1, 0}, {0, 0}}};
-
-constexpr double kOutsidePx = 16;  // around a tag, that is looked at
-constexpr double kInsidePx = 40;   // of a side from its corner on, likewise, of large tags
 
 struct Range {
   double low = 0;
   double high = 0;
 };
 
-// The lines within a range, which ends at lines of its own, and the first cell between them.
+// The lines within a range, with a line at either end of it; `first_cell` is the first cell's
+// index.
 std::vector<double> cut_lines(const std::vector<double>& lines, const Range& range,
                               std::size_t& first_cell) {
   const double low = std::max(range.low, lines.front());
@@ -46,14 +46,15 @@ TagGrid cut(const TagPattern& pattern, const Range& across, const Range& down) {
   return grid;
 }
 
-// About a corner at 0 or 1 of a side of the given length, px.
+// The range around a corner at 0 or 1 of a side of the given length, px.
 Range about(double corner, double side_px) {
-  const double outside = kOutsidePx / side_px, inside = std::min(0.5, kInsidePx / side_px);
+  const double outside = policy::kTagOutsidePx / side_px;
+  const double inside = std::min(1.0 / 2, policy::kTagInsidePx / side_px);
   return corner == 0 ? Range{-outside, inside} : Range{1 - inside, 1 + outside};
 }
 
-// The places on the tag counted from an origin in other units.
-void count(TagRegion& region, const Vector2d& origin, const Vector2d& per_side) {
+// Counts the places on the tag from another origin in other units.
+void change_units(TagRegion& region, const Vector2d& origin, const Vector2d& per_side) {
   for (double& at : region.grid.columns) at = (at - origin.x()) * per_side.x();
   for (double& at : region.grid.rows) at = (at - origin.y()) * per_side.y();
   for (std::size_t i = 0; i < 4; ++i) {
@@ -72,27 +73,26 @@ double mean_half_side(const TagCorners& corners) {
 
 TagRegion whole_tag(const TagPattern& pattern, const TagCorners& corners) {
   const double scale = mean_half_side(corners);
-  const double outside = 0.5 * kOutsidePx / scale;
+  const double outside = policy::kTagOutsidePx / 2 / scale;
   const Range range{-outside, 1 + outside};
   TagRegion region{cut(pattern, range, range), {}, Vector2d::Zero(), scale, std::nullopt};
   for (const Vector2d& corner : corners) region.middle += corner / 4;
-  count(region, Vector2d(0.5, 0.5), Vector2d(2, 2));
+  change_units(region, Vector2d::Constant(1.0 / 2), Vector2d(2, 2));
   return region;
 }
 
 TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std::size_t corner) {
   const auto [u, v] = kCorners[corner];
-  // Corners 0 and 1, 2 and 3 are apart in u; 1 and 2, 3 and 0 in v.
+  // Corners 0 and 1, 2 and 3 differ in u; 1 and 2, 3 and 0 in v.
   const Vector2d along_u = corners[corner ^ 1U] - corners[corner];
   const Vector2d along_v = corners[3 - corner] - corners[corner];
   const Range across = about(u, along_u.norm()), down = about(v, along_v.norm());
   const double share_u = across.high - across.low, share_v = down.high - down.low;
-  const Vector2d middle = corners[corner] +
-                          std::abs(0.5 * (across.low + across.high) - u) * along_u +
-                          std::abs(0.5 * (down.low + down.high) - v) * along_v;
-  const double scale = 0.25 * (share_u * along_u.norm() + share_v * along_v.norm());
+  const Vector2d middle = corners[corner] + std::abs((across.low + across.high) / 2 - u) * along_u +
+                          std::abs((down.low + down.high) / 2 - v) * along_v;
+  const double scale = (share_u * along_u.norm() + share_v * along_v.norm()) / 4;
   TagRegion region{cut(pattern, across, down), {}, middle, scale, corner};
-  count(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
+  change_units(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
   return region;
 }
 

@@ -4,11 +4,11 @@
 
 #include "tagcal/detect/tag_fit/refine_tag_model.hpp"
 
-// The model's turn to a row of pixels.
+// Selection of a row of pixels in the model.
 namespace tagcal::internal {
 using namespace tag_parameter;
 
-// As bend_basis() has it.
+// bend_basis() of a row, as polynomials in x.
 void TagModel::bend_row(int begin, int end) {
   const Eigen::Matrix<float, kNumBends, 1> b = parameters_.segment<kNumBends>(kBend).cast<float>();
   if (row_.straight.x != nullptr) return bend_straight_row(b, begin, end);
@@ -27,7 +27,7 @@ void TagModel::bend_row(int begin, int end) {
   }
 }
 
-// What a lens leaves bends places that it straightened.
+// The same for straightened places, whose y varies along the row.
 void TagModel::bend_straight_row(const Eigen::Matrix<float, kNumBends, 1>& b, int begin, int end) {
   const bool is_bent = (b.array() != 0).any();
   for (int c = begin; c < end; ++c) {
@@ -69,7 +69,7 @@ void TagModel::set_row(const TagRow& row, double reach, int& begin, int& end) {
 
 TagModel::Seen TagModel::seen(int c) const {
   const auto k = static_cast<std::size_t>(c);
-  // Lines that a start far off makes cross are not felt in their order.
+  // Lines that cross, after a poor start, are not reached in their order.
   const int num_columns = std::max(0, columns_.last[k] - columns_.first[k]);
   const int column = columns_.first[k] - 1;
   const std::uint32_t all = (2U << num_columns) - 1;

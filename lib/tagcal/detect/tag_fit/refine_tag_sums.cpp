@@ -1,15 +1,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
 
 namespace tagcal::internal {
 
 using namespace tag_parameter;
 
-constexpr double kUnknownReach = 3;  // spreads beyond which the unknown is not felt: 0.14 % of it
-
-// Sums over the pixels at the model's parameters.
+// Computes the normal equations at the model's parameters.
 void TagFitter::collect() {
   num_pixels_ = 0;
   for (FlatSums& sums : flat_) sums = {};
@@ -19,10 +18,10 @@ void TagFitter::collect() {
   add_block();
   const auto lower = products_.triangularView<Eigen::Lower>();
   const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
-  // The parameters' columns are those before and after the residual's.
+  // The residual's column stands between those of the parameters.
   constexpr int kFirst = kTagResidual, kRest = kTagResidual + 1;
   const int num_rest = (num_bends_ > 0 ? kTagColumns : kTagStraightColumns) - kRest;
-  information_.setIdentity();  // of bends that are held at zero
+  information_.setIdentity();  // held bends keep a one
   information_.topLeftCorner<kFirst, kFirst>() = sums.topLeftCorner<kFirst, kFirst>();
   information_.block(kFirst, kFirst, num_rest, num_rest) =
       sums.block(kRest, kRest, num_rest, num_rest);
@@ -50,10 +49,12 @@ PixelSpan TagFitter::in_window(int row) const {
           std::min(patch_.width, static_cast<int>(std::floor(corner.x() + window_px_)) + 1)};
 }
 
-// Pixels that know nothing of what lies beyond the picture's edge: what a picture has there in the
-// place of light (its last pixels once more, say) is blurred into the others.
+// Columns of a row that are far enough from the picture's edge: a picture that was filtered before
+// has values there that were extrapolated beyond it.
 PixelSpan TagFitter::in_picture(int row) const {
-  const int margin = static_cast<int>(std::ceil(kUnknownReach * model_.spread() - 0.5));
+  constexpr double kHalf = 1.0 / 2;  // px, from a pixel's centre to its edge
+  const int margin =
+      static_cast<int>(std::ceil(policy::kTagUnknownReach * model_.spread() - kHalf));
   const int y = patch_.y0 + row;
   if (y < margin || y >= size_.height - margin) return {};
   return {margin - patch_.x0, size_.width - margin - patch_.x0};
@@ -69,7 +70,7 @@ void TagFitter::collect_row(int row) {
     span = {std::max(window.begin, picture.begin), std::min(window.end, picture.end)};
   }
   int begin = span.begin, end = span.end;
-  model_.set_row(place, are_spans_fixed_ ? 0.5 * kUnknownReach : kUnknownReach, begin, end);
+  model_.set_row(place, policy::kTagUnknownReach / (are_spans_fixed_ ? 2 : 1), begin, end);
   span = {begin, std::max(begin, end)};
   for (int c = begin; c < end; ++c) {
     const TagModel::Seen seen = model_.seen(c);
@@ -85,7 +86,7 @@ void TagFitter::collect_row(int row) {
   }
 }
 
-// Pixels of one colour know of the grey levels only.
+// Adds pixels of one colour, which depend on the grey levels only.
 void TagFitter::add_flat(bool white) {
   const FlatSums& s = flat_[white ? 1 : 0];
   const Eigen::Vector4d share(1, white, white, white);

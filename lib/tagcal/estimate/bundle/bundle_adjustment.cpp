@@ -12,9 +12,8 @@
 namespace tagcal::internal {
 namespace {
 
-// The pose that the solver varies, relative to where it began: omega (rad) and tau in units of a
-// length, its distance: rotations and translations are alike for the solver then, and no unit of
-// length is special.
+// A pose relative to its start: omega (rad), and tau in units of the start's distance. Rotations
+// and translations then have the same scale for the solver, whatever the unit of length is.
 struct PoseStep {
   Pose reference;
   double length = 1;
@@ -31,7 +30,7 @@ PoseStep step_about(const Pose& pose) {
   return {pose, distance > 0 ? distance : 1.0};
 }
 
-// The compressed rows [J | r] of a view where the solver stands.
+// The compressed rows [J | r] of a view at the solver's current state.
 struct ViewRows {
   ViewArrays arrays;
   ParameterSums sums;
@@ -44,8 +43,9 @@ struct ViewRows {
       : arrays(view), sums(arrays.view(), model.free()), pose(step_about(start)) {}
 };
 
-// All corners of one view: parameter blocks are the pose step (6) and the free parameters (k).
-// Ceres gets 6 + k + 1 rows instead of two a corner: moving those about took it most of its time.
+// The cost of all corners of one view; parameter blocks are the pose step (6) and the free
+// parameters (k). Ceres gets 6 + k + 1 rows instead of two per corner, because copying those took
+// most of its time.
 class ViewCost : public ceres::CostFunction {
  public:
   ViewCost(const ViewRows& view, int num_free) : view_(view), num_free_(num_free) {
@@ -76,8 +76,8 @@ class ViewCost : public ceres::CostFunction {
   const int num_free_;
 };
 
-// Ceres says when it moves to another point: then the lens is made once, and the rows of all views.
-// (It asks for the cost there first, and for the Jacobian if it takes the step.)
+// Computes the lens and the rows of all views once for each new state of the solver. (Ceres asks
+// for the cost there first, and for the Jacobian if it accepts the step.)
 class Evaluation : public ceres::EvaluationCallback {
  public:
   Evaluation(const Bundle& bundle, std::vector<ViewRows>& views, std::size_t num_threads)
@@ -99,7 +99,7 @@ class Evaluation : public ceres::EvaluationCallback {
   std::size_t num_threads_;
 };
 
-// Ceres prints through glog when an evaluation fails, whatever its own options say.
+// Silences glog: Ceres prints through it when an evaluation fails, whatever the options say.
 void silence_logging() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -113,12 +113,12 @@ ceres::Solver::Options solver_options(int max_iterations) {
   options.max_num_iterations = max_iterations;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.num_threads = 1;
-  // Starts are near: first steps are Gauss-Newton ones. The default damps what is weakly known, and
-  // then takes twice the steps.
+  // Starts are near the minimum, so the first steps should be those of Gauss-Newton. The default
+  // radius damps weakly determined parameters and needs twice as many steps.
   options.initial_trust_region_radius = 1e8;
-  options.function_tolerance = 1e-12;
-  options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-12;
+  options.function_tolerance = 1e-12;   // numeric: near the rounding of the sums
+  options.gradient_tolerance = 1e-12;   // numeric: near the rounding of the sums
+  options.parameter_tolerance = 1e-12;  // numeric: near the rounding of the sums
   options.logging_type = ceres::SILENT;
   return options;
 }
@@ -135,18 +135,18 @@ double cost_of(const Bundle& bundle) {
   return sum;
 }
 
-std::optional<RefinedPose> refine_pose(const ViewProblem& view, const Lens& lens, const Pose& start,
-                                       int max_iterations) {
+std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens& lens,
+                                            const Pose& start, int max_iterations) {
   const ViewArrays arrays(view);
   ViewSums sums(lens, arrays.view());
-  const auto solution = solve_view<6>(sums, {state_of(start)}, {max_iterations});
+  const auto solution = refine_pose<6>(sums, {state_of(start)}, {max_iterations});
   if (!solution) return std::nullopt;
   return RefinedPose{pose_of(solution->state), solution->cost, solution->converged};
 }
 
 BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads) {
   silence_logging();
-  // In one piece and never moved: Ceres orders parameters by their addresses.
+  // Contiguous and never reallocated, because Ceres orders parameter blocks by their addresses.
   std::vector<ViewRows> views;
   views.reserve(bundle.views.size());
   Evaluation evaluation(bundle, views, num_threads);

@@ -13,13 +13,13 @@ struct RefinedPose {
   bool converged = false;
 };
 
-// The pose of one view that is most likely for a known lens: Levenberg-Marquardt
-// (ceres::TinySolver) on the residuals from a start in which every point is in the lens' domain; no
-// value else.
-std::optional<RefinedPose> refine_pose(const ViewProblem& view, const Lens& lens, const Pose& start,
-                                       int max_iterations = 50);
+// Maximum likelihood pose of one view for a known lens, from a start: Levenberg-Marquardt of
+// refine_pose.hpp on the whitened residuals. No value if a point is outside the lens' domain at the
+// start.
+std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens& lens,
+                                            const Pose& start, int max_iterations = 50);
 
-// A calibration problem and its state: the free parameters of a model and the pose of every view.
+// A calibration problem and its state: the free parameters of a model, and one pose for each view.
 struct Bundle {
   const Model* model = nullptr;
   ImageSize image_size;
@@ -27,7 +27,7 @@ struct Bundle {
   std::vector<ViewProblem> views;
   std::vector<Pose> camera_from_target;  // per view
 
-  // Precondition: the values make a lens, as those of a solved bundle do.
+  // Precondition: the free values are in the domain of the model, as those of a solved bundle are.
   Lens lens() const { return *model->lens(free_values, image_size); }
 };
 
@@ -40,10 +40,11 @@ struct BundleSummary {
   int num_iterations = 0;
 };
 
-// Maximum likelihood over all poses and free parameters: Ceres, one residual block a view, poses
-// eliminated by the Schur complement. Equal input gives equal bytes whatever the number of threads
-// (0: one a core): they evaluate views, and Ceres sums on one. The state moves to the solution,
-// unless a point is outside the domain at the start: then it stays and `converged` is false.
+// Maximum likelihood over all poses and free parameters: Ceres, one residual block per view, poses
+// eliminated by the Schur complement. Equal input gives equal bytes for any number of threads (0:
+// one per core), because threads evaluate views and Ceres sums on one thread. Writes the solution
+// into the bundle. If a point is outside the lens' domain at the start, the bundle stays as it is
+// and `converged` is false.
 BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads = 1);
 
 }  // namespace tagcal::internal

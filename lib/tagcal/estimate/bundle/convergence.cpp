@@ -4,15 +4,15 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 constexpr int kMaxRounds = 10;
-constexpr double kStandsStill = 0.1;  // of a corner's standard deviation
 
-// What the noise of the residuals leaves uncertain of the corners, the poses known: sigma
-// sqrt(k / n), RMS. In the unit of the pixels, which whitened residuals do not have.
+// Standard deviation of the projected corners for known poses, sigma sqrt(k / n), RMS; sigma from
+// the residuals in pixels (whitened ones have no unit).
 double corner_sigma_px(const Bundle& bundle) {
   const Lens lens = bundle.lens();
   double sum = 0;
@@ -25,15 +25,15 @@ double corner_sigma_px(const Bundle& bundle) {
 }
 
 double sigma_of(const Bundle& bundle, const BundleSummary& summary) {
-  constexpr double kLeastSigma = 0.01;  // below it digits decide, not the noise
-  return std::max(kLeastSigma, std::sqrt(summary.cost / std::max(1, degrees_of_freedom(bundle))));
+  return std::max(policy::kLeastSigmaPx,
+                  std::sqrt(summary.cost / std::max(1, degrees_of_freedom(bundle))));
 }
 
 }  // namespace
 
-Moved moved(const Bundle& a, const Bundle& b) {
+PixelDisplacement pixel_displacement(const Bundle& a, const Bundle& b) {
   const Lens lens_a = a.lens(), lens_b = b.lens();
-  Moved result;
+  PixelDisplacement result;
   int count = 0;
   for (std::size_t v = 0; v < a.views.size(); ++v) {
     const auto& corners = a.views[v].correspondences;
@@ -49,20 +49,20 @@ Moved moved(const Bundle& a, const Bundle& b) {
   return result;
 }
 
-void settle(Bundle& bundle, BundleSummary& summary, int max_iterations) {
+void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations) {
   for (int round = 0; round < kMaxRounds && !summary.converged; ++round) {
     if (observability(bundle, sigma_of(bundle, summary)).status != Status::ok) return;
     const Bundle before = bundle;
     const BundleSummary more = solve(bundle, max_iterations);
     summary.num_iterations += more.num_iterations;
     summary.cost = more.cost;
-    summary.converged =
-        more.converged || moved(before, bundle).rms_px < kStandsStill * corner_sigma_px(bundle);
+    summary.converged = more.converged || pixel_displacement(before, bundle).rms_px <
+                                              policy::kStationaryShare * corner_sigma_px(bundle);
   }
 }
 
-bool at_fold(const Bundle& bundle, const BundleSummary& summary) {
-  return observability(bundle, sigma_of(bundle, summary)).decrement > kLargestDecrement;
+bool stuck_at_domain_limit(const Bundle& bundle, const BundleSummary& summary) {
+  return observability(bundle, sigma_of(bundle, summary)).decrement > policy::kLargestDecrement;
 }
 
 }  // namespace tagcal::internal

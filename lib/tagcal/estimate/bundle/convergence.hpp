@@ -4,24 +4,22 @@
 
 namespace tagcal::internal {
 
-// Goes on with a bundle whose solver ran out of iterations, by `max_iterations` at a time, until it
-// converges or the projection stands still: where coefficients trade with one another, the solver
-// follows them down a long flat valley in which no corner moves. `converged` says either: that the
-// corners moved, over as many iterations, by less than a tenth of what the noise of the residuals
-// leaves of them uncertain (RMS). What the data do not hold where it stands has no end to go to: it
-// stays as it is.
-void settle(Bundle& bundle, BundleSummary& summary, int max_iterations);
+// Continues a bundle whose solver ran out of iterations, in rounds of `max_iterations`, until the
+// solver converges or the projection is stationary: along correlated coefficients the cost has a
+// long flat valley in which no corner moves. The projection is stationary if a round moves the
+// corners (RMS) by less than policy::kStationaryShare of their standard deviation; `converged` is
+// true then, too. Stops at once if the parameters are unobservable.
+void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations);
 
-// Whether what a solver calls converged is no minimum: it stands where a point would leave the
-// domain of the lens, and a Gauss-Newton step would lower the cost by more than noise can
-// (`kLargestDecrement`).
-bool at_fold(const Bundle& bundle, const BundleSummary& summary);
+// True if the solver stopped at no minimum: a point would leave the domain of the lens, and a
+// Gauss-Newton step would lower the cost by more than policy::kLargestDecrement.
+bool stuck_at_domain_limit(const Bundle& bundle, const BundleSummary& summary);
 
-// How far two states of the same corners put them from each other.
-struct Moved {
+// Distance between the projections of the same corners in two states of a bundle.
+struct PixelDisplacement {
   double rms_px = 0;
   double max_px = 0;
 };
-Moved moved(const Bundle& a, const Bundle& b);
+PixelDisplacement pixel_displacement(const Bundle& a, const Bundle& b);
 
 }  // namespace tagcal::internal

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/estimate/policy/policy.hpp"
+
 namespace tagcal::internal {
 
 using Eigen::MatrixXd;
@@ -20,7 +22,8 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
   const MatrixXd unit = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::LDLT<MatrixXd> ldlt(unit);
-  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > 1e-15).all()) return std::nullopt;
+  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > policy::kSingularPivot).all())
+    return std::nullopt;
   const MatrixXd inverse = ldlt.solve(MatrixXd::Identity(unit.rows(), unit.cols()));
   return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
@@ -40,8 +43,8 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
   const Matrix6 by_pose = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
   const std::optional<MatrixXd> inverse = exact_inverse(by_pose);
   if (!inverse) return std::nullopt;
-  // Triangular rows [J | r] with the same products: those below the pose are what it leaves open,
-  // and S as their square stays positive where a difference would not.
+  // Triangular rows [J | r] with the same products. The rows below those of the pose are free of
+  // it; S as their square stays positive semidefinite, which a difference would not.
   compressed_rows(gram, rows);
   const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
   ViewInformation result;
@@ -96,7 +99,7 @@ std::optional<BundleCovariance> covariance_of(const BundleInformation& informati
 }
 
 double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& covariance) {
-  // One "view" of directions: those in which corners were seen, their distance without meaning.
+  // One "view" of the directions to the corners, at unit distance.
   const Lens lens = bundle.lens();
   std::vector<Vector3d> directions;
   std::size_t count = 0, all = 0;
@@ -106,7 +109,7 @@ double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& cov
     for (const Correspondence& c : bundle.views[i].correspondences)
       if (count++ % stride == 0)
         directions.push_back((bundle.camera_from_target[i] * c.point).normalized());
-  // No pixels are observed there: of the sums, those without the residual count.
+  // There are no observed pixels: the sums with the residual are not used.
   const std::vector<Eigen::Vector2d> pixels(directions.size(), Eigen::Vector2d::Zero());
   ParameterSums sums({directions, pixels}, bundle.model->free());
   MatrixXd gram;

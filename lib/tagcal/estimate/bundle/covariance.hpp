@@ -10,16 +10,16 @@
 
 namespace tagcal::internal {
 
-// The covariance of a solved bundle for noise of one standard deviation sigma per (whitened)
+// The covariance of a solved bundle for noise of standard deviation sigma per (whitened)
 // coordinate, from the exact inverse of the information: no pseudo-inverse, no prior.
 struct BundleCovariance {
   Eigen::MatrixXd parameters;  // of the free parameters (k x k)
   std::vector<Matrix6> poses;  // of each pose, (omega, tau): `retract`
 };
 
-// The information of the free parameters for whitened residuals of standard deviation 1, poses left
-// open, in two halves: every other view, and the rest. With a board its two bends follow the
-// parameters.
+// The information of the free parameters for whitened residuals of standard deviation 1 and unknown
+// poses, as the sums over two halves: views of even and of odd number. With a board, its two bends
+// are two more parameters, the last ones.
 struct BundleInformation {
   std::array<Eigen::MatrixXd, 2> halves;            // S of each half
   std::array<Eigen::VectorXd, 2> gradients;         // of half the cost
@@ -30,17 +30,18 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle,
                                                     const FlatBoard* board = nullptr);
 
 // With A (by pose) and B (by parameters) per view, the information of the parameters is
-// S = sum(B'B - B'A (A'A)^-1 A'B), and a pose adds its own to what the parameters leave open
-// (Triggs et al. 2000, section 6.1). No value where S, scaled to a unit diagonal, has no inverse.
+// S = sum(B'B - B'A (A'A)^-1 A'B), and the covariance of a pose is (A'A)^-1 + M S^-1 M' with
+// M = (A'A)^-1 A'B, times sigma^2 (Triggs et al. 2000, section 6.1). No value if S, scaled to a
+// unit diagonal, has no inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
 
-// The same of the first k parameters of an information: a bend is held, or the last two of them.
+// The same for the first k parameters of an information; the others (bends) are held.
 std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
                                               double sigma);
 
-// What one view says of the free parameters (and of two bends, with a board) for whitened residuals
-// of standard deviation 1, its own pose left open: its parts of the above. No value where a point
-// is outside the lens' domain or the view does not determine its pose.
+// The contribution of one view to the sums above: information of the free parameters (and of two
+// bends, with a board) for whitened residuals of standard deviation 1 and an unknown pose. No value
+// if a point is outside the lens' domain or the view does not determine its pose.
 struct ViewInformation {
   Eigen::MatrixXd schur;               // its part of S
   Eigen::VectorXd gradient;            // of half its cost
@@ -52,14 +53,13 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
                                               const Pose& camera_from_target,
                                               const FlatBoard* board = nullptr);
 
-// The inverse of a symmetric positive definite matrix of any scale; no value where rounding could
-// have made it up.
+// The inverse of a symmetric positive definite matrix of any scale; no value if the matrix is
+// singular up to rounding (policy::kSingularPivot).
 std::optional<Eigen::MatrixXd> exact_inverse(const Eigen::MatrixXd& information);
 
-// How far the projection of infinitely far points is uncertain, in pixels, with the part that a
-// turned camera explains taken out: RMS over the pixels at which corners were seen, 1,000 of them
-// at most (per coordinate). This, not any single parameter's deviation, says whether the intrinsics
-// are known.
+// Standard deviation (px per coordinate) of the projection of infinitely far points, less the part
+// that a rotation of the camera explains: RMS over the pixels of the corners, of at most 1,000 of
+// them. This decides whether the intrinsics are determined, not the deviation of single parameters.
 double projection_sigma_at_infinity_px(const Bundle& bundle, const Eigen::MatrixXd& covariance);
 
 }  // namespace tagcal::internal

@@ -1,5 +1,7 @@
 #include "tagcal/estimate/bundle/flat_board.hpp"
 
+#include "tagcal/estimate/policy/policy.hpp"
+
 namespace tagcal::internal {
 
 using Eigen::Vector2d;
@@ -32,9 +34,10 @@ std::optional<FlatBoard> flat_board(const Dataset& dataset) {
     high = high.cwiseMax(p.position);
   }
   const Vector3d size = high - low;
-  if (!(size.x() > 0 && size.y() > 0) || size.z() > 1e-6 * size.x()) return std::nullopt;
-  return FlatBoard{dataset.boards[0].world_from_board, 0.5 * (low + high).head<2>(),
-                   0.5 * size.head<2>()};
+  if (!(size.x() > 0 && size.y() > 0) || size.z() > policy::kFlatBoard * size.x())
+    return std::nullopt;
+  return FlatBoard{dataset.boards[0].world_from_board, (low + high).head<2>() / 2,
+                   size.head<2>() / 2};
 }
 
 }  // namespace tagcal::internal

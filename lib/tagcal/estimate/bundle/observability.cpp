@@ -1,74 +1,75 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 
-#include "tagcal/internal/text.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/text.hpp"
+
 namespace tagcal::internal {
 namespace {
 
-constexpr double kFocalRefused = 0.10;       // sd(f) / f
-constexpr double kProjectionRefused = 0.02;  // of the half-diagonal
-constexpr int kFewestDegreesOfFreedom = 11;
+double half_diagonal(const ImageSize& size) { return std::hypot(size.width, size.height) / 2; }
 
-double half_diagonal(const ImageSize& size) { return 0.5 * std::hypot(size.width, size.height); }
-
-// The free parameters, the focal length aside, that are least known in pixels at the image corner.
-std::string weakest_parameters(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
+// Name of the free parameter, other than the focal length, with the largest standard deviation in
+// pixels at the corner of the image. Empty if there is none.
+std::string weakest_parameter(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
   const double f = parameters(bundle.lens())[0];
   const double radius = half_diagonal(bundle.image_size) / f;
-  std::string names;
+  std::string weakest;
   double largest = 0;
   for (int i = 0; i < bundle.model->num_free(); ++i) {
-    const std::string_view name = bundle.model->free()[static_cast<std::size_t>(i)].name;
-    if (name[0] == 'f') continue;
-    const double in_px = std::sqrt(covariance(i, i)) *
-                         (name[0] == 'c' ? 1 : f * std::pow(radius, name[0] == 'k' ? 3 : 2));
-    if (in_px > largest) names = name;
+    const FreeParameter& free = bundle.model->free()[static_cast<std::size_t>(i)];
+    const ParameterKind kind = free.kind();
+    if (kind == ParameterKind::focal_length) continue;
+    const double px_per_unit = kind == ParameterKind::principal_point
+                                   ? 1
+                                   : f * std::pow(radius, kind == ParameterKind::radial ? 3 : 2);
+    const double in_px = std::sqrt(covariance(i, i)) * px_per_unit;
+    if (in_px > largest) weakest = free.name;
     largest = std::max(largest, in_px);
   }
-  return names;
+  return weakest;
 }
 
-// What the information, scaled to a unit diagonal, leaves wholly open.
-class OpenDirections {
+// Combinations of parameters that an information, scaled to a unit diagonal, does not determine at
+// all: eigenvectors whose eigenvalue is made of rounding.
+class UnobservableDirections {
  public:
-  explicit OpenDirections(const Eigen::MatrixXd& information) {
-    const Eigen::VectorXd scale =
-        information.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  explicit UnobservableDirections(const Eigen::MatrixXd& information) {
+    const Eigen::VectorXd scale = information.diagonal()
+                                      .cwiseSqrt()
+                                      .cwiseMax(1e-300)  // numeric: no division by zero
+                                      .cwiseInverse();
     spectrum_.compute(scale.asDiagonal() * information * scale.asDiagonal());
   }
 
-  // Below this an eigenvalue is made of rounding, and so is what an inverse makes of it.
-  bool any() const { return spectrum_.eigenvalues()[0] < kRounding; }
+  bool any() const { return spectrum_.eigenvalues()[0] < policy::kUnobservableEigenvalue; }
 
-  // The parameters that take part in them.
+  // Parameters with a component in one of the directions.
   std::vector<std::string> names(const Model& model) const {
     std::vector<std::string> result;
     for (int k = 0; k < model.num_free(); ++k)
-      if (takes_part(k)) result.emplace_back(model.free()[static_cast<std::size_t>(k)].name);
+      if (has_component(k)) result.emplace_back(model.free()[static_cast<std::size_t>(k)].name);
     return result;
   }
 
-  // A focal length where one takes part in them, else what the weakest of them is made of.
+  // Name of a focal length with a component in one of them, else of the largest component of the
+  // direction with the smallest eigenvalue.
   std::string weakest(const Model& model) const {
     for (const std::string& name : names(model))
-      if (name[0] == 'f') return name;
+      if (parameter_kind(name) == ParameterKind::focal_length) return name;
     Eigen::Index strongest = 0;
     spectrum_.eigenvectors().col(0).cwiseAbs().maxCoeff(&strongest);
     return std::string(model.free()[static_cast<std::size_t>(strongest)].name);
   }
 
  private:
-  static constexpr double kRounding = 1e-11;
-  static constexpr double kTakesPart = 0.1;  // of a unit eigenvector
-
-  bool takes_part(Eigen::Index k) const {
+  bool has_component(Eigen::Index k) const {
     for (Eigen::Index i = 0; i < spectrum_.eigenvalues().size(); ++i) {
-      if (i > 0 && spectrum_.eigenvalues()[i] > kRounding) break;
-      if (std::abs(spectrum_.eigenvectors()(k, i)) > kTakesPart) return true;
+      if (i > 0 && spectrum_.eigenvalues()[i] > policy::kUnobservableEigenvalue) break;
+      if (std::abs(spectrum_.eigenvectors()(k, i)) > policy::kComponentOfDirection) return true;
     }
     return false;
   }
@@ -76,57 +77,62 @@ class OpenDirections {
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum_;
 };
 
-Eigen::MatrixXd of_parameters(const BundleInformation& information, Eigen::Index k) {
+Eigen::MatrixXd parameter_block(const BundleInformation& information, Eigen::Index k) {
   return (information.halves[0] + information.halves[1]).topLeftCorner(k, k);
 }
 
-bool is_known(const std::optional<BundleInformation>& information) {
+bool is_finite(const std::optional<BundleInformation>& information) {
   return information && information->halves[0].allFinite() && information->halves[1].allFinite();
 }
 
-// With so little more on the diagonal that an open direction keeps a million times the deviation
-// that its parameters had alone: in a projection that sees it, this is far beyond all bounds.
-std::optional<BundleCovariance> covariance_with_open(BundleInformation information, Eigen::Index k,
-                                                     double sigma) {
-  constexpr double kMore = 1e-12;
+// Covariance of an information with unobservable directions, whose diagonal is raised so little
+// (policy::kUnobservablePrecision) that a projection that depends on them is refused.
+std::optional<BundleCovariance> covariance_with_unobservable(BundleInformation information,
+                                                             Eigen::Index k, double sigma) {
   const Eigen::VectorXd diagonal =
       information.halves[0].diagonal() + information.halves[1].diagonal();
-  information.halves[0].diagonal() += kMore * diagonal;
+  information.halves[0].diagonal() += policy::kUnobservablePrecision * diagonal;
   return covariance_of(information, k, sigma);
 }
 
-// Where the information has no inverse.
+constexpr std::string_view kTiltMore =
+    "take views with the board tilted by 20 degrees or more, in several directions";
+constexpr std::string_view kSmallerModel =
+    "take a smaller model, or more views, tilted in several directions and up to the border of the "
+    "image";
+
+// Sets status and reason for an information without an inverse.
 void refuse(Observability& result, const Bundle& bundle,
             const std::optional<BundleInformation>& information) {
   const int k = bundle.model->num_free();
-  const std::string open =
-      is_known(information) && k > 0
-          ? OpenDirections(of_parameters(*information, k)).weakest(*bundle.model)
+  const std::string weakest =
+      is_finite(information) && k > 0
+          ? UnobservableDirections(parameter_block(*information, k)).weakest(*bundle.model)
           : "f";
-  if (open[0] == 'f') {
+  if (weakest[0] == 'f') {
     result.status = Status::focal_not_observable;
-    result.reason =
-        "the focal length cannot be known from these views: tilt the board by 20 degrees or more";
+    result.reason = "the views do not determine the focal length: " + std::string(kTiltMore);
   } else {
     result.status = Status::not_observable;
-    result.reason = "not observable from these views: " + open + " trades with other parameters";
+    result.reason = "the views do not determine " + weakest +
+                    " apart from other parameters: " + std::string(kSmallerModel);
   }
 }
 
 void find_covariance(Observability& result, const Bundle& bundle,
                      const std::optional<BundleInformation>& information, double sigma,
-                     bool bend_open) {
+                     bool with_bend) {
   if (!information) return;
-  const Eigen::Index k = bundle.model->num_free(), all = k + (bend_open ? 2 : 0);
-  if (k > 0 && is_known(information)) {
-    const OpenDirections open(of_parameters(*information, k));
-    if (open.any()) result.open = open.names(*bundle.model);
+  const Eigen::Index k = bundle.model->num_free(), all = k + (with_bend ? 2 : 0);
+  if (k > 0 && is_finite(information)) {
+    const UnobservableDirections unobservable(parameter_block(*information, k));
+    if (unobservable.any()) result.open = unobservable.names(*bundle.model);
   }
   result.covariance = result.open.empty() ? covariance_of(*information, all, sigma)
-                                          : covariance_with_open(*information, all, sigma);
+                                          : covariance_with_unobservable(*information, all, sigma);
   if (!result.covariance) return;
   result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
-  // Along what is open the inverse of rounding is not a step.
+  // Unobservable directions have no Gauss-Newton step.
   if (!result.open.empty()) return;
   const Eigen::VectorXd gradient =
       (information->gradients[0] + information->gradients[1]).head(k) / (sigma * sigma);
@@ -174,13 +180,14 @@ Observability observability(const Bundle& bundle, double sigma) {
 
 Observability observability(const Bundle& bundle,
                             const std::optional<BundleInformation>& information, double sigma,
-                            bool bend_open) {
+                            bool with_bend) {
   Observability result;
-  find_covariance(result, bundle, information, sigma, bend_open);
-  if (degrees_of_freedom(bundle) < kFewestDegreesOfFreedom) {
+  find_covariance(result, bundle, information, sigma, with_bend);
+  if (degrees_of_freedom(bundle) < policy::kFewestDegreesOfFreedom) {
     result.status = Status::degenerate;
     result.reason = "too few corners for the parameters: " + std::to_string(num_corners(bundle)) +
-                    " corners in " + std::to_string(bundle.views.size()) + " views";
+                    " corners in " + std::to_string(bundle.views.size()) +
+                    " views; take more views, or a smaller model";
     return result;
   }
   if (!result.covariance) {
@@ -190,19 +197,21 @@ Observability observability(const Bundle& bundle,
   const Eigen::MatrixXd& covariance = result.covariance->parameters;
   result.projection_px = projection_sigma_at_infinity_px(bundle, covariance);
   judge_focal_length(result, bundle);
-  const bool focal_held = result.status == Status::ok;
-  const bool held =
-      focal_held && result.projection_px < kProjectionRefused * half_diagonal(bundle.image_size);
-  if (!held && !result.open.empty()) {
+  const bool is_focal_determined = result.status == Status::ok;
+  const bool is_determined =
+      is_focal_determined &&
+      result.projection_px < policy::kProjectionRefused * half_diagonal(bundle.image_size);
+  if (!is_determined && !result.open.empty()) {
     refuse(result, bundle, information);
-  } else if (focal_held && !held) {
+  } else if (is_focal_determined && !is_determined) {
     result.status = Status::not_observable;
-    const std::string weakest = weakest_parameters(bundle, covariance);
-    result.reason = "not observable from these views: " + weakest + (weakest.empty() ? "" : " ") +
-                    "(the projection is uncertain by " +
-                    std::to_string(std::lround(std::min(result.projection_px, 1e9))) + " px)";
+    const std::string weakest = weakest_parameter(bundle, covariance);
+    result.reason = "the views do not determine " + (weakest.empty() ? "the lens" : weakest) +
+                    " (the standard deviation of the projection at infinity is " +
+                    std::to_string(std::lround(std::min(result.projection_px, 1e9))) +
+                    " px): " + std::string(kSmallerModel);
   }
-  if (!held) {
+  if (!is_determined) {
     if (!result.open.empty()) result.covariance.reset();
     result.open.clear();
   }
@@ -214,19 +223,18 @@ double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covaria
   const auto& free = bundle.model->free();
   for (std::size_t i = 0; i < free.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    if (free[i].name[0] == 'f')
+    if (free[i].kind() == ParameterKind::focal_length)
       largest = std::max(largest, std::sqrt(covariance(k, k)) / bundle.free_values[i]);
   }
   return largest;
 }
 
-void judge_focal_length(Observability& seen, const Bundle& bundle) {
-  seen.focal_share = relative_focal_sigma(bundle, seen.covariance->parameters);
-  if (seen.focal_share <= kFocalRefused) return;
-  seen.status = Status::focal_not_observable;
-  seen.reason = "the focal length cannot be known from these views (sd " +
-                percent(seen.focal_share) +
-                "): tilt the board by 20 degrees or more, in several directions";
+void judge_focal_length(Observability& result, const Bundle& bundle) {
+  result.focal_share = relative_focal_sigma(bundle, result.covariance->parameters);
+  if (result.focal_share <= policy::kFocalRefused) return;
+  result.status = Status::focal_not_observable;
+  result.reason = "the views do not determine the focal length (its standard deviation is " +
+                  percent(result.focal_share) + " of it): " + std::string(kTiltMore);
 }
 
 }  // namespace tagcal::internal

@@ -7,21 +7,21 @@
 
 namespace tagcal::internal {
 
-// Parameters that are weakly held lie in a valley of the cost that bends: focal length, principal
-// point and poses trade along a curve, of which the information knows the tangent only, and rises
-// to its sides more slowly, or faster, than d^2 sigma^2 at d standard deviations.
+// Covariance of weakly determined parameters, widened by the profile likelihood (Venzon &
+// Moolgavkar, Applied Statistics 1988). Focal length, principal point and poses are correlated
+// along a curve, a bent valley of the cost. The information describes its tangent only, and
+// predicts a rise of t^2 sigma^2 at t standard deviations, from which the true rise differs.
 //
-// The valley of the focal length or coordinate of the principal point that is known least is
-// followed to two of its standard deviations on either side (the profile likelihood: Venzon &
-// Moolgavkar, Applied Statistics 1988), and the covariance widened
-//   - along it, by how much slower the cost rises there, and
-//   - towards where it lies beside its tangent, by d: with 3 d d' of either side, so that the
-//     ellipsoid of five standard deviations holds the valley as far as it reaches.
-// `information`: of the solved bundle, `covariance` of its parameters for noise of `sigma`. No
-// value where everything is held well (to 1 % of the focal length) or there is no valley to follow.
-std::optional<Eigen::MatrixXd> widened_along_valley(const Bundle& solved,
-                                                    const BundleInformation& information,
-                                                    const Eigen::MatrixXd& covariance,
-                                                    double sigma);
+// The profile of the least known of focal length and principal point is followed to two standard
+// deviations on either side. The covariance is widened
+//   - along the tangent, by the factor by which the cost rises more slowly than predicted, and
+//   - by 3 d d' for the distance d of the profile from the tangent on either side, so that five
+//     standard deviations contain the curve about that far.
+// `information` is that of the solved bundle, `covariance` that of its parameters for noise of
+// `sigma`. No value if the parameters are well determined (policy::kLinearShare), or if the profile
+// leaves the domain of the lens.
+std::optional<Eigen::MatrixXd> profile_covariance(const Bundle& solved,
+                                                  const BundleInformation& information,
+                                                  const Eigen::MatrixXd& covariance, double sigma);
 
 }  // namespace tagcal::internal

@@ -6,6 +6,7 @@
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 
 namespace tagcal::internal {
@@ -13,12 +14,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kColumns = 12, kRows = 8;
-constexpr int kRings = 16;
-constexpr int kFewestOfGroup = 8;
-constexpr int kFewestGroups = 4;
-constexpr double kNormalQuantile = 3.72;  // p = 0.0001
-constexpr double kSmallestFieldPx = 0.02;
+constexpr int kColumns = policy::kBiasColumns, kRows = policy::kBiasRows;
+constexpr int kRings = policy::kBiasRings;
 
 struct Residual {
   Vector2d whitened;
@@ -38,25 +35,25 @@ std::vector<Residual> residuals_of(const Bundle& bundle) {
     const ViewProblem& view = bundle.views[v];
     const auto residuals = residuals_px(view.correspondences, lens, bundle.camera_from_target[v]);
     for (std::size_t i = 0; i < residuals.size(); ++i) {
-      const Vector2d pixel = view.correspondences[i].pixel, beside = pixel - centre;
+      const Vector2d pixel = view.correspondences[i].pixel, from_centre = pixel - centre;
       const Vector2d r = residuals[i];
-      const double radius = beside.norm();
+      const double radius = from_centre.norm();
       all.push_back({view.whitening.empty() ? r : Vector2d(view.whitening[i] * r), r, pixel,
-                     radius > 0 ? Vector2d(beside / radius) : beside, radius});
+                     radius > 0 ? Vector2d(from_centre / radius) : from_centre, radius});
     }
   }
   return all;
 }
 
-// The sums of one group of as many coordinates a corner.
+// Sums over the corners of one group. A radial part stands in x; y is 0 then.
 struct Group {
   int count = 0;
   Vector2d whitened = Vector2d::Zero(), px = Vector2d::Zero();
 
-  void add(const Vector2d& of_whitened, const Vector2d& of_px) {
+  void add(const Vector2d& whitened_residual, const Vector2d& residual_px) {
     ++count;
-    whitened += of_whitened;
-    px += of_px;
+    whitened += whitened_residual;
+    px += residual_px;
   }
   void add(const Group& other) {
     count += other.count;
@@ -65,52 +62,56 @@ struct Group {
   }
 };
 
-// Chi-square of the groups' means against the noise within them. `coordinates`: of each mean.
-ResidualField field_of(const std::vector<Group>& groups, int coordinates, double total,
-                       double freedom, double least_sigma) {
+// Chi-square test of the groups' means against the noise within the groups. `coordinates`: those
+// of each mean (2, or 1 for radial parts); `total`: sum of all squares; `freedom`: of that sum.
+ResidualBias bias_of_groups(const std::vector<Group>& groups, int coordinates, double total,
+                            double freedom, double least_sigma) {
   double between = 0, square_px = 0;
-  int corners = 0, taken = 0;
+  int corners = 0, num_groups = 0;
   for (const Group& group : groups) {
-    if (group.count < kFewestOfGroup) continue;
-    ++taken;
+    if (group.count < policy::kLeastBiasCorners) continue;
+    ++num_groups;
     corners += group.count;
     between += group.whitened.squaredNorm() / group.count;
     square_px += group.px.squaredNorm() / group.count;
   }
-  ResidualField field;
-  const double k = coordinates * taken, rest = freedom - k;
-  if (taken < kFewestGroups || rest < 2 * k) return field;
+  ResidualBias bias;
+  const double k = coordinates * num_groups, rest = freedom - k;
+  if (num_groups < policy::kLeastBiasGroups || rest < policy::kBiasFreedomRatio * k) return bias;
   const double variance = std::max((total - between) / rest, least_sigma * least_sigma);
   const double chi_square = between / variance;
-  // The noise is known no better than from the rest.
-  const double bound =
-      chi_square_quantile(k, kNormalQuantile) * (1 + kNormalQuantile * std::sqrt(2 / rest));
-  const double share = std::max(0.0, 1 - k / chi_square);  // that is not noise
-  field.rms_px = chi_square > 0 ? std::sqrt(share * square_px / corners) : 0;
-  field.disagree = chi_square > bound && field.rms_px > kSmallestFieldPx;
-  if (field.disagree) field.inflation = std::max(1.0, between / k / (total / freedom));
-  return field;
+  // The second factor is the uncertainty of the variance, which has `rest` degrees of freedom.
+  const double bound = chi_square_quantile(k, policy::kQuantile1e4) *
+                       (1 + policy::kQuantile1e4 * std::sqrt(2 / rest));
+  const double bias_share = std::max(0.0, 1 - k / chi_square);  // of the squared means; rest: noise
+  bias.rms_px = chi_square > 0 ? std::sqrt(bias_share * square_px / corners) : 0;
+  bias.disagree = chi_square > bound && bias.rms_px > policy::kLeastBiasPx;
+  if (bias.disagree) bias.inflation = std::max(1.0, between / k / (total / freedom));
+  return bias;
 }
 
 std::vector<Group> cells(const std::vector<Residual>& residuals, const ImageSize& size) {
   std::vector<Group> groups(kColumns * kRows);
+  const Vector2d half_pixel = Vector2d::Constant(0.5);  // numeric: the image begins at -0.5
   for (const Residual& r : residuals) {
-    const int column = static_cast<int>(kColumns * (r.pixel.x() + 0.5) / size.width);
-    const int row = static_cast<int>(kRows * (r.pixel.y() + 0.5) / size.height);
+    const Vector2d from_border = r.pixel + half_pixel;
+    const int column = static_cast<int>(kColumns * from_border.x() / size.width);
+    const int row = static_cast<int>(kRows * from_border.y() / size.height);
     const int cell = kColumns * std::clamp(row, 0, kRows - 1) + std::clamp(column, 0, kColumns - 1);
     groups[static_cast<std::size_t>(cell)].add(r.whitened, r.px);
   }
   return groups;
 }
 
-// Of as many corners each, to within those of a thin ring.
+// Rings of equal numbers of corners, up to those of one thin ring. Radial parts only.
 std::vector<Group> rings(const std::vector<Residual>& residuals) {
   constexpr int kThinRings = 1024;
   double largest = 0;
   for (const Residual& r : residuals) largest = std::max(largest, r.radius_px);
   std::vector<Group> thin(kThinRings);
   for (const Residual& r : residuals) {
-    const int ring = static_cast<int>(kThinRings * r.radius_px / std::max(largest, 1e-300));
+    const int ring = static_cast<int>(kThinRings * r.radius_px /
+                                      std::max(largest, 1e-300));  // numeric: no division by zero
     thin[static_cast<std::size_t>(std::min(ring, kThinRings - 1))].add(
         {r.whitened.dot(r.outward), 0}, {r.px.dot(r.outward), 0});
   }
@@ -126,7 +127,7 @@ std::vector<Group> rings(const std::vector<Residual>& residuals) {
 
 }  // namespace
 
-ResidualField residual_field(const Bundle& solved, double least_sigma) {
+ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
   const std::vector<Residual> residuals = residuals_of(solved);
   double total = 0, radial = 0;
   for (const Residual& r : residuals) {
@@ -134,10 +135,12 @@ ResidualField residual_field(const Bundle& solved, double least_sigma) {
     radial += std::pow(r.whitened.dot(r.outward), 2);
   }
   const auto n = static_cast<double>(residuals.size());
-  const double lost = 6.0 * static_cast<double>(solved.views.size()) + solved.model->num_free();
-  const ResidualField of_cells =
-      field_of(cells(residuals, solved.image_size), 2, total, 2 * n - lost, least_sigma);
-  const ResidualField of_rings = field_of(rings(residuals), 1, radial, n - 0.5 * lost, least_sigma);
+  const double estimated =
+      6.0 * static_cast<double>(solved.views.size()) + solved.model->num_free();
+  const ResidualBias of_cells =
+      bias_of_groups(cells(residuals, solved.image_size), 2, total, 2 * n - estimated, least_sigma);
+  const ResidualBias of_rings =
+      bias_of_groups(rings(residuals), 1, radial, n - estimated / 2, least_sigma);
   return {std::max(of_cells.rms_px, of_rings.rms_px), of_cells.disagree || of_rings.disagree,
           std::max(of_cells.inflation, of_rings.inflation)};
 }

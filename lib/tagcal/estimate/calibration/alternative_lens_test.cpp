@@ -4,15 +4,14 @@
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 constexpr int kIterations = 100;
-constexpr std::size_t kMostViews = 20;
-constexpr double kChiSquare = 16;
-constexpr double kWide = 0.9;  // focal lengths from the principal point
+constexpr std::size_t kMaxViews = 20;  // a limit of work
 
 bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
   const Lens lens = bundle.lens();
@@ -20,11 +19,11 @@ bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
   const Eigen::Vector2d centre(p[kCx], p[kCy]);
   for (const CalibrationView& view : input.views)
     for (const Correspondence& c : view.problem.correspondences)
-      if ((c.pixel - centre).norm() > kWide * p[kFx]) return true;
+      if ((c.pixel - centre).norm() > policy::kWideFocalLengths * p[kFx]) return true;
   return false;
 }
 
-// A lens of the other kind, from the poses and the corners of a fit.
+// A fit of another kind of lens that starts from the poses and the inliers of `fit`.
 std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& model,
                                        const CalibrationInput& input,
                                        const CalibrateOptions& options) {
@@ -37,39 +36,43 @@ std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& m
 
 }  // namespace
 
-std::optional<LensQuestion> question_of_lens(const CalibrationFit& fit,
-                                             const CalibrationInput& input) {
+std::optional<AlternativeLens> alternative_lens(const CalibrationFit& fit,
+                                                const CalibrationInput& input) {
   const bool is_fisheye = fit.bundle.model->lens_type() == LensType::fisheye;
-  if (is_fisheye ? !well_in_front(fit.bundle) : !is_wide(fit.bundle, input)) return std::nullopt;
-  const std::size_t n = input.views.size(), count = std::min(n, kMostViews);
-  LensQuestion question{fit, {}, count == n};
-  question.input.image_size = input.image_size;
-  question.input.models = input.models;
-  question.input.whitened = input.whitened;
-  question.input.model_error_px = input.model_error_px;
+  if (is_fisheye ? !within_perspective_field(fit.bundle) : !is_wide(fit.bundle, input))
+    return std::nullopt;
+  const std::size_t n = input.views.size(), count = std::min(n, kMaxViews);
+  AlternativeLens alternative{fit, {}, count == n};
+  alternative.input.image_size = input.image_size;
+  alternative.input.models = input.models;
+  alternative.input.whitened = input.whitened;
+  alternative.input.model_error_px = input.model_error_px;
   for (std::size_t i = 0; i < count; ++i)  // evenly spread
-    question.input.views.push_back(input.views[i * n / count]);
-  return question;
+    alternative.input.views.push_back(input.views[i * n / count]);
+  return alternative;
 }
 
-std::optional<std::string> better_other_lens(const LensQuestion& question,
-                                             const CalibrateOptions& options, double sigma) {
-  std::optional<CalibrationFit> own = question.fit;
-  if (!question.all_views) own = refit(question.fit.bundle, question.fit, question.input, options);
+std::optional<std::string> alternative_lens_test(const AlternativeLens& alternative,
+                                                 const CalibrateOptions& options, double sigma) {
+  std::optional<CalibrationFit> own = alternative.fit;
+  if (!alternative.all_views)
+    own = refit(alternative.fit.bundle, alternative.fit, alternative.input, options);
   if (!own) return std::nullopt;
   const bool is_fisheye = own->bundle.model->lens_type() == LensType::fisheye;
   const Model& model = own->bundle.model->sibling(is_fisheye ? "opencv5" : "fisheye4");
-  const auto other = fit_from(*own, model, question.input, options);
+  const auto other = fit_from(*own, model, alternative.input, options);
   if (!other) return std::nullopt;
-  const double least = other->truncated_misfit(sigma);
-  double squares = own->truncated_misfit(sigma);
-  if (squares - least < kChiSquare) return std::nullopt;
-  // Corners that the own lens lost on its way do not speak for the other.
-  const auto again = fit_from(*other, *own->bundle.model, question.input, options);
-  if (again) squares = std::min(squares, again->truncated_misfit(sigma));
-  if (squares - least < kChiSquare) return std::nullopt;
-  return "the model is too small: " + std::string(model.name()) + " would explain " +
-         percent((squares - least) / squares) + " of the squares of its residuals";
+  const double other_chi_square = other->truncated_chi_square(sigma);
+  double chi_square = own->truncated_chi_square(sigma);
+  if (chi_square - other_chi_square < policy::kOtherLensChiSquare) return std::nullopt;
+  // The own lens gets the corners that the other one has regained: it may have rejected them only
+  // because of its start.
+  const auto again = fit_from(*other, *own->bundle.model, alternative.input, options);
+  if (again) chi_square = std::min(chi_square, again->truncated_chi_square(sigma));
+  if (chi_square - other_chi_square < policy::kOtherLensChiSquare) return std::nullopt;
+  return std::string(model.name()) + ", another kind of lens, would explain " +
+         percent((chi_square - other_chi_square) / chi_square) +
+         " of the sum of the squared residuals: take it, or auto";
 }
 
 }  // namespace tagcal::internal

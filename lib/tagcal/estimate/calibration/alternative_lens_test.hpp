@@ -7,24 +7,24 @@
 
 namespace tagcal::internal {
 
-// A lens that was asked for by its name, and what it was fitted to.
-struct LensQuestion {
-  CalibrationFit fit;      // of all views
-  CalibrationInput input;  // 20 of them at most
+// A fit of a model that the user named, and the views on which the other kind of lens is tried.
+struct AlternativeLens {
+  CalibrationFit fit;      // to all views
+  CalibrationInput input;  // at most 20 of them
   bool all_views = true;
 };
 
-// Whether the other kind of lens is worth asking: opencv5 instead of a fisheye, where no corner is
-// beyond 80 degrees from the axis; fisheye4 instead of a perspective, where one is beyond 0.9 focal
-// lengths (the two part there). `fit`: of `input` as it was given, before views that stand out were
-// left out.
-std::optional<LensQuestion> question_of_lens(const CalibrationFit& fit,
-                                             const CalibrationInput& input);
+// The views for a trial of the other kind of lens: of opencv5 instead of a fisheye, if all corners
+// are within 80 degrees of the axis; of fisheye4 instead of a perspective, if a corner is at
+// policy::kWideFocalLengths from the principal point, where the two lenses differ. No value if no
+// trial is needed. `fit`: to `input` before outlying views are rejected.
+std::optional<AlternativeLens> alternative_lens(const CalibrationFit& fit,
+                                                const CalibrationInput& input);
 
-// Whether the other kind explains the corners better by more than chance, a chi-square above 16.
-// The two bend to nearly the same images, and residuals hardly show which it is; rejected corners
-// do: each corner counts, up to the bound of rejection. `sigma`: the noise.
-std::optional<std::string> better_other_lens(const LensQuestion& question,
-                                             const CalibrateOptions& options, double sigma);
+// A sentence if the other kind of lens explains all corners better by more than
+// policy::kOtherLensChiSquare. Each corner counts up to the rejection bound, rejected ones
+// included: the inliers alone hardly distinguish the two lenses. `sigma`: the noise.
+std::optional<std::string> alternative_lens_test(const AlternativeLens& alternative,
+                                                 const CalibrateOptions& options, double sigma);
 
 }  // namespace tagcal::internal

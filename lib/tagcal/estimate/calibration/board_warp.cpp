@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -21,19 +23,22 @@ void bend(ViewProblem& view, const FlatBoard& board, const Vector2d& bend_m) {
     c.point += board.shape(board.world_from_board.inverse() * c.point).dot(bend_m) * normal;
 }
 
-std::optional<CalibrationFit> largest_fit(const CalibrationInput& input,
-                                          const CalibrateOptions& options) {
-  if (!options.model.empty() && options.model != "auto")
-    return fit_model(input.models->named(options.model), input, options);
+std::optional<CalibrationFit> fit_largest_model(const CalibrationInput& input,
+                                                const CalibrateOptions& options) {
+  if (!is_auto(options)) return fit_model(input.models->named(options.model), input, options);
   auto perspective = fit_model(input.models->named("opencv5"), input, options);
   auto fisheye = fit_model(input.models->named("fisheye4"), input, options);
   if (!perspective || !fisheye) return perspective ? perspective : fisheye;
-  const auto per_corner = [](const CalibrationFit& fit) {
+  const auto cost_per_corner = [](const CalibrationFit& fit) {
     return fit.summary.cost / std::max(1, fit.num_inliers());
   };
-  if (10 * fisheye->num_inliers() < 9 * perspective->num_inliers()) return perspective;
-  if (10 * perspective->num_inliers() < 9 * fisheye->num_inliers()) return fisheye;
-  return per_corner(*fisheye) < per_corner(*perspective) ? fisheye : perspective;
+  const int fisheye_inliers = fisheye->num_inliers();
+  const int perspective_inliers = perspective->num_inliers();
+  if (policy::is_below(fisheye_inliers, policy::kComparableInliers, perspective_inliers))
+    return perspective;
+  if (policy::is_below(perspective_inliers, policy::kComparableInliers, fisheye_inliers))
+    return fisheye;
+  return cost_per_corner(*fisheye) < cost_per_corner(*perspective) ? fisheye : perspective;
 }
 
 }  // namespace
@@ -53,19 +58,21 @@ std::optional<BoardWarp> estimate_warp(const BundleInformation& information, dou
   return warp;
 }
 
-Vector2d unbend(CalibrationInput& input, const FlatBoard& board, const CalibrateOptions& options) {
-  std::optional<CalibrationFit> fit = largest_fit(input, options);
+Vector2d remove_board_warp(CalibrationInput& input, const FlatBoard& board,
+                           const CalibrateOptions& options) {
+  std::optional<CalibrationFit> fit = fit_largest_model(input, options);
   if (!fit) return Vector2d::Zero();
   Vector2d total = Vector2d::Zero();
   for (int round = 0; round < kMaxRounds; ++round) {
     const auto information = bundle_information(fit->bundle, &board);
     const auto warp = information ? estimate_warp(*information, 1) : std::nullopt;
     if (!warp) return total;
-    const Vector2d step = 1e-3 * warp->bend_mm;
+    const Vector2d step = 1e-3 * warp->bend_mm;  // numeric: metres a millimetre
     for (ViewProblem& view : fit->bundle.views) bend(view, board, step);
     for (CalibrationView& view : input.views) bend(view.problem, board, step);
     total += step;
     if (!solve(fit->bundle, options.max_iterations).converged) return total;
+    // numeric: convergence, far below the flatness of any board
     if (step.norm() < 1e-7 * board.half_size.norm()) return total;
   }
   return total;

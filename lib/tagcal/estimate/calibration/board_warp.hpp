@@ -8,15 +8,14 @@
 
 namespace tagcal::internal {
 
-// How the board of a solved bundle is bent, beside its free parameters: one Gauss-Newton step from
-// a flat board, with poses and parameters free, from the information with the bend. No value where
-// it cannot be told.
+// The bend of the board of a solved bundle: one Gauss-Newton step from a flat board, with poses and
+// parameters free. `information` includes the bend. No value if the bend is not determined.
 std::optional<BoardWarp> estimate_warp(const BundleInformation& information, double sigma);
 
-// Bends the points of the input as its corners ask, with the asked model, or the larger of the
-// ladder (perspective or fisheye, what fits better) where it is to be chosen. Returns the bend, in
-// metres; zero where it cannot be told.
-Eigen::Vector2d unbend(CalibrationInput& input, const FlatBoard& board,
-                       const CalibrateOptions& options);
+// Estimates the bend and applies it to the points of the input. The model is the given one; with
+// `auto` the better fitting one of opencv5 and fisheye4. Returns the bend in metres, zero if it is
+// not determined.
+Eigen::Vector2d remove_board_warp(CalibrationInput& input, const FlatBoard& board,
+                                  const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

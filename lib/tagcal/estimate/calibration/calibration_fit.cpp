@@ -9,6 +9,8 @@
 
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 
 namespace tagcal::internal {
@@ -24,20 +26,27 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Which corners take part, and the pose of each view (none: the view takes no part).
+// The inliers, and the pose of each view (none: the view is not used).
 struct Selection {
   std::vector<std::optional<Pose>> pose;
   std::vector<std::vector<std::uint8_t>> inlier;
+
+  std::ptrdiff_t num_inliers(std::size_t view) const {
+    return std::count(inlier[view].begin(), inlier[view].end(), 1);
+  }
+  bool uses(std::size_t view) const {
+    return pose[view] &&
+           num_inliers(view) >= static_cast<std::ptrdiff_t>(policy::kLeastViewCorners);
+  }
 };
 
-// The bundle of the selected corners; `views` says where its views are in the input.
-Bundle select(const Bundle& base, const CalibrationInput& input, const Selection& selection,
-              std::vector<std::size_t>& views) {
+// The bundle of the inliers; `views` are the indices of its views in the input.
+Bundle selected_bundle(const Bundle& base, const CalibrationInput& input,
+                       const Selection& selection, std::vector<std::size_t>& views) {
   Bundle bundle{base.model, base.image_size, base.free_values, {}, {}};
   views.clear();
   for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
-    if (!selection.pose[v] || count < 4) continue;
+    if (!selection.uses(v)) continue;
     bundle.views.push_back(chosen(input.views[v].problem, selection.inlier[v]));
     bundle.camera_from_target.push_back(*selection.pose[v]);
     views.push_back(v);
@@ -45,7 +54,7 @@ Bundle select(const Bundle& base, const CalibrationInput& input, const Selection
   return bundle;
 }
 
-// Squared whitened residuals of every corner under a lens and the selection's poses.
+// Squared whitened residuals of all corners, per view.
 std::vector<std::vector<double>> all_squares(const Lens& lens, const CalibrationInput& input,
                                              const Selection& selection) {
   std::vector<std::vector<double>> squares(input.views.size());
@@ -59,17 +68,19 @@ std::vector<std::vector<double>> all_squares(const Lens& lens, const Calibration
   return squares;
 }
 
-// A robust standard deviation of the selected corners' coordinates.
+// Robust standard deviation of the inliers' coordinates.
 double robust_sigma(const std::vector<std::vector<double>>& squares, const Selection& selection) {
-  std::vector<double> taken;
+  std::vector<double> of_inliers;
   for (std::size_t v = 0; v < squares.size(); ++v)
     for (std::size_t i = 0; i < squares[v].size(); ++i)
-      if (selection.inlier[v][i] && std::isfinite(squares[v][i])) taken.push_back(squares[v][i]);
-  return taken.empty() ? kInfinity : std::sqrt(robust_variance(taken));
+      if (selection.inlier[v][i] && std::isfinite(squares[v][i]))
+        of_inliers.push_back(squares[v][i]);
+  return of_inliers.empty() ? kInfinity : std::sqrt(robust_variance(of_inliers));
 }
 
-// Corners within `bound` standard deviations; says whether any changed sides.
-bool reselect(const std::vector<std::vector<double>>& squares, double bound, Selection& selection) {
+// Takes the corners within `bound` as inliers. Returns true if any corner changes.
+bool update_inliers(const std::vector<std::vector<double>>& squares, double bound,
+                    Selection& selection) {
   bool changed = false;
   for (std::size_t v = 0; v < squares.size(); ++v) {
     for (std::size_t i = 0; i < squares[v].size(); ++i) {
@@ -81,28 +92,28 @@ bool reselect(const std::vector<std::vector<double>>& squares, double bound, Sel
   return changed;
 }
 
-// A view that lost most of its corners may only have started badly, from a lens far from the one
-// that is known now: it gets a new pose where more corners agree with that. Says whether any did.
-bool rescue_views(const CalibrationInput& input, const Lens& lens, double bound,
+// Estimates a new pose for views with few inliers: their start may come from a lens far from the
+// one that is known now. Keeps a pose with more inliers; returns true if any view gets one.
+bool reseed_views(const CalibrationInput& input, const Lens& lens, double bound,
                   Selection& selection) {
   bool any = false;
   for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
-    if (2 * count > static_cast<std::ptrdiff_t>(selection.inlier[v].size())) continue;
+    const std::ptrdiff_t count = selection.num_inliers(v);
+    if (policy::is_above(count, policy::kReseedInliers, std::ssize(selection.inlier[v]))) continue;
     const std::optional<Pose> pose = consensus_pose(input.views[v], lens);
     if (!pose) continue;
-    int agreeing = 0;
+    int within = 0;
     for (const Vector2d& r : residuals_px(input.views[v].problem.correspondences, lens, *pose))
-      agreeing += r.norm() <= bound;
-    if (agreeing <= count) continue;
+      within += r.norm() <= bound;
+    if (within <= count) continue;
     selection.pose[v] = pose;
     any = true;
   }
   return any;
 }
 
-void drop_outside_domain(const Bundle& bundle, const CalibrationInput& input,
-                         Selection& selection) {
+void reject_outside_domain(const Bundle& bundle, const CalibrationInput& input,
+                           Selection& selection) {
   const auto squares = all_squares(bundle.lens(), input, selection);
   for (std::size_t v = 0; v < squares.size(); ++v)
     for (std::size_t i = 0; i < squares[v].size(); ++i)
@@ -115,14 +126,15 @@ void list_outliers(const CalibrationInput& input, const Selection& selection,
     const CalibrationView& view = input.views[v];
     fit.num_corners += static_cast<int>(view.ids.size());
     fit.squares.insert(fit.squares.end(), squares[v].begin(), squares[v].end());
-    const auto count = std::count(selection.inlier[v].begin(), selection.inlier[v].end(), 1);
-    const bool taken = selection.pose[v] && count >= 4;
-    if (!taken) fit.warnings.push_back(view.name() + ": left out, its corners do not agree");
+    const bool is_used = selection.uses(v);
+    if (!is_used)
+      add(fit.findings, code::view_rejected,
+          view.name() + ": rejected, its corners are not consistent with one pose");
     std::vector<Vector2d> residuals;
     if (selection.pose[v])
       residuals = residuals_px(view.problem.correspondences, fit.bundle.lens(), *selection.pose[v]);
     for (std::size_t i = 0; i < view.ids.size(); ++i)
-      if (!taken || !selection.inlier[v][i])
+      if (!is_used || !selection.inlier[v][i])
         fit.outliers.push_back(
             {view.image, view.ids[i],
              residuals.empty() ? std::numeric_limits<double>::quiet_NaN() : residuals[i].norm(),
@@ -130,22 +142,22 @@ void list_outliers(const CalibrationInput& input, const Selection& selection,
   }
 }
 
-// A bundle on the corners that agree with it.
-struct Settled {
+// A bundle solved on its inliers.
+struct RobustState {
   Bundle bundle;
   Selection selection;
   BundleSummary summary;
-  std::vector<std::size_t> used;             // the bundle's views in the input
-  std::vector<std::vector<double>> squares;  // of every corner
-  double sigma = 0;                          // robust; corners further than five of it are out
+  std::vector<std::size_t> used;             // indices of the bundle's views in the input
+  std::vector<std::vector<double>> squares;  // of all corners
+  double sigma = 0;                          // robust
 };
 
-// Solves and selects in turn, until no corner changes sides.
-void settle_selection(const CalibrationInput& input, const CalibrateOptions& options,
-                      CalibrationFit& fit, Settled& state) {
+// Solves and updates the inliers in turn until they are stable.
+void update_until_stable(const CalibrationInput& input, const CalibrateOptions& options,
+                         CalibrationFit& fit, RobustState& state) {
   for (int round = 0; round < kMaxRounds; ++round) {
-    drop_outside_domain(state.bundle, input, state.selection);
-    state.bundle = select(state.bundle, input, state.selection, state.used);
+    reject_outside_domain(state.bundle, input, state.selection);
+    state.bundle = selected_bundle(state.bundle, input, state.selection, state.used);
     if (state.bundle.views.empty()) return;
     state.summary = solve(state.bundle, options.max_iterations, options.num_threads);
     fit.num_iterations += state.summary.num_iterations;
@@ -155,11 +167,12 @@ void settle_selection(const CalibrationInput& input, const CalibrateOptions& opt
     if (!options.reject_outliers) return;
     state.sigma = std::max(least_sigma(input.whitened, options),
                            robust_sigma(state.squares, state.selection));
-    if (!reselect(state.squares, kRejectSigmas * state.sigma, state.selection)) return;
+    if (!update_inliers(state.squares, policy::kOutlierSigmas * state.sigma, state.selection))
+      return;
   }
 }
 
-// The squares of all corners, each up to a bound.
+// Sum over all corners of min(square, bound^2).
 double truncated_loss(const std::vector<std::vector<double>>& squares, double bound) {
   double sum = 0;
   for (const auto& of_view : squares)
@@ -167,39 +180,38 @@ double truncated_loss(const std::vector<std::vector<double>>& squares, double bo
   return sum;
 }
 
-// Corners that are out by some times the bound may be right, and out because the lens was fitted
-// without them, where it is free: it is fitted with them, and whichever explains all corners better
-// is kept. (A lens between two groups that contradict each other leaves larger residuals.)
-void reconsider(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
-                Settled& state) {
-  constexpr double kAsLarge = 1.05;
+// Fits again with rejected corners taken back: right corners are outliers if the lens was fitted
+// without them and is free there. A retry is kept if its truncated loss is lower and its sigma does
+// not grow: a lens between two contradictory groups of corners has larger residuals.
+void retry_borderline(const CalibrationInput& input, const CalibrateOptions& options,
+                      CalibrationFit& fit, RobustState& state) {
   for (const double times : {2.0, 8.0, kInfinity}) {
-    const double bound = kRejectSigmas * state.sigma;
+    const double bound = policy::kOutlierSigmas * state.sigma;
     Selection wider = state.selection;
-    if (!reselect(state.squares, times * bound, wider)) continue;
-    Settled other = state;
+    if (!update_inliers(state.squares, times * bound, wider)) continue;
+    RobustState other = state;
     other.selection = std::move(wider);
-    settle_selection(input, options, fit, other);
+    update_until_stable(input, options, fit, other);
     if (other.bundle.views.empty() || (state.summary.converged && !other.summary.converged))
       continue;
-    if (other.sigma < kAsLarge * state.sigma &&
+    if (other.sigma < policy::kRetrySigmaGrowth * state.sigma &&
         truncated_loss(other.squares, bound) < truncated_loss(state.squares, bound))
       state = std::move(other);
   }
 }
 
-void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, CalibrationFit& fit,
-                Selection selection) {
-  Settled state{std::move(fit.bundle), std::move(selection), {}, {}, {}, 0};
-  settle_selection(input, options, fit, state);
+void fit_robustly(const CalibrationInput& input, const CalibrateOptions& options,
+                  CalibrationFit& fit, Selection selection) {
+  RobustState state{std::move(fit.bundle), std::move(selection), {}, {}, {}, 0};
+  update_until_stable(input, options, fit, state);
   if (options.reject_outliers && !state.bundle.views.empty()) {
     const Lens lens = state.bundle.lens();
-    const double wide = 2 * kRejectSigmas * state.sigma;
-    if (rescue_views(input, lens, wide, state.selection)) {
-      reselect(all_squares(lens, input, state.selection), wide, state.selection);
-      settle_selection(input, options, fit, state);
+    const double wide = policy::kReseedSigmas * state.sigma;
+    if (reseed_views(input, lens, wide, state.selection)) {
+      update_inliers(all_squares(lens, input, state.selection), wide, state.selection);
+      update_until_stable(input, options, fit, state);
     }
-    reconsider(input, options, fit, state);
+    retry_borderline(input, options, fit, state);
   }
   fit.bundle = std::move(state.bundle);
   fit.summary = state.summary;
@@ -216,27 +228,27 @@ void run_rounds(const CalibrationInput& input, const CalibrateOptions& options, 
 
 int CalibrationFit::num_inliers() const { return internal::num_corners(bundle); }
 
-double CalibrationFit::truncated_misfit(double sigma) const {
+double CalibrationFit::truncated_chi_square(double sigma) const {
   double sum = 0;
   for (const double square : squares)
-    sum += std::min(square / (sigma * sigma), kRejectSigmas * kRejectSigmas);
+    sum += std::min(square / (sigma * sigma), policy::kOutlierSigmas * policy::kOutlierSigmas);
   return sum;
 }
 
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options) {
   const auto begin = Clock::now();
-  const auto start = find_start(model, input.image_size, input.views, start_options(options));
+  const auto start = calibration_seed(model, input.image_size, input.views, seed_options(options));
   if (!start) return std::nullopt;
   CalibrationFit fit;
   fit.bundle = Bundle{&model, input.image_size, start->free_values, {}, {}};
   fit.whitened = input.whitened;
-  fit.warnings = input.warnings;
+  fit.findings = input.findings;
   fit.start_seconds = seconds_since(begin);
   Selection selection{start->camera_from_world, start->inlier};
   if (!options.reject_outliers)
     for (auto& view : selection.inlier) std::fill(view.begin(), view.end(), 1);
-  run_rounds(input, options, fit, selection);
+  fit_robustly(input, options, fit, selection);
   if (fit.bundle.views.empty()) return std::nullopt;
   fit.solve_seconds = seconds_since(begin) - fit.start_seconds;
   return fit;
@@ -248,19 +260,19 @@ std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& 
   std::map<std::size_t, Pose> poses;
   for (std::size_t i = 0; i < other.views.size(); ++i)
     poses[other.views[i]] = solved.camera_from_target[i];
-  std::set<std::pair<std::size_t, std::size_t>> out;
-  for (const Outlier& o : other.outliers) out.emplace(o.view, o.corner);
+  std::set<std::pair<std::size_t, std::size_t>> rejected;
+  for (const Outlier& o : other.outliers) rejected.emplace(o.view, o.corner);
   Selection selection;
   for (const CalibrationView& view : input.views) {
     const auto pose = poses.find(view.index);
     selection.pose.push_back(pose == poses.end() ? std::nullopt : std::optional(pose->second));
     auto& inlier = selection.inlier.emplace_back();
-    for (const std::size_t i : view.corners) inlier.push_back(!out.contains({view.index, i}));
+    for (const std::size_t i : view.corners) inlier.push_back(!rejected.contains({view.index, i}));
   }
   CalibrationFit fit{
       {solved.model, solved.image_size, solved.free_values, {}, {}}, {}, {}, input.whitened};
-  fit.warnings = input.warnings;
-  run_rounds(input, options, fit, selection);
+  fit.findings = input.findings;
+  fit_robustly(input, options, fit, selection);
   if (fit.bundle.views.empty()) return std::nullopt;
   return fit;
 }

@@ -7,49 +7,46 @@
 
 #include "tagcal/estimate/calibration/calibration_input.hpp"
 #include "tagcal/estimate/calibration/calibration_seed.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/types.hpp"
 
 namespace tagcal::internal {
 
-// Corners further than this many standard deviations from the answer are rejected.
-inline constexpr double kRejectSigmas = 5;
-
-// The least standard deviation that this may be: below 0.01 px digits in a file decide, not noise.
+// The floor of the standard deviation of a (whitened) coordinate.
 inline double least_sigma(bool whitened, const CalibrateOptions& options) {
-  return whitened ? 1 : std::max(0.01, options.sigma_px);
+  return whitened ? 1 : std::max(policy::kLeastSigmaPx, options.sigma_px);
 }
 
-// One model, solved on the corners that agree with it.
+// One model, solved on its inliers.
 struct CalibrationFit {
   Bundle bundle;                    // inliers only
-  std::vector<std::size_t> views;   // of the data set, by number, per view of the bundle
-  std::vector<std::string> images;  // their names
+  std::vector<std::size_t> views;   // per view of the bundle: its index in the data set
+  std::vector<std::string> images;  // and its name
   bool whitened = false;
   BundleSummary summary;
   int num_corners = 0;  // inliers and outliers
   int num_iterations = 0;
-  std::vector<double> squares;  // of every corner's whitened residual, infinite where it has none
+  std::vector<double> squares;  // squared whitened residual per corner; infinite outside the domain
   std::vector<Outlier> outliers;
-  std::vector<std::string> warnings;
+  std::vector<Finding> findings;
   double bic = 0;
   double start_seconds = 0;
   double solve_seconds = 0;
 
   int num_inliers() const;
-  // Squared residuals of all corners in units of a noise, each up to the rejection bound.
-  double truncated_misfit(double sigma) const;
+  // Sum over all corners of min(square / sigma^2, policy::kOutlierSigmas^2).
+  double truncated_chi_square(double sigma) const;
 };
 
-// Starts, solves, leaves out what is further than five standard deviations from the answer, takes
-// back what is nearer, and solves again until nothing moves. Then what is out by up to ten
-// or forty, and all that is out, is fitted with the others, and that is the answer where it
-// explains all corners better, each counting up to the bound of rejection. No value where no view
-// has a consensus.
+// Finds a start, then solves and updates the inliers (within policy::kOutlierSigmas) in turn until
+// they are stable. Then tries again with the rejected corners within ten and forty standard
+// deviations, and with all of them; a retry is kept if its truncated chi-square is lower. No value
+// if no view has a consensus.
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
 
-// The same from a solved bundle on the inliers of another fit: its views and corners are the
-// start. Times are left to the caller.
+// The same from a solved bundle, with the views and inliers of another fit as the start. The times
+// stay zero.
 std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
                                     const CalibrationInput& input, const CalibrateOptions& options);
 

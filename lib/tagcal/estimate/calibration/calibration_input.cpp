@@ -9,6 +9,8 @@
 #include <unordered_map>
 
 #include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
@@ -19,7 +21,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Each corner's place in the world and the board that it is on.
+// Position of a corner in the world, and the index of its board.
 struct WorldPoint {
   Vector3d position;
   std::size_t board;
@@ -45,7 +47,7 @@ CalibrationView calibration_view(const View& view, std::size_t index,
   auto point = points.begin();
   for (std::size_t i = 0; i < view.observations.size(); ++i) {
     const Observation& o = view.observations[i];
-    // Most often corners come in the order of the board: the next is not looked for.
+    // Corners mostly have the order of the board, so the next point is tried before the search.
     if (point != points.end()) ++point;
     if (point == points.end() || point->first != o.id) point = points.find(o.id);
     if (point == points.end()) continue;
@@ -60,8 +62,8 @@ CalibrationView calibration_view(const View& view, std::size_t index,
   return result;
 }
 
-bool fixes_a_pose(const CalibrationView& view) {
-  if (view.seed.size() < 4) return false;
+bool determines_pose(const CalibrationView& view) {
+  if (view.seed.size() < policy::kLeastViewCorners) return false;
   std::vector<Vector3d> points;
   for (const std::size_t i : view.seed) points.push_back(view.problem.correspondences[i].point);
   const PointShape shape = spread_of(points).shape;
@@ -76,8 +78,8 @@ bool same_corners(const CalibrationView& a, const CalibrationView& b) {
              [](const Correspondence& x, const Correspondence& y) { return x.pixel == y.pixel; });
 }
 
-// Views by what their corners' pixels add up to, which equal corners have in common.
-using Twins = std::unordered_multimap<double, std::size_t>;
+// Indices of views by the sum of their pixel coordinates: repeated views have equal sums.
+using ViewsBySum = std::unordered_multimap<double, std::size_t>;
 
 double sum_of_pixels(const CalibrationView& view) {
   double sum = 0;
@@ -85,6 +87,7 @@ double sum_of_pixels(const CalibrationView& view) {
   return sum;
 }
 
+// The tags of the view are seen from behind: no picture shows them so.
 bool is_mirrored(const CalibrationView& view) {
   const bool has_tags = std::any_of(view.ids.begin(), view.ids.end(),
                                     [](const CornerId& id) { return id.corner != 0; });
@@ -100,26 +103,23 @@ bool is_mirrored(const CalibrationView& view) {
         view.problem.correspondences[i].pixel;
     ++quad.count;
   }
-  int complete = 0, turned = 0;
+  int complete = 0, mirrored = 0;
   for (const auto& [tag, quad] : quads) {
     if (quad.count < 4) continue;
     const Vector2d a = quad.corners[2] - quad.corners[0], b = quad.corners[3] - quad.corners[1];
     ++complete;
-    turned += a.x() * b.y() - a.y() * b.x() > 0;  // y points down: anticlockwise is negative
+    mirrored += a.x() * b.y() - a.y() * b.x() > 0;  // y points down: anticlockwise is negative
   }
-  return complete > 0 && 5 * turned >= 4 * complete;
+  return complete > 0 && !policy::is_below(mirrored, policy::kMirroredTags, complete);
 }
 
-// Whether the tags of a view are seen from behind, which no picture of them shows (80 % of those
-// with all four corners are): then its corners are listed in input.dropped.
-bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input);
-
-bool leave_out_mirrored(const CalibrationView& view, CalibrationInput& input) {
+// Lists the corners of a mirrored view in input.rejected; false for any other view.
+bool reject_mirrored(const CalibrationView& view, CalibrationInput& input) {
   if (!is_mirrored(view)) return false;
-  input.warnings.push_back(view.name() + ": left out, its tags are mirrored");
+  add(input.findings, code::view_mirrored, view.name() + ": rejected, its tags are mirrored");
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < view.ids.size(); ++i)
-    input.dropped.push_back({view.image, view.ids[i], unknown, view.index, view.corners[i]});
+    input.rejected.push_back({view.image, view.ids[i], unknown, view.index, view.corners[i]});
   return true;
 }
 
@@ -134,29 +134,31 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
   for (const View& view : dataset.views) noise.add(view);
   input.whitened = options.sigma_px == 0 && noise.counts();
   if (input.whitened && noise.num_assumed() > 0)
-    input.warnings.push_back(fmt::format(
-        "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
-        noise.num_assumed(), noise.num_corners, kAssumedSigmaPx));
-  Twins twins;
+    add(input.findings, code::covariance_missing,
+        fmt::format(
+            "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
+            noise.num_assumed(), noise.num_corners, policy::kAssumedSigmaPx));
+  ViewsBySum earlier;
   for (std::size_t v = 0; v < dataset.views.size(); ++v) {
     CalibrationView prepared = calibration_view(dataset.views[v], v, points, input.whitened);
-    if (!fixes_a_pose(prepared)) {
-      input.warnings.push_back(prepared.name() +
-                               ": left out, it has no four corners that fix a pose");
+    if (!determines_pose(prepared)) {
+      add(input.findings, code::view_unusable,
+          prepared.name() +
+              ": not used, it has no four corners of one board that determine a pose");
       continue;
     }
     const double sum = sum_of_pixels(prepared);
-    const auto [first, last] = twins.equal_range(sum);
-    const auto twin = std::find_if(first, last, [&](const auto& other) {
+    const auto [first, last] = earlier.equal_range(sum);
+    const auto same = std::find_if(first, last, [&](const auto& other) {
       return same_corners(input.views[other.second], prepared);
     });
-    if (twin != last) {
-      input.warnings.push_back(prepared.name() + ": left out, it repeats " +
-                               input.views[twin->second].name());
+    if (same != last) {
+      add(input.findings, code::view_repeated,
+          prepared.name() + ": not used, it repeats " + input.views[same->second].name());
       continue;
     }
-    if (options.reject_outliers && leave_out_mirrored(prepared, input)) continue;
-    twins.emplace(sum, input.views.size());
+    if (options.reject_outliers && reject_mirrored(prepared, input)) continue;
+    earlier.emplace(sum, input.views.size());
     input.views.push_back(std::move(prepared));
   }
   return input;

@@ -9,20 +9,22 @@
 
 namespace tagcal::internal {
 
-// A data set as the solvers see it. Views that cannot fix a pose (fewer than four corners, or all
-// on a line), mirrored ones and repeats are left out, and said in the warnings.
+// A data set as the solvers see it. Findings name the views that are not used: those whose corners
+// do not determine a pose (fewer than four of one board, or all on a line), mirrored ones and
+// repeated ones.
 struct CalibrationInput {
   ImageSize image_size;
-  std::shared_ptr<const HeldModels> models;  // that are fitted
+  std::shared_ptr<const HeldModels> models;  // with the fixed parameters held
   std::vector<CalibrationView> views;
-  bool whitened = false;      // residuals are whitened by the corners' own covariances,
-  double model_error_px = 0;  // with so much more noise per coordinate
-  std::vector<std::string> warnings;
-  std::vector<Outlier> dropped;  // corners of views that were taken out as wrong
+  bool whitened = false;      // residuals are whitened by the corners' own covariances
+  double model_error_px = 0;  // and by this noise per coordinate, added to them
+  std::vector<Finding> findings;
+  std::vector<Outlier> rejected;  // corners of whole views and boards that were rejected
 };
-// The corners' own covariances count where half of them and more have one (0.5 px of noise is
-// assumed for the rest) and no noise for all of them is stated. Mirrored views stay where nothing
-// is to be rejected.
+
+// Uses the corners' own covariances if at least half of the corners have one and no common noise is
+// stated; the others get policy::kAssumedSigmaPx. Keeps mirrored views if options.reject_outliers
+// is false.
 CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -9,6 +9,7 @@
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/calibration/projective_lmeds.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/solvers/n_point.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
@@ -21,23 +22,24 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMaxSearchViews = 8;  // that the focal length is searched on,
-constexpr std::size_t kEnoughPoints = 36;   // of each; a closed form needs no more
+// Limits of work of the search for a focal length: views, and points of each.
+constexpr std::size_t kMaxSearchViews = 8;
+constexpr std::size_t kEnoughPoints = 36;
 
-// The lens with what the model holds at its place.
-Lens as_held(const Model& model, const ImageSize& size, const Lens& lens) {
+// The lens with the model's held parameters.
+Lens with_held(const Model& model, const ImageSize& size, const Lens& lens) {
   if (model.lens_type() == LensType::parallel) return lens;
   return model.lens(model.free_values(lens), size).value_or(lens);
 }
 
-// The model's lens without distortion, the principal point at the image centre, but for what the
-// model holds elsewhere.
+// The model's lens without distortion, with the principal point at the image centre and the held
+// parameters.
 Lens plain_lens(const Model& model, const ImageSize& size, double focal) {
   const Vector2d c = image_centre(size);
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const Lens plain = fisheye ? Lens(Fisheye({focal, focal, c.x(), c.y()}))
                              : Lens(pinhole(focal, focal, c.x(), c.y()));
-  return model.held().empty() ? plain : as_held(model, size, plain);
+  return model.held().empty() ? plain : with_held(model, size, plain);
 }
 
 bool is_kind(const Lens& lens, const Model& model) {
@@ -45,18 +47,18 @@ bool is_kind(const Lens& lens, const Model& model) {
                                                 : std::holds_alternative<Perspective>(lens);
 }
 
-// The start that was given, if there is one for the model.
-std::optional<Lens> known_lens(const Model& model, const ImageSize& size,
-                               const StartOptions& options) {
-  if (options.lens && is_kind(*options.lens, model)) return as_held(model, size, *options.lens);
+// The start that the user gives for this lens type.
+std::optional<Lens> given_lens(const Model& model, const ImageSize& size,
+                               const SeedOptions& options) {
+  if (options.lens && is_kind(*options.lens, model)) return with_held(model, size, *options.lens);
   if (options.focal_px > 0) return plain_lens(model, size, options.focal_px);
   return std::nullopt;
 }
 
-// The seed of a view as points and rays, and which of them agree.
+// The inliers of a view's largest board.
 struct SeedView {
   std::size_t index = 0;  // of the view
-  ViewProblem problem;    // of the correspondences that agree
+  ViewProblem problem;
   std::vector<Vector3d> points;
 };
 
@@ -65,14 +67,16 @@ std::vector<Vector3d> rays_of(const std::vector<Correspondence>& correspondences
   std::vector<Vector3d> rays;
   for (const Correspondence& c : correspondences) {
     const std::optional<Ray> ray = ray_in_camera(lens, c.pixel);
-    // A pixel beyond a fisheye's last angle is wrong for this focal length; any direction says so.
+    // A pixel beyond a fisheye's largest angle is inconsistent with this focal length; the backward
+    // direction makes it an outlier.
     rays.push_back(ray ? ray->direction : Vector3d(0, 0, -1));
   }
   return rays;
 }
 
-std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index, const Lens& lens,
-                                  std::vector<std::uint8_t>& inlier, bool keep_all = false) {
+std::optional<SeedView> seed_inliers(const CalibrationView& view, std::size_t index,
+                                     const Lens& lens, std::vector<std::uint8_t>& inlier,
+                                     bool keep_all = false) {
   std::vector<Correspondence> all;
   std::vector<Vector3d> points;
   for (const std::size_t i : view.seed) {
@@ -83,7 +87,7 @@ std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index
   const PointSpread spread = spread_of(points);
   if (spread.shape == PointShape::point || spread.shape == PointShape::line) return std::nullopt;
   for (Vector3d& p : points) p = spread.in_plane(p);
-  const auto consensus = find_consensus(points, spread.shape, rays_of(all, lens));
+  const auto consensus = projective_lmeds(points, spread.shape, rays_of(all, lens));
   if (!consensus && !keep_all) return std::nullopt;
   SeedView seed;
   seed.index = index;
@@ -96,7 +100,7 @@ std::optional<SeedView> find_seed(const CalibrationView& view, std::size_t index
   return seed;
 }
 
-// The same view by some of its points, spread over all.
+// The view with at most kEnoughPoints points, evenly spread.
 SeedView thinned(const SeedView& seed) {
   const std::size_t stride = (seed.points.size() + kEnoughPoints - 1) / kEnoughPoints;
   SeedView thin;
@@ -108,8 +112,8 @@ SeedView thinned(const SeedView& seed) {
   return thin;
 }
 
-// The pose of a set of points by the solver that fits its shape; no value for a line, or where
-// there are too few points (four in a plane, six in space).
+// The pose of points in a plane (at least four) or in space (at least six). No value for a line or
+// too few points.
 std::optional<Pose> pose_closed_form(std::span<const Vector3d> points,
                                      std::span<const Vector3d> rays) {
   const PointSpread spread = spread_of(points);
@@ -130,12 +134,11 @@ std::optional<Pose> closed_form_pose(const SeedView& seed, const Lens& lens) {
 std::optional<RefinedPose> seed_pose(const SeedView& seed, const Lens& lens, int iterations) {
   const std::optional<Pose> pose = closed_form_pose(seed, lens);
   if (!pose) return std::nullopt;
-  return refine_pose(seed.problem, lens, *pose, iterations);
+  return refine_view_pose(seed.problem, lens, *pose, iterations);
 }
 
-// The sum over views of the root of the mean squared residual; a view without a pose counts as the
-// worst that could be.
-double misfit_px(const std::vector<SeedView>& seeds, const Lens& lens, double worst) {
+// Sum over the views of the RMS residual; `worst` for a view without a pose.
+double sum_of_rms_px(const std::vector<SeedView>& seeds, const Lens& lens, double worst) {
   double sum = 0;
   for (const SeedView& seed : seeds) {
     const std::optional<RefinedPose> pose = seed_pose(seed, lens, 6);
@@ -145,7 +148,8 @@ double misfit_px(const std::vector<SeedView>& seeds, const Lens& lens, double wo
   return sum;
 }
 
-// Zhang's closed form on the planar views, from rays of a lens of focal length `focal`.
+// Focal length by Zhang's closed form from the planar views, whose rays are those of a lens of
+// focal length `focal`.
 std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, const Lens& lens,
                                         double focal) {
   std::vector<Matrix3d> homographies;
@@ -162,42 +166,49 @@ std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, cons
   return focal * *ratio;
 }
 
-// Whether a model's distortion can bend straight lines outwards as an equidistant fisheye does.
-bool has_distortion(const Model& model) {
+bool has_radial_distortion(const Model& model) {
   return std::ranges::any_of(
       model.free(), [](const FreeParameter& free) { return free.lens_parameters.front() == kK1; });
 }
 
-// The lens without coefficients that fits the views best, over a ladder of focal lengths. Poses
-// under a strong barrel distortion fit a pinhole of a much longer focal length, and a solver that
-// starts there stays there: so models with distortion are also tried as an equidistant fisheye.
+// Focal lengths from 0.15 to `most` times the extent, each 1.3 times the one before.
+std::vector<double> focal_grid(double extent, double most) {
+  std::vector<double> grid;
+  // numeric: tried values
+  for (double f = 0.15 * extent; f < most * extent; f *= 1.3) grid.push_back(f);
+  return grid;
+}
+
+// The undistorted lens that fits the views best. Models with radial distortion also try an
+// equidistant fisheye: under strong barrel distortion a pinhole of a much longer focal length fits,
+// and the solver does not leave that minimum.
 Lens search_lens(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
                  double nominal) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
   const double extent = std::max(size.width, size.height);
   const Model& equidistant = model.sibling("fisheye4");
   std::vector<Lens> candidates;
-  for (double f = 0.15 * extent; f < (fisheye ? 3 : 15) * extent; f *= 1.3)
+  for (const double f : focal_grid(extent, fisheye ? 3 : 15))
     candidates.push_back(plain_lens(model, size, f));
   if (!fisheye) {
     const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
-    if (f && *f > 0.05 * extent && *f < 1000 * extent)
+    if (f && *f > policy::kShortestSeedFocal * extent && *f < policy::kLongestSeedFocal * extent)
       candidates.push_back(plain_lens(model, size, *f));
-    for (double g = 0.15 * extent; has_distortion(model) && g < 3 * extent; g *= 1.3)
-      candidates.push_back(plain_lens(equidistant, size, g));
+    if (has_radial_distortion(model))
+      for (const double g : focal_grid(extent, 3))
+        candidates.push_back(plain_lens(equidistant, size, g));
   }
   Lens best = plain_lens(model, size, nominal);
-  double best_misfit = std::numeric_limits<double>::infinity();
+  double best_rms = std::numeric_limits<double>::infinity();
   for (const Lens& lens : candidates) {
-    const double misfit = misfit_px(seeds, lens, extent);
-    if (misfit < best_misfit) std::tie(best, best_misfit) = std::pair(lens, misfit);
+    const double rms = sum_of_rms_px(seeds, lens, extent);
+    if (rms < best_rms) std::tie(best, best_rms) = std::pair(lens, rms);
   }
   return best;
 }
 
-// The radial coefficients k1, k2, k3, as far as the model has them free, of a perspective lens with
-// the views' poses and the focal length and centre of `plain`, by linear least squares (Zhang 2000,
-// section 3.3).
+// A perspective lens with the focal length and centre of `plain`, whose free coefficients of k1,
+// k2, k3 come from linear least squares under the given poses (Zhang 2000, section 3.3).
 Lens with_radial_distortion(const Model& model, const Lens& plain,
                             const std::vector<SeedView>& seeds,
                             const std::vector<std::optional<Pose>>& poses) {
@@ -207,7 +218,7 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
   const std::vector<int> radial = {kK1, kK2, kK3};
   const Vector3d held(result[kK1], result[kK2], result[kK3]);
   std::vector<int> free;
-  std::vector<Eigen::Index> order;  // of the free ones among the radial
+  std::vector<Eigen::Index> order;  // their indices in `radial`
   for (std::size_t i = 0; i < radial.size(); ++i) {
     for (const FreeParameter& parameter : model.free()) {
       if (parameter.lens_parameters.front() != radial[i]) continue;
@@ -236,16 +247,16 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
   const Eigen::VectorXd k = information.ldlt().solve(gradient);
   for (Eigen::Index i = 0; i < n && k.allFinite(); ++i)
     result[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])] = k[i];
-  const Perspective bent(result);
-  // A polynomial that folds among the points is no start for them.
+  const Perspective distorted(result);
+  // A polynomial that folds within the points cannot be a start.
   for (const SeedView& seed : seeds)
     for (const Correspondence& c : seed.problem.correspondences)
-      if (poses[seed.index] && !bent.in_domain(*poses[seed.index] * c.point))
+      if (poses[seed.index] && !distorted.in_domain(*poses[seed.index] * c.point))
         return plain_perspective;
-  return bent;
+  return distorted;
 }
 
-std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
+std::vector<SeedView> largest_views(const std::vector<SeedView>& seeds) {
   std::vector<std::size_t> order(seeds.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -259,25 +270,26 @@ std::vector<SeedView> largest(const std::vector<SeedView>& seeds) {
 
 }  // namespace
 
-std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& size,
-                                           const std::vector<CalibrationView>& views,
-                                           const StartOptions& options) {
+std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageSize& size,
+                                                const std::vector<CalibrationView>& views,
+                                                const SeedOptions& options) {
   const bool fisheye = model.lens_type() == LensType::fisheye;
-  const double nominal = std::max(size.width, size.height) * (fisheye ? 0.4 : 1.0);
-  const std::optional<Lens> known = known_lens(model, size, options);
-  const Lens nominal_lens = known ? *known : plain_lens(model, size, nominal);
-  CalibrationStart start;
+  const double nominal = std::max(size.width, size.height) *
+                         (fisheye ? policy::kNominalFisheyeFocal : policy::kNominalFocal);
+  const std::optional<Lens> given = given_lens(model, size, options);
+  const Lens nominal_lens = given ? *given : plain_lens(model, size, nominal);
+  CalibrationSeed start;
   start.camera_from_world.resize(views.size());
   start.inlier.resize(views.size());
   std::vector<std::optional<SeedView>> found(views.size());
   parallel_for(views.size(), options.num_threads, [&](std::size_t i) {
-    found[i] = find_seed(views[i], i, nominal_lens, start.inlier[i], options.keep_all);
+    found[i] = seed_inliers(views[i], i, nominal_lens, start.inlier[i], options.keep_all);
   });
   std::vector<SeedView> seeds;
   for (std::optional<SeedView>& seed : found)
     if (seed) seeds.push_back(std::move(*seed));
   if (seeds.empty()) return std::nullopt;
-  const Lens lens = known ? *known : search_lens(model, size, largest(seeds), nominal);
+  const Lens lens = given ? *given : search_lens(model, size, largest_views(seeds), nominal);
   parallel_for(seeds.size(), options.num_threads, [&](std::size_t i) {
     const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 4);
     if (pose) start.camera_from_world[seeds[i].index] = pose->camera_from_target;
@@ -285,15 +297,15 @@ std::optional<CalibrationStart> find_start(const Model& model, const ImageSize& 
   const bool any = std::any_of(start.camera_from_world.begin(), start.camera_from_world.end(),
                                [](const std::optional<Pose>& pose) { return pose.has_value(); });
   if (!any) return std::nullopt;
-  const bool is_bent = !fisheye && std::holds_alternative<Fisheye>(lens);
+  const bool is_equidistant = !fisheye && std::holds_alternative<Fisheye>(lens);
   start.free_values = model.free_values(
-      is_bent ? with_radial_distortion(model, lens, seeds, start.camera_from_world) : lens);
+      is_equidistant ? with_radial_distortion(model, lens, seeds, start.camera_from_world) : lens);
   return start;
 }
 
 std::optional<Pose> consensus_pose(const CalibrationView& view, const Lens& lens) {
   std::vector<std::uint8_t> inlier;
-  const std::optional<SeedView> seed = find_seed(view, 0, lens, inlier);
+  const std::optional<SeedView> seed = seed_inliers(view, 0, lens, inlier);
   if (!seed) return std::nullopt;
   const std::optional<RefinedPose> pose = seed_pose(*seed, lens, 30);
   if (!pose) return std::nullopt;

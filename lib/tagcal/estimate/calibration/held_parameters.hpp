@@ -7,15 +7,18 @@
 
 namespace tagcal::internal {
 
-// What a user states before a calibration: where it starts and what it holds.
+// Parameters that a user fixes, and the start that he gives.
 
-// Throws Error for what no data set could be calibrated with.
+// The model is chosen, not given by its name.
+bool is_auto(const CalibrateOptions& options);
+
+// Throw Error for options that no data set can be calibrated with.
 void check_start(const CalibrateOptions& options);
 void check_fixed(const CalibrateOptions& options);
 
-// The ladder with what is held. Precondition: check_fixed.
+// All models, with the fixed parameters held. Precondition: check_fixed.
 std::shared_ptr<const HeldModels> held_models(const CalibrateOptions& options);
 
-StartOptions start_options(const CalibrateOptions& options);
+SeedOptions seed_options(const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -10,6 +10,7 @@
 #include "tagcal/estimate/calibration/model_ladder.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
@@ -18,49 +19,45 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
 
-constexpr double kGrosslyWrongSigmas = 100;
-constexpr int kFisheyeHandicap = 3;     // parameters
-constexpr double kStrongEvidence = 10;  // of BIC (Kass & Raftery 1995: very strong)
-
 std::string number(double value) {
   char text[64];
   std::snprintf(text, sizeof text, std::abs(value) < 1000 ? "%.3g" : "%.0f", value);
   return text;
 }
 
-bool is_fisheye(const Rung& rung) { return rung.model().lens_type() == LensType::fisheye; }
-
-// Against polynomials; the rational lens bends as freely.
-double handicap(const Ladder& ladder) {
-  const Rung* best = nullptr;
-  for (const Rung& rung : ladder.rungs)
-    if (!is_fisheye(rung) && rung.holds() && (!best || rung.bic < best->bic)) best = &rung;
+// Added to the BIC of a fisheye. Zero against the rational lens, which is as flexible.
+double handicap(const ModelLadder& ladder) {
+  const Candidate* best = nullptr;
+  for (const Candidate& candidate : ladder.candidates)
+    if (!candidate.is_fisheye() && candidate.is_usable() && (!best || candidate.bic < best->bic))
+      best = &candidate;
   const bool is_rational = best && best->model().name() == "opencv8";
-  return is_rational ? 0 : kFisheyeHandicap * std::log(ladder.num_residuals);
+  return is_rational ? 0 : policy::kFisheyeHandicap * std::log(ladder.num_residuals);
 }
 
-double score(const Rung& rung, const Ladder& ladder) {
-  return rung.bic + (is_fisheye(rung) ? handicap(ladder) : 0);
+double score(const Candidate& candidate, const ModelLadder& ladder) {
+  return candidate.bic + (candidate.is_fisheye() ? handicap(ladder) : 0);
 }
 
-// The fisheye is no way out for data that hold too little of a perspective: it must beat them all,
-// held or not.
-bool stands_for_choice(const Rung& rung, const Ladder& ladder) {
-  if (!rung.holds() || !is_fisheye(rung)) return rung.holds();
-  return std::all_of(ladder.rungs.begin(), ladder.rungs.end(), [&](const Rung& other) {
-    return score(rung, ladder) <= score(other, ladder);
-  });
+// The fisheye can be chosen only if its score beats every perspective model, observable or not:
+// otherwise it would answer for data that do not determine a perspective.
+bool is_eligible(const Candidate& candidate, const ModelLadder& ladder) {
+  if (!candidate.is_usable() || !candidate.is_fisheye()) return candidate.is_usable();
+  return std::all_of(
+      ladder.candidates.begin(), ladder.candidates.end(),
+      [&](const Candidate& other) { return score(candidate, ladder) <= score(other, ladder); });
 }
 
-const Rung* lowest_score(const Ladder& ladder) {
-  const Rung* best = nullptr;
-  for (const Rung& rung : ladder.rungs)
-    if (stands_for_choice(rung, ladder) && (!best || score(rung, ladder) < score(*best, ladder)))
-      best = &rung;
+const Candidate* lowest_score(const ModelLadder& ladder) {
+  const Candidate* best = nullptr;
+  for (const Candidate& candidate : ladder.candidates)
+    if (is_eligible(candidate, ladder) &&
+        (!best || score(candidate, ladder) < score(*best, ladder)))
+      best = &candidate;
   return best;
 }
 
-// The region over which, and the distance at which, projections are compared.
+// Pixels and distance at which projections are compared.
 struct Comparison {
   std::vector<Vector2d> samples;
   double distance_m = 1;
@@ -69,15 +66,14 @@ struct Comparison {
       : samples(seen_region(bundle).samples()), distance_m(median_distance_m(bundle)) {}
 };
 
-ProjectionUncertainty uncertainty(const Rung& rung, const Comparison& at) {
+ProjectionUncertainty uncertainty(const Candidate& candidate, const Comparison& at) {
   return projection_uncertainty(
-      {&rung.model(), rung.bundle.lens(), rung.seen.covariance->parameters},
-      ImageGrid{rung.bundle.image_size}, at.samples, at.distance_m);
+      {&candidate.model(), candidate.bundle.lens(), candidate.observability.covariance->parameters},
+      ImageGrid{candidate.bundle.image_size}, at.samples, at.distance_m);
 }
 
-// Whether the smaller model projects as the larger one does, at every node of the image within the
-// larger one's standard deviation there (per coordinate); a node that only one of them sees is a
-// difference.
+// The two models differ by at most the larger one's standard deviation (per coordinate) at every
+// node of the image. A node that only one of them sees is a difference.
 bool agrees_everywhere(const ProjectionUncertainty& large, const LensDifference& d) {
   for (Eigen::Index row = 0; row < large.sigma_px.rows(); ++row) {
     for (Eigen::Index column = 0; column < large.sigma_px.cols(); ++column) {
@@ -90,8 +86,8 @@ bool agrees_everywhere(const ProjectionUncertainty& large, const LensDifference&
   return true;
 }
 
-bool stands_for(const Rung& small, const Rung& large, const Comparison& at, double tolerance_px,
-                double& difference_px) {
+bool can_replace(const Candidate& small, const Candidate& large, const Comparison& at,
+                 double tolerance_px, double& difference_px) {
   const Camera a{large.bundle.lens(), large.bundle.image_size};
   const Camera b{small.bundle.lens(), small.bundle.image_size};
   const auto d = lens_difference(a, b, at.samples, at.distance_m);
@@ -100,40 +96,44 @@ bool stands_for(const Rung& small, const Rung& large, const Comparison& at, doub
   return d->rms_px <= tolerance_px || agrees_everywhere(uncertainty(large, at), *d);
 }
 
-const Rung* simplified(const Ladder& ladder, const Rung& winner, double tolerance_px,
-                       std::vector<std::optional<double>>& differences) {
-  if (is_fisheye(winner)) return &winner;
+// The smallest perspective that can replace the winner; sets the differences of all to the winner.
+const Candidate* smallest_equivalent(const ModelLadder& ladder, const Candidate& winner,
+                                     double tolerance_px,
+                                     std::vector<std::optional<double>>& differences) {
+  if (winner.is_fisheye()) return &winner;
   const Comparison at(winner.bundle);
-  const Rung* simplest = nullptr;
-  for (std::size_t i = 0; i < ladder.rungs.size(); ++i) {
-    const Rung& rung = ladder.rungs[i];
-    if (&rung == &winner || !rung.holds() || is_fisheye(rung)) continue;
+  const Candidate* smallest = nullptr;
+  for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
+    const Candidate& candidate = ladder.candidates[i];
+    if (&candidate == &winner || !candidate.is_usable() || candidate.is_fisheye()) continue;
     double difference = 0;
-    const bool alike = stands_for(rung, winner, at, tolerance_px, difference);
+    const bool is_equivalent = can_replace(candidate, winner, at, tolerance_px, difference);
     differences[i] = difference;
-    const bool smaller = rung.model().num_free() < winner.model().num_free();
-    if (alike && smaller && !simplest) simplest = &rung;
+    const bool is_smaller = candidate.model().num_free() < winner.model().num_free();
+    if (is_equivalent && is_smaller && !smallest) smallest = &candidate;
   }
-  return simplest ? simplest : &winner;
+  return smallest ? smallest : &winner;
 }
 
-// A model that the data ask for and do not determine.
-const Rung* wanted(const Ladder& ladder, const Rung& winner) {
-  for (const Rung& rung : ladder.rungs) {
-    const bool undetermined = rung.seen.status != Status::ok;
-    if (!undetermined || !rung.summary.converged || is_fisheye(rung) || is_fisheye(winner))
+// A perspective that is better than the winner by strong evidence, but is not determined.
+const Candidate* better_but_undetermined(const ModelLadder& ladder, const Candidate& winner) {
+  for (const Candidate& candidate : ladder.candidates) {
+    const bool is_determined = candidate.observability.status == Status::ok;
+    if (is_determined || !candidate.summary.converged || candidate.is_fisheye() ||
+        winner.is_fisheye())
       continue;
-    if (rung.bic < winner.bic - kStrongEvidence) return &rung;
+    if (candidate.bic < winner.bic - policy::kStrongEvidence) return &candidate;
   }
   return nullptr;
 }
 
-ModelStep weak_step(const Ladder& ladder, bool taken) {
+ModelStep weak_step(const ModelLadder& ladder, bool taken) {
   ModelStep step;
   step.model = "weak";
   step.taken = taken;
-  step.sentence = taken ? "the data hold no more" : "not needed: the data hold a focal length";
-  const Bundle& bundle = ladder.rungs.front().bundle;
+  step.sentence = taken ? "taken: the data determine no focal length"
+                        : "not needed: the data determine a focal length";
+  const Bundle& bundle = ladder.candidates.front().bundle;
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     const auto view = fit_weak_view(bundle.views[v], image_centre(bundle.image_size),
                                     bundle.camera_from_target[v]);
@@ -143,49 +143,52 @@ ModelStep weak_step(const Ladder& ladder, bool taken) {
   return step;
 }
 
-// The sentence of a model beside the last one that was taken, or what was chosen instead (none:
-// the first).
-std::string why(const Rung& rung, const Rung* last, const Ladder& ladder, bool taken) {
-  if (rung.seen.status != Status::ok)
-    return "not taken, the data cannot hold it: " + rung.seen.reason;
-  if (!rung.summary.converged) return "not taken: the solution did not converge";
-  if (rung.has_pole) return "not taken: its distortion has a pole inside the image";
-  if (!last || last == &rung) return taken ? "taken: the data hold its parameters" : "not taken";
-  const double gain = (last->misfit - rung.misfit) * ladder.noise_square;
-  const int more = rung.model().num_free() - last->model().num_free();
+// Why a model was taken or not, against `last`: the last one taken, or the chosen one (null: none).
+std::string step_sentence(const Candidate& candidate, const Candidate* last,
+                          const ModelLadder& ladder, bool taken) {
+  if (candidate.observability.status != Status::ok)
+    return "not taken, the data do not determine it: " + candidate.observability.reason;
+  if (!candidate.summary.converged) return "not taken: the solver did not converge";
+  if (candidate.has_pole) return "not taken: its distortion has a pole inside the image";
+  if (!last || last == &candidate)
+    return taken ? "taken: the data determine its parameters" : "not taken";
+  const double gain = (last->chi_square - candidate.chi_square) * ladder.noise_square;
+  const int more = candidate.model().num_free() - last->model().num_free();
   std::string text = number(std::abs(gain)) + (ladder.whitened ? "" : " px^2") +
                      (gain >= 0 ? " better than " : " worse than ") +
                      std::string(last->model().name()) + " in " +
                      std::to_string(ladder.num_residuals) + " residuals";
   if (more > 0)
-    text += ", for " + std::to_string(more) + (more == 1 ? " parameter" : " parameters");
-  if (more > 0) text += " more";
+    text += ", with " + std::to_string(more) + (more == 1 ? " parameter more" : " parameters more");
   return text + (taken ? ": taken" : ": not needed");
 }
 
-std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const Rung* winner,
-                               const std::vector<std::optional<double>>& differences) {
+std::vector<ModelStep> model_steps(const ModelLadder& ladder, const Candidate* chosen,
+                                   const Candidate* winner,
+                                   const std::vector<std::optional<double>>& differences) {
   std::vector<ModelStep> steps = {weak_step(ladder, chosen == nullptr)};
-  const Rung* last = nullptr;
+  const Candidate* last = nullptr;
   bool done = chosen == nullptr;
   const double chosen_difference =
-      chosen ? differences[static_cast<std::size_t>(chosen - ladder.rungs.data())].value_or(0) : 0;
-  for (std::size_t i = 0; i < ladder.rungs.size(); ++i) {
-    const Rung& rung = ladder.rungs[i];
+      chosen ? differences[static_cast<std::size_t>(chosen - ladder.candidates.data())].value_or(0)
+             : 0;
+  for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
+    const Candidate& candidate = ladder.candidates[i];
     ModelStep step;
-    step.model = rung.model().name();
-    step.num_parameters = rung.model().num_free();
-    step.cost = rung.misfit * ladder.noise_square;
-    step.bic = rung.bic;
+    step.model = candidate.model().name();
+    step.num_parameters = candidate.model().num_free();
+    step.cost = candidate.chi_square * ladder.noise_square;
+    step.bic = candidate.bic;
     step.difference_px = differences[i];
-    const bool on_the_way = chosen && !done && rung.holds() && !is_fisheye(rung) &&
-                            !is_fisheye(*chosen) && (!last || rung.bic < last->bic);
-    step.taken = &rung == chosen || on_the_way;
-    step.sentence = why(rung, last || step.taken ? last : chosen, ladder, step.taken);
-    if (&rung == winner && winner != chosen)
+    const bool on_the_way = chosen && !done && candidate.is_usable() && !candidate.is_fisheye() &&
+                            !chosen->is_fisheye() && (!last || candidate.bic < last->bic);
+    step.taken = &candidate == chosen || on_the_way;
+    step.sentence =
+        step_sentence(candidate, last || step.taken ? last : chosen, ladder, step.taken);
+    if (&candidate == winner && winner != chosen)
       step.sentence += ", the projections differ by " + number(chosen_difference) + " px";
-    if (step.taken) last = &rung;
-    done |= &rung == chosen;
+    if (step.taken) last = &candidate;
+    done |= &candidate == chosen;
     steps.push_back(std::move(step));
   }
   return steps;
@@ -193,25 +196,27 @@ std::vector<ModelStep> explain(const Ladder& ladder, const Rung* chosen, const R
 
 void add_weight(ModelStep& step, double weight) {
   step.weight = weight;
-  if (weight > kWorthAWord) step.sentence += "; counts " + percent(weight) + " in what is claimed";
+  if (weight > policy::kNamedModelWeight)
+    step.sentence += "; has " + percent(weight) + " of the weight in the standard deviations";
 }
 
-// Corners that only the rational lens reaches must not be lost to it: it gets a try at those which
-// the fit left out, but for the grossly wrong ones. Wrong corners that it bends to are no gain.
+// Fits opencv8 with the rejected corners taken back, except gross outliers: right corners may be
+// outliers of opencv5 only. Keeps it if it has more inliers and a lower truncated chi-square, which
+// outliers to which it adapts do not give.
 CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
                                      const CalibrationInput& input,
                                      const CalibrateOptions& options) {
   if (!options.reject_outliers || fit.outliers.empty() || fit.whitened) return fit;
   CalibrationFit generous = fit;
   std::erase_if(generous.outliers,
-                [&](const Outlier& o) { return o.residual_px < kGrosslyWrongSigmas * sigma; });
+                [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
   Bundle rational = fit.bundle;
   rational.model = &input.models->named("opencv8");
   rational.free_values = rational.model->free_values(fit.bundle.lens());
   std::optional<CalibrationFit> more = refit(rational, generous, input, options);
-  const bool better = more && more->num_inliers() > fit.num_inliers() &&
-                      more->truncated_misfit(sigma) < fit.truncated_misfit(sigma);
-  return better ? std::move(*more) : fit;
+  const bool is_better = more && more->num_inliers() > fit.num_inliers() &&
+                         more->truncated_chi_square(sigma) < fit.truncated_chi_square(sigma);
+  return is_better ? std::move(*more) : fit;
 }
 
 struct PerspectiveFits {
@@ -219,8 +224,8 @@ struct PerspectiveFits {
   std::optional<CalibrationFit> other;
 };
 
-// The corners that all perspectives are held against: those of the largest, or of the smallest
-// where the largest is more than the data hold and the smallest explains as many.
+// The fit whose inliers all perspectives share: opencv5; or f, if the data do not determine opencv5
+// and f has about as many inliers.
 PerspectiveFits fit_perspectives(const CalibrationInput& input, const CalibrateOptions& options) {
   std::optional<CalibrationFit> large = fit_model(input.models->named("opencv5"), input, options);
   if (large && large->summary.converged) {
@@ -230,31 +235,35 @@ PerspectiveFits fit_perspectives(const CalibrationInput& input, const CalibrateO
       return {with_rational_corners(*large, sigma, input, options), std::nullopt};
   }
   std::optional<CalibrationFit> small = fit_model(input.models->named("f"), input, options);
-  const bool is_enough = small && !(large && 20 * small->num_inliers() < 19 * large->num_inliers());
-  if (is_enough) std::swap(small, large);
+  const bool has_few_inliers =
+      small && large &&
+      policy::is_below(small->num_inliers(), policy::kSmallModelInliers, large->num_inliers());
+  if (small && !has_few_inliers) std::swap(small, large);
   return {std::move(large), std::move(small)};
 }
 
-void count_supported(ModelChoice& choice, const Ladder& ladder, const Rung& chosen,
-                     const CalibrateOptions& options) {
-  const ResidualField field = residual_field(chosen.bundle, least_sigma(ladder.whitened, options));
-  choice.supported = supported_models(ladder, chosen, field.inflation);
+void add_supported_models(ModelChoice& choice, const ModelLadder& ladder, const Candidate& chosen,
+                          const CalibrateOptions& options) {
+  const ResidualBias bias = residual_bias(chosen.bundle, least_sigma(ladder.whitened, options));
+  choice.supported = supported_models(ladder, chosen, bias.inflation);
   for (const SupportedModel& supported : choice.supported)
     for (ModelStep& step : choice.steps)
       if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
 }
 
-// `winner`: null where nothing but the basis is left.
-void judge(ModelChoice& choice, const Ladder& ladder, const Rung& basis, const Rung* winner) {
+// `winner`: null if no candidate is usable; `basis` is then the first one.
+void set_status(ModelChoice& choice, const ModelLadder& ladder, const Candidate& basis,
+                const Candidate* winner) {
   if (!winner) {
-    const bool held = basis.seen.status == Status::ok;
-    choice.status = held ? Status::not_converged : basis.seen.status;
-    choice.reason = held ? "no model's solution converged" : basis.seen.reason;
-  } else if (const Rung* more = wanted(ladder, *winner)) {
+    const bool is_determined = basis.observability.status == Status::ok;
+    choice.status = is_determined ? Status::not_converged : basis.observability.status;
+    choice.reason =
+        is_determined ? "the solver converged for no model" : basis.observability.reason;
+  } else if (const Candidate* more = better_but_undetermined(ladder, *winner)) {
     choice.status = Status::not_observable;
-    choice.reason = "the corners show more than model " + std::string(winner->model().name()) +
-                    " explains, but they do not determine " + std::string(more->model().name()) +
-                    ": " + more->seen.reason;
+    choice.reason = "model " + std::string(winner->model().name()) +
+                    " does not explain the corners, and they do not determine model " +
+                    std::string(more->model().name()) + ": " + more->observability.reason;
   }
 }
 
@@ -270,24 +279,24 @@ std::optional<ModelChoice> choose_model(const CalibrationInput& input,
   const auto pointer = [](const std::optional<CalibrationFit>& fit) {
     return fit ? &*fit : nullptr;
   };
-  const Ladder ladder =
-      build_ladder({pointer(perspective), pointer(fisheye), pointer(perspectives.other)}, options);
-  std::vector<std::optional<double>> differences(ladder.rungs.size());
-  const Rung* winner = lowest_score(ladder);
-  const Rung* chosen =
-      winner ? simplified(ladder, *winner, options.tolerance_px, differences) : nullptr;
-  const Rung& basis = chosen ? *chosen : ladder.rungs.front();
+  const ModelLadder ladder =
+      fit_ladder({pointer(perspective), pointer(fisheye), pointer(perspectives.other)}, options);
+  std::vector<std::optional<double>> differences(ladder.candidates.size());
+  const Candidate* winner = lowest_score(ladder);
+  const Candidate* chosen =
+      winner ? smallest_equivalent(ladder, *winner, options.tolerance_px, differences) : nullptr;
+  const Candidate& basis = chosen ? *chosen : ladder.candidates.front();
   std::optional<CalibrationFit> fit = refit(basis.bundle, *basis.fit, input, options);
-  if (fit) settle(fit->bundle, fit->summary, options.max_iterations);
+  if (fit) continue_until_converged(fit->bundle, fit->summary, options.max_iterations);
   ModelChoice choice{fit ? std::move(*fit) : *basis.fit, chosen == nullptr, Status::ok, "", {}, {}};
   choice.fit.bic = basis.bic;
   choice.fit.start_seconds =
       (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
   choice.fit.solve_seconds =
       std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
-  choice.steps = explain(ladder, chosen, winner, differences);
-  if (chosen) count_supported(choice, ladder, *chosen, options);
-  judge(choice, ladder, basis, winner);
+  choice.steps = model_steps(ladder, chosen, winner, differences);
+  if (chosen) add_supported_models(choice, ladder, *chosen, options);
+  set_status(choice, ladder, basis, winner);
   return choice;
 }
 

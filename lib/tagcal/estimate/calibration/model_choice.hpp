@@ -10,31 +10,32 @@
 
 namespace tagcal::internal {
 
-// What `auto` settles on.
+// The choice of `auto`.
 struct ModelChoice {
-  CalibrationFit fit;          // of the chosen model; of `f` where that is `weak`
-  bool weak = false;           // nothing but scaled orthographic projection is left
+  CalibrationFit fit;          // of the chosen model; of `f` if that is `weak`
+  bool weak = false;           // only scaled orthographic projection is determined
   Status status = Status::ok;  // focal_not_observable, degenerate: weak; not_observable: see reason
-  std::string reason;          // a sentence where status is not ok
+  std::string reason;          // a sentence if status is not ok
   std::vector<ModelStep> steps;
-  std::vector<SupportedModel> supported;  // beside the chosen one; count in its claims
+  std::vector<SupportedModel> supported;  // other models, part of the standard deviations
 };
 
-// The model that the data support best. The largest perspective and the fisheye are fitted with
-// rejection of wrong corners; the perspectives of the ladder then one after the other on the same
-// corners, each from the one below.
-//   1. A model whose parameters the data do not determine (`observability`) is never taken, nor one
-//      that contains it while the smaller one explains the corners as well; nor one with a pole
-//      inside the image.
-//   2. Of the others the lowest BIC wins, n = scalar residuals, each counted up to the rejection
-//      bound (Torr, IJCV 2002), the noise that of the best fit. The fisheye bears a handicap of
-//      three parameters: where both lenses bend to the same images, the ordinary one is meant.
-//   3. Then the smallest perspective that agrees with the winner within the winner's own standard
-//      deviation at every node over the image; or, with a tolerance, the smallest that projects
-//      within it, RMS over the seen region at the median distance, the pose taken out.
-// What the choice leaves out is in `supported`. A model that the data ask for (BIC, and more than
-// the chosen one's own uncertainty) but do not determine makes the answer not_observable. No value
-// where no view has a consensus.
+// Chooses the model that the data support best. opencv5 and the fisheye are fitted with rejection
+// of outliers, then the nested perspective models on the same inliers, each from the next smaller
+// one.
+//   1. Excludes models that the data do not determine (`observability`); models that contain one
+//      without an observable focal length, unless their BIC is lower; and models with a pole inside
+//      the image.
+//   2. The lowest BIC wins: n scalar residuals, each counted up to the rejection bound (Torr, IJCV
+//      2002), with the noise of the best fit. The fisheye has a handicap
+//      (policy::kFisheyeHandicap).
+//   3. Takes the smallest perspective that agrees with the winner within the winner's standard
+//      deviation at every node of the image; or, with a tolerance, the smallest whose projection
+//      differs by less, RMS over the seen region at the median distance, after the best relative
+//      pose.
+// The other models that the data support are in `supported`. The status is not_observable if a
+// model that the data do not determine is better by policy::kStrongEvidence of BIC. No value if no
+// view has a consensus.
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options);
 

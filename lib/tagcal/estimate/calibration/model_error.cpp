@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 
@@ -13,10 +14,6 @@ namespace tagcal::internal {
 namespace {
 
 using Eigen::Vector2d;
-
-constexpr double kNormalQuantile = 4;     // of the chi-square that noise alone hardly exceeds
-constexpr double kLeastRatio = 1.1;       // of chi-square to its mean, that is worth a word
-constexpr double kSameModelError = 0.02;  // relative
 
 double chi_square(std::span<const Vector2d> residuals, std::span<const Matrix2> covariances,
                   double variance) {
@@ -38,21 +35,21 @@ Matrix2 covariance_of(const Matrix2& whitening) {
 double excess_px(std::span<const Vector2d> residuals_px, std::span<const Matrix2> covariance_px2,
                  double degrees_of_freedom) {
   const double at_zero = chi_square(residuals_px, covariance_px2, 0);
-  if (!(degrees_of_freedom > 0) || at_zero < kLeastRatio * degrees_of_freedom ||
-      at_zero < chi_square_quantile(degrees_of_freedom, kNormalQuantile))
+  if (!(degrees_of_freedom > 0) || at_zero < policy::kModelErrorRatio * degrees_of_freedom ||
+      at_zero < chi_square_quantile(degrees_of_freedom, policy::kModelErrorQuantile))
     return 0;
-  double high = 0;  // all of the residuals
+  double high = 0;  // upper bound: the model error makes all of the residuals
   for (const Vector2d& r : residuals_px) high += r.squaredNorm() / degrees_of_freedom;
   double low = 0;
-  while (high - low > 1e-6 * high) {
-    const double middle = 0.5 * (low + high);
-    const bool more = chi_square(residuals_px, covariance_px2, middle) > degrees_of_freedom;
-    (more ? low : high) = middle;
+  while (high - low > 1e-6 * high) {  // numeric: precision of the bisection
+    const double middle = (low + high) / 2;
+    const bool is_too_low = chi_square(residuals_px, covariance_px2, middle) > degrees_of_freedom;
+    (is_too_low ? low : high) = middle;
   }
   return std::sqrt(high);
 }
 
-bool count_model_error(CalibrationInput& input, const CalibrationFit& fit) {
+bool update_model_error(CalibrationInput& input, const CalibrationFit& fit) {
   const double freedom = degrees_of_freedom(fit.bundle);
   if (!input.whitened || !(freedom > 0)) return false;
   const double before = input.model_error_px * input.model_error_px;
@@ -67,7 +64,7 @@ bool count_model_error(CalibrationInput& input, const CalibrationFit& fit) {
       covariances.push_back(covariance_of(whitening) - before * Matrix2::Identity());
   }
   const double excess = excess_px(residuals, covariances, freedom);
-  if (std::abs(excess - input.model_error_px) <= kSameModelError * excess) return false;
+  if (std::abs(excess - input.model_error_px) <= policy::kModelErrorChange * excess) return false;
   for (CalibrationView& view : input.views)
     for (Matrix2& whitening : view.problem.whitening)
       whitening =

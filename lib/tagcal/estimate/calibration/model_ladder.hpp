@@ -9,43 +9,47 @@
 
 namespace tagcal::internal {
 
-// One model of the ladder, fitted.
-struct Rung {
+// A fitted model of the ladder.
+struct Candidate {
   Bundle bundle;
   BundleSummary summary;
-  const CalibrationFit* fit = nullptr;  // whose corners these are
-  Observability seen;
-  double misfit = 0;  // squared residuals / noise^2; rejected corners count up to the bound
-  double bic = std::numeric_limits<double>::infinity();  // all corners count up to it
+  const CalibrationFit* fit = nullptr;  // the source of the inliers
+  Observability observability;
+  double chi_square = 0;  // squared residuals / noise_square; outliers count up to the bound
+  double bic = std::numeric_limits<double>::infinity();  // all corners count up to the bound
+  bool has_pole = false;                                 // inside the image
 
   const Model& model() const { return *bundle.model; }
-  bool has_pole = false;  // inside the image: not taken
-  bool holds() const { return seen.status == Status::ok && summary.converged && !has_pole; }
+  bool is_fisheye() const { return model().lens_type() == LensType::fisheye; }
+  // Only usable candidates can be chosen.
+  bool is_usable() const {
+    return observability.status == Status::ok && summary.converged && !has_pole;
+  }
 };
 
-// The rungs that stand for choice, in the order of the ladder.
-struct Ladder {
-  std::vector<Rung> rungs;
+// All candidates, from the smallest model to the largest, then the fisheye.
+struct ModelLadder {
+  std::vector<Candidate> candidates;
   double noise_square = 1;  // of one (whitened) coordinate
   int num_residuals = 0;
   bool whitened = false;
 };
 
-// The perspectives of the ladder on the same corners, up to `top`, each from the best one below it,
-// so that a solver that stops at the fold of a lens leads no other there; or from `from`, where
-// that explains more.
-std::vector<Rung> climb(const Bundle& from, const Model& top, int max_iterations);
+// The nested perspective models up to `top` on the same corners. Each starts from the best smaller
+// one, so that a fit that stopped at the fold of a lens is no start of another; or from `from`, if
+// that has the lower cost.
+std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_iterations);
 
-// What a ladder is made of; null where there is none, but for one of the first two. They must
+// The fits from which a ladder starts; null if missing, but not both of the first two. They must
 // outlive the ladder.
 struct LadderFits {
   const CalibrationFit* perspective = nullptr;
   const CalibrationFit* fisheye = nullptr;
-  const CalibrationFit* other_perspective = nullptr;  // another start
+  const CalibrationFit* other_perspective = nullptr;  // a second start
 };
 
-// f, f+c, ... opencv8 on the corners of `perspective`, or on those of another fit where they
-// explain more from its poses; and the fisheye as it is.
-Ladder build_ladder(const LadderFits& fits, const CalibrateOptions& options);
+// f, f+c, ... opencv8 on the inliers of `perspective`, or of another fit from whose poses a
+// candidate reaches a lower BIC; and the fisheye as it is.
+ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 #include "tagcal/solvers/numeric/projective_map.hpp"
@@ -18,12 +19,10 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// 150 samples of four hold one without a wrong corner with p > 0.9999 at 50 % wrong corners.
-constexpr int kNumSamples = 150;
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Squared tangents stand for angles, whose order they keep: infinite from a right angle on.
+// The squared tangent of the angle between two directions, which has the order of the angle;
+// infinite from a right angle on.
 double square_of_tangent(const Vector3d& ray, const Vector3d& mapped) {
   const double along = ray.dot(mapped);
   return along > 0 ? ray.cross(mapped).squaredNorm() / (along * along) : kInfinity;
@@ -31,7 +30,7 @@ double square_of_tangent(const Vector3d& ray, const Vector3d& mapped) {
 
 double angle_of(double square_of_tangent) { return std::atan(std::sqrt(square_of_tangent)); }
 
-// Of every so many-th value.
+// Median of every `stride`-th value; `values` is a buffer.
 double median(std::span<const double> all, std::size_t stride, std::vector<double>& values) {
   values.clear();
   for (std::size_t i = 0; i < all.size(); i += stride) values.push_back(all[i]);
@@ -40,14 +39,16 @@ double median(std::span<const double> all, std::size_t stride, std::vector<doubl
   return *middle;
 }
 
-// Within 6 robust standard deviations, and what a lens may bend beside it.
-double tolerance_of(double median_square) {
-  constexpr double kMedianOverSigma = 1.1774;  // of a Rayleigh distribution
-  const double angle = 6 / kMedianOverSigma * angle_of(median_square) + 1e-3;
+// Squared tangent of the largest angle of an inlier: policy::kLmedsSigmas robust standard
+// deviations, and what a lens bends.
+double inlier_bound(double median_square) {
+  constexpr double kMedianOverSigma = 1.1774;  // numeric: sqrt(2 ln 2), a Rayleigh distribution
+  const double angle =
+      policy::kLmedsSigmas / kMedianOverSigma * angle_of(median_square) + policy::kLmedsLensRad;
   return angle < std::numbers::pi / 2 ? std::tan(angle) * std::tan(angle) : kInfinity;
 }
 
-// A plane to rays; what the search needs to know of it.
+// Projective maps from a plane to rays.
 class PlaneMap {
  public:
   static constexpr std::size_t kSampleSize = 4;
@@ -56,7 +57,8 @@ class PlaneMap {
     for (const Vector3d& p : points) points_.push_back(p.head<2>());
   }
 
-  // Squared tangents of the angles between each ray and where the map of the chosen puts its point.
+  // Fits the map to the chosen points. Returns the squared tangents of the angles between all rays
+  // and their mapped points; false if the points determine no map.
   bool find(std::span<const std::size_t> chosen, std::vector<double>& squares) const {
     std::vector<Vector2d> points;
     std::vector<Vector3d> rays;
@@ -76,7 +78,7 @@ class PlaneMap {
   std::span<const Vector3d> rays_;
 };
 
-// Space to rays.
+// Projective maps from space to rays.
 class SpaceMap {
  public:
   static constexpr std::size_t kSampleSize = 6;
@@ -104,41 +106,42 @@ class SpaceMap {
 };
 
 template <typename Map>
-class Search {
+class LmedsSearch {
  public:
-  Search(const Map& map, std::size_t n) : map_(map), squares_(n) {}
+  LmedsSearch(const Map& map, std::size_t n) : map_(map), squares_(n) {}
 
   std::optional<Consensus> run() {
     const std::size_t n = squares_.size();
     if (n < Map::kSampleSize) return std::nullopt;
-    // Good data end here: one map fits nearly all, as the median of some shows. Wrong ones would
-    // bend it away from the others.
-    constexpr std::size_t kEnough = 36;
+    // One map of all points suffices for good data: its median angle is small, because wrong points
+    // would move the map away from the others.
+    constexpr std::size_t kEnough = 36;  // a limit of work: points of this median
     std::vector<std::size_t> all(n);
     std::iota(all.begin(), all.end(), 0);
-    consider(all, (n + kEnough - 1) / kEnough);
-    const std::size_t most =
-        !best_.empty() && angle_of(best_median_) < 0.01 ? agreeing().size() : 0;
-    if (most < n) {
+    try_map(all, (n + kEnough - 1) / kEnough);
+    const bool is_good = !best_.empty() && angle_of(best_median_) < policy::kLmedsGoodMedianRad;
+    const std::size_t num_inliers = is_good ? inliers().size() : 0;
+    if (num_inliers < n) {
       best_median_ = kInfinity;
-      consider(all);
+      try_map(all);
     }
     Random random(n);
     std::vector<std::size_t> sample;
-    for (int i = 0; i < (20 * most >= 19 * n ? 0 : kNumSamples); ++i) {
-      draw(random, sample);
-      consider(sample);
+    const bool needs_samples = policy::is_below(num_inliers, policy::kLmedsGoodInliers, n);
+    for (int i = 0; i < (needs_samples ? policy::kLmedsSamples : 0); ++i) {
+      draw_sample(random, sample);
+      try_map(sample);
     }
     if (best_.empty()) return std::nullopt;
-    for (int i = 0; i < 3 && most < n; ++i) consider(agreeing());
+    for (int i = 0; i < 3 && num_inliers < n; ++i) try_map(inliers());
     Consensus consensus{std::vector<std::uint8_t>(n, 0), angle_of(best_median_)};
-    for (const std::size_t i : agreeing()) consensus.inlier[i] = 1;
+    for (const std::size_t i : inliers()) consensus.inlier[i] = 1;
     return consensus;
   }
 
  private:
-  // The map of the chosen, by the median of every so many-th square.
-  void consider(const std::vector<std::size_t>& chosen, std::size_t stride = 1) {
+  // Keeps the map of the chosen points if its median (of every `stride`-th square) is the lowest.
+  void try_map(const std::vector<std::size_t>& chosen, std::size_t stride = 1) {
     if (!map_.find(chosen, squares_)) return;
     const double m = median(squares_, stride, median_buffer_);
     if (!(m < best_median_)) return;
@@ -146,15 +149,15 @@ class Search {
     best_ = squares_;
   }
 
-  std::vector<std::size_t> agreeing() const {
-    const double tolerance = tolerance_of(best_median_);
-    std::vector<std::size_t> chosen;
+  std::vector<std::size_t> inliers() const {
+    const double bound = inlier_bound(best_median_);
+    std::vector<std::size_t> indices;
     for (std::size_t i = 0; i < best_.size(); ++i)
-      if (best_[i] <= tolerance) chosen.push_back(i);
-    return chosen;
+      if (best_[i] <= bound) indices.push_back(i);
+    return indices;
   }
 
-  void draw(Random& random, std::vector<std::size_t>& sample) const {
+  void draw_sample(Random& random, std::vector<std::size_t>& sample) const {
     sample.clear();
     while (sample.size() < Map::kSampleSize) {
       const std::size_t i = random.index(squares_.size());
@@ -163,7 +166,7 @@ class Search {
   }
 
   const Map& map_;
-  std::vector<double> squares_;  // of the map at hand
+  std::vector<double> squares_;  // of the current map
   std::vector<double> median_buffer_;
   std::vector<double> best_;
   double best_median_ = kInfinity;
@@ -171,10 +174,10 @@ class Search {
 
 }  // namespace
 
-std::optional<Consensus> find_consensus(std::span<const Vector3d> points, PointShape shape,
-                                        std::span<const Vector3d> rays) {
-  if (shape == PointShape::plane) return Search(PlaneMap(points, rays), rays.size()).run();
-  return Search(SpaceMap(points, rays), rays.size()).run();
+std::optional<Consensus> projective_lmeds(std::span<const Vector3d> points, PointShape shape,
+                                          std::span<const Vector3d> rays) {
+  if (shape == PointShape::plane) return LmedsSearch(PlaneMap(points, rays), rays.size()).run();
+  return LmedsSearch(SpaceMap(points, rays), rays.size()).run();
 }
 
 }  // namespace tagcal::internal

@@ -3,33 +3,32 @@
 #include <cmath>
 
 #include "tagcal/estimate/calibration/calibration_seed.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 constexpr int kIterations = 100;
 constexpr std::size_t kFewViews = 8;
-constexpr double kCurved = 4;  // by which a cost may rise more slowly than its information says
-constexpr double kSmallestCosine = 0.17;  // 80 degrees from the axis
 
-// Of as many views, evenly spread.
-Bundle some_views(const Bundle& bundle, std::size_t count) {
-  Bundle some{bundle.model, bundle.image_size, bundle.free_values, {}, {}};
+// The bundle of `count` views, evenly spread.
+Bundle spread_views(const Bundle& bundle, std::size_t count) {
+  Bundle spread{bundle.model, bundle.image_size, bundle.free_values, {}, {}};
   const std::size_t n = bundle.views.size();
   for (std::size_t i = 0; i < std::min(count, n); ++i) {
     const std::size_t v = i * n / std::min(count, n);
-    some.views.push_back(bundle.views[v]);
-    some.camera_from_target.push_back(bundle.camera_from_target[v]);
+    spread.views.push_back(bundle.views[v]);
+    spread.camera_from_target.push_back(bundle.camera_from_target[v]);
   }
-  return some;
+  return spread;
 }
 
-// The same views with one focal length: from their poses, or from none where a fisheye has these
-// beyond what a plain lens sees. No value where such a lens has no poses for them.
-std::optional<Bundle> with_focal_length(const Bundle& bundle) {
+// The views under model f: with the same poses, or with those of calibration_seed if a fisheye sees
+// corners that a perspective cannot. No value if a view gets no pose.
+std::optional<Bundle> with_model_f(const Bundle& bundle) {
   const Model& model = bundle.model->sibling("f");
   Bundle plain = with_model(bundle, model);
-  if (well_in_front(bundle)) return plain;
+  if (within_perspective_field(bundle)) return plain;
   std::vector<CalibrationView> views;
   for (const ViewProblem& problem : bundle.views) {
     CalibrationView& view = views.emplace_back();
@@ -39,7 +38,7 @@ std::optional<Bundle> with_focal_length(const Bundle& bundle) {
       view.seed.push_back(i);
     }
   }
-  const auto start = find_start(model, bundle.image_size, views);
+  const auto start = calibration_seed(model, bundle.image_size, views);
   if (!start) return std::nullopt;
   plain.free_values = start->free_values;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -49,43 +48,43 @@ std::optional<Bundle> with_focal_length(const Bundle& bundle) {
   return plain;
 }
 
-// What a plain lens says: a refusal, or where it is (no value: it does not explain the corners).
-struct Asked {
-  Observability refused;
-  std::optional<Bundle> plain;
-  double excess = 0;  // of its cost
+// The fit of a lens without distortion.
+struct PlainFit {
+  Observability refused;        // not ok: the plain lens explains the corners and is not observable
+  std::optional<Bundle> plain;  // f+c or pinhole, if it explains the corners
+  double excess = 0;            // its cost above that of the full model
 
-  bool any() const { return refused.status != Status::ok || plain; }
+  bool explains() const { return refused.status != Status::ok || plain; }
 };
 
-// `most`: by which a plain lens may be worse and explain as well.
-Asked ask(const Bundle& solved, double sigma, double most) {
-  Asked asked;
-  std::optional<Bundle> state = with_focal_length(solved);
-  if (!state) return asked;
+// `most`: the excess up to which a plain lens explains the corners as well.
+PlainFit fit_plain_lens(const Bundle& solved, double sigma, double most) {
+  PlainFit fit;
+  std::optional<Bundle> state = with_model_f(solved);
+  if (!state) return fit;
   const double cost = cost_of(solved);
-  asked.excess = solve(*state, kIterations).cost - cost;
+  fit.excess = solve(*state, kIterations).cost - cost;
   Observability seen = observability(*state, sigma);
-  if (seen.status == Status::focal_not_observable && asked.excess < most) {
-    asked.refused = std::move(seen);
-    return asked;
+  if (seen.status == Status::focal_not_observable && fit.excess < most) {
+    fit.refused = std::move(seen);
+    return fit;
   }
   const Model& plain = solved.model->sibling(solved.model->num_free() > 5 ? "pinhole" : "f+c");
-  if (solved.model->num_free() <= plain.num_free()) return asked;
+  if (solved.model->num_free() <= plain.num_free()) return fit;
   state = with_model(*state, plain);
-  asked.excess = solve(*state, kIterations).cost - cost;
-  if (asked.excess > most) return asked;
+  fit.excess = solve(*state, kIterations).cost - cost;
+  if (fit.excess > most) return fit;
   seen = observability(*state, sigma);
-  if (seen.status != Status::ok) asked.refused = std::move(seen);
-  asked.plain = std::move(state);
-  return asked;
+  if (seen.status != Status::ok) fit.refused = std::move(seen);
+  fit.plain = std::move(state);
+  return fit;
 }
 
-// How far the plain lens is from the solved one, in squared standard deviations of the parameters
-// that both have.
+// Squared Mahalanobis distance between the plain and the solved lens, over the parameters that both
+// have.
 double distance_square(const Bundle& plain, const Bundle& solved,
                        const Eigen::MatrixXd& covariance) {
-  std::vector<Eigen::Index> common;  // among those of the solved one
+  std::vector<Eigen::Index> common;  // indices in the solved model
   std::vector<double> differences;
   for (std::size_t i = 0; i < plain.free_values.size(); ++i) {
     for (std::size_t j = 0; j < solved.free_values.size(); ++j) {
@@ -103,33 +102,35 @@ double distance_square(const Bundle& plain, const Bundle& solved,
 
 }  // namespace
 
-std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
-                                                 const Eigen::MatrixXd& covariance, double sigma) {
+std::optional<Observability> simpler_model_test(const Bundle& solved,
+                                                const Eigen::MatrixXd& covariance, double sigma) {
   const int more = solved.model->num_free() - 1;
   if (more <= 0) return std::nullopt;
   const double square = sigma * sigma;
   const double most = square * more * std::log(2.0 * num_corners(solved));
-  if (solved.views.size() > kFewViews && !ask(some_views(solved, kFewViews), sigma, most).any())
+  if (solved.views.size() > kFewViews &&
+      !fit_plain_lens(spread_views(solved, kFewViews), sigma, most).explains())
     return std::nullopt;
-  Asked asked = ask(solved, sigma, most);
-  if (asked.refused.status != Status::ok) return asked.refused;
-  if (!asked.plain || distance_square(*asked.plain, solved, covariance) <
-                          kCurved * (asked.excess / square + kCurved * kCurved))
+  PlainFit fit = fit_plain_lens(solved, sigma, most);
+  if (fit.refused.status != Status::ok) return fit.refused;
+  if (!fit.plain ||
+      distance_square(*fit.plain, solved, covariance) <
+          policy::kCurvedCost * (fit.excess / square + policy::kCurvedCost * policy::kCurvedCost))
     return std::nullopt;
-  asked.refused.status = Status::not_observable;
-  asked.refused.reason = "not observable from these views: model " +
-                         std::string(solved.model->name()) +
-                         " describes the noise, and its standard deviations say nothing; model " +
-                         std::string(asked.plain->model->name()) + " explains the corners as well";
-  return asked.refused;
+  fit.refused.status = Status::not_observable;
+  fit.refused.reason = "not observable from these views: model " +
+                       std::string(solved.model->name()) +
+                       " fits the noise, so its standard deviations are too small; model " +
+                       std::string(fit.plain->model->name()) + " explains the corners as well";
+  return fit.refused;
 }
 
-bool well_in_front(const Bundle& bundle) {
+bool within_perspective_field(const Bundle& bundle) {
   if (bundle.model->lens_type() == LensType::perspective) return true;
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     for (const Correspondence& c : bundle.views[v].correspondences) {
       const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
-      if (x.z() < kSmallestCosine * x.norm()) return false;
+      if (x.z() < policy::kPerspectiveCosine * x.norm()) return false;
     }
   }
   return true;
@@ -152,8 +153,10 @@ std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
   const auto inverse = exact_inverse(information->halves[0] + information->halves[1]);
   if (!inverse) return std::nullopt;
   const Eigen::VectorXd gradient = information->gradients[0] + information->gradients[1];
-  const double less = gradient.dot(*inverse * gradient);
-  return LargerLens{less / (sigma * sigma), less / std::max(cost_of(solved), 1e-300)};
+  const double decrease = gradient.dot(*inverse * gradient);
+  // numeric: no division by zero for exact corners
+  const double cost = std::max(cost_of(solved), 1e-300);
+  return LargerLens{decrease / (sigma * sigma), decrease / cost};
 }
 
 }  // namespace tagcal::internal

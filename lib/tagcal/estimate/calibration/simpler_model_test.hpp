@@ -6,32 +6,32 @@
 
 namespace tagcal::internal {
 
-// Many free coefficients can talk the information of an estimate into a lens that the same data do
-// not hold: noise makes curvature, and curvature tells of a centre and a focal length. So plain
-// lenses are asked, too:
-//   1. where one focal length alone explains the corners as well (by BIC), whether that is held;
-//   2. where f+c or pinhole does, whether that is held, and
-//   3. whether it is within the standard deviations of the estimate: the cost rises by d^2 sigma^2
-//      at d of them, or they say nothing.
-// What these answer where they are not; no value where there is nothing to doubt. First a few of
-// the views: what these do not explain with a plain lens, all of them do not. `covariance`: of the
-// free parameters of the solved bundle.
-std::optional<Observability> doubt_of_plain_lens(const Bundle& solved,
-                                                 const Eigen::MatrixXd& covariance, double sigma);
+// An over-parameterised model can report a small linearised covariance although a nested, simpler
+// model fits as well: coefficients that fit the noise have curvature, and curvature determines a
+// centre and a focal length. So lenses without distortion are fitted, too. Returns a refusal if
+//   1. model f fits as well (by BIC), and its focal length is not observable;
+//   2. f+c or pinhole fits as well, and is not observable; or
+//   3. its distance from the estimate is many standard deviations: at d of them the cost should be
+//      higher by d^2 sigma^2 (policy::kCurvedCost).
+// No value otherwise. A few views are tested first: if a plain lens does not explain these, it does
+// not explain all. `covariance`: of the free parameters of the solved bundle.
+std::optional<Observability> simpler_model_test(const Bundle& solved,
+                                                const Eigen::MatrixXd& covariance, double sigma);
 
-// Whether no corner is further than 80 degrees from the axis: a perspective lens could see it.
-bool well_in_front(const Bundle& bundle);
+// All corners are within policy::kPerspectiveCosine (80 degrees) of the axis, so a perspective lens
+// can see them.
+bool within_perspective_field(const Bundle& bundle);
 
-// The same lens and poses as another model of the same lens type has them.
+// The same poses, with the lens in the parameters of another model.
 Bundle with_model(const Bundle& bundle, const Model& model);
 
-// What opencv5 would explain of a solved perspective that is smaller, to first order.
+// The gain of opencv5 over a solved perspective with fewer parameters, to first order.
 struct LargerLens {
-  double chi_square = 0;  // by which its sum of squares is lower, in units of sigma^2
+  double chi_square = 0;  // decrease of the sum of squares, in units of sigma^2
   double share = 0;       // of the sum of squares
 };
 
-// No value for a model that is not smaller, or where the data do not hold the larger one.
+// No value for a model that is not smaller, or if the data do not determine opencv5.
 std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma);
 
 }  // namespace tagcal::internal

@@ -6,6 +6,7 @@
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -14,18 +15,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLeastWeight = 1e-4;  // see the header
-
 bool contains(const Model& larger, const Model& smaller) {
   if (larger.lens_type() != smaller.lens_type()) return false;
-  const auto sets = [](const Model& model) {
+  const auto free_lens_parameters = [](const Model& model) {
     std::vector<int> all;
     for (const FreeParameter& free : model.free())
       all.insert(all.end(), free.lens_parameters.begin(), free.lens_parameters.end());
     std::sort(all.begin(), all.end());
     return all;
   };
-  const std::vector<int> a = sets(larger), b = sets(smaller);
+  const std::vector<int> a = free_lens_parameters(larger), b = free_lens_parameters(smaller);
   return larger.num_free() >= smaller.num_free() &&
          std::includes(a.begin(), a.end(), b.begin(), b.end());
 }
@@ -35,8 +34,8 @@ bool is_rational(const Model& model) {
       model.free(), [](const FreeParameter& free) { return free.lens_parameters.front() >= kK4; });
 }
 
-// Whether a lens parameter means the same in two models: scales and the principal point always do,
-// the others of one lens type, but for radial coefficients beside a denominator.
+// A lens parameter has the same meaning in two models: focal lengths and the principal point
+// always; the others for equal lens types, except radial coefficients beside a denominator.
 bool is_common(int parameter, const Model& a, const Model& b) {
   if (parameter <= kCy) return true;
   if (a.lens_type() != b.lens_type()) return false;
@@ -44,22 +43,22 @@ bool is_common(int parameter, const Model& a, const Model& b) {
   return a.lens_type() == LensType::fisheye || is_rational(a) == is_rational(b);
 }
 
-// The free parameters of `to` by those of `from`: each is the mean of the lens parameters that it
-// sets. Zero for what they do not have in common.
+// Matrix from the free parameters of `from` to those of `to`: each is the mean of the lens
+// parameters that it sets; zero for parameters without common meaning.
 MatrixXd parameters_from(const Model& from, const Model& to) {
   MatrixXd result = MatrixXd::Zero(to.num_free(), from.num_free());
   for (int i = 0; i < to.num_free(); ++i) {
-    const auto& wanted = to.free()[static_cast<std::size_t>(i)].lens_parameters;
+    const auto& target = to.free()[static_cast<std::size_t>(i)].lens_parameters;
     for (int j = 0; j < from.num_free(); ++j)
       for (const int k : from.free()[static_cast<std::size_t>(j)].lens_parameters)
-        if (is_common(k, from, to) && std::ranges::find(wanted, k) != wanted.end())
-          result(i, j) += 1.0 / static_cast<double>(wanted.size());
+        if (is_common(k, from, to) && std::ranges::find(target, k) != target.end())
+          result(i, j) += 1.0 / static_cast<double>(target.size());
   }
   return result;
 }
 
-// What a model says of the chosen one's parameters: its covariance of them, and the square of the
-// difference.
+// C + d d' of the chosen model's parameters under another model: its covariance C and the
+// difference d of the estimates.
 MatrixXd second_moment(const SupportedModel& other, const Bundle& chosen, const MatrixXd& own) {
   const Model& model = *chosen.model;
   const Lens lens = chosen.lens(), other_lens = other.bundle.lens();
@@ -67,15 +66,15 @@ MatrixXd second_moment(const SupportedModel& other, const Bundle& chosen, const 
   MatrixXd result = map * other.covariance.parameters * map.transpose();
   VectorXd difference = VectorXd::Zero(model.num_free());
   for (int i = 0; i < model.num_free(); ++i) {
-    const auto& wanted = model.free()[static_cast<std::size_t>(i)].lens_parameters;
-    if (!is_common(wanted.front(), *other.bundle.model, model)) {
+    const auto& target = model.free()[static_cast<std::size_t>(i)].lens_parameters;
+    if (!is_common(target.front(), *other.bundle.model, model)) {
       result(i, i) = own(i, i);
       continue;
     }
-    for (const int k : wanted)
+    for (const int k : target)
       difference[i] += (parameters(other_lens)[static_cast<std::size_t>(k)] -
                         parameters(lens)[static_cast<std::size_t>(k)]) /
-                       static_cast<double>(wanted.size());
+                       static_cast<double>(target.size());
   }
   return result + difference * difference.transpose();
 }
@@ -86,10 +85,10 @@ double total_weight(std::span<const SupportedModel> others) {
   return sum;
 }
 
-// The views say little of the principal point where they do not determine it, cameras more.
-void add_prior_of_centre(BundleInformation& information, const Bundle& bundle, double sigma) {
+// A prior of the principal point about the image centre.
+void add_centre_prior(BundleInformation& information, const Bundle& bundle, double sigma) {
   const double spread_px =
-      kCentreSpread * std::hypot(bundle.image_size.width, bundle.image_size.height);
+      policy::kCentreSpread * std::hypot(bundle.image_size.width, bundle.image_size.height);
   const auto& free = bundle.model->free();
   for (std::size_t i = 0; i < free.size(); ++i) {
     const int k = free[i].lens_parameters.front();
@@ -98,67 +97,71 @@ void add_prior_of_centre(BundleInformation& information, const Bundle& bundle, d
   }
 }
 
-// A model that cannot be taken (the views do not determine it, the solver stopped at a fold, or
-// there is a pole in the image) is still one that may have made the data: to first order about the
-// largest model inside it that can be taken. The step to its minimum counts as the difference.
-std::optional<SupportedModel> linearised(const Ladder& ladder, const Rung& rung, double& misfit) {
-  const Rung* base = nullptr;
-  for (const Rung& other : ladder.rungs)
-    if (other.holds() && contains(rung.model(), other.model())) base = &other;
+// A candidate that is not usable may still be the true model: its estimate to first order about the
+// largest usable candidate that it contains. The step to its minimum is added to the covariance.
+std::optional<SupportedModel> linearised(const ModelLadder& ladder, const Candidate& candidate,
+                                         double& chi_square) {
+  const Candidate* base = nullptr;
+  for (const Candidate& other : ladder.candidates)
+    if (other.is_usable() && contains(candidate.model(), other.model())) base = &other;
   if (!base) return std::nullopt;
   const double sigma = ladder.whitened ? 1 : std::sqrt(ladder.noise_square);
-  SupportedModel result{with_model(base->bundle, rung.model()), {}, {}, 0};
+  SupportedModel result{with_model(base->bundle, candidate.model()), {}, {}, 0};
   auto information = bundle_information(result.bundle);
   if (!information) return std::nullopt;
-  if (rung.seen.status != Status::ok) add_prior_of_centre(*information, result.bundle, sigma);
-  const auto covariance = covariance_of(*information, rung.model().num_free(), sigma);
+  if (candidate.observability.status != Status::ok)
+    add_centre_prior(*information, result.bundle, sigma);
+  const auto covariance = covariance_of(*information, candidate.model().num_free(), sigma);
   if (!covariance) return std::nullopt;
   result.covariance = *covariance;
   const VectorXd gradient =
       (information->gradients[0] + information->gradients[1]) / (sigma * sigma);
   const VectorXd step = result.covariance.parameters * gradient;
-  misfit = base->misfit - gradient.dot(step);
-  if (rung.seen.status == Status::ok) misfit = std::min(misfit, rung.misfit);
+  chi_square = base->chi_square - gradient.dot(step);
+  if (candidate.observability.status == Status::ok)
+    chi_square = std::min(chi_square, candidate.chi_square);
   result.covariance.parameters += step * step.transpose();
   return result;
 }
 
-std::optional<SupportedModel> as_supported(const Ladder& ladder, const Rung& rung, double& misfit) {
-  misfit = rung.misfit;
-  if (rung.holds() && rung.seen.covariance)
-    return SupportedModel{rung.bundle, {}, *rung.seen.covariance, 0};
-  return linearised(ladder, rung, misfit);
+std::optional<SupportedModel> supported_model(const ModelLadder& ladder, const Candidate& candidate,
+                                              double& chi_square) {
+  chi_square = candidate.chi_square;
+  if (candidate.is_usable() && candidate.observability.covariance)
+    return SupportedModel{candidate.bundle, {}, *candidate.observability.covariance, 0};
+  return linearised(ladder, candidate, chi_square);
 }
 
 }  // namespace
 
-std::vector<SupportedModel> supported_models(const Ladder& ladder, const Rung& chosen,
+std::vector<SupportedModel> supported_models(const ModelLadder& ladder, const Candidate& chosen,
                                              double inflation) {
-  const auto akaike = [&](double misfit, const Model& model) {
-    return misfit / inflation + 2 * model.num_free();
+  const auto aic = [&](double chi_square, const Model& model) {
+    return chi_square / inflation + 2 * model.num_free();
   };
-  const double own = akaike(chosen.misfit, chosen.model());
+  const double own = aic(chosen.chi_square, chosen.model());
   std::vector<SupportedModel> supported;
   double least = own;
-  for (const Rung& rung : ladder.rungs) {
-    if (&rung == &chosen || contains(chosen.model(), rung.model())) continue;
-    double misfit = 0;
-    std::optional<SupportedModel> other = as_supported(ladder, rung, misfit);
+  for (const Candidate& candidate : ladder.candidates) {
+    if (&candidate == &chosen || contains(chosen.model(), candidate.model())) continue;
+    double chi_square = 0;
+    std::optional<SupportedModel> other = supported_model(ladder, candidate, chi_square);
     if (!other) continue;
-    other->views = rung.fit->views;
-    other->weight = akaike(misfit, rung.model());
+    other->views = candidate.fit->views;
+    other->weight = aic(chi_square, candidate.model());
     least = std::min(least, other->weight);
     supported.push_back(std::move(*other));
   }
-  double sum = std::exp(0.5 * (least - own));
+  double sum = std::exp((least - own) / 2);
   for (SupportedModel& other : supported)
-    sum += other.weight = std::exp(0.5 * (least - other.weight));
+    sum += other.weight = std::exp((least - other.weight) / 2);
   for (SupportedModel& other : supported) {
     other.weight /= sum;
     other.covariance.parameters *= inflation;
     for (Matrix6& pose : other.covariance.poses) pose *= inflation;
   }
-  std::erase_if(supported, [](const SupportedModel& m) { return m.weight < kLeastWeight; });
+  std::erase_if(supported,
+                [](const SupportedModel& m) { return m.weight < policy::kLeastModelWeight; });
   return supported;
 }
 
@@ -199,10 +202,11 @@ void add_model_uncertainty(ProjectionUncertainty& projection, const Camera& chos
       projection.sigma_px.setConstant(std::numeric_limits<double>::quiet_NaN());
       return;
     }
+    // Per coordinate: half of the squared differences.
     variance += other.weight * (its.sigma_px.array().square() +
-                                0.5 * (d->u_px.array().square() + d->v_px.array().square()));
-    region += other.weight * (std::pow(its.region_px, 2) + 0.5 * std::pow(d->rms_px, 2));
-    region_max += other.weight * (std::pow(its.region_max_px, 2) + 0.5 * std::pow(d->max_px, 2));
+                                (d->u_px.array().square() + d->v_px.array().square()) / 2);
+    region += other.weight * (std::pow(its.region_px, 2) + std::pow(d->rms_px, 2) / 2);
+    region_max += other.weight * (std::pow(its.region_max_px, 2) + std::pow(d->max_px, 2) / 2);
   }
   projection.sigma_px = variance.sqrt();
   projection.region_px = std::sqrt(region);

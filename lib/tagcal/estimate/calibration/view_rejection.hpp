@@ -4,23 +4,23 @@
 
 namespace tagcal::internal {
 
-// Views that a fit explains much worse than the others, corner by corner rejection notwithstanding,
-// as when the board moved during the exposure: they would bend the model. A view stands out
-//   - by an RMS of its inliers of 1.3 medians (or of the least noise that may be) and spatially
-//     correlated residuals (agreement.hpp): noise alone, however large, is no reason, or
-//   - where 40 points of percent more of its largest board were rejected than usual, or 30 with
-//     spatially correlated residuals.
-// Where more than a third of the views do so, it is not the views that are wrong. Of several boards
-// those are left out of a view that were rejected for the most part while the largest was not:
-// they do not hang where the data set says. What is left out stands in input.dropped with its
-// residuals under this fit; says whether there was any.
-bool leave_out_what_stands_out(CalibrationInput& input, const CalibrationFit& fit,
-                               const CalibrateOptions& options);
+// Rejects views that a fit explains much worse than the others, as when the board moved during the
+// exposure: their inliers alone would bias the model. A view is outlying if
+//   - the RMS of its inliers is policy::kOutlyingRms medians and its residuals are spatially
+//     correlated (residual_test.hpp): large noise alone is no reason; or
+//   - policy::kOutlyingRejected more of its largest board's corners than usual are rejected, or
+//     policy::kOutlyingRejectedCorrelated more with spatially correlated residuals.
+// If more than a third of the views are outlying, the model is wrong, and none is rejected. Rejects
+// a board of a view if most of its corners are outliers and those of the largest board are not: its
+// pose differs from the data set's. Rejected corners stand in input.rejected with their residuals
+// under this fit. Returns true if any was rejected.
+bool reject_outlying_views(CalibrationInput& input, const CalibrationFit& fit,
+                           const CalibrateOptions& options);
 
-// Whether a fit explains what was left out of its input by another lens: all of its corners agree,
-// and without those the model's sum of squares is lower by no more than noise makes of them
-// (p = 0.001; Chow, Econometrica 1960). Then the other lens was wrong, and not the views.
-bool explains_left_out(const CalibrationFit& fit, const CalibrationInput& without,
+// A fit explains the views that were rejected under another lens: all of its corners are inliers,
+// and its sum of squares without these views (`without`) is lower by no more than noise (p = 0.001;
+// Chow, Econometrica 1960). Then the other lens was wrong, not the views.
+bool explains_rejected(const CalibrationFit& fit, const CalibrationInput& without,
                        const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

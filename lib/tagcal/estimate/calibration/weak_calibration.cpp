@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/solvers/weak_perspective.hpp"
 
@@ -30,7 +32,7 @@ struct Normal {
   double cost = 0;
 };
 
-// Points relative to their centroid, so that scale and place are independent.
+// A view with its points' centroid: about it scale and position are uncorrelated.
 struct CentredView {
   const ViewProblem& view;
   Vector3d centroid = Vector3d::Zero();
@@ -77,7 +79,7 @@ State stepped(const State& state, const Vector6d& step) {
           state.log_scale + step[5]};
 }
 
-WeakView answer(const CentredView& centred, const State& state, const Vector2d& centre) {
+WeakView weak_view(const CentredView& centred, const State& state, const Vector2d& centre) {
   WeakView result;
   result.scale_px_per_m = std::exp(state.log_scale);
   const Vector2d t = (state.middle_px - centre) / result.scale_px_per_m -
@@ -85,10 +87,11 @@ WeakView answer(const CentredView& centred, const State& state, const Vector2d& 
   result.camera_from_target = Pose(state.rotation, {t.x(), t.y(), 0});
   const Normal n = normal_equations(centred, state);
   result.cost = n.cost;
-  // In scaled units: pixels for the tilt, too.
+  // Scales the information to a unit diagonal: its units differ.
   Vector6d unit = n.information.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(unit.asDiagonal() * n.information *
                                                       unit.asDiagonal());
+  // numeric: a smaller pivot of a unit diagonal is rounding
   if (!unit.allFinite() || !(ldlt.vectorD().array() > 1e-12).all()) {
     result.covariance.setConstant(std::numeric_limits<double>::quiet_NaN());
     return result;
@@ -105,13 +108,14 @@ WeakView answer(const CentredView& centred, const State& state, const Vector2d& 
   return result;
 }
 
-// Down to the minimum near a state; with corners that all count alike it is there already.
-State descended(const CentredView& centred, State state) {
+// Levenberg-Marquardt from the closed form, which is the minimum already for equal covariances.
+State refined(const CentredView& centred, State state) {
   Normal n = normal_equations(centred, state);
-  double damping = 1e-4;
+  double damping = 1e-4;  // numeric: start of the damping
   for (int i = 0; i < 200 && damping < 1e12; ++i) {
     Eigen::Matrix<double, 6, 6> damped = n.information;
-    const double floor = 1e-9 * n.information.trace();  // a frontal board: no slope by tilt
+    // The tilt of a frontal board has no gradient.
+    const double floor = 1e-9 * n.information.trace();  // numeric: keeps the matrix regular
     damped.diagonal() += damping * (n.information.diagonal().array() + floor).matrix();
     const Vector6d step = -damped.ldlt().solve(n.gradient);
     const State next = stepped(state, step);
@@ -120,10 +124,10 @@ State descended(const CentredView& centred, State state) {
       damping *= 10;
       continue;
     }
-    const bool done = n.cost - at_next.cost <= 1e-12 * n.cost;
+    const bool done = n.cost - at_next.cost <= 1e-12 * n.cost;  // numeric: convergence
     state = next;
     n = at_next;
-    damping = std::max(damping / 10, 1e-12);
+    damping = std::max(damping / 10, 1e-12);  // numeric: least damping
     if (done) break;
   }
   return state;
@@ -131,11 +135,11 @@ State descended(const CentredView& centred, State state) {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The corners that take part in a fit of the views, one by one.
-struct Rounds {
+// The views and inliers of a robust fit.
+struct RobustWeakFit {
   const CalibrationInput& input;
   const CalibrateOptions& options;
-  std::vector<std::optional<Pose>> near;
+  std::vector<std::optional<Pose>> perspective_pose;
   std::vector<std::vector<std::uint8_t>> inlier;
   std::vector<std::optional<WeakView>> views;
   std::vector<std::vector<Vector2d>> residuals;
@@ -148,12 +152,13 @@ struct Rounds {
     residuals[v].assign(all.correspondences.size(), {unknown, unknown});
     squares[v].assign(all.correspondences.size(), kInfinity);
     views[v].reset();
-    if (near[v]) views[v] = fit_weak_view(chosen(all, inlier[v]), centre, *near[v]);
+    if (perspective_pose[v])
+      views[v] = fit_weak_view(chosen(all, inlier[v]), centre, *perspective_pose[v]);
     if (!views[v]) return;
     const double s = views[v]->scale_px_per_m;
     residuals[v] = residuals_px(all.correspondences, Parallel({s, s, centre.x(), centre.y()}),
                                 views[v]->camera_from_target);
-    if (!agrees(v)) {
+    if (!is_plausible(v)) {
       views[v].reset();
       return;
     }
@@ -161,9 +166,9 @@ struct Rounds {
       squares[v][i] = whitened_square(all, i, residuals[v][i]);
   }
 
-  // Whether the corners that take part lie about where the fit puts them: within a fifth of the
-  // size that they have in the image. Noise all over it lies nowhere.
-  bool agrees(std::size_t v) const {
+  // The residuals of the inliers are small against their extent in the image, which those of random
+  // pixels are not.
+  bool is_plausible(std::size_t v) const {
     Vector2d sum = Vector2d::Zero();
     double square = 0, residual = 0, count = 0;
     for (std::size_t i = 0; i < residuals[v].size(); ++i) {
@@ -174,10 +179,10 @@ struct Rounds {
       residual += residuals[v][i].squaredNorm();
       ++count;
     }
-    return residual < 0.04 * (square - sum.squaredNorm() / count);
+    return residual < policy::kWeakResidualShare * (square - sum.squaredNorm() / count);
   }
 
-  // The noise of the corners that take part; infinite where there are none.
+  // Robust standard deviation of the inliers; infinite without any.
   double sigma() const {
     std::vector<double> all;
     for (std::size_t v = 0; v < squares.size(); ++v)
@@ -186,8 +191,9 @@ struct Rounds {
     return all.empty() ? kInfinity : std::sqrt(robust_variance(all));
   }
 
-  bool reselect() {
-    const double bound = kRejectSigmas * std::max(least_sigma(input.whitened, options), sigma());
+  bool update_inliers() {
+    const double bound =
+        policy::kOutlierSigmas * std::max(least_sigma(input.whitened, options), sigma());
     bool changed = false;
     for (std::size_t v = 0; v < squares.size(); ++v) {
       for (std::size_t i = 0; i < squares[v].size(); ++i) {
@@ -200,32 +206,33 @@ struct Rounds {
   }
 };
 
-void fill(const Rounds& rounds, WeakFit& weak) {
+void collect(const RobustWeakFit& robust, WeakFit& weak) {
   CalibrationFit& fit = weak.fit;
-  for (std::size_t v = 0; v < rounds.views.size(); ++v) {
-    const CalibrationView& view = rounds.input.views[v];
+  for (std::size_t v = 0; v < robust.views.size(); ++v) {
+    const CalibrationView& view = robust.input.views[v];
     fit.num_corners += static_cast<int>(view.ids.size());
-    if (const auto& answer = rounds.views[v]) {
-      fit.bundle.views.push_back(chosen(view.problem, rounds.inlier[v]));
-      fit.bundle.camera_from_target.push_back(answer->camera_from_target);
+    if (const auto& solved = robust.views[v]) {
+      fit.bundle.views.push_back(chosen(view.problem, robust.inlier[v]));
+      fit.bundle.camera_from_target.push_back(solved->camera_from_target);
       fit.views.push_back(view.index);
       fit.images.push_back(view.image);
-      fit.summary.cost += answer->cost;
-      weak.views.push_back(*answer);
+      fit.summary.cost += solved->cost;
+      weak.views.push_back(*solved);
     } else {
-      fit.warnings.push_back(view.name() + ": left out, its corners do not agree");
+      add(fit.findings, code::view_rejected,
+          view.name() + ": rejected, its corners are not consistent with one pose");
     }
     for (std::size_t i = 0; i < view.ids.size(); ++i)
-      if (!rounds.views[v] || !rounds.inlier[v][i])
+      if (!robust.views[v] || !robust.inlier[v][i])
         fit.outliers.push_back(
-            {view.image, view.ids[i], rounds.residuals[v][i].norm(), view.index, view.corners[i]});
+            {view.image, view.ids[i], robust.residuals[v][i].norm(), view.index, view.corners[i]});
   }
 }
 
 }  // namespace
 
 std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& centre,
-                                      const Pose& near) {
+                                      const Pose& perspective_pose) {
   const CentredView centred(view);
   std::vector<Vector3d> points;
   std::vector<Vector2d> pixels;
@@ -233,20 +240,20 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
     points.push_back(c.point);
     pixels.push_back(c.pixel - centre);
   }
-  std::vector<WeakView> answers;
+  std::vector<WeakView> minima;
   for (const WeakPerspectivePose& pose : weak_perspective_poses(points, pixels)) {
-    const State state = descended(centred, state_of(centred, pose, centre));
-    answers.push_back(answer(centred, state, centre));
-    if (!std::isfinite(answers.back().cost)) answers.pop_back();
+    const State state = refined(centred, state_of(centred, pose, centre));
+    minima.push_back(weak_view(centred, state, centre));
+    if (!std::isfinite(minima.back().cost)) minima.pop_back();
   }
-  if (answers.empty()) return std::nullopt;
-  if (answers.size() == 1) return answers[0];
-  WeakView &a = answers[0], &b = answers[1];
-  constexpr double kAlike = 1e-6;
-  if (std::abs(a.cost - b.cost) > kAlike * std::max(a.cost, b.cost) + 1e-12)
+  if (minima.empty()) return std::nullopt;
+  if (minima.size() == 1) return minima[0];
+  WeakView &a = minima[0], &b = minima[1];
+  // numeric: the two minima of a plane have equal costs but for rounding
+  if (std::abs(a.cost - b.cost) > 1e-6 * std::max(a.cost, b.cost) + 1e-12)
     return a.cost < b.cost ? a : b;
-  const bool first = angle_between_rad(a.camera_from_target, near) <=
-                     angle_between_rad(b.camera_from_target, near);
+  const bool first = angle_between_rad(a.camera_from_target, perspective_pose) <=
+                     angle_between_rad(b.camera_from_target, perspective_pose);
   WeakView& nearer = first ? a : b;
   nearer.mirrored = (first ? b : a).camera_from_target;
   return nearer;
@@ -255,29 +262,29 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
 std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
   constexpr int kMaxRounds = 15;
   const auto begin = std::chrono::steady_clock::now();
-  const auto start =
-      find_start(input.models->named("f"), input.image_size, input.views, start_options(options));
+  const auto start = calibration_seed(input.models->named("f"), input.image_size, input.views,
+                                      seed_options(options));
   if (!start) return std::nullopt;
   const std::size_t n = input.views.size();
-  Rounds rounds{input,
-                options,
-                start->camera_from_world,
-                start->inlier,
-                std::vector<std::optional<WeakView>>(n),
-                std::vector<std::vector<Vector2d>>(n),
-                std::vector<std::vector<double>>(n)};
+  RobustWeakFit robust{input,
+                       options,
+                       start->camera_from_world,
+                       start->inlier,
+                       std::vector<std::optional<WeakView>>(n),
+                       std::vector<std::vector<Vector2d>>(n),
+                       std::vector<std::vector<double>>(n)};
   if (!options.reject_outliers)
-    for (auto& view : rounds.inlier) std::fill(view.begin(), view.end(), 1);
+    for (auto& view : robust.inlier) std::fill(view.begin(), view.end(), 1);
   for (int round = 0; round < kMaxRounds; ++round) {
-    for (std::size_t v = 0; v < n; ++v) rounds.fit_view(v);
-    if (!options.reject_outliers || !rounds.reselect()) break;
+    for (std::size_t v = 0; v < n; ++v) robust.fit_view(v);
+    if (!options.reject_outliers || !robust.update_inliers()) break;
   }
   WeakFit weak;
   weak.fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
   weak.fit.whitened = input.whitened;
-  weak.fit.warnings = input.warnings;
+  weak.fit.findings = input.findings;
   weak.fit.summary.converged = true;
-  fill(rounds, weak);
+  collect(robust, weak);
   if (weak.views.empty()) return std::nullopt;
   weak.fit.solve_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -10,29 +10,29 @@ namespace tagcal::internal {
 // One view under scaled orthographic projection: u = s (R X + t) + c, with its own scale s = f / Z
 // and the centre c of the image.
 struct WeakView {
-  Pose camera_from_target;               // t_z is 0: depth is not in it
-  std::optional<Pose> mirrored;          // of a plane: the other one, which fits as well
+  Pose camera_from_target;               // t_z is 0: the depth is not determined
+  std::optional<Pose> mirrored;          // of a plane: the second pose, which fits as well
   double scale_px_per_m = 0;             // s
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, t_x m, t_y m, log s), sigma = 1; NaN
-                                         // where a tilt is not determined
+                                         // if the tilt is not determined
   double cost = 0;                       // sum of squared whitened residuals
 };
 
-// The likeliest view: the closed form of weak_perspective.hpp, then Levenberg-Marquardt for the
-// corners' covariances. Of two poses that fit alike the one nearer to a perspective pose is given,
-// with which what perspective there is goes. No value for fewer than four correspondences or where
-// nothing fits.
+// Maximum likelihood pose: the closed form of weak_perspective.hpp, then Levenberg-Marquardt with
+// the corners' covariances. Of two equally good poses returns the one nearer to `perspective_pose`,
+// which the remaining perspective selects. No value for fewer than four correspondences or without
+// a finite fit.
 std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Eigen::Vector2d& centre,
-                                      const Pose& near);
+                                      const Pose& perspective_pose);
 
-// Every view by itself, on the corners that agree with it.
+// All views, each solved by itself on its inliers.
 struct WeakFit {
-  CalibrationFit fit;  // of model weak; poses are those of the views
+  CalibrationFit fit;  // of model weak, with the poses of the views
   std::vector<WeakView> views;
 };
 
-// Starts from consensus, leaves out what is further than kRejectSigmas from the answer, takes back
-// what is nearer, until nothing moves. No value where no view has a consensus.
+// Starts from calibration_seed, then solves and updates the inliers in turn until they are stable.
+// No value if no view has a consensus.
 std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -7,16 +7,15 @@
 
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/board_warp.hpp"
+#include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/checks/split_half_check.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr double kBentChiSquare = 18.4;      // two degrees of freedom, p = 0.0001
-constexpr double kSmallModelChiSquare = 45;  // eight degrees of freedom at most, p = 4e-7
-constexpr double kLargestBend = 0.01;        // of a board's diagonal
 
 std::string number(double value) {
   char text[32];
@@ -28,79 +27,80 @@ std::string bend_text(const BoardWarp& warp) {
   return number(warp.bend_mm.x()) + " mm along x and " + number(warp.bend_mm.y()) + " mm along y";
 }
 
-std::string cause(const MisfitEvidence& evidence, const char* of_board) {
+std::string cause(const LackOfFit& evidence, const char* of_board) {
   return "the model is too small" +
          (evidence.small_model ? std::string() : ", or the board is " + std::string(of_board)) +
-         "; the standard deviations are " + number(std::sqrt(evidence.inflation())) +
-         " times as large for it";
+         "; all standard deviations are multiplied by " + number(std::sqrt(evidence.inflation()));
 }
 
-// In units of the noise that counts.
-double chi_square(const BoardWarp& warp, const Calibration& c, const CalibrateOptions& options) {
-  const double share = c.sigma_px / sigma_that_counts(c, options);
+// Chi-square of the bend, in units of sigma_with_floor.
+double bend_chi_square(const BoardWarp& warp, const Calibration& c,
+                       const CalibrateOptions& options) {
+  const double share = c.sigma_px / sigma_with_floor(c, options);
   return share * share * warp.chi_square;
 }
 
-// A larger lens explains more than a bent board would. No word of it where `auto` has asked the
-// larger models itself, and the smaller one stands for them.
-bool is_small_model(Calibration& c, const MisfitEvidence& evidence, double bent,
+// Returns true if a larger lens explains more than a bent board would. Adds the finding only for a
+// model asked for by name: `auto` has compared the larger models itself.
+bool is_small_model(Calibration& c, const LackOfFit& evidence, double bent,
                     const CalibrateOptions& options) {
-  const auto larger = larger_lens(*evidence.bundle, sigma_that_counts(c, options));
-  if (!larger || larger->chi_square < std::max(kSmallModelChiSquare, bent)) return false;
-  if (!options.model.empty() && options.model != "auto")
-    c.warnings.push_back("the model is too small: opencv5 would explain " + percent(larger->share) +
-                         " of the squares of its residuals");
+  const auto larger = larger_lens(*evidence.bundle, sigma_with_floor(c, options));
+  if (!larger || larger->chi_square < std::max(policy::kSmallModelChiSquare, bent)) return false;
+  if (!is_auto(options))
+    add(c.findings, code::model_too_small,
+        "the model is too small: opencv5 would explain " + percent(larger->share) +
+            " of the sum of its squared residuals; take opencv5 or auto");
   return true;
 }
 
 }  // namespace
 
-double sigma_that_counts(const Calibration& c, const CalibrateOptions& options) {
+double sigma_with_floor(const Calibration& c, const CalibrateOptions& options) {
   return std::max(c.sigma_px, least_sigma(c.sigma_of_corners, options));
 }
 
 bool warn_of_impossible_bend(Calibration& c, const BoardWarp& warp, const FlatBoard& board) {
-  const double largest_mm = kLargestBend * 2e3 * board.half_size.norm();
+  const double largest_mm = policy::kLargestBoardBend * 2e3 * board.half_size.norm();
   if (warp.bend_mm.cwiseAbs().maxCoeff() <= largest_mm) return false;
-  c.warnings.push_back("the corners ask for a board bent by " + bend_text(warp) +
-                       ", more than a board can be: the model is too small, or the target is not "
-                       "as its file says");
+  add(c.findings, code::board_bend_impossible,
+      "the corners fit a board bent by " + bend_text(warp) +
+          ", more than a board can bend: the model is too small, or the target is not "
+          "as its file says");
   return true;
 }
 
-void judge_model_and_board(Calibration& c, MisfitEvidence& evidence,
-                           const CalibrateOptions& options) {
+void judge_model_and_board(Calibration& c, LackOfFit& evidence, const CalibrateOptions& options) {
   std::optional<BoardWarp> warp;
   if (evidence.board && evidence.information)
     warp = estimate_warp(*evidence.information, c.sigma_px);
-  const double bent = warp ? chi_square(*warp, c, options) : 0;
+  const double bent = warp ? bend_chi_square(*warp, c, options) : 0;
   evidence.small_model = is_small_model(c, evidence, bent, options);
   if (options.board_warp) {
     c.board_warp = warp;
-  } else if (bent > kBentChiSquare && !evidence.small_model &&
+  } else if (bent > policy::kBentBoardChiSquare && !evidence.small_model &&
              !warn_of_impossible_bend(c, *warp, *evidence.board)) {
     evidence.bent = true;
-    c.warnings.push_back("the corners fit a bent board better, by " + bend_text(*warp) +
-                         ": try --board-warp, or a larger model; what it changes counts in the "
-                         "standard deviations");
+    add(c.findings, code::board_bent,
+        "the corners fit a bent board better, by " + bend_text(*warp) +
+            ": try --board-warp, or a larger model; the standard deviations include "
+            "what the bend changes");
   }
 }
 
-double MisfitEvidence::inflation() const {
-  const double of_halves = halves && halves->disagree ? halves->ratio * halves->ratio : 1;
-  return std::max(field.inflation, of_halves);
+double LackOfFit::inflation() const {
+  const double by_halves = halves && halves->disagree ? halves->ratio * halves->ratio : 1;
+  return std::max(field.inflation, by_halves);
 }
 
-void compare_residuals(const Calibration& c, MisfitEvidence& evidence,
-                       const CalibrateOptions& options) {
+void compare_residuals(const Calibration& c, LackOfFit& evidence, const CalibrateOptions& options) {
   const Bundle& bundle = *evidence.bundle;
-  evidence.field = residual_field(bundle, least_sigma(c.sigma_of_corners, options));
+  evidence.field = residual_bias(bundle, least_sigma(c.sigma_of_corners, options));
   if (evidence.information)
-    evidence.halves = compare_halves(bundle, *evidence.information, sigma_that_counts(c, options),
-                                     seen_region(bundle).samples(), median_distance_m(bundle));
+    evidence.halves = split_half_check(bundle, *evidence.information, sigma_with_floor(c, options),
+                                       seen_region(bundle).samples(), median_distance_m(bundle));
 }
 
-void count_bend(BundleCovariance& covariance, const MisfitEvidence& evidence, double sigma) {
+void add_bend(BundleCovariance& covariance, const LackOfFit& evidence, double sigma) {
   if (!evidence.bent) return;
   const BundleInformation& information = *evidence.information;
   const auto inverse = exact_inverse(information.halves[0] + information.halves[1]);
@@ -108,7 +108,7 @@ void count_bend(BundleCovariance& covariance, const MisfitEvidence& evidence, do
   const Eigen::Index k = covariance.parameters.cols();
   const Eigen::VectorXd gradient = information.gradients[0] + information.gradients[1];
   const Eigen::Vector2d bend = (*inverse * gradient).tail<2>();
-  // The parameters answer to the bend by C_pb C_bb^-1.
+  // A change of the bend changes the parameters by C_pb C_bb^-1.
   const Eigen::MatrixXd by_bend =
       inverse->topRightCorner(k, 2) * inverse->bottomRightCorner<2, 2>().inverse();
   const Eigen::Matrix2d open =
@@ -122,14 +122,16 @@ void count_bend(BundleCovariance& covariance, const MisfitEvidence& evidence, do
   }
 }
 
-void warn_of_misfit(Calibration& c, const MisfitEvidence& evidence) {
+void warn_of_lack_of_fit(Calibration& c, const LackOfFit& evidence) {
   if (evidence.field.disagree)
-    c.warnings.push_back("the residuals differ from place to place in the image, by " +
-                         number(evidence.field.rms_px) + " px RMS: " + cause(evidence, "bent"));
+    add(c.findings, code::residuals_biased,
+        "the residuals differ from place to place in the image, by " +
+            number(evidence.field.rms_px) + " px RMS: " + cause(evidence, "bent"));
   c.halves = evidence.halves;
   if (c.halves && c.halves->disagree)
-    c.warnings.push_back("two halves of the views differ by " + percent(c.halves->ratio) +
-                         " of what their noise explains: " + cause(evidence, "bent or moved"));
+    add(c.findings, code::halves_disagree,
+        "two halves of the views disagree (difference " + percent(c.halves->ratio) +
+            " of the expected noise): " + cause(evidence, "bent or moved"));
 }
 
 }  // namespace tagcal::internal

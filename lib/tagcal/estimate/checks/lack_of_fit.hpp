@@ -7,43 +7,41 @@
 
 namespace tagcal::internal {
 
-// What the residuals of a solved bundle can be held against, and what they say.
-struct MisfitEvidence {
+// Evidence that the residuals of a solved bundle do not fit the model.
+struct LackOfFit {
   const Bundle* bundle = nullptr;
-  const BundleInformation* information = nullptr;  // with the bends of `board`; null: none
+  const BundleInformation* information = nullptr;  // with the bends of `board`; may be null
   const FlatBoard* board = nullptr;                // null: none, or several
-  bool small_model = false;                        // said already
-  bool bent = false;                               // a bend that was not asked for, and was said
-  ResidualField field;
+  bool small_model = false;                        // a larger model explains the residuals better
+  bool bent = false;  // the residuals show a bend that options.board_warp did not ask for
+  ResidualBias field;
   std::optional<HalvesCheck> halves;
 
-  // By which all variances grow where residuals are not independent: the larger of those that the
-  // places and the halves ask for.
+  // Factor of all variances for residuals that are not independent: the larger one of the residual
+  // bias and of the split-half check.
   double inflation() const;
 };
 
-// For what doubts the answer: digits in a file, below the least noise that there is, are no error.
-double sigma_that_counts(const Calibration& c, const CalibrateOptions& options);
+// The noise that the checks use, at least policy::kLeastSigmaPx: below it the rounding of a file
+// would count as lack of fit.
+double sigma_with_floor(const Calibration& c, const CalibrateOptions& options);
 
-// A model asked for by name that is too small comes first, where opencv5 would lower the sum of
-// squares (to first order) by more than chance and by more than a bent board does. Then the bend:
-// part of the answer where it was asked for, else a warning where the corners show it.
-void judge_model_and_board(Calibration& c, MisfitEvidence& evidence,
-                           const CalibrateOptions& options);
+// First tests the model: it is too small if opencv5 would lower the sum of squares (to first order)
+// by more than chance and by more than a bent board does. Then tests the board: with
+// options.board_warp the bend is part of the answer, else a significant bend is a warning.
+void judge_model_and_board(Calibration& c, LackOfFit& evidence, const CalibrateOptions& options);
 
-// Holds the residuals against one another: from place to place, and half of the views against half.
-void compare_residuals(const Calibration& c, MisfitEvidence& evidence,
-                       const CalibrateOptions& options);
+// Fills in the residual bias over the image and the split-half check.
+void compare_residuals(const Calibration& c, LackOfFit& evidence, const CalibrateOptions& options);
 
-// The covariance where the board is let be bent, with the square of what that changes: of an answer
-// on a flat board that the corners contradict (evidence.bent).
-void count_bend(BundleCovariance& covariance, const MisfitEvidence& evidence, double sigma);
+// Adds the effect of a free bend to the covariance of a flat board that the residuals contradict
+// (evidence.bent): the variance of the bend and the square of its estimate.
+void add_bend(BundleCovariance& covariance, const LackOfFit& evidence, double sigma);
 
-// Warns of residuals that differ from place to place, and of halves of the views that differ by
-// more than their noise explains.
-void warn_of_misfit(Calibration& c, const MisfitEvidence& evidence);
+// Warns of biased residuals, and of halves of the views that disagree.
+void warn_of_lack_of_fit(Calibration& c, const LackOfFit& evidence);
 
-// Warns of a bend beyond what a board is capable of: a hundredth of its diagonal.
+// Warns of a bend beyond policy::kLargestBoardBend, and returns true then.
 bool warn_of_impossible_bend(Calibration& c, const BoardWarp& warp, const FlatBoard& board);
 
 }  // namespace tagcal::internal

@@ -9,8 +9,11 @@
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/bundle/profile_covariance.hpp"
+#include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/checks/lack_of_fit.hpp"
 #include "tagcal/estimate/checks/untested_assumptions.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
 #include "tagcal/internal/text.hpp"
 
@@ -26,53 +29,61 @@ void fill_sigmas(Calibration& c, const Model& model) {
       c.sigmas[static_cast<std::size_t>(k)] = std::sqrt(c.covariance(i, i));
 }
 
-std::string trade(const std::vector<std::string>& names) {
+std::string correlated(const std::vector<std::string>& names) {
   return listed(names) +
-         " trade with one another: the projection is known, they are not; a smaller model would do";
+         " are correlated: the projection is determined, their single values are not; a smaller "
+         "model fits as well";
 }
 
-// A standard deviation of the projection, where it says anything: within the image.
+// A standard deviation beyond the image's diagonal says nothing.
 std::string pixels(double sigma_px, const ImageSize& size) {
   if (!(sigma_px <= std::hypot(size.width, size.height))) return "no bound";
   return std::to_string(std::lround(sigma_px)) + " px";
 }
 
-// What the data can hold, by the rules of the design; the first reason not to answer wins.
+// Returns the status by the rules of the design; the first reason not to answer wins.
 Status judge(Calibration& c, const CalibrationFit& fit, const Observability& seen,
              const CalibrateOptions& options) {
   if (fit.num_inliers() < fit.num_corners / 2) {
-    c.warnings.emplace_back("more than half of the corners agree with no common answer");
+    add(c.findings, code::no_consensus,
+        "more than half of the corners are outliers of any common answer: check the target file "
+        "and the ids of the tags");
     return Status::no_consensus;
   }
   if (seen.status != Status::ok) {
-    c.warnings.push_back(seen.reason);
+    add(c.findings, refusal_code(seen.status), seen.reason);
     return seen.status;
   }
   if (!fit.summary.converged) {
-    c.warnings.emplace_back("the solution did not converge");
+    add(c.findings, code::not_converged,
+        "the solver did not converge: try a smaller model, or a start (--start, --focal)");
     return Status::not_converged;
   }
-  const double share = c.sigma_px / sigma_that_counts(c, options);
-  if (share * share * seen.decrement > kLargestDecrement) {
-    c.warnings.emplace_back(
-        "the solution did not converge: it stands where the lens folds, and not at a minimum");
+  const double share = c.sigma_px / sigma_with_floor(c, options);
+  if (share * share * seen.decrement > policy::kLargestDecrement) {
+    add(c.findings, code::not_converged,
+        "the solver did not converge: it stopped where the distortion folds, not at a minimum; try "
+        "a smaller model");
     return Status::not_converged;
   }
   if (10 * fit.num_inliers() < 9 * fit.num_corners)
-    c.warnings.push_back(percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
-                         " of the corners agree with no answer of this model and were left out");
-  if (!seen.open.empty()) c.warnings.push_back(trade(seen.open));
-  if (seen.focal_share > kFocalWeak)
-    c.warnings.push_back("the focal length is weakly known: sd " + percent(seen.focal_share));
+    add(c.findings, code::corners_rejected,
+        percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
+            " of the corners are outliers of this model and were rejected: check the corners, or "
+            "take a larger model");
+  if (!seen.open.empty()) add(c.findings, code::coefficients_correlated, correlated(seen.open));
+  if (seen.focal_share > policy::kFocalWeak)
+    add(c.findings, code::focal_weak,
+        "the focal length is weakly determined: its standard deviation is " +
+            percent(seen.focal_share) + " of it; take views with more tilt");
   return Status::ok;
 }
 
-// Where parameters are held weakly, for the valley that they lie in.
-void widen(Observability& seen, const Bundle& bundle,
-           const std::optional<BundleInformation>& information, double sigma) {
+// Widens the covariance of weakly determined parameters by their profile likelihood.
+void widen_by_profile(Observability& seen, const Bundle& bundle,
+                      const std::optional<BundleInformation>& information, double sigma) {
   if (seen.status != Status::ok || !seen.open.empty()) return;
-  const auto widened =
-      widened_along_valley(bundle, *information, seen.covariance->parameters, sigma);
+  const auto widened = profile_covariance(bundle, *information, seen.covariance->parameters, sigma);
   if (!widened) return;
   const Eigen::MatrixXd more = *widened - seen.covariance->parameters;
   seen.covariance->parameters = *widened;
@@ -109,50 +120,52 @@ void warn_of_weak_directions(Calibration& c, const UncertainLens& lens,
                              const std::vector<Eigen::Vector2d>& samples) {
   c.weak_directions = weak_directions(lens, samples);
   for (const WeakDirection& weak : c.weak_directions)
-    if (weak.sigma_px > kProjectionWeakPx)
-      c.warnings.push_back(weak.sentence + " (" + pixels(weak.sigma_px, c.camera->image_size) +
-                           " at infinity)");
+    if (weak.sigma_px > policy::kProjectionWeakPx)
+      add(c.findings, code::direction_weak,
+          weak.sentence + " (" + pixels(weak.sigma_px, c.camera->image_size) + " at infinity)");
 }
 
-// The parts of the image without corners, and under which assumption something is claimed there.
+// Warns of the parts of the image without corners, and names the models that the uncertainty there
+// assumes.
 void warn_of_extrapolation(Calibration& c, const Bundle& bundle, const UncertainLens& lens,
                            std::span<const Eigen::Vector2d> samples,
                            const CalibrateOptions& options,
                            std::span<const SupportedModel> supported) {
-  const bool is_by_name = !options.model.empty() && options.model != "auto";
+  const bool is_by_name = !is_auto(options);
   auto gaps = c.seen.gaps();
   if (gaps && supported.empty())
-    *gaps += "; what is claimed there holds for a lens of model " + c.model;
+    *gaps += "; the standard deviations there assume a lens of model " + c.model;
   if (gaps && !supported.empty()) {
     std::vector<std::string> names = {c.model};
     for (const SupportedModel& other : supported)
-      if (other.weight > kWorthAWord) names.emplace_back(other.bundle.model->name());
-    *gaps += "; what is claimed there holds for a lens of model " + listed(names);
+      if (other.weight > policy::kNamedModelWeight) names.emplace_back(other.bundle.model->name());
+    *gaps += "; the standard deviations there assume a lens of model " + listed(names);
   }
   if (!gaps && is_by_name && c.covariance.size() > 0)
     gaps = extrapolated_corners(bundle, c.sigma_px, lens, samples);
-  if (gaps) c.warnings.push_back(std::move(*gaps));
+  if (gaps) add(c.findings, code::extrapolated, std::move(*gaps));
   if (!is_by_name) return;
-  if (auto sentence = assumed_centre(bundle, c.sigma_px)) c.warnings.push_back(*sentence);
+  if (auto sentence = untested_principal_point(bundle, c.sigma_px))
+    add(c.findings, code::principal_point_untested, *sentence);
 }
 
 void warn_of_domain(Calibration& c) {
   if (has_pole(*c.camera))
-    c.warnings.emplace_back(
+    add(c.findings, code::pole_in_image,
         "the distortion has a pole inside the image: undistorting programs tear the image there; "
-        "take model opencv5 or fisheye4");
+        "take model opencv5 or fisheye4 instead");
   const Eigen::MatrixXd& sigma_px = c.projection.front().sigma_px;
-  const auto silent = sigma_px.array().isNaN().count();
-  if (silent > 0)
-    c.warnings.push_back(
-        "the lens folds before the border of the image: no projection is claimed "
-        "at " +
-        std::to_string(silent) + " of " + std::to_string(sigma_px.size()) + " nodes");
+  const auto without_ray = sigma_px.array().isNaN().count();
+  if (without_ray > 0)
+    add(c.findings, code::fold_in_image,
+        "the distortion folds before the border of the image: no ray meets " +
+            std::to_string(without_ray) + " of " + std::to_string(sigma_px.size()) +
+            " nodes of the grid over the image, so do not use the lens there");
 }
 
-// How well the lens is known over the image, and where it is not: all that needs a covariance.
-// `own`: the covariance of the model alone.
-void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen::MatrixXd& own,
+// Fills in the uncertainty of the projection over the image, and the findings that need a
+// covariance. `own`: the covariance of the model alone.
+void fill_projection(Calibration& c, const LackOfFit& evidence, const Eigen::MatrixXd& own,
                      const CalibrateOptions& options, std::span<const SupportedModel> supported) {
   const Bundle& bundle = *evidence.bundle;
   c.seen = seen_region(bundle);
@@ -169,23 +182,24 @@ void fill_projection(Calibration& c, const MisfitEvidence& evidence, const Eigen
     add_model_uncertainty(c.projection.back(), *c.camera, supported, samples);
   }
   warn_of_domain(c);
-  warn_of_misfit(c, evidence);
+  warn_of_lack_of_fit(c, evidence);
 }
 
-// What is claimed: the covariance of the model, with all that was assumed for it and that the
-// corners contradict or do not tell. Returns that of the model alone, for projections.
-Eigen::MatrixXd claim(Observability& seen, const CalibrationFit& fit,
-                      const MisfitEvidence& evidence, std::span<const SupportedModel> supported,
-                      double sigma) {
+// Widens the covariance by the lack of fit, the bend of the board and the other supported models.
+// Returns the covariance without the other models, for projections.
+Eigen::MatrixXd widen_by_evidence(Observability& seen, const CalibrationFit& fit,
+                                  const LackOfFit& evidence,
+                                  std::span<const SupportedModel> supported, double sigma) {
   BundleCovariance& covariance = *seen.covariance;
   const double inflation = evidence.inflation();
   covariance.parameters *= inflation;
   for (Matrix6& pose : covariance.poses) pose *= inflation;
-  count_bend(covariance, evidence, sigma);
+  add_bend(covariance, evidence, sigma);
   if (seen.status == Status::ok) judge_focal_length(seen, fit.bundle);
   const Eigen::MatrixXd own = covariance.parameters;
   add_model_uncertainty(covariance, fit.bundle, fit.views, supported);
-  // Another model that would not determine the focal length widens the claim, and refuses nothing.
+  // Another model that does not determine the focal length widens the covariance only; it does not
+  // refuse the answer.
   seen.focal_share = relative_focal_sigma(fit.bundle, covariance.parameters);
   return own;
 }
@@ -199,18 +213,21 @@ void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOpti
   } else if (fit.whitened) {
     c.sigma_px = 1;
     c.sigma_of_corners = true;
-  } else if (freedom >= kEnoughDegreesOfFreedom) {
+  } else if (freedom >= policy::kEnoughDegreesOfFreedom) {
     c.sigma_px = std::sqrt(fit.summary.cost / freedom);
     c.sigma_from_residuals = true;
   } else {
-    c.sigma_px = kAssumedSigmaPx;
-    c.warnings.emplace_back(
-        "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
+    c.sigma_px = policy::kAssumedSigmaPx;
+    add(c.findings, code::noise_assumed,
+        "no noise is stated, and there are too few residuals to estimate it: 0.5 px is assumed; "
+        "state it with --sigma-px");
   }
   const double shown = freedom > 0 ? std::sqrt(fit.summary.cost / freedom) : 0;
-  if (!c.sigma_from_residuals && freedom >= kEnoughDegreesOfFreedom && shown > 1.5 * c.sigma_px)
-    c.warnings.push_back("the residuals are " + percent(shown / c.sigma_px) +
-                         " of the stated noise: the model, the target or the noise is not right");
+  if (!c.sigma_from_residuals && freedom >= policy::kEnoughDegreesOfFreedom &&
+      shown > policy::kNoiseUnderstated * c.sigma_px)
+    add(c.findings, code::noise_understated,
+        "the residuals are " + percent(shown / c.sigma_px) +
+            " of the stated noise: the model, the target file or the stated noise is wrong");
 }
 
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
@@ -223,19 +240,19 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   for (const auto& [k, value] : model.held())
     c.fixed.emplace(parameter_names(c.camera->lens)[static_cast<std::size_t>(k)], value);
   c.outliers = fit.outliers;
-  c.warnings = fit.warnings;
+  c.findings = fit.findings;
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
   const auto information = bundle_information(fit.bundle, board);
   Observability seen =
       observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
-  widen(seen, fit.bundle, information, c.sigma_px);
-  MisfitEvidence evidence{&fit.bundle, information ? &*information : nullptr, board};
+  widen_by_profile(seen, fit.bundle, information, c.sigma_px);
+  LackOfFit evidence{&fit.bundle, information ? &*information : nullptr, board};
   Eigen::MatrixXd own;
   if (seen.covariance) {
     compare_residuals(c, evidence, options);
     judge_model_and_board(c, evidence, options);
-    own = claim(seen, fit, evidence, supported, c.sigma_px);
+    own = widen_by_evidence(seen, fit, evidence, supported, c.sigma_px);
     c.variance_inflation = evidence.inflation();
     c.covariance = seen.covariance->parameters;
     fill_sigmas(c, model);

@@ -7,17 +7,18 @@
 
 namespace tagcal::internal {
 
-// What a fit says: status, uncertainty, warnings. `board` may be null; with options.board_warp the
-// bend's increment stands in the result. `supported`: models that count in what is claimed.
+// Returns the answer of a fit: status, uncertainty, findings. `board` may be null; with
+// options.board_warp the result holds the bend's increment. `supported`: other models whose
+// weighted differences are part of the standard deviations.
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
                    const FlatBoard* board, std::span<const SupportedModel> supported = {});
 
-// Sets sigma_px by the rule: stated, else from the residuals where these are enough to show it; and
-// warns where they contradict it.
+// Sets sigma_px: the stated noise, else the one of the residuals if there are enough of them. Warns
+// if the residuals contradict the stated noise.
 void choose_sigma(Calibration& c, const CalibrationFit& fit, const CalibrateOptions& options);
 
-// Every view with its own scale; the lens holds nothing but the centre of the image. Ok unless half
-// of the corners were rejected or too few are left.
+// Returns the answer of model weak: every view has its own scale, and the lens only the centre of
+// the image. The status is ok unless half of the corners were rejected or too few are left.
 Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
 
@@ -12,18 +13,14 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t kFewestViews = 6;
-constexpr double kLargestRatio = 2;
-constexpr double kNormalQuantile = 3.09;  // p = 0.001
-
 }  // namespace
 
-std::optional<HalvesCheck> compare_halves(const Bundle& solved,
-                                          const BundleInformation& information, double sigma,
-                                          std::span<const Eigen::Vector2d> samples,
-                                          double distance_m) {
+std::optional<HalvesCheck> split_half_check(const Bundle& solved,
+                                            const BundleInformation& information, double sigma,
+                                            std::span<const Eigen::Vector2d> samples,
+                                            double distance_m) {
   const Eigen::Index k = solved.model->num_free();
-  if (solved.views.size() < kFewestViews || k == 0) return std::nullopt;
+  if (solved.views.size() < policy::kSplitHalfFewestViews || k == 0) return std::nullopt;
   const Lens lens = solved.lens();
   const auto first = exact_inverse(information.halves[0].topLeftCorner(k, k)),
              second = exact_inverse(information.halves[1].topLeftCorner(k, k));
@@ -40,9 +37,9 @@ std::optional<HalvesCheck> compare_halves(const Bundle& solved,
   check.predicted_px = std::sqrt((projection * covariance).cwiseProduct(projection).sum() / rows);
   check.ratio = check.predicted_px > 0 ? check.difference_px / check.predicted_px : 0;
   const auto inverse = exact_inverse(covariance);
-  check.disagree = check.ratio > kLargestRatio && inverse &&
+  check.disagree = check.ratio > policy::kHalvesDisagree && inverse &&
                    difference.dot(*inverse * difference) >
-                       chi_square_quantile(static_cast<double>(k), kNormalQuantile);
+                       chi_square_quantile(static_cast<double>(k), policy::kQuantile1e3);
   return check;
 }
 

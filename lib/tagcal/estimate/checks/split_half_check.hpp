@@ -10,12 +10,13 @@
 
 namespace tagcal::internal {
 
-// Every other view against the rest, by one Gauss-Newton step of each from their common solution.
-// `samples` and the distance are where projections are compared. No value for fewer than six views,
-// or where a half does not hold the parameters.
-std::optional<HalvesCheck> compare_halves(const Bundle& solved,
-                                          const BundleInformation& information, double sigma,
-                                          std::span<const Eigen::Vector2d> samples,
-                                          double distance_m);
+// Compares the solutions of two halves of the views (every other view, and the rest), each one
+// Gauss-Newton step from the common solution. The projections are compared at `samples` and at the
+// distance. Returns no value for fewer than six views, or if a half does not determine the
+// parameters.
+std::optional<HalvesCheck> split_half_check(const Bundle& solved,
+                                            const BundleInformation& information, double sigma,
+                                            std::span<const Eigen::Vector2d> samples,
+                                            double distance_m);
 
 }  // namespace tagcal::internal

@@ -7,6 +7,8 @@
 #include <map>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 
@@ -17,28 +19,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// By which two coordinates of a pixel move with their point: row-wise, as they are used.
+// Jacobian of a pixel by its point, row-major because its rows are used.
 using ByShift = Eigen::Matrix<double, 2, 3, Eigen::RowMajor>;
 
-constexpr int kFewestViews = 3;
-constexpr double kDamping = 1e-3;       // of what the views do not tell, a shift along the sight
-constexpr double kNormalQuantile = 5;   // standard deviations
-constexpr double kLeastNoisePx = 0.01;  // digits in a file are no error
-constexpr double kShareSaid = 0.2;      // of the squared residuals
-constexpr double kSaidPx = 0.125;       // what good boards of paper have is 0.1 px
-constexpr double kShareGross = 0.5;     // most of what is left is not noise
-constexpr double kGrossPx = 0.25;
-constexpr double kTagsGross = 0.25;      // of all tags
-constexpr double kOutstanding = 4;       // times the median tag
-constexpr double kConsistent = 0.5;      // of what was left out, that is one shift
-constexpr double kSmallestCosine = 0.1;  // beyond, the scale of a plain lens says nothing
-constexpr std::size_t kTagsNamed = 3;
-// Of a tag's size, that ink or light may add: more than a cell of ten on either side, and the
-// pattern is not read.
-constexpr double kMostTagScale = 0.2;
-constexpr double kScaleSaidPx = 0.02;  // as for residuals that differ from place to place
+constexpr std::size_t kTagsNamed = 3;  // in the sentence
 
-// The normal equations of one shift, in units of the corners' noise; and in pixels, what it moves.
+// The normal equations of one shift, in units of the corners' noise, and their matrix in pixels.
 struct Sums {
   int count = 0;
   Matrix3d information = Matrix3d::Zero();
@@ -56,15 +42,16 @@ struct Sums {
     gradient.noalias() += white.transpose() * r;
     square += r.squaredNorm();
   }
-  // As if the residuals were seen against a point that is shifted already.
-  Sums beside(const Vector3d& shift) const {
+  // The sums for residuals relative to the point after this shift.
+  Sums after(const Vector3d& shift) const {
     Sums rest = *this;
     rest.gradient -= information * shift;
     rest.square -= 2 * gradient.dot(shift) - shift.dot(information * shift);
     return rest;
   }
   Vector3d shift() const {
-    const double damping = kDamping * information.trace() + 1e-300;
+    const double damping =
+        policy::kTargetShiftDamping * information.trace() + 1e-300;  // numeric: no division by zero
     return (information + damping * Matrix3d::Identity()).ldlt().solve(gradient);
   }
   double explained(const Vector3d& shift) const {
@@ -76,11 +63,11 @@ struct Sums {
 struct Corner {
   CornerId id;
   Vector3d point;                    // of the target
-  Vector3d from_middle = {0, 0, 0};  // of its tag, along `axes`; zero where that is not known
+  Vector3d from_centre = {0, 0, 0};  // of its tag, along `axes`; zero if unknown
   Sums inliers, outliers;
 };
 
-// Corners by their names; most often they come in the same order in every view.
+// Corners by id. Most views have them in the same order, so the next one is tried first.
 class Corners {
  public:
   Corner& at(const CornerId& id, const Vector3d& point) {
@@ -99,7 +86,7 @@ class Corners {
   std::size_t next_ = 0;
 };
 
-// Outliers stand in the order of the views and their corners.
+// Reads the outliers one by one; they are in the order of the views and their corners.
 class OutlierList {
  public:
   explicit OutlierList(const std::vector<Outlier>& all) : next_(all.begin()), end_(all.end()) {}
@@ -114,10 +101,10 @@ class OutlierList {
   std::vector<Outlier>::const_iterator next_, end_;
 };
 
-// How a pixel moves with its point, of a lens without distortion; `axes`: in which directions.
-class Scale {
+// Jacobian of a pixel by its point along `axes`, of a lens without distortion.
+class PixelByShift {
  public:
-  Scale(const Lens& lens, const Pose& camera_from_world, const Matrix3d& axes)
+  PixelByShift(const Lens& lens, const Pose& camera_from_world, const Matrix3d& axes)
       : turned_(camera_from_world.rotation().toRotationMatrix() * axes),
         rotation_(camera_from_world.rotation().toRotationMatrix()),
         translation_(camera_from_world.translation()),
@@ -125,7 +112,8 @@ class Scale {
 
   bool at(const Vector3d& point, ByShift& by_shift) const {
     const Vector3d x = rotation_ * point + translation_;
-    if (!(x.z() > 0 && x.z() * x.z() > kSmallestCosine * kSmallestCosine * x.squaredNorm()))
+    if (!(x.z() > 0 && x.z() * x.z() > policy::kTargetLeastCosine * policy::kTargetLeastCosine *
+                                           x.squaredNorm()))
       return false;
     const double nearness = 1 / x.z();
     for (int i = 0; i < 2; ++i)
@@ -142,7 +130,7 @@ class Scale {
 struct Total {
   int count = 0, corners = 0;
   double square = 0, explained = 0;  // in units of the corners' noise
-  double moved_px2 = 0;              // of the inliers, by the shifts
+  double shifted_px2 = 0;            // of the inliers, by the shifts
 };
 
 Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matrix3d& axes,
@@ -159,15 +147,16 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
     }
     const auto residuals =
         residuals_px(view.problem.correspondences, c.camera->lens, answer->camera_from_world);
-    const Scale scale(c.camera->lens, (answer++)->camera_from_world, axes);
+    const PixelByShift pixel_by_shift(c.camera->lens, (answer++)->camera_from_world, axes);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
       const bool out = outliers.take(view.index, view.corners[i]);
-      if (!residuals[i].allFinite() || !scale.at(view.problem.correspondences[i].point, by_shift))
+      if (!residuals[i].allFinite() ||
+          !pixel_by_shift.at(view.problem.correspondences[i].point, by_shift))
         continue;
       const auto& whitening = view.problem.whitening;
       Corner& corner = corners.at(view.ids[i], view.problem.correspondences[i].point);
       Sums& sums = out ? corner.outliers : corner.inliers;
-      // Observed less projected, so that shifts are those of the target.
+      // Observed minus projected, so that the shifts are the target's.
       sums.add(by_shift, -residuals[i], whitening.empty() ? nullptr : &whitening[i]);
       total.count += !out;
     }
@@ -175,23 +164,23 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
   return corners;
 }
 
-// Where each corner stands from the middle of its tag, of tags with all four.
-void find_middles(Corners& corners, const Matrix3d& axes) {
+// Fills in the offset of each corner from the centre of its tag, for tags with all four corners.
+void set_offsets_from_centre(Corners& corners, const Matrix3d& axes) {
   std::map<int, std::vector<Corner*>> tags;
   for (Corner& corner : corners.all()) tags[corner.id.tag_id].push_back(&corner);
   for (const auto& [id, of_tag] : tags) {
     if (of_tag.size() != 4) continue;
-    Vector3d middle = Vector3d::Zero();
-    for (const Corner* corner : of_tag) middle += corner->point / 4;
-    for (Corner* corner : of_tag) corner->from_middle = axes.transpose() * (corner->point - middle);
+    Vector3d centre = Vector3d::Zero();
+    for (const Corner* corner : of_tag) centre += corner->point / 4;
+    for (Corner* corner : of_tag) corner->from_centre = axes.transpose() * (corner->point - centre);
   }
 }
 
-// One scale of all tags about their middles, that the residuals of the inliers ask for.
+// A common scale of all tags about their centres, fitted to the residuals of the inliers.
 struct TagScale {
-  double change = 0;    // of the size: 0.01 is 1 % larger than in the file
-  double sigma = 0;     // for noise of 1
-  double moved_px = 0;  // RMS over the inliers
+  double change = 0;      // of the size: 0.01 is 1 % larger than in the file
+  double sigma = 0;       // for noise of 1
+  double shifted_px = 0;  // RMS over the inliers
 };
 
 TagScale tag_scale(const Corners& corners) {
@@ -199,9 +188,9 @@ TagScale tag_scale(const Corners& corners) {
   int count = 0;
   for (const Corner& corner : corners.all()) {
     const Sums& sums = corner.inliers;
-    information += corner.from_middle.dot(sums.information * corner.from_middle);
-    gradient += corner.from_middle.dot(sums.gradient);
-    square_px += sums.square_px(corner.from_middle);
+    information += corner.from_centre.dot(sums.information * corner.from_centre);
+    gradient += corner.from_centre.dot(sums.gradient);
+    square_px += sums.square_px(corner.from_centre);
     count += sums.count;
   }
   if (!(information > 0)) return {};
@@ -210,13 +199,13 @@ TagScale tag_scale(const Corners& corners) {
           std::abs(change) * std::sqrt(square_px / std::max(1, count))};
 }
 
-// Takes the scale out of the sums, where it is one that a printer or a detector makes.
-void take_out(const TagScale& scale, Corners& corners, Total& total) {
-  const bool is_possible = std::abs(scale.change) < kMostTagScale;
+// Removes the scale from the sums, unless it is larger than a printer or a detector can cause.
+void remove_scale(const TagScale& scale, Corners& corners, Total& total) {
+  const bool is_possible = std::abs(scale.change) < policy::kLargestTagScale;
   for (Corner& corner : corners.all()) {
     if (is_possible) {
-      corner.inliers = corner.inliers.beside(scale.change * corner.from_middle);
-      corner.outliers = corner.outliers.beside(scale.change * corner.from_middle);
+      corner.inliers = corner.inliers.after(scale.change * corner.from_centre);
+      corner.outliers = corner.outliers.after(scale.change * corner.from_centre);
     }
     total.square += corner.inliers.square;
   }
@@ -228,7 +217,7 @@ struct TagShift {
   int corners = 0;
   double square_m = 0;
   double explained = 0;
-  bool left_out = false;
+  bool rejected = false;  // in most views
 
   double mm() const { return 1e3 * std::sqrt(square_m / std::max(1, corners)); }
 };
@@ -238,20 +227,20 @@ std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
   for (const Corner& corner : corners.all()) {
     const bool out = corner.outliers.count > corner.inliers.count;
     const Sums& sums = out ? corner.outliers : corner.inliers;
-    if (sums.count < kFewestViews) continue;
+    if (sums.count < policy::kTargetFewestViews) continue;
     const Vector3d shift = sums.shift();
     const double explained = sums.explained(shift);
-    if (out && explained < kConsistent * sums.square) continue;
+    if (out && explained < policy::kOneShiftShare * sums.square) continue;
     TagShift& tag = tags[corner.id.tag_id];
     tag.tag_id = corner.id.tag_id;
     ++tag.corners;
     tag.square_m += shift.squaredNorm();
     tag.explained += explained;
-    tag.left_out |= out;
+    tag.rejected |= out;
     if (out) continue;
     ++total.corners;
     total.explained += explained;
-    total.moved_px2 += sums.square_px(shift);
+    total.shifted_px2 += sums.square_px(shift);
   }
   std::vector<TagShift> all;
   for (const auto& [id, tag] : tags) all.push_back(tag);
@@ -260,46 +249,47 @@ std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
   return all;
 }
 
-bool outstanding(const TagShift& tag, double median_mm, double variance, int dimensions) {
+bool is_outlying(const TagShift& tag, double median_mm, double variance, int dimensions) {
   return tag.explained >
-             variance * chi_square_quantile(dimensions * tag.corners, kNormalQuantile) &&
-         tag.mm() > kOutstanding * median_mm;
+             variance * chi_square_quantile(dimensions * tag.corners, policy::kTargetQuantile) &&
+         tag.mm() > policy::kOutlyingTagRatio * median_mm;
 }
 
 std::string sentence_of(const std::vector<MisplacedTag>& tags) {
   std::string text = "the target is not as its file says: ";
   for (std::size_t i = 0; i < std::min(kTagsNamed, tags.size()); ++i) {
     char part[64];
-    std::snprintf(part, sizeof part, "%stag %d stands out by %.2g mm", i > 0 ? ", " : "",
+    std::snprintf(part, sizeof part, "%stag %d is displaced by %.2g mm", i > 0 ? ", " : "",
                   tags[i].tag_id, tags[i].shift_mm);
     text += part;
   }
   if (tags.size() > kTagsNamed)
     text += ", and " + std::to_string(tags.size() - kTagsNamed) + " more tags";
-  return text;
+  return text + "; measure them, and correct the file or print the target again";
 }
 
-// All tags are of another size than the file says, beside their spacing.
-void say_scale(const TagScale& scale, double variance, TargetError& error) {
+// Adds the finding that all tags have another size than in the file, relative to their spacing.
+void add_scale_finding(const TagScale& scale, double variance, TargetError& error) {
   const double sigma = scale.sigma * std::sqrt(variance);
-  if (!(std::abs(scale.change) > kNormalQuantile * sigma && scale.moved_px > kScaleSaidPx &&
-        std::abs(scale.change) < kMostTagScale))
+  if (!(std::abs(scale.change) > policy::kTargetQuantile * sigma &&
+        scale.shifted_px > policy::kLeastBiasPx &&
+        std::abs(scale.change) < policy::kLargestTagScale))
     return;
   char text[250];
   std::snprintf(text, sizeof text,
-                "all tags look %.2g %% %s against their spacing than the target's file says "
-                "(%.2g px): ink or light moved their edges, or the corners are another "
-                "detector's; check tagSize and tagSpacing",
+                "all tags look %.2g %% %s relative to their spacing than in the target's file "
+                "(%.2g px): ink or light shifted their edges, or another detector found the "
+                "corners; check tagSize and tagSpacing",
                 100 * std::abs(scale.change), scale.change < 0 ? "smaller" : "larger",
-                scale.moved_px);
-  error.sentences.emplace_back(text);
+                scale.shifted_px);
+  add(error.findings, code::tag_scale, text);
 }
 
 }  // namespace
 
 std::optional<TargetError> target_error(const CalibrationInput& input,
                                         const Calibration& calibration, const FlatBoard* board) {
-  if (calibration.views.size() < kFewestViews) return std::nullopt;
+  if (std::ssize(calibration.views) < policy::kTargetFewestViews) return std::nullopt;
   Matrix3d axes = Matrix3d::Identity();
   if (board) {
     axes = board->world_from_board.rotation().toRotationMatrix();
@@ -308,15 +298,15 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
   const int dimensions = board ? 2 : 3;
   Total total;
   Corners corners = sums_of(input, calibration, axes, total);
-  find_middles(corners, axes);
+  set_offsets_from_centre(corners, axes);
   const TagScale scale = tag_scale(corners);
-  take_out(scale, corners, total);
+  remove_scale(scale, corners, total);
   const std::vector<TagShift> tags = tags_of(corners, total);
   const int k = dimensions * total.corners;
   const double lost = 6.0 * static_cast<double>(calibration.views.size());
   const double rest = 2 * total.count - k - lost;
   if (tags.empty() || rest < k) return std::nullopt;
-  const double least_noise = input.whitened ? 1 : kLeastNoisePx;
+  const double least_noise = input.whitened ? 1 : policy::kLeastSigmaPx;
   const double variance =
       std::max((total.square - total.explained) / rest, least_noise * least_noise);
   const double excess = std::max(0.0, total.explained - k * variance);
@@ -324,22 +314,25 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
   TargetError error;
   error.share = total.square > 0 ? excess / total.square : 0;
   const double share_of_shifts = total.explained > 0 ? excess / total.explained : 0;
-  error.shift_px = std::sqrt(share_of_shifts * total.moved_px2 / std::max(1, total.count));
-  const bool all = error.share > kShareSaid && error.shift_px > kSaidPx &&
-                   total.explained > variance * chi_square_quantile(k, kNormalQuantile);
+  error.shift_px = std::sqrt(share_of_shifts * total.shifted_px2 / std::max(1, total.count));
+  const bool all = error.share > policy::kTargetShareFound &&
+                   error.shift_px > policy::kTargetShiftFoundPx &&
+                   total.explained > variance * chi_square_quantile(k, policy::kTargetQuantile);
   const double median_mm = tags[tags.size() / 2].mm();
   std::size_t wrong = 0;
   for (const TagShift& tag : tags) {
-    const bool stands_out = tag.left_out || outstanding(tag, median_mm, variance, dimensions);
-    wrong += stands_out;
-    if (stands_out || (all && 2 * tag.mm() > tags[0].mm()))
+    const bool outlying = tag.rejected || is_outlying(tag, median_mm, variance, dimensions);
+    wrong += outlying;
+    if (outlying || (all && 2 * tag.mm() > tags[0].mm()))
       error.tags.push_back({tag.tag_id, tag.mm()});
   }
-  error.gross = (all && error.share > kShareGross && error.shift_px > kGrossPx) ||
-                static_cast<double>(wrong) > kTagsGross * static_cast<double>(tags.size());
-  if (!error.tags.empty()) error.sentences.push_back(sentence_of(error.tags));
-  say_scale(scale, variance, error);
-  if (error.sentences.empty()) return std::nullopt;
+  error.gross =
+      (all && error.share > policy::kTargetShareRefused &&
+       error.shift_px > policy::kTargetShiftRefusedPx) ||
+      static_cast<double>(wrong) > policy::kTagsShareRefused * static_cast<double>(tags.size());
+  if (!error.tags.empty()) add(error.findings, code::tags_misplaced, sentence_of(error.tags));
+  add_scale_finding(scale, variance, error);
+  if (error.findings.empty()) return std::nullopt;
   return error;
 }
 

@@ -8,25 +8,23 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/supported_models.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
 namespace {
 
-constexpr double kMuchLarger = 1.5;  // a standard deviation than that of the model alone
-constexpr double kCornerPx = 0.5;
-constexpr double kCornerShare = 0.005;  // of the image's diagonal
-
-// How much larger the standard deviation of the focal length is where the centre is not known but
-// by the views and by what cameras have. `information`: of f, cx, cy, for noise of 1.
-double with_open_centre(const Eigen::Matrix3d& information, double spread) {
+// Ratio by which the standard deviation of the focal length grows if the principal point is free,
+// with a prior of standard deviation `spread`. `information`: of f, cx, cy, for noise of 1.
+double growth_with_free_centre(const Eigen::Matrix3d& information, double spread) {
   Eigen::Matrix2d centre = information.bottomRightCorner<2, 2>();
   centre.diagonal().array() += 1 / (spread * spread);
   const Eigen::Vector2d with_focal = information.bottomLeftCorner<2, 1>();
   const double share = with_focal.dot(centre.inverse() * with_focal) / information(0, 0);
-  return 1 / std::sqrt(std::max(1e-12, 1 - share));
+  return 1 / std::sqrt(std::max(1e-12, 1 - share));  // numeric: no division by zero
 }
 
-// At the corners of the image, those that the lens sees; at infinity.
+// Largest standard deviation of the projection at infinity over the corners of the image that the
+// lens sees.
 double worst_corner_px(const UncertainLens& lens, const ImageSize& size,
                        std::span<const Eigen::Vector2d> samples) {
   double worst = 0;
@@ -39,32 +37,32 @@ double worst_corner_px(const UncertainLens& lens, const ImageSize& size,
 
 }  // namespace
 
-std::optional<std::string> assumed_centre(const Bundle& solved, double sigma) {
+std::optional<std::string> untested_principal_point(const Bundle& solved, double sigma) {
   if (solved.model->name() != "f" || !solved.model->held().empty()) return std::nullopt;
   const Bundle open = with_model(solved, Model::named("f+c"));
   const auto information = bundle_information(open);
   if (!information) return std::nullopt;
   const Eigen::Matrix3d s = information->halves[0] + information->halves[1];
   const ImageSize& size = solved.image_size;
-  const double spread = kCentreSpread * std::hypot(size.width, size.height);
+  const double spread = policy::kCentreSpread * std::hypot(size.width, size.height);
   const Observability seen = observability(open, information, sigma);
   char text[250];
   if (seen.status == Status::ok) {
-    if (with_open_centre(s, spread / sigma) < kMuchLarger) return std::nullopt;
+    if (growth_with_free_centre(s, spread / sigma) < policy::kMuchLargerSd) return std::nullopt;
     const Eigen::Vector3d sd = seen.covariance->parameters.diagonal().cwiseSqrt();
     std::snprintf(text, sizeof text,
-                  "the principal point is taken to be the centre of the image, the views hold it "
-                  "to %.2g px: were it open, the focal length would be known to %.2g px and not to "
-                  "%.2g px",
+                  "the principal point is taken to be the centre of the image, and the views "
+                  "determine it to %.2g px only: with model f+c the standard deviation of the "
+                  "focal length would be %.2g px, not %.2g px",
                   sd.tail<2>().maxCoeff(), sd[0], sigma / std::sqrt(s(0, 0)));
     return text;
   }
-  constexpr double kBesidePx = 10;
-  const double change = kBesidePx * s.row(0).tail<2>().norm() / s(0, 0);
+  constexpr double kOffsetPx = 10;
+  const double change = kOffsetPx * s.row(0).tail<2>().norm() / s(0, 0);
   std::snprintf(text, sizeof text,
-                "the principal point is taken to be the centre of the image, the views do not hold "
-                "it: %g px beside it change the focal length by up to %.2g px",
-                kBesidePx, change);
+                "the principal point is taken to be the centre of the image, and the views do not "
+                "determine it: an error of %g px changes the focal length by up to %.2g px",
+                kOffsetPx, change);
   return text;
 }
 
@@ -73,11 +71,12 @@ std::optional<std::string> extrapolated_corners(const Bundle& solved, double sig
                                                 std::span<const Eigen::Vector2d> samples) {
   const double own_px = worst_corner_px(lens, solved.image_size, samples);
   char text[300];
-  if (own_px > kCornerShare * std::hypot(solved.image_size.width, solved.image_size.height)) {
+  if (own_px >
+      policy::kImageCornerShare * std::hypot(solved.image_size.width, solved.image_size.height)) {
     std::snprintf(
         text, sizeof text,
-        "the projection at the corners of the image is known to %.2g px only: the lens is "
-        "extrapolated there",
+        "the standard deviation of the projection is %.2g px at the corners of the image: the lens "
+        "is extrapolated there",
         own_px);
     return text;
   }
@@ -90,11 +89,12 @@ std::optional<std::string> extrapolated_corners(const Bundle& solved, double sig
   if (!covariance) return std::nullopt;
   const double open_px = worst_corner_px({larger.model, larger.lens(), covariance->parameters},
                                          solved.image_size, samples);
-  if (open_px < std::max(kCornerPx, kMuchLarger * own_px)) return std::nullopt;
+  if (open_px < std::max(policy::kImageCornerPx, policy::kMuchLargerSd * own_px))
+    return std::nullopt;
   std::snprintf(text, sizeof text,
-                "the views do not tell whether the lens has more distortion than that of model "
-                "%s: with that of opencv5 its projection at the corners of the image is known to "
-                "%.2g px, not to %.2g px, the lens is extrapolated there",
+                "the views do not show whether the lens has more distortion than model %s: with "
+                "model opencv5 the standard deviation of the projection at the corners of the "
+                "image is %.2g px, not %.2g px; the lens is extrapolated there",
                 std::string(lens.model->name()).c_str(), open_px, own_px);
   return text;
 }

@@ -10,20 +10,19 @@
 
 namespace tagcal::internal {
 
-// What a model holds is taken for granted, and standard deviations are those of the model: where
-// the views could not tell, and it matters, a sentence says so.
+// A model fixes some parameters, and its standard deviations take them as exact. These functions
+// return a sentence if the views cannot test such an assumption and it matters.
 
-// For a solved bundle of one focal length, whose principal point is taken to be the centre of the
-// image: where the views do not hold it (f+c is not held), or hold it so loosely that a principal
-// point which is not known better, within what cameras have, would make the standard deviation of
-// the focal length half as large again. No value where they tell, or for another model.
-std::optional<std::string> assumed_centre(const Bundle& solved, double sigma);
+// For a solved bundle of model f, which fixes the principal point at the centre of the image. The
+// sentence says that the views do not determine it (f+c is not observable), or so loosely that the
+// standard deviation of the focal length would be half as large again with a free principal point
+// (with the spread that cameras have as its prior). No value otherwise, or for another model.
+std::optional<std::string> untested_principal_point(const Bundle& solved, double sigma);
 
-// Whether the projection at the corners of the image is known to 0.5 % of its diagonal (one
-// standard deviation, at infinity), and would be known to half a pixel, or half as much again as it
-// is, if a perspective that is smaller than opencv5 were one: a distortion that the views tell they
-// tell where their corners are, and `auto` takes it; what it does beyond them nobody has seen. A
-// sentence where not. `samples`: as those of `projection_uncertainty`.
+// Returns a sentence if the standard deviation of the projection at the corners of the image (at
+// infinity) exceeds 0.5 % of its diagonal; or, for a perspective smaller than opencv5, if it would
+// exceed half a pixel and 1.5 times its value with opencv5's coefficients free. The views show
+// distortion only where their corners are. `samples`: as those of `projection_uncertainty`.
 std::optional<std::string> extrapolated_corners(const Bundle& solved, double sigma,
                                                 const UncertainLens& lens,
                                                 std::span<const Eigen::Vector2d> samples);

@@ -4,6 +4,8 @@
 
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/checks/report.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 
 namespace tagcal::internal {
@@ -17,7 +19,7 @@ CalibratedView weak_view(const WeakView& weak, const ViewProblem& problem,
   view.scale_px_per_m = weak.scale_px_per_m;
   view.scale_sigma_px_per_m = weak.scale_px_per_m * sigma_px * std::sqrt(weak.covariance(5, 5));
   view.covariance = sigma_px * sigma_px * weak.covariance;
-  // Depth is not known; what the scale adds is kept to itself.
+  // The depth is unknown; scale_sigma_px_per_m has the uncertainty of the scale.
   view.covariance.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
   view.covariance.col(5).setConstant(std::numeric_limits<double>::quiet_NaN());
   view.num_corners = static_cast<int>(problem.correspondences.size());
@@ -29,7 +31,8 @@ CalibratedView weak_view(const WeakView& weak, const ViewProblem& problem,
   return view;
 }
 
-// Residuals that go together are perspective, which this model does not have.
+// Returns true if the residuals of most views are spatially correlated, which perspective causes
+// and this model does not have.
 bool shows_perspective(const WeakFit& weak) {
   std::size_t count = 0;
   for (std::size_t v = 0; v < weak.views.size(); ++v) {
@@ -38,33 +41,35 @@ bool shows_perspective(const WeakFit& weak) {
     const double s = weak.views[v].scale_px_per_m;
     std::vector<Eigen::Vector2d> pixels;
     for (const Correspondence& c : bundle.views[v].correspondences) pixels.push_back(c.pixel);
-    count += go_together(pixels, residuals_px(bundle.views[v].correspondences,
-                                              Parallel({s, s, centre.x(), centre.y()}),
-                                              weak.views[v].camera_from_target));
+    count += spatially_correlated(pixels, residuals_px(bundle.views[v].correspondences,
+                                                       Parallel({s, s, centre.x(), centre.y()}),
+                                                       weak.views[v].camera_from_target));
   }
   return 2 * count > weak.views.size();
 }
 
 Status judge_weak(Calibration& c, const WeakFit& weak) {
-  constexpr int kFewestDegreesOfFreedom = 11;  // as of other models (observability.cpp)
   const auto without_tilt = std::count_if(c.views.begin(), c.views.end(), [](const auto& view) {
     return !std::isfinite(view.covariance(0, 0));
   });
   if (without_tilt > 0)
-    c.warnings.push_back(
+    add(c.findings, code::tilt_unknown,
         "in " + std::to_string(without_tilt) +
-        " views the tilt has no standard deviation: the board is seen straight on");
+            " views the tilt has no standard deviation: the board faces the camera");
   if (shows_perspective(weak))
-    c.warnings.emplace_back(
+    add(c.findings, code::perspective_seen,
         "the corners show perspective or distortion, which model weak does not have: try --model "
         "auto");
   if (weak.fit.num_inliers() < weak.fit.num_corners / 2) {
-    c.warnings.emplace_back("more than half of the corners agree with no common answer");
+    add(c.findings, code::no_consensus,
+        "more than half of the corners are outliers of any common answer: check the target file "
+        "and the ids of the tags");
     return Status::no_consensus;
   }
-  if (degrees_of_freedom(weak.fit.bundle) < kFewestDegreesOfFreedom) {
-    c.warnings.push_back("too few corners for the parameters: " + std::to_string(c.num_corners) +
-                         " corners in " + std::to_string(c.views.size()) + " views");
+  if (degrees_of_freedom(weak.fit.bundle) < policy::kFewestDegreesOfFreedom) {
+    add(c.findings, code::degenerate,
+        "too few corners for the parameters: " + std::to_string(c.num_corners) + " corners in " +
+            std::to_string(c.views.size()) + " views");
     return Status::degenerate;
   }
   return Status::ok;
@@ -80,7 +85,7 @@ Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options) {
   c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};
   c.sigmas.assign(Parallel::kNumParameters, 0.0);
   c.outliers = weak.fit.outliers;
-  c.warnings = weak.fit.warnings;
+  c.findings = weak.fit.findings;
   choose_sigma(c, weak.fit, options);
   double sum = 0;
   for (std::size_t v = 0; v < weak.views.size(); ++v) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
 
 namespace tagcal::internal {
@@ -13,7 +14,8 @@ void CornerNoise::add(const View& view) {
 }
 
 Matrix2 covariance_or_assumed(const Observation& corner) {
-  return corner.covariance_px2.value_or(kAssumedSigmaPx * kAssumedSigmaPx * Matrix2::Identity());
+  return corner.covariance_px2.value_or(policy::kAssumedSigmaPx * policy::kAssumedSigmaPx *
+                                        Matrix2::Identity());
 }
 
 }  // namespace tagcal::internal

@@ -7,18 +7,18 @@
 
 namespace tagcal::internal {
 
-// How many of some corners have a covariance of their own.
+// Counts the corners that have a covariance of their own.
 struct CornerNoise {
   std::size_t num_known = 0;
   std::size_t num_corners = 0;
 
   void add(const View& view);
-  // Whether covariances are worth counting with: where half of the corners and more have one.
+  // True if half of the corners or more have a covariance: then the estimate uses them.
   bool counts() const { return num_known > 0 && 2 * num_known >= num_corners; }
   std::size_t num_assumed() const { return num_corners - num_known; }
 };
 
-// A corner's own covariance; 0.5 px of noise where it has none.
+// Returns a corner's own covariance, or that of policy::kAssumedSigmaPx.
 Matrix2 covariance_or_assumed(const Observation& corner);
 
 }  // namespace tagcal::internal

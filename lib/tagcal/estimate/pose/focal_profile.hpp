@@ -5,19 +5,19 @@
 
 namespace tagcal::internal {
 
-// What the linear covariance of (omega, tau, log f) leaves out of the likelihood where a plane
+// Returns the matrix to add to the linear covariance C of (omega, tau, log f) of a plane that
 // nearly faces the camera.
 //
-// Its tilt is what noise made of it, and with less tilt the focal length is shorter and held worse:
-// towards shorter ones the cost rises by less than the squared number of standard deviations. So
-// at the focal length that is five of them shorter the cost is minimised over all poses (profile
-// likelihood: Venzon & Moolgavkar, Applied Statistics 1988), and that step e, to a cost that is p
-// sigma^2 higher, is let into the ellipsoid at sqrt(p): where the covariance has it at
-// m = e' C^-1 e > p, it gains (1 / p - 1 / m) e e'. Zero for other targets, for a focal length that
-// is known to 3 %, and for one that is refused all the same.
-Eigen::Matrix<double, 7, 7> gain_towards_shorter(const PoseProblem& problem, const Lens& pinhole,
-                                                 const ViewSolution<7>& solution,
-                                                 const Eigen::Matrix<double, 7, 7>& covariance,
-                                                 double sigma_px);
+// Noise determines the estimated tilt of such a plane. With a smaller tilt the focal length is
+// shorter and less certain, so that towards shorter focal lengths the cost rises by less than the
+// squared number of standard deviations. The cost is therefore minimised over all poses at a focal
+// length that is five standard deviations shorter (profile likelihood: Venzon & Moolgavkar, Applied
+// Statistics 1988). If the step e there raises the cost by p sigma^2, but m = e' C^-1 e > p, adding
+// (1 / p - 1 / m) e e' to C gives e the Mahalanobis distance sqrt(p). Zero for other targets, for a
+// focal length that is known to 3 %, and for one that is refused anyway.
+Eigen::Matrix<double, 7, 7> shorter_focal_widening(const PoseProblem& problem, const Lens& pinhole,
+                                                   const PoseMinimum<7>& solution,
+                                                   const Eigen::Matrix<double, 7, 7>& covariance,
+                                                   double sigma_px);
 
 }  // namespace tagcal::internal

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/n_point.hpp"
 #include "tagcal/solvers/numeric/plane_tilts.hpp"
 #include "tagcal/solvers/p3p.hpp"
@@ -20,19 +22,19 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kFew = 32;     // points that a start is made of
-constexpr std::size_t kVeryFew = 5;  // points for which minimal solvers are the better ones
+constexpr std::size_t kFew = 32;     // points that the closed forms use at most
+constexpr std::size_t kVeryFew = 5;  // points up to which minimal solvers give better starts
 
-// The points that the closed forms use: a start needs no more. In the order of the golden ratio, so
-// that no regular pattern (a row of a grid) is all that is chosen.
-class Chosen {
+// A subset of the points for the closed forms. Multiples of the golden ratio select it, so that it
+// does not follow a regular pattern such as a row of a grid.
+class PointSubset {
  public:
-  Chosen(const PoseProblem& problem, std::size_t limit)
+  PointSubset(const PoseProblem& problem, std::size_t limit)
       : points_(std::min(limit, problem.size())), pixels_(points_.size()), rays_(points_.size()) {
     const ViewPoints view = problem.view();
     const auto n = static_cast<double>(problem.size());
     for (std::size_t k = 0; k < points_.size(); ++k) {
-      constexpr double kGoldenRatio = 0.6180339887498949;
+      constexpr double kGoldenRatio = std::numbers::phi - 1;
       const double turn = kGoldenRatio * static_cast<double>(k);
       const bool all = points_.size() == problem.size();
       const std::size_t i = all ? k : static_cast<std::size_t>((turn - std::floor(turn)) * n);
@@ -67,17 +69,17 @@ class Chosen {
 };
 
 template <int N>
-void consider(const ViewState& state, ViewSums& sums, ViewStarts<N>& starts) {
-  ViewStart<N> start{state};
+void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) {
+  InitialPose<N> start{state};
   start.has_equations = sums.at(start.state, start.equations);
   if (!start.has_equations) return;
   start.cost = start.equations.cost;
   starts.insert(start,
-                [](const ViewStart<N>& a, const ViewStart<N>& b) { return a.cost < b.cost; });
+                [](const InitialPose<N>& a, const InitialPose<N>& b) { return a.cost < b.cost; });
 }
 
-// Four points far from one another: the furthest from the centre, from it, from their line and from
-// their plane; in a plane, from the lines of any two of them.
+// Returns four points far from one another: the furthest from the centre, from the first one, from
+// the line of both, and from the plane of the three; in a plane, from the lines of any two of them.
 std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointShape shape) {
   if (points.size() == 4) return {0, 1, 2, 3};
   std::array<std::size_t, 4> chosen;
@@ -104,39 +106,38 @@ std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointSh
   return chosen;
 }
 
-// The poses of three of four points far from one another, whichever three.
+// Adds the P3P poses of each three of four points.
 template <int N>
-void consider_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays,
-                  const std::array<std::size_t, 4>& four, double focal_px, ViewSums& sums,
-                  ViewStarts<N>& starts) {
-  for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+void add_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays,
+             const std::array<std::size_t, 4>& four, double focal_px, ViewSums& sums,
+             InitialPoses<N>& starts) {
+  for (std::size_t skipped = 0; skipped < 4; ++skipped) {
     std::array<Vector3d, 3> some_points, some_rays;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t i = four[k < left_out ? k : k + 1];
+      const std::size_t i = four[k < skipped ? k : k + 1];
       some_points[k] = points[i];
       some_rays[k] = rays[i];
     }
     for (const Pose& pose : p3p(some_points, some_rays))
-      consider(state_of(pose, focal_px), sums, starts);
+      add_start(state_of(pose, focal_px), sums, starts);
   }
 }
 
-// Whether four points in a plane are far from a square: one of them nearly on the line of two
-// others, or within the triangle of the others. Noise then makes anything of their homography.
+// True for four points in a plane that are far from a square: one of them nearly on the line of two
+// others, or within the triangle of the others. Their homography is too sensitive to noise.
 bool is_poor_quadrangle(std::span<const Vector3d> points, const std::array<std::size_t, 4>& four) {
-  constexpr double kPoor = 0.5;  // the smallest of the four triangles, of the largest; a square: 1
   double smallest = std::numeric_limits<double>::infinity(), largest = 0;
-  for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+  for (std::size_t skipped = 0; skipped < 4; ++skipped) {
     std::array<Vector3d, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = points[four[k < left_out ? k : k + 1]];
+    for (std::size_t k = 0; k < 3; ++k) p[k] = points[four[k < skipped ? k : k + 1]];
     const double area = (p[1] - p[0]).cross(p[2] - p[0]).norm();
     smallest = std::min(smallest, area);
     largest = std::max(largest, area);
   }
-  return !(smallest > kPoor * largest);
+  return !(smallest > policy::kPoorQuadrangle * largest);
 }
 
-void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<7>& starts) {
+void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts) {
   const auto four = four_spread(chosen.points(), PointShape::space);
   std::array<Vector3d, 4> points;
   std::array<Vector2d, 4> pixels;
@@ -145,30 +146,30 @@ void consider_space_with_focal(const Chosen& chosen, ViewSums& sums, ViewStarts<
     pixels[k] = chosen.pixels()[four[k]];
   }
   for (const PoseAndFocal& solution : p4pf(points, pixels))
-    consider(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
+    add_start(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
 }
 
-// Four or five points hardly tell one focal length from another: every minimum that they have
-// counts, and the poses for some focal lengths lead to those.
-void consider_ladder_of_focals(const Chosen& chosen, double guess_px, ViewSums& sums,
-                               ViewStarts<7>& starts) {
+// Adds the P3P poses for several focal lengths: four or five points determine the focal length
+// poorly, and all minima are needed.
+void add_p3p_of_several_focals(const PointSubset& chosen, double guess_px, ViewSums& sums,
+                               InitialPoses<7>& starts) {
   const auto four = four_spread(chosen.points(), PointShape::space);
-  for (const double ratio : {0.35, 1.0, 3.0}) {
+  for (const double ratio : {0.35, 1.0, 3.0}) {  // numeric: tried values
     InlineBuffer<Vector3d, kFew> rays(chosen.pixels().size());
     const double focal = ratio * guess_px;
     for (std::size_t i = 0; i < rays.size(); ++i)
       rays[i] = Vector3d(chosen.pixels()[i].x(), chosen.pixels()[i].y(), focal);
-    consider_p3p(chosen.points(), rays.span(), four, focal, sums, starts);
+    add_p3p(chosen.points(), rays.span(), four, focal, sums, starts);
   }
 }
 
-// Weak perspective, put at the distance where the guessed focal length makes it perspective.
-void consider_weak_perspective(const Chosen& chosen, double focal_px, ViewSums& sums,
-                               ViewStarts<7>& starts) {
+// Adds the weak-perspective poses, at the distance that the guessed focal length gives them.
+void add_weak_perspective(const PointSubset& chosen, double focal_px, ViewSums& sums,
+                          InitialPoses<7>& starts) {
   for (const WeakPerspectivePose& weak : weak_perspective_poses(chosen.points(), chosen.pixels())) {
     ViewState state = state_of(weak.camera_from_target, focal_px);
     state.translation.z() = focal_px / weak.scale_px_per_m;
-    consider(state, sums, starts);
+    add_start(state, sums, starts);
   }
 }
 
@@ -192,28 +193,28 @@ Eigen::Vector2d principal_point(const Lens& pinhole) {
   return {parameters(pinhole)[kCx], parameters(pinhole)[kCy]};
 }
 
-// Starts of some of the points become starts of all: refined on those, in the order of their costs,
-// which are lower bounds then. What some points exclude by 25 sigma^2 all will.
-ViewStarts<6> refined_on(ViewSums& some, const ViewStarts<6>& starts) {
-  ViewStarts<6> result;
-  ViewSolverOptions options;
-  for (const ViewStart<6>& start : starts) {
-    const auto solution = solve_view<6>(some, start, options);
+// Refines the starts on a subset of the points and sorts them by cost. The cost of a subset is a
+// lower bound of the cost of all points, so a start that the subset excludes is dropped.
+InitialPoses<6> refined_on(ViewSums& some, const InitialPoses<6>& starts) {
+  InitialPoses<6> result;
+  RefineOptions options;
+  for (const InitialPose<6>& start : starts) {
+    const auto solution = refine_pose<6>(some, start, options);
     if (!solution) continue;
     result.insert({solution->state, solution->cost},
-                  [](const ViewStart<6>& a, const ViewStart<6>& b) { return a.cost < b.cost; });
+                  [](const InitialPose<6>& a, const InitialPose<6>& b) { return a.cost < b.cost; });
     const double freedom = 2 * static_cast<double>(some.num_points()) - 6;
-    options.ruled_out_cost = result.front().cost * (1 + 25 / freedom);
+    options.ruled_out_cost = result.front().cost * (1 + policy::kExcludedCost / freedom);
   }
   return result;
 }
 
-// A plane whose homography does not tell (three corners on a line) is solved as points in space
-// are, and of four or five points also one whose homography tells little.
-ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens) {
-  ViewStarts<6> starts;
+// A plane without a homography (three corners on a line) is solved like points in space. So are
+// four or five points of a plane whose homography is poor.
+InitialPoses<6> initial_poses(const PoseProblem& problem, const Lens& lens) {
+  InitialPoses<6> starts;
   for (const std::size_t limit : {kFew, problem.size()}) {
-    Chosen chosen(problem, limit);
+    PointSubset chosen(problem, limit);
     if (!chosen.find_rays(lens)) continue;
     const bool all = chosen.points().size() == problem.size();
     ViewSums some(lens, all ? problem.view() : chosen.view());
@@ -221,39 +222,39 @@ ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens) {
       if (const auto h = homography(chosen.points_in_plane().span(), chosen.rays()))
         if (const auto tilts = ippe_tilts(*h))
           for (const Eigen::Matrix3d& rotation : tilts->rotation)
-            consider({rotation, tilts->translation}, some, starts);
+            add_start({rotation, tilts->translation}, some, starts);
     if (problem.size() <= kVeryFew) {
       const auto four = four_spread(chosen.points(), problem.spread().shape);
       if (starts.empty() || is_poor_quadrangle(chosen.points(), four))
-        consider_p3p(chosen.points(), chosen.rays(), four, 0, some, starts);
+        add_p3p(chosen.points(), chosen.rays(), four, 0, some, starts);
     }
     if (starts.empty())
       for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
-        consider(state_of(pose), some, starts);
+        add_start(state_of(pose), some, starts);
     if (all) return starts;
     if (!starts.empty()) return refined_on(some, starts);
   }
   return starts;
 }
 
-ViewStarts<7> find_starts_with_focal(const PoseProblem& problem, const Lens& guess,
-                                     ViewSums& sums) {
-  ViewStarts<7> starts;
-  Chosen chosen(problem, kFew);
+InitialPoses<7> initial_poses_with_focal(const PoseProblem& problem, const Lens& guess,
+                                         ViewSums& sums) {
+  InitialPoses<7> starts;
+  PointSubset chosen(problem, kFew);
   chosen.subtract(principal_point(guess));
-  // Nearly a plane is both: which of the two is nearer depends on the thickness and the noise.
-  constexpr double kFlat = 1e-6, kThick = 0.3;
-  constexpr double kPoorRms = 2;  // of a start that may lead astray
-  if (problem.spread().thickness < kThick)
+  // Points near a plane use both closed forms: which one is nearer depends on thickness and noise.
+  constexpr double kFlat = 1e-6;  // numeric: p4pf needs a height above rounding
+  if (problem.spread().thickness < policy::kPlaneStartThickness)
     if (const auto solution =
             plane_pose_and_focal(chosen.points_in_plane().span(), chosen.pixels()))
-      consider(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
-  if (problem.spread().thickness > kFlat) consider_space_with_focal(chosen, sums, starts);
+      add_start(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
+  if (problem.spread().thickness > kFlat) add_p4pf(chosen, sums, starts);
   if (problem.spread().shape == PointShape::space && problem.size() <= kVeryFew)
-    consider_ladder_of_focals(chosen, parameters(guess)[kFx], sums, starts);
-  const double poor = kPoorRms * kPoorRms * static_cast<double>(problem.size());
+    add_p3p_of_several_focals(chosen, parameters(guess)[kFx], sums, starts);
+  constexpr double kSquare = policy::kPoorStartRmsPx * policy::kPoorStartRmsPx;
+  const double poor = kSquare * static_cast<double>(problem.size());
   if (starts.empty() || starts.front().cost > poor)
-    consider_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
+    add_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
   return starts;
 }
 

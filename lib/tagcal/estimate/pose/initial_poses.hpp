@@ -6,21 +6,22 @@
 namespace tagcal::internal {
 
 template <int N>
-using ViewStarts = Solutions<ViewStart<N>, 16>;  // four triples of points, four poses each
+using InitialPoses = Solutions<InitialPose<N>, 16>;  // four triples of points, four poses each
 
-// Where solve_view may begin: the closed forms that suit the shape of the points, those of lower
-// cost first. Of many points some are enough for that. Empty where none puts every point in the
-// lens' domain.
-ViewStarts<6> find_starts(const PoseProblem& problem, const Lens& lens);
+// Starts for refine_pose: the closed forms that suit the shape of the points, the lowest cost
+// first. They use a subset of many points. Empty if none puts every point into the lens' domain.
+InitialPoses<6> initial_poses(const PoseProblem& problem, const Lens& lens);
 
-// The same with a focal length; `guess` is a pinhole, for where no closed form tells.
-ViewStarts<7> find_starts_with_focal(const PoseProblem& problem, const Lens& guess, ViewSums& sums);
+// The same with a focal length. `guess` is a pinhole whose focal length serves the views for which
+// no closed form gives one.
+InitialPoses<7> initial_poses_with_focal(const PoseProblem& problem, const Lens& guess,
+                                         ViewSums& sums);
 
-// The rays of pixels; false where one has none.
+// Computes the rays of pixels; false if one pixel has none.
 bool find_rays(const Lens& lens, std::span<const Eigen::Vector2d> pixels,
                std::span<Eigen::Vector3d> rays);
 
-// The principal point of a pinhole.
+// Principal point of a pinhole.
 Eigen::Vector2d principal_point(const Lens& pinhole);
 
 }  // namespace tagcal::internal

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 namespace tagcal::internal {
@@ -12,9 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPlausible = 25;  // sigma^2 by which the facing plane may fit worse
-
-// How a plane is tilted: the axis of the turn that makes it face the line of sight, its sine, and
+// The tilt of a plane: the axis and the sine of the turn that makes it face the line of sight, and
 // the normal and the line of sight, both towards the camera.
 struct Tilt {
   explicit Tilt(const ViewState& state) : normal(state.rotation.col(2)) {
@@ -37,7 +36,7 @@ double variance_along(const SmallCholesky<6>& cholesky, const Vector3d& directio
   return w.dot(cholesky.solve(w));
 }
 
-// A pose of a given tilt, the best one of it, by one Gauss-Newton step.
+// The best pose of a given tilt, by one Gauss-Newton step.
 struct TurnedPose {
   ViewState state;
   NormalEquations<6> equations;                           // before the step
@@ -48,7 +47,7 @@ TurnedPose turned_pose(ViewSums& sums, const ViewState& from, const Vector3d& tu
   TurnedPose pose{from, {}};
   pose.state.rotation = exp_rotation(turn).toRotationMatrix() * from.rotation;
   if (!sums.at(pose.state, pose.equations)) return pose;
-  // All steps but those across the line of sight keep the tilt.
+  // Steps keep the tilt unless they turn about an axis across the line of sight.
   const Vector3d sight = from.translation.normalized(), across = sight.unitOrthogonal();
   Eigen::Matrix<double, 6, 4> keep = Eigen::Matrix<double, 6, 4>::Zero();
   keep.topLeftCorner<3, 1>() = sight;
@@ -68,9 +67,9 @@ TurnedPose turned_pose(ViewSums& sums, const ViewState& from, const Vector3d& tu
 
 }  // namespace
 
-FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, double sigma_px,
-                           bool both_minima) {
-  FrontalPose result{solution.information, std::nullopt};
+NearFrontalPose near_frontal_pose(ViewSums& sums, const PoseMinimum<6>& solution, double sigma_px,
+                                  bool both_minima) {
+  NearFrontalPose result{solution.information, std::nullopt};
   const double variance = sigma_px * sigma_px;
   const Tilt tilted(solution.state);
   SmallCholesky<6> at_solution;
@@ -78,18 +77,19 @@ FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, doub
   const Vector3d axis = tilted.axis;
   const double variance_there = variance_along(at_solution, axis);
   // The linear distance to the facing plane is at most twice the true one.
-  if (tilted.sine * tilted.sine > 4 * kPlausible * variance * variance_there) return result;
+  if (tilted.sine * tilted.sine > 4 * policy::kExcludedCost * variance * variance_there)
+    return result;
   const double tilt = tilted.angle();
   const Vector3d turn = tilt * axis;
 
   const TurnedPose facing = turned_pose(sums, solution.state, turn);
   const double facing_excess = (facing.cost - solution.cost) / variance;
-  if (!(facing_excess <= kPlausible)) return result;
+  if (!(facing_excess <= policy::kExcludedCost)) return result;
   TurnedPose mirrored{solution.state, {}};
   if (!both_minima) mirrored = turned_pose(sums, solution.state, 2 * turn);
-  const double mirrored_excess = (mirrored.cost - solution.cost) / variance;  // infinite: no matter
+  const double mirrored_excess = (mirrored.cost - solution.cost) / variance;  // may be infinite
 
-  // What the standard deviation of the tilt must span at least.
+  // Lower bounds of the variance of the tilt.
   const double a1 = 1 / (variance * variance_there);
   SmallCholesky<6> at_facing;
   const double a0 = at_facing.compute(facing.equations.information)
@@ -99,11 +99,12 @@ FrontalPose unless_frontal(ViewSums& sums, const ViewSolution<6>& solution, doub
   const double spanned = 2 / (a0 + std::sqrt(a0 * a0 + 4 * b));  // s^2 of b s^4 + a0 s^2 = 1
   const double wanted = std::max({spanned, tilt * tilt / std::max(1.0, facing_excess),
                                   4 * tilt * tilt / std::max(1.0, mirrored_excess)});
-  // Between the two, information is nearly linear in the squared tilt.
-  const double share = a1 > a0 ? std::clamp((1 / wanted - a0) / (a1 - a0), 1e-3, 1.0) : 1.0;
+  // Between the two poses the information is nearly linear in the squared tilt.
+  constexpr double kLeastShare = 1e-3;  // numeric: keeps the information positive definite
+  const double share = a1 > a0 ? std::clamp((1 / wanted - a0) / (a1 - a0), kLeastShare, 1.0) : 1.0;
   result.information = share * solution.information + (1 - share) * facing.equations.information;
-  if (mirrored_excess < kAmbiguousCost && 4 * tilt * tilt * a1 > 4 * kAmbiguousCost)
-    result.mirrored = ViewSolution<6>{
+  if (mirrored_excess < policy::kAmbiguousCost && 4 * tilt * tilt * a1 > 4 * policy::kAmbiguousCost)
+    result.mirrored = PoseMinimum<6>{
         mirrored.state, mirrored.cost,
         share * mirrored.equations.information + (1 - share) * facing.equations.information, true};
   return result;

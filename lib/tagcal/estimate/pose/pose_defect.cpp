@@ -12,15 +12,16 @@ namespace tagcal::internal {
 namespace {
 
 bool is_covariance(const Matrix2& c) {
+  constexpr double kRounding = 1e-12;  // numeric: rounding of the determinant
   const double product = c(0, 0) * c(1, 1);
   return c.allFinite() && c(0, 0) > 0 && c(1, 1) > 0 && std::isfinite(product) &&
-         c(0, 1) == c(1, 0) && product - c(0, 1) * c(1, 0) > 1e-12 * product;
+         c(0, 1) == c(1, 0) && product - c(0, 1) * c(1, 0) > kRounding * product;
 }
 
-// Whether four of the points are apart.
-bool four_places(const PoseProblem& problem) {
+// True if four of the points are distinct.
+bool has_four_places(const PoseProblem& problem) {
   const std::span<const Eigen::Vector3d> points = problem.view().points;
-  const double apart = 1e-9 * problem.spread().size;
+  const double apart = 1e-9 * problem.spread().size;  // numeric: rounding of equal points
   Solutions<Eigen::Vector3d, 4> places;
   for (std::size_t i = 0; i < points.size() && !places.full(); ++i)
     if (std::none_of(places.begin(), places.end(), [&](const Eigen::Vector3d& p) {
@@ -36,7 +37,8 @@ std::string defect(const PoseOptions& options, std::size_t num_points) {
   const double variance = options.sigma_px * options.sigma_px;
   const bool in_range = variance >= std::numeric_limits<double>::min() && std::isfinite(variance);
   if (options.sigma_px != 0 && !(options.sigma_px > 0 && in_range))
-    return fmt::format("the noise must be 0 (not known) or more, got {} px", options.sigma_px);
+    return fmt::format("the noise must be > 0, or 0 if it is not known, got {} px",
+                       options.sigma_px);
   const std::span<const Matrix2> covariances = options.covariance_px2;
   if (!covariances.empty() && covariances.size() != num_points)
     return fmt::format("{} covariances for {} points", covariances.size(), num_points);
@@ -53,9 +55,10 @@ std::string defect(const PoseProblem& problem) {
   if (problem.size() < 4)
     return fmt::format("too few points: 4 are needed, got {}", problem.size());
   const PointShape shape = problem.spread().shape;
-  if (shape == PointShape::point) return "the points are all at one place";
+  if (shape == PointShape::point) return "all points coincide";
   if (shape == PointShape::line) return "the points lie on a line";
-  if (!four_places(problem)) return "too few points: 4 are needed, the others are duplicates";
+  if (!has_four_places(problem))
+    return "too few points: 4 different ones are needed, the others are duplicates";
   return {};
 }
 

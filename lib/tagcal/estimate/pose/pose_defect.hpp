@@ -6,10 +6,10 @@
 
 namespace tagcal::internal {
 
-// What options cannot be meant; empty: they can.
+// Describes an invalid option; empty if all are valid.
 std::string defect(const PoseOptions& options, std::size_t num_points);
 
-// Why a problem has no answer; empty: it may have one.
+// Describes why a problem has no answer; empty if it may have one.
 std::string defect(const PoseProblem& problem);
 
 }  // namespace tagcal::internal

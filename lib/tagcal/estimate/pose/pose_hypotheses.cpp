@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/focal_profile.hpp"
 #include "tagcal/estimate/pose/near_frontal.hpp"
 #include "tagcal/estimate/pose/pose_profile.hpp"
@@ -13,8 +14,8 @@
 namespace tagcal::internal {
 namespace {
 
-// The covariance of a step (omega, tau, ...) for another origin of the target, which lies at
-// `from_origin` from the old one in the camera's axes: it moves by tau - [from_origin] omega.
+// Transforms the covariance of a step (omega, tau, ...) to another origin of the target, which lies
+// at `from_origin` from the old one in the camera's axes: it moves by tau - [from_origin] omega.
 template <int N>
 void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, N>& covariance) {
   if (from_origin.isZero(0)) return;
@@ -23,21 +24,21 @@ void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, 
   covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
 }
 
-// With information that claims no more than there is, and the second pose of a plane that has but
-// one minimum where there are two to tell apart. (With the focal length, a plane that may face the
-// camera is refused by the rule of the focal length.)
-PosesOfView told_apart(const PoseProblem& problem, ViewSums& sums, const ViewFit<6>& fit) {
+// Removes duplicate minima, deflates the information of near-frontal planes, and adds the mirrored
+// pose if its minimum is missing. (With the focal length, the rule of the focal length refuses a
+// plane that may face the camera.)
+PosesOfView distinct_minima(const PoseProblem& problem, ViewSums& sums, const PoseMinima<6>& fit) {
   PosesOfView poses;
-  for (const ViewSolution<6>& pose : fit.poses)
-    if (std::none_of(poses.begin(), poses.end(), [&](const ViewSolution<6>& other) {
-          return is_one(other, pose, fit.noise.sigma_px);
+  for (const PoseMinimum<6>& pose : fit.poses)
+    if (std::none_of(poses.begin(), poses.end(), [&](const PoseMinimum<6>& other) {
+          return is_same_minimum(other, pose, fit.noise.sigma_px);
         }))
       poses.push_back(pose);
   if (problem.spread().shape != PointShape::plane) return poses;
   const bool both_minima = poses.size() > 1;
-  std::optional<ViewSolution<6>> mirrored;
-  for (ViewSolution<6>& pose : poses) {
-    FrontalPose frontal = unless_frontal(sums, pose, fit.noise.sigma_px, both_minima);
+  std::optional<PoseMinimum<6>> mirrored;
+  for (PoseMinimum<6>& pose : poses) {
+    NearFrontalPose frontal = near_frontal_pose(sums, pose, fit.noise.sigma_px, both_minima);
     pose.information = frontal.information;
     mirrored = frontal.mirrored;
   }
@@ -45,9 +46,9 @@ PosesOfView told_apart(const PoseProblem& problem, ViewSums& sums, const ViewFit
   return poses;
 }
 
-// The cost is of whitened residuals; this is of pixels.
+// RMS of the residuals in pixels, not whitened.
 template <int N>
-double rms_px(const PoseProblem& problem, const Lens& lens, const ViewSolution<N>& solution) {
+double rms_px(const PoseProblem& problem, const Lens& lens, const PoseMinimum<N>& solution) {
   double cost = solution.cost;
   if (problem.whitened()) {
     ViewResiduals residuals(lens, {problem.view().points, problem.view().pixels});
@@ -57,13 +58,15 @@ double rms_px(const PoseProblem& problem, const Lens& lens, const ViewSolution<N
   return std::sqrt(cost / static_cast<double>(problem.size()));
 }
 
-Solutions<ViewSolution<7>, 4> told_apart(const PoseProblem&, ViewSums&, const ViewFit<7>& fit) {
+Solutions<PoseMinimum<7>, 4> distinct_minima(const PoseProblem&, ViewSums&,
+                                             const PoseMinima<7>& fit) {
   return fit.poses;
 }
 
-// Four points in a plane whose triangles are alike, and as wide as long.
+// True for four points in a plane whose triangles have similar areas, and that are about as wide as
+// long.
 bool is_like_a_tag(const PoseProblem& problem) {
-  constexpr double kAlike = 0.8;
+  constexpr double kAlike = policy::kLikeATag;
   const std::span<const Eigen::Vector3d> p = problem.view().points;
   if (p.size() != 4 || problem.spread().shape != PointShape::plane) return false;
   double smallest = std::numeric_limits<double>::infinity(), largest = 0, diameter = 0;
@@ -74,16 +77,16 @@ bool is_like_a_tag(const PoseProblem& problem) {
     largest = std::max(largest, area);
     diameter = std::max({diameter, a.squaredNorm(), b.squaredNorm()});
   }
-  // A square has areas (twice those of its triangles) of half of its squared diagonal.
+  // For a square, `area` (of a parallelogram, squared) is a quarter of the diagonal to the fourth.
   return smallest > kAlike * kAlike * largest &&
-         smallest > 0.25 * kAlike * kAlike * diameter * diameter;
+         smallest > kAlike * kAlike * diameter * diameter / 4;
 }
 
-// In the target's frame; `of_step` is the covariance of the solution's step, and becomes that.
+// Returns the solution in the target's frame. `of_step` is the covariance of the solution's step,
+// and is transformed to that frame.
 template <int N>
 PoseHypothesis hypothesis_of(const PoseProblem& problem, const Lens& lens,
-                             const ViewSolution<N>& solution,
-                             Eigen::Matrix<double, N, N>& of_step) {
+                             const PoseMinimum<N>& solution, Eigen::Matrix<double, N, N>& of_step) {
   PoseHypothesis hypothesis;
   const Pose camera_from_plane = pose_of(solution.state);
   hypothesis.camera_from_target = camera_from_plane * problem.spread().plane_from_target_pose();
@@ -99,27 +102,27 @@ PoseHypothesis hypothesis_of(const PoseProblem& problem, const Lens& lens,
 
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
-    const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit,
+    const PoseProblem& problem, const Lens& lens, const PoseMinima<N>& fit,
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
   ViewSums sums(lens, problem.view());
-  auto poses = told_apart(problem, sums, fit);
+  auto poses = distinct_minima(problem, sums, fit);
   std::vector<PoseHypothesis> hypotheses;
   hypotheses.reserve(poses.size());
   double sum = 0;
-  for (std::size_t i = 0; i < poses.size(); ++i) {  // which may become more
-    const ViewSolution<N>& solution = poses[i];
+  for (std::size_t i = 0; i < poses.size(); ++i) {  // PoseProfile may append
+    const PoseMinimum<N>& solution = poses[i];
     SmallCholesky<N> cholesky;
     if (!cholesky.compute(solution.information)) continue;
     Eigen::Matrix<double, N, N> of_step = variance * cholesky.inverse();
     if constexpr (N == 6)
       if (may_be_curved(of_step)) {
         PoseProfile profile(sums, fit.noise.sigma_px, poses);
-        of_step += is_like_a_tag(problem) ? profile.gain_of_curve(solution, of_step)
-                                          : profile.gain(solution, of_step);
+        of_step += is_like_a_tag(problem) ? profile.curvature_widening(solution, of_step)
+                                          : profile.widening(solution, of_step);
       }
     if constexpr (N == 7)
-      of_step += gain_towards_shorter(problem, lens, solution, of_step, fit.noise.sigma_px);
+      of_step += shorter_focal_widening(problem, lens, solution, of_step, fit.noise.sigma_px);
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     const double excess = solution.cost - fit.best().cost;
@@ -136,8 +139,8 @@ std::vector<PoseHypothesis> hypotheses_of(
 }
 
 template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
-                                                      const ViewFit<6>&, Matrix6*);
+                                                      const PoseMinima<6>&, Matrix6*);
 template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
-                                                      const ViewFit<7>&, Matrix7*);
+                                                      const PoseMinima<7>&, Matrix7*);
 
 }  // namespace tagcal::internal

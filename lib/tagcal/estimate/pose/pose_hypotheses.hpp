@@ -6,17 +6,18 @@
 
 namespace tagcal::internal {
 
-// The poses of a fit in the target's frame, with covariances and odds by likelihood; without those
-// that the points do not fix. A plane that may as well face the camera is as uncertain as that
-// makes it (frontal.hpp). `covariance` becomes that of the first one's (omega, tau, log f).
+// Returns the poses of a fit in the target's frame, with covariances and probabilities by
+// likelihood. Poses with singular information are dropped. near_frontal.hpp, pose_profile.hpp and
+// focal_profile.hpp widen the covariance where the linear one is too small. `covariance` becomes
+// that of (omega, tau, log f) of the first pose.
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
-    const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit,
+    const PoseProblem& problem, const Lens& lens, const PoseMinima<N>& fit,
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance = nullptr);
 
 extern template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&, const Lens&,
-                                                             const ViewFit<6>&, Matrix6*);
+                                                             const PoseMinima<6>&, Matrix6*);
 extern template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
-                                                             const ViewFit<7>&, Matrix7*);
+                                                             const PoseMinima<7>&, Matrix7*);
 
 }  // namespace tagcal::internal

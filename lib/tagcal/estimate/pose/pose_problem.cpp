@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
 
 namespace tagcal::internal {
-namespace {
-
-// What rounding leaves of pixels without noise is unlike noise.
-constexpr double kLeastSigmaPx = 1e-6;
-
-}  // namespace
 
 PoseProblem::PoseProblem(std::span<const Correspondence> correspondences,
                          const PoseOptions& options, std::span<const std::size_t> chosen)
@@ -36,9 +31,9 @@ NoiseLevel noise_level(const PoseProblem& problem, const PoseOptions& options, d
   if (problem.whitened()) return {1, true, false};
   if (options.sigma_px > 0) return {options.sigma_px, true, false};
   const int freedom = 2 * static_cast<int>(problem.size()) - num_parameters;
-  if (freedom >= kEnoughDegreesOfFreedom)
-    return {std::max(kLeastSigmaPx, std::sqrt(cost / freedom)), false, false};
-  return {kAssumedSigmaPx, false, true};
+  if (freedom >= policy::kEnoughDegreesOfFreedom)
+    return {std::max(policy::kLeastPoseSigmaPx, std::sqrt(cost / freedom)), false, false};
+  return {policy::kAssumedSigmaPx, false, true};
 }
 
 }  // namespace tagcal::internal

@@ -12,17 +12,12 @@
 
 namespace tagcal::internal {
 
-// Where no noise is stated: it is estimated from residuals of at least so many degrees of freedom,
-// else this is assumed.
-inline constexpr int kEnoughDegreesOfFreedom = 50;
-inline constexpr double kAssumedSigmaPx = 0.5;
-
 // The correspondences of a view that an estimate uses, moved to the centre of the points and turned
-// to their best plane: neither the place nor the attitude of the target in its own frame matters.
-// Few enough (a tag) need no heap.
+// to their best plane, so that the answer does not depend on the target's frame. A tag needs no
+// heap.
 class PoseProblem {
  public:
-  // Of the chosen correspondences (ascending), or of all. They and the options must outlive it.
+  // Uses the chosen correspondences (ascending), or all. They and the options must outlive it.
   PoseProblem(std::span<const Correspondence> correspondences, const PoseOptions& options,
               std::span<const std::size_t> chosen = {});
 
@@ -40,11 +35,11 @@ class PoseProblem {
   bool finite_ = true;
 };
 
-// The noise that an estimate counts with.
+// The noise that an estimate assumes.
 struct NoiseLevel {
   double sigma_px = 1;
   bool known = false;    // stated, by sigma_px or by covariances
-  bool assumed = false;  // neither known nor shown by the residuals
+  bool assumed = false;  // neither stated nor estimated from the residuals
 };
 NoiseLevel noise_level(const PoseProblem& problem, const PoseOptions& options, double cost,
                        int num_parameters);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/initial_poses.hpp"
 #include "tagcal/estimate/pose/pose_minima.hpp"
 #include "tagcal/estimate/pose/refine_pose.hpp"
@@ -23,31 +24,28 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kMissed = 1e-4;    // probability that a better consensus was missed
-constexpr double kByChance = 1e-5;  // probability that the consensus means nothing
 constexpr int kMaxSamples = 50000;
-constexpr double kToleranceSigmas = 4;  // an inlier's residual length is longer once in 3,000
 
 using States = Solutions<ViewState, 8>;
 
-// States that agree with a few correspondences.
+// Minimal solvers: states that fit a few correspondences.
 template <int N>
 class SampleSolver {
  public:
-  explicit SampleSolver(const RobustView& robust)
-      : view_(robust.view), spread_(spread_of(robust.view.points)) {
+  explicit SampleSolver(const RansacProblem& problem)
+      : view_(problem.view), spread_(spread_of(problem.view.points)) {
     rays_.resize(view_.size());
     usable_.reserve(view_.size());
-    const auto p = parameters(robust.lens);
+    const auto p = parameters(problem.lens);
     centre_ = N == 7 ? Vector2d(p[kCx], p[kCy]) : Vector2d::Zero();
     for (std::size_t i = 0; i < view_.size(); ++i)
-      if (find_rays(robust.lens, view_.pixels.subspan(i, 1), {&rays_[i], 1})) usable_.push_back(i);
+      if (find_rays(problem.lens, view_.pixels.subspan(i, 1), {&rays_[i], 1})) usable_.push_back(i);
   }
 
   // Correspondences whose pixel has a ray.
   const std::vector<std::size_t>& usable() const { return usable_; }
 
-  // Of single points: three, with focal length four.
+  // Adds the states of single points: three, with focal length four.
   void solve_points(std::span<const std::size_t> chosen, States& states) const {
     if constexpr (N == 6) {
       const std::array points = {point(chosen[0]), point(chosen[1]), point(chosen[2])};
@@ -67,7 +65,7 @@ class SampleSolver {
     }
   }
 
-  // Of four points or more in a plane.
+  // Adds the states of four points or more in a plane.
   void solve_plane(std::span<const std::size_t> chosen, States& states) const {
     InlineBuffer<Vector3d, 16> points(chosen.size()), rays(chosen.size());
     for (std::size_t k = 0; k < chosen.size(); ++k) points[k] = point(chosen[k]);
@@ -98,12 +96,11 @@ class SampleSolver {
   std::vector<std::size_t> usable_;
 };
 
-// What a state scores: the sum of min(r^2, tolerance^2), and who is within the tolerance.
+// Scores states: the sum of min(r^2, tolerance^2), and the points within the tolerance.
 class Scorer {
  public:
-  explicit Scorer(const RobustView& robust)
-      : robust_(robust), residuals_(robust.lens, robust.view) {
-    const double tolerance = kToleranceSigmas * robust.sigma_px;
+  explicit Scorer(const RansacProblem& problem) : residuals_(problem.lens, problem.view) {
+    const double tolerance = policy::kInlierSigmas * problem.sigma_px;
     tolerance_square_ = tolerance * tolerance;
   }
 
@@ -124,26 +121,25 @@ class Scorer {
   double tolerance_square() const { return tolerance_square_; }
 
  private:
-  const RobustView& robust_;
   ViewResiduals residuals_;
   double tolerance_square_;
 };
 
-// The least-squares state of some of the correspondences.
+// Returns the least-squares state of the chosen correspondences.
 template <int N>
-std::optional<ViewState> refined(const RobustView& robust, const ViewState& start,
+std::optional<ViewState> refined(const RansacProblem& problem, const ViewState& start,
                                  std::span<const std::size_t> chosen) {
   std::vector<Vector3d> points;
   std::vector<Vector2d> pixels;
   std::vector<Matrix2> whitening;
   for (const std::size_t i : chosen) {
-    points.push_back(robust.view.points[i]);
-    pixels.push_back(robust.view.pixels[i]);
-    if (!robust.view.whitening.empty()) whitening.push_back(robust.view.whitening[i]);
+    points.push_back(problem.view.points[i]);
+    pixels.push_back(problem.view.pixels[i]);
+    if (!problem.view.whitening.empty()) whitening.push_back(problem.view.whitening[i]);
   }
   if (2 * points.size() < N) return std::nullopt;
-  ViewSums sums(robust.lens, {points, pixels, whitening});
-  const auto solution = solve_view<N>(sums, {start}, {10});
+  ViewSums sums(problem.lens, {points, pixels, whitening});
+  const auto solution = refine_pose<N>(sums, {start}, {10});
   if (!solution) return std::nullopt;
   return solution->state;
 }
@@ -151,19 +147,19 @@ std::optional<ViewState> refined(const RobustView& robust, const ViewState& star
 template <int N>
 class Search {
  public:
-  explicit Search(const RobustView& robust)
-      : robust_(robust), solver_(robust), scorer_(robust), random_(robust.seed) {
+  explicit Search(const RansacProblem& problem)
+      : problem_(problem), solver_(problem), scorer_(problem), random_(problem.seed) {
     std::map<int, std::vector<std::size_t>> groups;
-    if (!robust.groups.empty())
-      for (const std::size_t i : solver_.usable()) groups[robust.groups[i]].push_back(i);
+    if (!problem.groups.empty())
+      for (const std::size_t i : solver_.usable()) groups[problem.groups[i]].push_back(i);
     for (const auto& [id, members] : groups)
       if (members.size() >= 4) groups_.push_back(members);
   }
 
-  std::optional<ViewConsensus> run() {
+  std::optional<PoseConsensus> run() {
     constexpr std::size_t kSampleSize = N == 6 ? 3 : 4;
     if (solver_.usable().size() < kSampleSize + 1) return std::nullopt;
-    int wanted = samples_for(robust_.least_share, kSampleSize), taken = 0;
+    int wanted = samples_for(problem_.least_share, kSampleSize), taken = 0;
     for (; taken < wanted; ++taken) {
       States states;
       if (taken % 2 == 0 && !groups_.empty())
@@ -173,13 +169,13 @@ class Search {
       if (consider(states)) wanted = samples_needed(kSampleSize);
     }
     if (!best_) return std::nullopt;
-    ViewConsensus consensus{*best_, scorer_.within(*best_, 1), taken};
-    if (by_chance(consensus, kSampleSize)) return std::nullopt;
+    PoseConsensus consensus{*best_, scorer_.within(*best_, 1), taken};
+    if (may_be_chance(consensus, kSampleSize)) return std::nullopt;
     return consensus;
   }
 
  private:
-  // One tag after the other; with the focal length two of them, which together show more of it.
+  // Draws one tag after the other; with the focal length two, which determine it better.
   void sample_groups(std::size_t round, States& states) {
     std::vector<std::size_t> chosen = groups_[round % groups_.size()];
     if (N == 7 && groups_.size() > 1) {
@@ -199,7 +195,8 @@ class Search {
     solver_.solve_points(chosen, states);
   }
 
-  // Whether one of them, refined on those that agree with it, is better than the best.
+  // Returns true if one of the states, or its local optimisation on its inliers, is better than the
+  // best so far.
   bool consider(const States& states) {
     bool improved = false;
     for (const ViewState& state : states) {
@@ -208,8 +205,8 @@ class Search {
       sample_loss_ = loss;
       improved |= keep(state, loss);
       ViewState local = state;
-      for (const double tolerances : {3.0, 2.0, 1.5, 1.0}) {
-        const auto better = refined<N>(robust_, local, scorer_.within(local, tolerances));
+      for (const double tolerances : {3.0, 2.0, 1.5, 1.0}) {  // numeric: tried values
+        const auto better = refined<N>(problem_, local, scorer_.within(local, tolerances));
         if (!better) break;
         local = *better;
         improved |= keep(local, scorer_.loss(local));
@@ -228,56 +225,59 @@ class Search {
   int samples_needed(std::size_t sample_size) {
     const double n = static_cast<double>(solver_.usable().size());
     const double share = static_cast<double>(scorer_.within(*best_, 1).size()) / n;
-    return samples_for(std::max(share, robust_.least_share), sample_size);
+    return samples_for(std::max(share, problem_.least_share), sample_size);
   }
 
-  // Until a consensus of that share has been missed no more than so rarely.
+  // Number of samples that miss a consensus with this share of inliers with probability
+  // kMissedConsensus.
   static int samples_for(double share, std::size_t sample_size) {
     if (share <= 0) return kMaxSamples;
     const double good = std::pow(share, static_cast<double>(sample_size));
     if (good >= 1) return 1;
-    // Twice as many: every other sample is of a group.
-    const double count = 2 * std::log(kMissed) / std::log1p(-good);
+    // Twice as many, because every other sample is a group.
+    const double count = 2 * std::log(policy::kMissedConsensus) / std::log1p(-good);
     return static_cast<int>(std::min<double>(kMaxSamples, std::ceil(count)));
   }
 
-  // The width that pixels spread over evenly would have: a few far ones do not stretch it.
+  // Width of the image region by the range between the quartiles, which a few distant pixels do not
+  // change.
   double spread_px(Eigen::Index axis) const {
     std::vector<double> sorted;
-    for (const Vector2d& p : robust_.view.pixels) sorted.push_back(p[axis]);
+    for (const Vector2d& p : problem_.view.pixels) sorted.push_back(p[axis]);
     std::sort(sorted.begin(), sorted.end());
     const std::size_t quarter = (sorted.size() + 1) / 4;
     return 2 * (sorted[sorted.size() - 1 - quarter] - sorted[quarter]);
   }
 
-  // The number of false alarms (Moisan & Stival, IJCV 2004) of k of n within the tolerance.
-  bool by_chance(const ViewConsensus& consensus, std::size_t sample_size) {
+  // Tests the number of false alarms (Moisan & Stival, IJCV 2004) of k of n points within the
+  // tolerance.
+  bool may_be_chance(const PoseConsensus& consensus, std::size_t sample_size) {
     const double image = spread_px(0) * spread_px(1);
-    double area = std::numbers::pi * scorer_.tolerance_square();  // of a corner's tolerance
-    if (!robust_.view.whitening.empty()) {
+    double area = std::numbers::pi * scorer_.tolerance_square();  // of the tolerance
+    if (!problem_.view.whitening.empty()) {
       double mean = 0;
-      for (const Matrix2& w : robust_.view.whitening) mean += 1 / std::abs(w.determinant());
-      area *= mean / static_cast<double>(robust_.view.size());
+      for (const Matrix2& w : problem_.view.whitening) mean += 1 / std::abs(w.determinant());
+      area *= mean / static_cast<double>(problem_.view.size());
     }
-    const double n = static_cast<double>(robust_.view.size());
+    const double n = static_cast<double>(problem_.view.size());
     const double k = static_cast<double>(consensus.inliers.size());
-    // Wrong corners that are nearly right (a target seen mirrored, a wrong lens) lie closer than
-    // that: as those around the tolerance do. Of points that are mirrored through a plane those
-    // near to it agree, and their number grows as the tolerance, not as its square. (Where there
-    // are none, half a one.)
-    constexpr double kAround = 10;  // tolerances
+    // Wrong corners that are nearly right (a mirrored target, a wrong lens) are denser than evenly
+    // spread ones, so the density of the corners around the tolerance counts as well. Their number
+    // grows with the tolerance, not with its square: of points that are mirrored through a plane,
+    // those near the plane agree.
+    constexpr double kAround = policy::kDensityTolerances;
     const double around = static_cast<double>(scorer_.within(consensus.state, kAround).size()) - k;
-    const double share =
-        std::min(1.0, std::max(area / image, (around + 0.5) / (n * (kAround - 1))));
+    const double nearby = around + 0.5;  // numeric: half a corner where there is none
+    const double share = std::min(1.0, std::max(area / image, nearby / (n * (kAround - 1))));
     const double s = static_cast<double>(sample_size);
     if (k <= s) return true;
     const double log_choices =
         std::lgamma(n - s + 1) - std::lgamma(k - s + 1) - std::lgamma(n - k + 1);
     return std::log(4.0 * consensus.num_samples) + log_choices + (k - s) * std::log(share) >
-           std::log(kByChance);
+           std::log(policy::kChanceConsensus);
   }
 
-  const RobustView& robust_;
+  const RansacProblem& problem_;
   SampleSolver<N> solver_;
   Scorer scorer_;
   Random random_;
@@ -290,12 +290,12 @@ class Search {
 }  // namespace
 
 template <int N>
-std::optional<ViewConsensus> find_view_consensus(const RobustView& view) {
+std::optional<PoseConsensus> pose_ransac(const RansacProblem& view) {
   if (view.view.points.empty()) return std::nullopt;
   return Search<N>(view).run();
 }
 
-template std::optional<ViewConsensus> find_view_consensus<6>(const RobustView&);
-template std::optional<ViewConsensus> find_view_consensus<7>(const RobustView&);
+template std::optional<PoseConsensus> pose_ransac<6>(const RansacProblem&);
+template std::optional<PoseConsensus> pose_ransac<7>(const RansacProblem&);
 
 }  // namespace tagcal::internal

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 namespace tagcal::internal {
@@ -16,11 +17,11 @@ using Eigen::Vector3d;
 template <int N>
 using Step = Eigen::Matrix<double, N, 1>;
 
-// A step by which the cost would fall by less than this share of a point's part of it (or, without
-// noise, by less than this many squared whitened pixels) is taken and is the last one: its length
-// is about a hundredth of a standard deviation, and it leaves far less.
-constexpr double kLastShare = 2e-4;
-constexpr double kLastDecrease = 1e-14;
+// A step is the last one if its predicted decrease of the cost is below this share of a point's
+// part of the cost (or, without noise, below this many squared whitened pixels). Its length is then
+// about a hundredth of a standard deviation, and the remaining error is far smaller.
+constexpr double kLastShare = 2e-4;      // numeric: convergence
+constexpr double kLastDecrease = 1e-14;  // numeric: convergence
 
 constexpr int kMaxGaussNewton = 12;
 
@@ -46,13 +47,13 @@ ViewState moved(const ViewState& state, const Step<N>& step) {
 
 enum class Outcome { converged, ruled_out, failed };
 
-// Gauss-Newton with J'J as the Hessian takes steps that are too short (or too long) by a constant
-// factor where residuals and curvature are large, as between the two poses of a far plane. The
-// change of the gradient along the last step shows the factor (the secant rule).
+// Scales the Gauss-Newton steps. With J'J as the Hessian they are too short (or too long) by a
+// constant factor where residuals and curvature are large, as between the two poses of a far plane.
+// The change of the gradient along the last step gives the factor (secant rule).
 template <int N>
 class StepLength {
  public:
-  // The length for the next step, by the gradient that the last one led to.
+  // Length of the next step; `gradient` is the one after the last step.
   double next(const Step<N>& gradient) const {
     if (last_decrease_ == 0) return 1;
     const double curvature = (1 + gradient.dot(last_) / last_decrease_) / length_;
@@ -72,21 +73,19 @@ class StepLength {
   double length_ = 1;
 };
 
-// Of a second hypothesis: whether its minimum lies above the limit, or it has none of its own:
-// where the decrease of the cost grows, it slides to the first one. (Of 50,000 second poses of far
-// tags within the limit this loses 3.)
-bool ruled_out(double cost, double decrease, double last_decrease,
-               const ViewSolverOptions& options) {
+// True for a second hypothesis whose minimum is predicted above the limit, or that slides to the
+// first minimum, because the decrease of its cost grows.
+bool ruled_out(double cost, double decrease, double last_decrease, const RefineOptions& options) {
   if (std::isinf(options.ruled_out_cost)) return false;
-  const bool above = cost - 1.5 * decrease > options.ruled_out_cost;
-  const bool slides = decrease > last_decrease && decrease > 0.003 * cost;
+  const bool above = cost - policy::kPredictedDecreases * decrease > options.ruled_out_cost;
+  const bool slides = decrease > last_decrease && decrease > policy::kSlidingDecrease * cost;
   return above || slides;
 }
 
-// Moves the best state along the step by the length, or what part of it lowers the cost; `length`
-// and `equations` become those of the new state.
+// Line search: moves the best state along the step by the length, or by a part that lowers the
+// cost. `length` and `equations` become those of the new state.
 template <int N>
-bool search(ViewSums& sums, const Step<N>& step, ViewSolution<N>& best, double& length,
+bool search(ViewSums& sums, const Step<N>& step, PoseMinimum<N>& best, double& length,
             NormalEquations<N>& equations) {
   constexpr double kShortest = 1.0 / 16;
   for (; length > kShortest; length = length > 1 ? 1 : length / 4) {
@@ -98,11 +97,11 @@ bool search(ViewSums& sums, const Step<N>& step, ViewSolution<N>& best, double& 
   return false;
 }
 
-// Steps while they lower the cost. With `failed`, the solution is the best point so far, without
-// its information.
+// Takes steps while they lower the cost. If the outcome is `failed`, the solution is the best point
+// so far, without its information.
 template <int N>
-Outcome gauss_newton(ViewSums& sums, const ViewSolverOptions& options,
-                     NormalEquations<N>& equations, ViewSolution<N>& best) {
+Outcome gauss_newton(ViewSums& sums, const RefineOptions& options, NormalEquations<N>& equations,
+                     PoseMinimum<N>& best) {
   SmallCholesky<N> cholesky;
   StepLength<N> step_length;
   double last_decrease = std::numeric_limits<double>::infinity();
@@ -131,8 +130,8 @@ Outcome gauss_newton(ViewSums& sums, const ViewSolverOptions& options,
   return Outcome::failed;
 }
 
-// The problem as ceres::TinySolver wants it. The rows that it gets are the Cholesky factor of the
-// normal equations: N + 1 rows with the same cost, gradient and J'J as all rows of all points.
+// Problem for ceres::TinySolver. Its rows are the Cholesky factor of the normal equations: N + 1
+// rows with the same cost, gradient and J'J as all rows of all points.
 template <int N>
 class TinyProblem {
  public:
@@ -154,8 +153,7 @@ class TinyProblem {
     return state;
   }
 
-  // TinySolver ignores failures, so a step out of the domain gets a cost that no step is accepted
-  // at.
+  // TinySolver ignores failures, so a step out of the domain gets a cost that is never accepted.
   bool operator()(const double* parameters, double* residuals, double* jacobian) const {
     const Step<N> x = Eigen::Map<const Step<N>>(parameters);
     Eigen::Map<Step<N + 1>> rows(residuals);
@@ -165,9 +163,9 @@ class TinyProblem {
       rows.setConstant(1e100);
       return false;
     }
-    // Next to a singular point a trace of damping keeps the factor.
+    // A little damping keeps the factor near a singular point.
     for (double damping = 0; !cholesky.compute(equations.information);
-         damping = std::max(1e-12, 10 * damping)) {
+         damping = std::max(1e-12, 10 * damping)) {  // numeric: tried values
       if (!(damping < 1)) return false;
       equations.information.diagonal() *= 1 + damping;
       equations.information.diagonal().array() += std::numeric_limits<double>::min();
@@ -192,14 +190,14 @@ class TinyProblem {
 };
 
 template <int N>
-bool levenberg_marquardt(ViewSums& sums, int max_iterations, ViewSolution<N>& best) {
+bool levenberg_marquardt(ViewSums& sums, int max_iterations, PoseMinimum<N>& best) {
   const TinyProblem<N> problem(sums, best.state);
   using Solver = ceres::TinySolver<TinyProblem<N>>;
   Solver solver;
   solver.options.max_num_iterations = max_iterations;
-  solver.options.gradient_tolerance = 1e-12;
-  solver.options.function_tolerance = 1e-16;  // absolute, in squared whitened pixels
-  solver.options.cost_threshold = 1e-24;
+  solver.options.gradient_tolerance = 1e-12;  // numeric: convergence
+  solver.options.function_tolerance = 1e-16;  // numeric: convergence, squared whitened pixels
+  solver.options.cost_threshold = 1e-24;      // numeric: convergence
   Step<N> x = Step<N>::Zero();
   const auto& summary = solver.Solve(problem, &x);
   const ViewState state = problem.state(x);
@@ -209,20 +207,21 @@ bool levenberg_marquardt(ViewSums& sums, int max_iterations, ViewSolution<N>& be
   else if (!sums.at(best.state, equations))
     return false;
   best.information = equations.information;
-  // Where a valley is so flat that steps do not end, what they can still gain decides.
+  // In a flat valley the steps may not end: the predicted decrease then decides.
   SmallCholesky<N> cholesky;
   if (!cholesky.compute(equations.information)) return false;
   const double decrease = equations.gradient.dot(cholesky.solve(equations.gradient));
   return summary.status != Solver::HIT_MAX_ITERATIONS ||
-         decrease < 1e-3 * equations.cost / static_cast<double>(sums.num_points());
+         decrease <
+             policy::kConvergedDecrease * equations.cost / static_cast<double>(sums.num_points());
 }
 
 }  // namespace
 
 template <int N>
-std::optional<ViewSolution<N>> solve_view(ViewSums& sums, const ViewStart<N>& start,
-                                          const ViewSolverOptions& options) {
-  std::optional<ViewSolution<N>> best(std::in_place);
+std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& start,
+                                          const RefineOptions& options) {
+  std::optional<PoseMinimum<N>> best(std::in_place);
   best->state = start.state;
   NormalEquations<N> equations;
   if (start.has_equations)
@@ -236,9 +235,9 @@ std::optional<ViewSolution<N>> solve_view(ViewSums& sums, const ViewStart<N>& st
   return best;
 }
 
-template std::optional<ViewSolution<6>> solve_view<6>(ViewSums&, const ViewStart<6>&,
-                                                      const ViewSolverOptions&);
-template std::optional<ViewSolution<7>> solve_view<7>(ViewSums&, const ViewStart<7>&,
-                                                      const ViewSolverOptions&);
+template std::optional<PoseMinimum<6>> refine_pose<6>(ViewSums&, const InitialPose<6>&,
+                                                      const RefineOptions&);
+template std::optional<PoseMinimum<7>> refine_pose<7>(ViewSums&, const InitialPose<7>&,
+                                                      const RefineOptions&);
 
 }  // namespace tagcal::internal

@@ -7,16 +7,16 @@
 
 namespace tagcal::internal {
 
-struct ViewSolverOptions {
+struct RefineOptions {
   int max_iterations = 50;
-  // Of a second hypothesis: give up where its minimum is above this, or is the first one's.
+  // Refinement of a second hypothesis stops if its minimum is above this cost, or is the first one.
   double ruled_out_cost = std::numeric_limits<double>::infinity();
 };
 
-// A point of departure. Its cost is that of all points, with the normal equations there, or of some
-// of them: then it is a lower bound of what all cost, and there are no equations.
+// A start. Its cost is that of all points, with the normal equations there; or that of a subset, a
+// lower bound of the cost of all, without equations.
 template <int N>
-struct ViewStart {
+struct InitialPose {
   ViewState state;
   double cost = 0;
   bool has_equations = false;
@@ -25,23 +25,23 @@ struct ViewStart {
 
 // N = 6: pose, 7: pose and log focal length.
 template <int N>
-struct ViewSolution {
+struct PoseMinimum {
   ViewState state;
   double cost = 0;                          // sum of squared whitened residuals
   Eigen::Matrix<double, N, N> information;  // J'J there, upper triangle
   bool converged = false;
 };
 
-// The least-squares solution from a start: Gauss-Newton steps, which end good starts in two or
-// three evaluations, and where one of them fails Levenberg-Marquardt (ceres::TinySolver) from the
-// best point. No value where it is ruled out, or the start is outside of the lens' domain.
+// Returns the least-squares solution from a start, by Gauss-Newton steps (two or three evaluations
+// from a good start), and if one of them fails by Levenberg-Marquardt (ceres::TinySolver) from the
+// best point. No value if it is ruled out, or if the start is outside the lens' domain.
 template <int N>
-std::optional<ViewSolution<N>> solve_view(ViewSums& sums, const ViewStart<N>& start,
-                                          const ViewSolverOptions& options = {});
+std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& start,
+                                          const RefineOptions& options = {});
 
-extern template std::optional<ViewSolution<6>> solve_view<6>(ViewSums&, const ViewStart<6>&,
-                                                             const ViewSolverOptions&);
-extern template std::optional<ViewSolution<7>> solve_view<7>(ViewSums&, const ViewStart<7>&,
-                                                             const ViewSolverOptions&);
+extern template std::optional<PoseMinimum<6>> refine_pose<6>(ViewSums&, const InitialPose<6>&,
+                                                             const RefineOptions&);
+extern template std::optional<PoseMinimum<7>> refine_pose<7>(ViewSums&, const InitialPose<7>&,
+                                                             const RefineOptions&);
 
 }  // namespace tagcal::internal

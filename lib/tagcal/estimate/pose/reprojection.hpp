@@ -12,14 +12,14 @@
 
 namespace tagcal::internal {
 
-// One view as the solvers see it: correspondences, and where corners have a known covariance C, the
-// matrices W with W^T W = C^-1 that whiten their residuals (none: the identity).
+// One view for the solvers: correspondences and, if corners have a known covariance C, the matrices
+// W with W^T W = C^-1 that whiten their residuals (if empty: the identity).
 struct ViewProblem {
   std::vector<Correspondence> correspondences;
   std::vector<Matrix2> whitening;  // empty, or one per correspondence
 };
 
-// A view's correspondences as the kernels take them. The view must outlive it.
+// Arrays of a view's correspondences for the kernels. The view must outlive it.
 class ViewArrays {
  public:
   explicit ViewArrays(const ViewProblem& view);
@@ -31,14 +31,14 @@ class ViewArrays {
   std::span<const Matrix2> whitening_;
 };
 
-// W with W^T W = covariance^-1. The covariance must be positive definite.
+// Returns W with W^T W = covariance^-1. The covariance must be positive definite.
 Matrix2 whitening_of(const Matrix2& covariance_px2);
 
 using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Residuals (2n: projected - observed) of a view, with Jacobians by (omega, tau) of `retract`
-// (2n x 6) and by a model's free parameters (2n x k), all whitened. No value where a point is
+// (2n x 6) and by a model's free parameters (2n x k), all whitened. No value if a point is
 // outside the lens' domain.
 struct Reprojection {
   Eigen::VectorXd residuals;
@@ -49,17 +49,17 @@ std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& le
                                          std::span<const FreeParameter> free,
                                          const Pose& camera_from_target);
 
-// The squared length of a corner's residual (pixels), whitened; infinite where it has none.
+// Squared whitened length of a corner's residual (given in pixels); infinite if it is not finite.
 double whitened_square(const ViewProblem& view, std::size_t i, const Eigen::Vector2d& residual);
 
-// The same of all corners of a view.
+// The same for all corners of a view.
 std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
                                      const Pose& camera_from_target);
 
-// The corners of a view that take part (1; one number for each).
+// Returns the corners of a view whose number in `takes_part` is 1.
 ViewProblem chosen(const ViewProblem& view, std::span<const std::uint8_t> takes_part);
 
-// The plain residuals in pixels, not whitened; NaN for points outside of the domain.
+// Residuals in pixels, not whitened; NaN for points outside the lens' domain.
 std::vector<Eigen::Vector2d> residuals_px(std::span<const Correspondence> correspondences,
                                           const Lens& lens, const Pose& camera_from_target);
 

@@ -1,4 +1,5 @@
 #include "tagcal/estimate/pose/residual_test.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +8,7 @@
 namespace tagcal::internal {
 namespace {
 
-// The RMS distance of the pixels from their centre.
+// RMS distance of the pixels from their centre.
 double size_px(std::span<const Eigen::Vector2d> pixels) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double square = 0;
@@ -21,75 +22,63 @@ double size_px(std::span<const Eigen::Vector2d> pixels) {
 
 }  // namespace
 
-double robust_variance(std::span<const double> squares) {
-  std::vector<double> sorted(squares.begin(), squares.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle / (2 * std::log(2.0));
-}
-
-double chi_square_quantile(double k, double normal_quantile) {
-  const double root = 1 - 2 / (9 * k) + normal_quantile * std::sqrt(2 / (9 * k));
-  return k * root * root * root;
-}
-
-double variance_ratio_score(double ratio, double a, double b) {
-  const double root = std::cbrt(ratio), u = 2 / (9 * a), v = 2 / (9 * b);
-  return ((1 - v) * root - (1 - u)) / std::sqrt(u + v * root * root);
-}
-
-Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
-                    std::span<const double> squares, int num_parameters) {
-  constexpr double kOutlierSquare = kOutlierSigmas * kOutlierSigmas;
+ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
+                           std::span<const double> squares, int num_parameters) {
+  constexpr double kOutlierSquare = policy::kOutlierSigmas * policy::kOutlierSigmas;
   const double cost = std::accumulate(squares.begin(), squares.end(), 0.0);
   const double largest = *std::max_element(squares.begin(), squares.end());
   const double freedom = 2 * static_cast<double>(squares.size()) - num_parameters;
   const double variance = noise.sigma_px * noise.sigma_px;
-  const double usual = chi_square_quantile(freedom, kOutlierSigmas);
-  const bool shown = !noise.known && !noise.assumed;  // by these very residuals, right or wrong
-  if (!shown && largest <= kOutlierSquare * variance && cost <= usual * variance)
-    return Agreement::full;
-  // The median of n such squares strays by 1.44 / sqrt(n) of itself; what settled within 5 of its
-  // own sigma must stay.
+  const double largest_chi_square = chi_square_quantile(freedom, policy::kOutlierSigmas);
+  const bool self_estimated = !noise.known && !noise.assumed;  // noise from these very residuals
+  if (!self_estimated && largest <= kOutlierSquare * variance &&
+      cost <= largest_chi_square * variance)
+    return ResidualTest::consistent;
+  // The median of n such squares has a relative standard deviation of 1 / (ln 2 sqrt(n)). The
+  // margin keeps points that are inliers by the noise of their own residuals.
+  constexpr double kMedianSpread = 1.44;  // numeric: 1 / ln 2
   const double n = static_cast<double>(squares.size());
-  const double stray = shown ? 1 + 3 * 1.44 / std::sqrt(n) : 1;
-  const bool alike =
-      squares.size() < 6 || largest <= stray * kOutlierSquare * robust_variance(squares);
+  const double margin =
+      self_estimated ? 1 + policy::kMedianSigmas * kMedianSpread / std::sqrt(n) : 1;
+  const bool no_outlier = squares.size() < policy::kEnoughForMedian ||
+                          largest <= margin * kOutlierSquare * robust_variance(squares);
   const double rms = std::sqrt(cost / n);
-  const bool small = noise.known ? cost <= kOutlierSquare * freedom * variance
-                                 : rms <= 0.05 * size_px(problem.view().pixels);
-  if (!alike || !small) return Agreement::partly;
-  return shown ? Agreement::full : Agreement::noisy;
+  const bool is_small = noise.known
+                            ? cost <= kOutlierSquare * freedom * variance
+                            : rms <= policy::kLargestNoiseOfImage * size_px(problem.view().pixels);
+  if (!no_outlier || !is_small) return ResidualTest::inconsistent;
+  return self_estimated ? ResidualTest::consistent : ResidualTest::noisy;
 }
 
-bool go_together(std::span<const Eigen::Vector2d> pixels,
-                 std::span<const Eigen::Vector2d> residuals) {
-  constexpr std::size_t kEnough = 12, kMany = 200;  // the search for neighbours is quadratic
+bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
+                          std::span<const Eigen::Vector2d> residuals) {
+  constexpr std::size_t kMany = 200;  // the search for neighbours is quadratic
   const std::size_t n = std::min(pixels.size(), kMany);
-  if (n < kEnough) return false;
-  double together = 0, square = 0;
+  if (n < policy::kEnoughForCorrelation) return false;
+  double product = 0, square = 0;
   for (std::size_t i = 0; i < n; ++i) {
     std::size_t nearest = i == 0 ? 1 : 0;
     for (std::size_t j = 0; j < n; ++j)
       if (j != i &&
           (pixels[j] - pixels[i]).squaredNorm() < (pixels[nearest] - pixels[i]).squaredNorm())
         nearest = j;
-    together += residuals[i].dot(residuals[nearest]);
+    product += residuals[i].dot(residuals[nearest]);
     square += residuals[i].squaredNorm();
   }
-  // Of noise the correlation is 0 with a standard deviation of 1 / sqrt(2 n), at most twice that
-  // where pairs count double.
-  return together > std::max(0.3, 6 / std::sqrt(2 * static_cast<double>(n))) * square;
+  const double limit = std::max(policy::kCorrelated,
+                                policy::kCorrelatedSigmas / std::sqrt(2 * static_cast<double>(n)));
+  return product > limit * square;
 }
 
 std::vector<std::size_t> within(std::span<const double> squares, double sigma) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < squares.size(); ++i)
-    if (squares[i] <= kOutlierSigmas * kOutlierSigmas * sigma * sigma) result.push_back(i);
+    if (squares[i] <= policy::kOutlierSigmas * policy::kOutlierSigmas * sigma * sigma)
+      result.push_back(i);
   return result;
 }
 
-std::vector<std::size_t> others(std::span<const std::size_t> chosen, std::size_t n) {
+std::vector<std::size_t> complement(std::span<const std::size_t> chosen, std::size_t n) {
   std::vector<std::size_t> result;
   std::size_t next = 0;
   for (std::size_t i = 0; i < n; ++i) {

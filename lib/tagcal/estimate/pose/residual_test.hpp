@@ -3,46 +3,32 @@
 #include <vector>
 
 #include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 
-// Further than this many standard deviations from the answer, a correspondence is wrong.
-inline constexpr double kOutlierSigmas = 5;
-
-// How the residuals of a least-squares fit go with the noise.
-enum class Agreement {
-  full,    // as they should
-  noisy,   // larger than the noise that is stated or assumed, up to five times, but like noise
-  partly,  // some are unlike the others, or all are too large for any noise
+// Agreement of the residuals of a least-squares fit with the noise.
+enum class ResidualTest {
+  consistent,
+  noisy,  // up to kOutlierSigmas times as large as the stated or assumed noise, without outliers
+  inconsistent,  // with outliers, or too large for any noise
 };
 
-// `squares` are the squared whitened residuals, `num_parameters` what was fitted. Noise that the
-// residuals show themselves is held against their median, and against the size of the target.
-Agreement agreement(const PoseProblem& problem, const NoiseLevel& noise,
-                    std::span<const double> squares, int num_parameters);
+// Tests the squared whitened residuals `squares` of a fit of `num_parameters`. If the noise was
+// estimated from these residuals, they are compared with their median and with the size of the
+// target's image.
+ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
+                           std::span<const double> squares, int num_parameters);
 
-// Whether residuals go together from a point to its neighbour in the image, as noise does not: what
-// a lens that bends or a target that is not flat leaves of a model without. `residuals` are not
-// whitened; of fewer than 12 points nothing is said.
-bool go_together(std::span<const Eigen::Vector2d> pixels,
-                 std::span<const Eigen::Vector2d> residuals);
+// True if the residuals (not whitened) of neighbouring points in the image are correlated: the
+// error of a model whose lens or target is wrong, not noise. False for fewer than 12 points.
+bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
+                          std::span<const Eigen::Vector2d> residuals);
 
-// The variance of a coordinate, whatever less than half of the residuals are, from the squared
-// (whitened) lengths of one or more: their median is 2 ln 2 variances.
-double robust_variance(std::span<const double> squares);
-
-// The value that a chi-square of k degrees of freedom exceeds as rarely as a normal variable its
-// quantile (Wilson & Hilferty 1931).
-double chi_square_quantile(double k, double normal_quantile);
-
-// The normal variable that is exceeded as rarely as a ratio of two independent estimates of one
-// variance, of a and b degrees of freedom (Paulson 1942).
-double variance_ratio_score(double ratio, double a, double b);
-
-// Those within kOutlierSigmas, ascending.
+// Indices of the squares within kOutlierSigmas of sigma, ascending.
 std::vector<std::size_t> within(std::span<const double> squares, double sigma);
 
-// All that are not in an ascending list of indices below n.
-std::vector<std::size_t> others(std::span<const std::size_t> chosen, std::size_t n);
+// Returns the indices below n that are not in an ascending list.
+std::vector<std::size_t> complement(std::span<const std::size_t> chosen, std::size_t n);
 
 }  // namespace tagcal::internal

@@ -7,6 +7,8 @@
 #include <map>
 #include <set>
 
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_defect.hpp"
 #include "tagcal/estimate/pose/pose_ransac.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
@@ -16,132 +18,131 @@ namespace tagcal::internal {
 namespace {
 
 template <int N>
-AgreeingFit<N> no_fit(Status status, const std::string& reason) {
-  AgreeingFit<N> result;
+RobustPose<N> no_fit(Status status, const std::string& reason) {
+  RobustPose<N> result;
   result.status = status;
-  result.warnings.push_back(reason);
+  add(result.findings, refusal_code(status), reason);
   return result;
 }
 
-// Of two groups that agree on different poses: the share of the one in the other from which on
-// neither is more right.
-constexpr double kNearlyAsMany = 0.8;
-
 template <int N>
-Agreement agreement_of(const PoseProblem& problem, const Lens& lens, const ViewFit<N>& fit) {
-  // What the sum of all squares allows, no single one can exceed.
+ResidualTest residual_test_of(const PoseProblem& problem, const Lens& lens,
+                              const PoseMinima<N>& fit) {
+  // If the sum of the squares is below the limit of one, none exceeds it.
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
-  if (fit.best().cost <= kOutlierSigmas * kOutlierSigmas * variance) return Agreement::full;
+  if (fit.best().cost <= policy::kOutlierSigmas * policy::kOutlierSigmas * variance)
+    return ResidualTest::consistent;
   ViewResiduals residuals(lens, problem.view());
-  return agreement(problem, fit.noise, residuals.at(fit.best().state), N);
+  return residual_test(problem, fit.noise, residuals.at(fit.best().state), N);
 }
 
 template <int N>
-void raise_noise(AgreeingFit<N>& result) {
+void raise_noise(RobustPose<N>& result) {
   NoiseLevel& noise = result.fit->noise;
   const double freedom = 2 * static_cast<double>(result.problem->size()) - N;
   const double sigma = std::sqrt(result.fit->best().cost / freedom);
   if (!(sigma > noise.sigma_px)) return;
-  result.warnings.push_back(
-      fmt::format("the residuals are {:.1f} times as large as the noise that is {}: the covariance "
-                  "counts with {:.2g} px",
+  add(result.findings, code::noise_understated,
+      fmt::format("the residuals are {:.1f} times as large as the {} noise: the covariance is for "
+                  "{:.2g} px; check the noise, the lens and the target",
                   sigma / noise.sigma_px, noise.assumed ? "assumed" : "stated", sigma));
   noise.sigma_px = sigma;
   noise.assumed = false;
 }
 
-// Residuals that are larger than noise that is known, or noise that only they show, may be the
-// model's error.
+// Adds a finding if the residuals are spatially correlated. Called if they exceed the known noise,
+// or if the noise was estimated from them: a wrong lens or target makes such residuals.
 template <int N>
-void look_for_model_error(const Lens& lens, AgreeingFit<N>& result) {
+void test_model_error(const Lens& lens, RobustPose<N>& result) {
   const ViewPoints view = result.problem->view();
   ViewResiduals residuals(lens, view);
   residuals.at(result.fit->best().state);
   std::vector<Eigen::Vector2d> differences;
   for (std::size_t i = 0; i < view.size(); ++i)
     differences.push_back(residuals.projected()[i] - view.pixels[i]);
-  result.model_error = go_together(view.pixels, differences);
+  result.model_error = spatially_correlated(view.pixels, differences);
   if (result.model_error)
-    result.warnings.emplace_back(
-        "the residuals go together from corner to corner, as noise does not: the lens bends lines, "
-        "or the target is not as stated, and the standard deviations do not count with that");
+    add(result.findings, code::residuals_correlated,
+        "the residuals of neighbouring corners are correlated, which noise is not: the lens or the "
+        "target is not as stated, and the standard deviations do not include that; calibrate the "
+        "lens, or measure the target");
 }
 
-// From the inliers of a consensus to the least-squares fit of all that agree with it and are of no
-// group that was found odd.
+// Alternates least-squares fits and the selection of inliers, from the inliers of a consensus until
+// they stay the same. Points of a shifted tag stay rejected.
 template <int N>
-AgreeingFit<N> settle(std::span<const Correspondence> correspondences, const Lens& lens,
-                      const PoseOptions& options, std::vector<std::size_t> chosen,
-                      const std::set<int>& odd) {
+RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, const Lens& lens,
+                             const PoseOptions& options, std::vector<std::size_t> chosen,
+                             const std::set<int>& shifted) {
   constexpr int kMaxRounds = 10;
   const PoseProblem all(correspondences, options);
   const Pose all_from_target = all.spread().plane_from_target_pose();
   ViewResiduals residuals(lens, all.view());
-  AgreeingFit<N> result;
-  const auto is_odd = [&](std::size_t i) {
-    return !odd.empty() && odd.contains(options.groups[i]);
+  RobustPose<N> result;
+  const auto is_shifted = [&](std::size_t i) {
+    return !shifted.empty() && shifted.contains(options.groups[i]);
   };
   for (int round = 0; round < kMaxRounds; ++round) {
-    std::erase_if(chosen, is_odd);
+    std::erase_if(chosen, is_shifted);
     result.problem.emplace(correspondences, options, chosen);
     if (const std::string reason = defect(*result.problem); !reason.empty())
-      return no_fit<N>(Status::no_consensus, "of the points that agree: " + reason);
-    result.fit = fit_view<N>(*result.problem, lens, options);
+      return no_fit<N>(Status::no_consensus, "the inliers do not determine a pose: " + reason);
+    result.fit = pose_minima<N>(*result.problem, lens, options);
     if (!result.fit) break;
-    result.outliers = others(chosen, correspondences.size());
+    result.outliers = complement(chosen, correspondences.size());
     const ViewState& best = result.fit->best().state;
     const Pose camera_from_all = pose_of(best) * result.problem->spread().plane_from_target_pose() *
                                  all_from_target.inverse();
     std::vector<std::size_t> next =
         within(residuals.at(state_of(camera_from_all, best.focal_px)), result.fit->noise.sigma_px);
-    std::erase_if(next, is_odd);
+    std::erase_if(next, is_shifted);
     if (next == chosen) break;
     chosen = next;
   }
   return result;
 }
 
-// The groups of the correspondences that a fit kept.
+// Groups of the inliers of a fit.
 template <int N>
-std::vector<int> groups_kept(const AgreeingFit<N>& result, const PoseOptions& options) {
+std::vector<int> groups_of_inliers(const RobustPose<N>& result, const PoseOptions& options) {
   std::vector<int> groups;
-  for (const std::size_t i : others(result.outliers, options.groups.size()))
+  for (const std::size_t i : complement(result.outliers, options.groups.size()))
     groups.push_back(options.groups[i]);
   return groups;
 }
 
-// The same, and without the groups that do not go with the others: of more than a third of them it
-// is the lens or the target that does not, and all stay.
+// The same, and rejects shifted tags. If more than one in kTagsPerShiftedTag is shifted, the lens
+// or the target is wrong, and all stay.
 template <int N>
-AgreeingFit<N> settle_without_odd(std::span<const Correspondence> correspondences, const Lens& lens,
-                                  const PoseOptions& options,
-                                  const std::vector<std::size_t>& chosen) {
-  const AgreeingFit<N> all = settle<N>(correspondences, lens, options, chosen, {});
+RobustPose<N> fit_without_shifted_tag(std::span<const Correspondence> correspondences,
+                                      const Lens& lens, const PoseOptions& options,
+                                      const std::vector<std::size_t>& chosen) {
+  const RobustPose<N> all = update_inliers<N>(correspondences, lens, options, chosen, {});
   if (!all.fit || options.groups.empty()) return all;
-  std::vector<int> groups = groups_kept(all, options);
-  const std::size_t most = std::set<int>(groups.begin(), groups.end()).size() / 3;
-  AgreeingFit<N> result = all;
-  for (std::set<int> odd;;) {
-    const auto found = odd_group<N>(*result.problem, groups, lens, result.fit->best().state);
+  std::vector<int> groups = groups_of_inliers(all, options);
+  const std::size_t most =
+      std::set<int>(groups.begin(), groups.end()).size() / policy::kTagsPerShiftedTag;
+  RobustPose<N> result = all;
+  for (std::set<int> shifted;;) {
+    const auto found = shifted_tag<N>(*result.problem, groups, lens, result.fit->best().state);
     if (!found) return result;
-    odd.insert(*found);
-    if (odd.size() > most) return all;
-    result = settle<N>(correspondences, lens, options, chosen, odd);
+    shifted.insert(*found);
+    if (shifted.size() > most) return all;
+    result = update_inliers<N>(correspondences, lens, options, chosen, shifted);
     if (!result.fit) return all;
-    groups = groups_kept(result, options);
+    groups = groups_of_inliers(result, options);
   }
 }
 
-// Whether a pose of one group, none of whose corners was kept or not all, has nearly as many that
-// agree with it. (Of four tags two with each other's ids: two corners of each of the four may agree
-// on the board turned by half a turn, as many as are right.) That is asked of a few inliers only:
-// many agree for no such reason.
+// True if the pose of one group with an outlier has nearly as many inliers as the answer. Example:
+// if two of four tags have each other's ids, two corners of each tag may agree on the board turned
+// by half a turn, as many as agree on the true pose. Not tested for many inliers, which do not
+// agree by such a coincidence.
 template <int N>
 bool has_rival_group(std::span<const Correspondence> correspondences, const Lens& lens,
-                     const PoseOptions& options, const AgreeingFit<N>& result) {
-  constexpr std::size_t kFew = 16;
+                     const PoseOptions& options, const RobustPose<N>& result) {
   const std::size_t inliers = correspondences.size() - result.outliers.size();
-  if (N == 7 || options.groups.empty() || inliers > kFew) return false;
+  if (N == 7 || options.groups.empty() || inliers > policy::kFewInliers) return false;
   std::map<int, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < correspondences.size(); ++i) groups[options.groups[i]].push_back(i);
   const PoseProblem all(correspondences, options);
@@ -151,21 +152,22 @@ bool has_rival_group(std::span<const Correspondence> correspondences, const Lens
     return std::binary_search(result.outliers.begin(), result.outliers.end(), i);
   };
   for (const auto& [id, members] : groups) {
-    const bool kept = std::none_of(members.begin(), members.end(), is_outlier);
+    const bool all_inliers = std::none_of(members.begin(), members.end(), is_outlier);
     const PoseProblem group(correspondences, options, members);
-    if (kept || !defect(group).empty()) continue;
-    const auto fit = fit_view<6>(group, lens, options);
+    if (all_inliers || !defect(group).empty()) continue;
+    const auto fit = pose_minima<6>(group, lens, options);
     for (std::size_t i = 0; fit && i < fit->poses.size(); ++i) {
       const Pose camera_from_all = pose_of(fit->poses[i].state) *
                                    group.spread().plane_from_target_pose() *
                                    all_from_target.inverse();
-      // A pose of one tag is wide of the other corners by some times the noise.
+      // The pose of one tag misses the other corners by a few times the noise.
+      const double tolerance_px = policy::kRivalNoise * result.fit->noise.sigma_px;
       const std::vector<std::size_t> agree =
-          within(residuals.at(state_of(camera_from_all)), 4 * result.fit->noise.sigma_px);
-      // With nearly all that were kept it is the same pose, and the group a little off.
+          within(residuals.at(state_of(camera_from_all)), tolerance_px);
+      // If nearly all inliers agree, it is the same pose, and the group is slightly shifted.
       const auto same =
           std::count_if(agree.begin(), agree.end(), [&](std::size_t k) { return !is_outlier(k); });
-      const double enough = kNearlyAsMany * static_cast<double>(inliers);
+      const double enough = policy::kRivalShare * static_cast<double>(inliers);
       if (static_cast<double>(same) < enough && static_cast<double>(agree.size()) >= enough)
         return true;
     }
@@ -173,81 +175,85 @@ bool has_rival_group(std::span<const Correspondence> correspondences, const Lens
   return false;
 }
 
-// Whether those that were left out agree on a pose of their own nearly as well: then neither is
-// more right than the other. (All tags turned by a quarter: each of the four corners of all tags
-// is the board in another place.)
+// True if the outliers agree on another pose that has nearly as many inliers. Example: if all tags
+// are turned by a quarter, the first corners of all tags show the board in one place, the second
+// corners in another.
 template <int N>
 bool has_rival(std::span<const Correspondence> correspondences, const Lens& lens,
-               const PoseOptions& options, const AgreeingFit<N>& result) {
+               const PoseOptions& options, const RobustPose<N>& result) {
   const auto inliers = static_cast<double>(correspondences.size() - result.outliers.size());
-  const double share = kNearlyAsMany * inliers / static_cast<double>(result.outliers.size());
+  const double share = policy::kRivalShare * inliers / static_cast<double>(result.outliers.size());
   if (!(share <= 1)) return false;
   const PoseProblem rest(correspondences, options, result.outliers);
   std::vector<int> groups;
   if (!options.groups.empty())
     for (const std::size_t i : result.outliers) groups.push_back(options.groups[i]);
   const double sigma = result.fit->noise.sigma_px;
-  const auto rival =
-      find_view_consensus<N>({lens, rest.view(), groups, sigma, options.seed, share});
-  return rival && static_cast<double>(rival->inliers.size()) >= kNearlyAsMany * inliers;
+  const auto rival = pose_ransac<N>({lens, rest.view(), groups, sigma, options.seed, share});
+  return rival && static_cast<double>(rival->inliers.size()) >= policy::kRivalShare * inliers;
 }
 
 template <int N>
-AgreeingFit<N> search(std::span<const Correspondence> correspondences, const Lens& lens,
-                      const PoseOptions& options) {
+RobustPose<N> search(std::span<const Correspondence> correspondences, const Lens& lens,
+                     const PoseOptions& options) {
   const PoseProblem all(correspondences, options);
-  constexpr double kUsualSigmaPx = 1;  // where none is stated; what is found then shows its own
-  double sigma = options.sigma_px > 0 ? options.sigma_px : kUsualSigmaPx;
+  double sigma = options.sigma_px > 0 ? options.sigma_px : policy::kRansacSigmaPx;
   if (all.whitened()) sigma = 1;
-  const auto consensus =
-      find_view_consensus<N>({lens, all.view(), options.groups, sigma, options.seed});
-  const std::string reason = "the points do not agree on one pose";
+  const auto consensus = pose_ransac<N>({lens, all.view(), options.groups, sigma, options.seed});
+  const std::string reason = "the points do not agree on one pose: check the lens and the target";
   if (!consensus) return no_fit<N>(Status::no_consensus, reason);
-  AgreeingFit<N> result = settle_without_odd<N>(correspondences, lens, options, consensus->inliers);
-  if (!result.fit || agreement_of(*result.problem, lens, *result.fit) == Agreement::partly)
+  RobustPose<N> result =
+      fit_without_shifted_tag<N>(correspondences, lens, options, consensus->inliers);
+  if (!result.fit ||
+      residual_test_of(*result.problem, lens, *result.fit) == ResidualTest::inconsistent)
     return no_fit<N>(Status::no_consensus, reason);
   if (has_rival<N>(correspondences, lens, options, result) ||
       has_rival_group<N>(correspondences, lens, options, result))
-    return no_fit<N>(Status::no_consensus,
-                     "two groups of points agree on different poses, and neither is larger");
+    return no_fit<N>(
+        Status::no_consensus,
+        "two groups of points agree on different poses, and neither is clearly larger: "
+        "check the ids of the target");
   return result;
 }
 
 }  // namespace
 
 template <int N>
-AgreeingFit<N> fit_agreeing(std::span<const Correspondence> correspondences, const Lens& lens,
-                            const PoseOptions& options) {
-  AgreeingFit<N> result;
+RobustPose<N> fit_pose_robustly(std::span<const Correspondence> correspondences, const Lens& lens,
+                                const PoseOptions& options) {
+  RobustPose<N> result;
   if (const std::string reason = defect(options, correspondences.size()); !reason.empty())
     return no_fit<N>(Status::degenerate, reason);
   result.problem.emplace(correspondences, options);
   if (const std::string reason = defect(*result.problem); !reason.empty())
     return no_fit<N>(Status::degenerate, reason);
-  result.fit = fit_view<N>(*result.problem, lens, options);
-  Agreement agreement =
-      result.fit ? agreement_of(*result.problem, lens, *result.fit) : Agreement::partly;
-  if (agreement == Agreement::partly) {
+  result.fit = pose_minima<N>(*result.problem, lens, options);
+  ResidualTest residuals = result.fit ? residual_test_of(*result.problem, lens, *result.fit)
+                                      : ResidualTest::inconsistent;
+  if (residuals == ResidualTest::inconsistent) {
     const bool may_search = options.reject_outliers && correspondences.size() > 4;
     if (!may_search && !result.fit)
       return no_fit<N>(Status::degenerate, "no pose puts the points in front of the camera");
     if (!may_search)
-      return no_fit<N>(Status::no_consensus, "the residuals of the best pose are not noise");
+      return no_fit<N>(Status::no_consensus,
+                       "the residuals of the best pose are too large or too uneven for noise");
     result = search<N>(correspondences, lens, options);
     if (!result.fit) return result;
-    agreement = agreement_of(*result.problem, lens, *result.fit);
+    residuals = residual_test_of(*result.problem, lens, *result.fit);
   }
-  if (agreement == Agreement::noisy) raise_noise(result);
-  if (agreement == Agreement::noisy || !result.fit->noise.known) look_for_model_error(lens, result);
+  if (residuals == ResidualTest::noisy) raise_noise(result);
+  if (residuals == ResidualTest::noisy || !result.fit->noise.known) test_model_error(lens, result);
   if (result.fit->noise.assumed)
-    result.warnings.emplace_back(
-        "no noise is stated and the residuals are too few to show it: 0.5 px is assumed");
+    add(result.findings, code::noise_assumed,
+        fmt::format("no noise is stated, and there are too few residuals to estimate it: {} px is "
+                    "assumed",
+                    policy::kAssumedSigmaPx));
   return result;
 }
 
-template AgreeingFit<6> fit_agreeing<6>(std::span<const Correspondence>, const Lens&,
-                                        const PoseOptions&);
-template AgreeingFit<7> fit_agreeing<7>(std::span<const Correspondence>, const Lens&,
-                                        const PoseOptions&);
+template RobustPose<6> fit_pose_robustly<6>(std::span<const Correspondence>, const Lens&,
+                                            const PoseOptions&);
+template RobustPose<7> fit_pose_robustly<7>(std::span<const Correspondence>, const Lens&,
+                                            const PoseOptions&);
 
 }  // namespace tagcal::internal

@@ -10,27 +10,27 @@
 
 namespace tagcal::internal {
 
-// The least-squares fit of all correspondences that agree with it, or why there is none.
+// The least-squares fit of the inliers, or the reason why there is none.
 template <int N>
-struct AgreeingFit {
+struct RobustPose {
   std::optional<PoseProblem> problem;  // of the inliers
-  std::optional<ViewFit<N>> fit;
+  std::optional<PoseMinima<N>> fit;
   std::vector<std::size_t> outliers;  // ascending
-  bool model_error = false;           // the residuals are no noise: the warnings say so
-  Status status = Status::ok;         // else: why there is no fit
-  std::vector<std::string> warnings;
+  bool model_error = false;           // the residuals are correlated: a finding says so
+  Status status = Status::ok;         // otherwise the reason why there is no fit
+  std::vector<Finding> findings;
 };
 
-// Fits all correspondences; where they do not agree, searches for those that do. Residuals larger
-// than the noise that is stated or assumed raise it (and a warning says so), up to five times;
-// beyond that there is no fit: no_consensus.
+// Fits all correspondences; if their residuals are inconsistent, searches for the inliers (RANSAC).
+// Residuals up to policy::kOutlierSigmas times as large as the stated or assumed noise raise it,
+// and a finding says so. Larger ones are refused: no_consensus.
 template <int N>
-AgreeingFit<N> fit_agreeing(std::span<const Correspondence> correspondences, const Lens& lens,
-                            const PoseOptions& options);
+RobustPose<N> fit_pose_robustly(std::span<const Correspondence> correspondences, const Lens& lens,
+                                const PoseOptions& options);
 
-extern template AgreeingFit<6> fit_agreeing<6>(std::span<const Correspondence>, const Lens&,
-                                               const PoseOptions&);
-extern template AgreeingFit<7> fit_agreeing<7>(std::span<const Correspondence>, const Lens&,
-                                               const PoseOptions&);
+extern template RobustPose<6> fit_pose_robustly<6>(std::span<const Correspondence>, const Lens&,
+                                                   const PoseOptions&);
+extern template RobustPose<7> fit_pose_robustly<7>(std::span<const Correspondence>, const Lens&,
+                                                   const PoseOptions&);
 
 }  // namespace tagcal::internal

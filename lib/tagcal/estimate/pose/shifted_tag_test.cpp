@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 
 namespace tagcal::internal {
@@ -14,10 +15,8 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Of 36 tags that are all right one goes in every hundredth view (that is searched at all).
-constexpr double kOddScore = 3.5;
-// Data without noise have residuals of rounding, which go together.
-constexpr double kLeastVariancePx2 = 1e-12;
+// Residuals of exact data are rounding, which is correlated.
+constexpr double kLeastVariancePx2 = policy::kLeastPoseSigmaPx * policy::kLeastPoseSigmaPx;
 
 struct GroupPoints {
   std::vector<Vector3d> points;
@@ -25,7 +24,7 @@ struct GroupPoints {
   std::vector<Vector2d> residuals_px;  // projected - observed
   std::vector<Matrix2> whitening;
 
-  // Their image moved.
+  // Returns the group with its image shifted.
   GroupPoints moved_by(const Vector2d& shift_px) const {
     GroupPoints result = *this;
     for (Vector2d& pixel : result.pixels) pixel += shift_px;
@@ -58,8 +57,8 @@ Eigen::Matrix<double, N, 1> gradient_of(const GroupPoints& group, const Lens& le
   return equations.gradient;
 }
 
-// What the sum of squares of all loses where the group may move in the image: of the normal
-// equations with two more unknowns, whose right-hand side is zero but for these.
+// Decrease of the sum of squares of all points if the group may shift in the image. The normal
+// equations get two more unknowns, and only these have a gradient at the minimum.
 template <int N>
 double gain_of_shift(const GroupPoints& group, const Eigen::LLT<Eigen::Matrix<double, N, N>>& all,
                      const Lens& lens, const ViewState& state) {
@@ -82,9 +81,8 @@ double gain_of_shift(const GroupPoints& group, const Eigen::LLT<Eigen::Matrix<do
 }  // namespace
 
 template <int N>
-std::optional<int> odd_group(const PoseProblem& problem, std::span<const int> groups,
-                             const Lens& lens, const ViewState& state) {
-  constexpr double kLeastFreedom = 10;  // of those that stay
+std::optional<int> shifted_tag(const PoseProblem& problem, std::span<const int> groups,
+                               const Lens& lens, const ViewState& state) {
   NormalEquations<N> all;
   if (ViewSums sums(lens, problem.view()); !sums.at(state, all)) return std::nullopt;
   using MatrixN = Eigen::Matrix<double, N, N>;
@@ -92,23 +90,24 @@ std::optional<int> odd_group(const PoseProblem& problem, std::span<const int> gr
       MatrixN(all.information.template selfadjointView<Eigen::Upper>()));
   if (information.info() != Eigen::Success) return std::nullopt;
   const double freedom = 2 * static_cast<double>(problem.size()) - N - 2;
-  double largest = kOddScore;
-  std::optional<int> odd;
+  double largest = policy::kShiftedTagScore;
+  std::optional<int> shifted;
   for (const auto& [id, members] : by_group(problem, groups, lens, state)) {
-    if (freedom + 2 - 2 * static_cast<double>(members.points.size()) < kLeastFreedom) continue;
+    const double remaining = freedom + 2 - 2 * static_cast<double>(members.points.size());
+    if (remaining < policy::kShiftedTagFreedom) continue;
     const double gain = std::min(gain_of_shift<N>(members, information, lens, state), all.cost);
     const double variance = std::max((all.cost - gain) / freedom, kLeastVariancePx2);
     const double score = variance_ratio_score(gain / 2 / variance, 2, freedom);
     if (!(score > largest)) continue;
     largest = score;
-    odd = id;
+    shifted = id;
   }
-  return odd;
+  return shifted;
 }
 
-template std::optional<int> odd_group<6>(const PoseProblem&, std::span<const int>, const Lens&,
-                                         const ViewState&);
-template std::optional<int> odd_group<7>(const PoseProblem&, std::span<const int>, const Lens&,
-                                         const ViewState&);
+template std::optional<int> shifted_tag<6>(const PoseProblem&, std::span<const int>, const Lens&,
+                                           const ViewState&);
+template std::optional<int> shifted_tag<7>(const PoseProblem&, std::span<const int>, const Lens&,
+                                           const ViewState&);
 
 }  // namespace tagcal::internal

@@ -9,16 +9,17 @@
 
 namespace tagcal::internal {
 
-// A view as estimate_pose takes it.
+// Input of estimate_pose for one view.
 struct ViewCorrespondences {
   std::vector<CornerId> ids;
   std::vector<Correspondence> correspondences;
   std::vector<int> groups;              // the corners' tags
-  std::vector<Matrix2> covariance_px2;  // empty where they do not count
+  std::vector<Matrix2> covariance_px2;  // empty if they are not used
 };
 
-// The corners of a view that the target has. Their covariances say nothing of the lens and of the
-// target: they count where the error of these is known, too (CalibrationFile::camera_error_px).
+// Returns the corners of a view that the target has. Their covariances do not include the errors of
+// lens and target, so they are used only if that error is known too
+// (CalibrationFile::camera_error_px).
 ViewCorrespondences view_correspondences(const View& view,
                                          const std::map<CornerId, Eigen::Vector3d>& target,
                                          const std::optional<double>& camera_error_px);

@@ -9,7 +9,7 @@
 namespace tagcal::internal {
 namespace {
 
-// From the upper triangle of [J | r]'[J | r], row by row.
+// Unpacks the upper triangle of [J | r]'[J | r], row by row.
 template <int N>
 void unpack(const double* sums, NormalEquations<N>& equations) {
   for (int i = 0; i < N; ++i) {
@@ -115,7 +115,7 @@ bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, Eigen::
 }
 
 void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r) {
-  constexpr double kRounding = 1e-14;
+  constexpr double kRounding = 1e-14;  // numeric: rounding of a pivot
   const Eigen::Index n = gram.cols();
   r.setZero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {

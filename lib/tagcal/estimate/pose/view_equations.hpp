@@ -11,8 +11,8 @@
 
 namespace tagcal::internal {
 
-// One view as the fast solvers see it; arrays of the caller's. Whitening matrices W have
-// W'W = C^-1 for the covariance C of a pixel: one for each, or none.
+// One view for the kernels; the arrays belong to the caller. Whitening matrices W have W'W = C^-1
+// for the covariance C of a pixel: one for each pixel, or none.
 struct ViewPoints {
   std::span<const Eigen::Vector3d> points;  // target frame
   std::span<const Eigen::Vector2d> pixels;
@@ -21,11 +21,11 @@ struct ViewPoints {
   std::size_t size() const { return points.size(); }
 };
 
-// What a fast solver varies: rotation and translation as numbers, and the focal length.
+// The unknowns of one view: rotation, translation, and focal length.
 struct ViewState {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-  double focal_px = 0;  // of pose with focal length only
+  double focal_px = 0;  // for pose with focal length only
 };
 ViewState state_of(const Pose& camera_from_target, double focal_px = 0);
 Pose pose_of(const ViewState& state);
@@ -45,11 +45,11 @@ class ViewResiduals {
   // Both must outlive it.
   ViewResiduals(const Lens& lens, const ViewPoints& view);
 
-  // One for each point, infinite outside the lens' domain. With a focal length in the state, the
-  // lens must be a pinhole: its focal length is the state's.
+  // One for each point, infinite outside the lens' domain. If the state has a focal length, the
+  // lens must be a pinhole, and the state's focal length replaces its own.
   std::span<const double> at(const ViewState& state);
 
-  // What the last call projected.
+  // Projected pixels of the last call.
   std::span<const Eigen::Vector2d> projected() const { return projected_; }
 
  private:
@@ -66,8 +66,8 @@ class ViewSums {
  public:
   ViewSums(const Lens& lens, const ViewPoints& view);
 
-  // False where a point is outside the lens' domain. Of pose with focal length, the lens must be a
-  // pinhole: its focal length is the state's.
+  // False if a point is outside the lens' domain. For N = 7 the lens must be a pinhole, and the
+  // state's focal length replaces its own.
   bool at(const ViewState& state, NormalEquations<6>& equations);
   bool at(const ViewState& state, NormalEquations<7>& equations);
 
@@ -78,8 +78,8 @@ class ViewSums {
   ProjectKernelKind kind_;
 };
 
-// A target that can be bent: how far each point moves by a unit of each of two bends (2 x n), and
-// in which direction (target frame). None where there are no points.
+// Bends of a target: the displacement of each point by a unit of each of two bends (2 x n), and its
+// direction (target frame). No bend if `shapes` is empty.
 struct ViewBend {
   std::span<const Eigen::Vector2d> shapes;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -93,7 +93,7 @@ class ParameterSums {
                 const ViewBend& bend = {});
 
   // [J | r]'[J | r] (its upper triangle) of the whitened residuals r, with J by (omega, tau) of
-  // `retract`, by the free parameters and by the bends. False where a point is outside the lens'
+  // `retract`, by the free parameters and by the bends. False if a point is outside the lens'
   // domain.
   bool at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram);
 
@@ -107,9 +107,9 @@ class ParameterSums {
   ParameterSumJob job_;
 };
 
-// R with R'R = the gram matrix of rows [J | r] (its upper triangle), upper triangular: the same
-// cost, gradient and J'J in as many rows as there are columns. A column that depends on those
-// before it leaves a row of zeros.
+// Computes the upper triangular R with R'R = the gram matrix of rows [J | r] (its upper triangle):
+// the same cost, gradient and J'J in as many rows as columns. A column that depends on earlier ones
+// gives a row of zeros.
 void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r);
 
 }  // namespace tagcal::internal

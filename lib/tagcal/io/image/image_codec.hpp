@@ -9,26 +9,26 @@
 
 #include "tagcal/scene/image.hpp"
 
-// Private to io: the picture formats behind one interface. Everything here throws Error without the
-// file's name; image_file.cpp puts it there.
+// Private to io: the picture formats behind one interface. All functions throw Error without the
+// file's name; image_file.cpp adds it.
 namespace tagcal::internal {
 
-// A picture in memory, its header read.
+// A picture in memory, after its header was read.
 class ImageDecoder {
  public:
   struct Header {
     int width = 0;
     int height = 0;
     bool sixteen_bit = false;
-    int white = 255;  // the value of white, where the values are not 16-bit
+    int white = 255;  // the value of white, unless the values are 16-bit
   };
   using RowSink = std::function<void(int y, const std::uint16_t* row)>;
 
   virtual ~ImageDecoder() = default;
   virtual Header header() const = 0;
 
-  // Gives the rows from the top, as grey. To be called once, after the size was found acceptable:
-  // nothing in proportion to it is allocated before.
+  // Passes on the rows from the top, as grey. Call it once, after a check of the size: memory in
+  // proportion to the size is allocated here only.
   virtual void decode(const RowSink& sink) = 0;
 };
 
@@ -36,7 +36,7 @@ class ImageDecoder {
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
 
-// A resolution above 0 is noted in the file.
+// A resolution above 0 is written into the file.
 std::string encode_png(const Image8& image, double pixels_per_inch);
 std::string encode_png(const Image16& image, double pixels_per_inch);
 std::string encode_png(const ImageRgb& image, double pixels_per_inch);

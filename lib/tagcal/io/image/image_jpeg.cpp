@@ -9,7 +9,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 
-// As with libpng: calls that can fail stand in member functions with setjmp and without local
+// As with libpng, calls that can fail are in member functions with setjmp and without local
 // objects. The library's own handlers would print and exit.
 namespace tagcal::internal {
 namespace {
@@ -58,7 +58,7 @@ class JpegDecoder : public ImageDecoder {
     std::longjmp(manager->jump, 1);
   }
 
-  // The library fills what is missing with grey and only warns; here that is no picture.
+  // The library fills missing parts with grey and only warns; here that is an error.
   static void judge_warning(j_common_ptr jpeg, int level) {
     if (level >= 0) return;
     const int code = jpeg->err->msg_code;

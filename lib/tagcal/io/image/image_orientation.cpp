@@ -9,7 +9,7 @@ namespace {
 
 using std::string_view_literals::operator""sv;
 
-// Unsigned numbers at offsets that a file states; no value beyond its end.
+// Reads unsigned numbers at offsets; no value beyond the end.
 class Numbers {
  public:
   Numbers(std::string_view bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
@@ -32,8 +32,8 @@ class Numbers {
   bool big_endian_;
 };
 
-// Exif is a TIFF: byte order, 42, the place of the first directory; there a count of entries of
-// 12 bytes (tag, type, count, value), of which Orientation is 0x0112 with two bytes of value.
+// Exif is a TIFF: byte order, 42, the offset of the first directory; there the number of entries
+// and entries of 12 bytes (tag, type, count, value). Orientation is 0x0112 with two bytes of value.
 std::optional<int> tiff_orientation(std::string_view tiff) {
   if (!tiff.starts_with("II"sv) && !tiff.starts_with("MM"sv)) return std::nullopt;
   const Numbers numbers(tiff, tiff.front() == 'M');
@@ -51,8 +51,8 @@ std::optional<int> tiff_orientation(std::string_view tiff) {
   return std::nullopt;
 }
 
-// Segments are 0xff, a marker and a length of two bytes that counts itself; the picture begins with
-// the marker 0xda.
+// A segment has 0xff, a marker and a length of two bytes that includes itself; the picture begins
+// with the marker 0xda.
 std::optional<int> jpeg_orientation(std::string_view bytes) {
   const Numbers numbers(bytes, true);
   for (std::size_t at = 2; at + 4 <= bytes.size();) {
@@ -73,7 +73,7 @@ std::optional<int> jpeg_orientation(std::string_view bytes) {
   return std::nullopt;
 }
 
-// Chunks are a length of four bytes, a name, the data and a checksum.
+// A chunk has a length of four bytes, a name, the data and a checksum.
 std::optional<int> png_orientation(std::string_view bytes) {
   const Numbers numbers(bytes, true);
   for (std::size_t at = 8; at + 8 <= bytes.size();) {
@@ -97,8 +97,8 @@ Image8 upright(Image8 stored, int orientation) {
   const int width = stored.width();
   const int height = stored.height();
   const bool swaps = swaps_sides(orientation);
-  // The first stored row is at the bottom of 3 and 4, at the right of 6 and 7; the first stored
-  // column at the right of 2 and 3, at the bottom of 7 and 8.
+  // The first stored row is the lowest one for 3 and 4, the rightmost column for 6 and 7; the first
+  // stored column is the rightmost one for 2 and 3, the lowest row for 7 and 8.
   const bool row_from_end =
       orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
   const bool column_from_end =

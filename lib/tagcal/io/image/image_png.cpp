@@ -11,8 +11,8 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 
-// libpng reports errors by longjmp. Every call of it stands in a member function with setjmp and
-// without local objects, so that a jump skips no destructor; the message waits in a member.
+// libpng reports errors by longjmp. It is only called in member functions with setjmp and without
+// local objects, so that a jump skips no destructor; a member keeps the message.
 namespace tagcal::internal {
 namespace {
 
@@ -49,7 +49,7 @@ class PngDecoder : public ImageDecoder {
     if (!set_transforms()) throw failure();
     const std::size_t row_bytes = png_get_rowbytes(png_, info_);
     const auto height = static_cast<std::size_t>(header_.height);
-    // An interlaced picture is complete only after the last pass; of others one row is enough.
+    // An interlaced picture is complete only after the last pass; others need memory for one row.
     pixels_.assign(row_bytes * (passes_ > 1 ? height : 1), 0);
     grey_.resize(static_cast<std::size_t>(header_.width));
     for (int y = 0; passes_ == 1 && y < header_.height; ++y) {
@@ -79,7 +79,7 @@ class PngDecoder : public ImageDecoder {
   bool read_header() {
     if (setjmp(png_jmpbuf(png_))) return false;
     png_set_read_fn(png_, this, next_bytes);
-    png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);  // the size is judged by the caller
+    png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);  // the caller checks the size
     png_set_chunk_malloc_max(png_, 1U << 26);
     png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, 0);
     png_read_info(png_, info_);
@@ -117,8 +117,8 @@ class PngDecoder : public ImageDecoder {
     return true;
   }
 
-  // Grey by Rec. 601 luma on the values as stored; libpng's own conversion would go by way of the
-  // file's gamma.
+  // Grey by Rec. 601 luma of the stored values; libpng's own conversion would apply the file's
+  // gamma.
   void emit(const RowSink& sink, int y, const png_byte* row) {
     const auto value = [&](std::size_t i) {
       return header_.sixteen_bit ? row[2 * i] * 256U + row[2 * i + 1] : row[i];
@@ -146,7 +146,7 @@ class PngDecoder : public ImageDecoder {
   std::vector<std::uint16_t> grey_;
 };
 
-// A picture, grey or colour, as libpng takes it.
+// A grey or colour picture in libpng's layout.
 struct Rows {
   template <typename T>
   Rows(const Image<T>& image, int png_colour)

@@ -12,7 +12,7 @@
 
 namespace tagcal::internal {
 
-// A finite decimal number that is the whole of `text`.
+// Parses a finite decimal number; no value if `text` has anything else.
 inline std::optional<double> parse_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;
@@ -33,7 +33,7 @@ inline std::optional<int> parse_whole(std::string_view text) {
 // The shortest text that reads back as the same double.
 inline std::string number_text(double value) { return fmt::format("{}", value); }
 
-// Text from a file as it can stand in a message of one line.
+// Text from a file, made printable in a message of one line.
 inline std::string shown(std::string_view text) {
   constexpr std::size_t kMost = 60;
   std::string line;

@@ -20,7 +20,7 @@ constexpr std::size_t kMaxSize = std::size_t{256} << 20;
   throw Error(file.string() + ": " + what + ": " + std::strerror(code));
 }
 
-// Closes and, unless it was kept, removes the file that it stands for.
+// Closes a file, and removes it unless it was kept.
 class OpenFile {
  public:
   OpenFile(const std::filesystem::path& file, int flags)
@@ -46,7 +46,7 @@ class OpenFile {
   bool remove_ = false;
 };
 
-// Reads what is there, also from a pipe, whose size is not known before.
+// Reads up to the end, also from a pipe, whose size is unknown.
 std::string read_all(const OpenFile& in, std::size_t expected, const std::filesystem::path& file) {
   std::string text(expected + 1, '\0');
   std::size_t size = 0;
@@ -72,7 +72,7 @@ void write_all(const OpenFile& out, std::string_view content, const std::filesys
   }
 }
 
-// Beside `file`, so that the rename stays within one file system; its own for every call.
+// A name beside `file`, so that the rename stays within one file system; unique for every call.
 std::filesystem::path temporary_beside(const std::filesystem::path& file) {
   static std::atomic<unsigned> count{0};
   const std::string name =
@@ -80,7 +80,7 @@ std::filesystem::path temporary_beside(const std::filesystem::path& file) {
   return file.parent_path() / name;
 }
 
-// The file that a chain of symbolic links ends at, so that writing keeps the link.
+// The file at the end of a chain of symbolic links, so that writing keeps the link.
 std::filesystem::path behind_links(std::filesystem::path file) {
   std::error_code error;
   for (int i = 0; i < 40 && std::filesystem::is_symlink(file, error); ++i) {
@@ -131,7 +131,7 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
   out.remove_at_end(true);
   write_all(out, content, file);
   if (exists) (void)::fchmod(out.descriptor(), status.st_mode & 07777);
-  // Before the rename: else a crash could leave an empty file under the final name.
+  // fsync before the rename: else a crash could leave an empty file under the final name.
   if (::fsync(out.descriptor()) != 0) fail(file, "cannot write", errno);
   if (!out.close()) fail(file, "cannot write", errno);
   if (::rename(temporary.c_str(), end.c_str()) != 0) fail(file, "cannot write", errno);

@@ -6,11 +6,11 @@
 
 namespace tagcal::internal {
 
-// The whole of a text file; throws Error (missing, a folder, larger than 256 MiB).
+// Reads a whole text file; throws Error (missing, a folder, larger than 256 MiB).
 std::string read_text(const std::filesystem::path& file);
 
 // Writes a file whole or not at all: into a temporary file beside it, then renamed. Throws Error
-// where it cannot, and then leaves nothing behind.
+// if that fails, and then leaves no file behind.
 void write_whole(const std::filesystem::path& file, std::string_view content);
 
 }  // namespace tagcal::internal

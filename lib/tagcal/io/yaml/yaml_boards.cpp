@@ -16,7 +16,7 @@ constexpr int kMaxTags = 100'000;
 constexpr std::size_t kMaxPoints = 100'000;
 constexpr int kMaxId = std::numeric_limits<int>::max();
 
-// What every kind of tag has in common.
+// Reads the keys that all kinds of tags have.
 struct Pattern {
   std::string family = "tag36h11";
   int border_bits = 2;
@@ -62,7 +62,7 @@ Board read_grid(const YamlValue& top, std::optional<int> first_id,
   return grid_board(grid, pattern.family, pattern.border_bits, pattern.corner_squares);
 }
 
-// Where the file or its user shifts the ids: what to add to each.
+// Number to add to each id so that the smallest one becomes first_id.
 std::int64_t id_shift(const YamlValue& top, const std::set<int>& ids, std::optional<int> first_id) {
   const auto in_file = top.find("first_id");
   if (in_file && !first_id) first_id = in_file->whole(0, kMaxId);
@@ -74,7 +74,7 @@ std::int64_t id_shift(const YamlValue& top, const std::set<int>& ids, std::optio
 
 int read_new_id(const YamlValue& value, std::set<int>& ids) {
   const int id = value.whole(0, kMaxId);
-  if (!ids.insert(id).second) value.fail("must be another id than those before");
+  if (!ids.insert(id).second) value.fail("must differ from the ids before it");
   return id;
 }
 
@@ -96,7 +96,7 @@ Board read_tags(const YamlValue& top, std::optional<int> first_id) {
     tag.id = read_new_id(item.at("id"), ids);
     tag.size = item.at("size").positive();
     const auto pose = item.find("pose");
-    if (!pose && items.size() > 1) item.at("pose");  // only a single tag may leave it out
+    if (!pose && items.size() > 1) item.at("pose");  // optional for a single tag only
     if (pose) tag.board_from_tag = read_pose(*pose);
     board.tags.push_back(tag);
   }
@@ -214,7 +214,7 @@ void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& w
       const auto [place, is_new] = board_of_id.emplace(id, i);
       if (is_new) return;
       where.fail_plainly(fmt::format(
-          "ids must be unique over all boards, but id {} stands on boards {} and {}; give one of "
+          "ids must be unique over all boards, but id {} is on boards {} and {}; give one of "
           "them another first_id",
           id, place->second, i));
     };

@@ -19,8 +19,8 @@ constexpr std::size_t kMaxSize = std::size_t{16} << 20;
 constexpr std::size_t kMaxDepth = 64;
 constexpr int kMaxNodes = 2'000'000;
 
-// Builds our own tree from yaml-cpp's events: its own accepts duplicate keys without a word, and
-// recurses as deep as the file likes.
+// Builds a tree from yaml-cpp's events: yaml-cpp's own tree accepts duplicate keys silently, and
+// its recursion has no limit.
 class TreeBuilder : public YAML::EventHandler {
  public:
   explicit TreeBuilder(const std::string& file) : file_(file) {}
@@ -40,7 +40,7 @@ class TreeBuilder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     if (waits_for_key()) fail(mark, "a key must be plain text");
     const auto found = anchors_.find(anchor);
-    if (found == anchors_.end()) fail(mark, "an alias stands within its own anchor");
+    if (found == anchors_.end()) fail(mark, "an alias is inside its own anchor");
     count(mark);
     attach(mark, found->second);
   }
@@ -71,7 +71,7 @@ class TreeBuilder : public YAML::EventHandler {
   struct Open {
     std::shared_ptr<YamlNode> node;
     YAML::anchor_t anchor;
-    std::optional<std::string> key;  // of the value to come
+    std::optional<std::string> key;  // of the next value
     std::set<std::string> keys;
   };
 
@@ -85,7 +85,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void take_key(const YAML::Mark& mark, const std::string& key) {
     if (!open_.back().keys.insert(key).second) {
-      fail(mark, fmt::format("{}: the key stands twice", shown(key)));
+      fail(mark, fmt::format("{}: the key is given twice", shown(key)));
     }
     open_.back().key = key;
   }

@@ -42,7 +42,7 @@ std::vector<int> held_parameters(const Model& model, int num_parameters) {
   return held;
 }
 
-// Whether the model could have made this lens.
+// Throws if the model cannot represent the lens.
 void check_held(const Lens& lens, const ImageSize& size, const Model& model,
                 const YamlValue& where) {
   const std::span<const double> values = parameters(lens);
@@ -51,7 +51,7 @@ void check_held(const Lens& lens, const ImageSize& size, const Model& model,
     const double held_at = i == 2 ? centre.x() : i == 3 ? centre.y() : 0;
     const double value = values[static_cast<std::size_t>(i)];
     if (value == held_at) continue;
-    where.fail_plainly(fmt::format("{} must be {}, where model {} holds it, got {}",
+    where.fail_plainly(fmt::format("{} must be {} with model {}, got {}",
                                    parameter_names(lens)[static_cast<std::size_t>(i)], held_at,
                                    model.name(), value));
   }

@@ -8,7 +8,7 @@
 #include "tagcal/camera/model.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
-// Private to io: what several of our files have in common. Readers throw Error.
+// Private to io: parts that several kinds of files have. Readers throw Error.
 
 namespace tagcal::internal {
 
@@ -23,7 +23,7 @@ std::string text_yaml(std::string_view text);           // in double quotes
 
 ImageSize read_image_size_value(const YamlValue& value);  // [width, height]
 
-// A name of the ladder. `weak` is none: its scale differs from view to view.
+// The name of a model, but not `weak`, whose scale differs from view to view.
 const Model& read_model(const YamlValue& value);
 
 struct CameraNumbers {
@@ -32,14 +32,14 @@ struct CameraNumbers {
   double fy = 0;
   double cx = 0;
   double cy = 0;
-  std::vector<double> distortion;  // OpenCV's order; zero for what is not given
+  std::vector<double> distortion;  // OpenCV's order; zero if not given
 };
 
-// The camera, where `model` can hold it; `where` is named in errors.
+// Returns the camera. Throws if `model` cannot represent it; errors name `where`.
 Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where);
 
-// The distortion coefficients in OpenCV's order: 8 where there are so many or the model is opencv8,
-// else 5; fisheye 4.
+// The distortion coefficients in OpenCV's order: 8 if k4, k5 or k6 is not 0 or the model is
+// opencv8, else 5; 4 for a fisheye.
 std::vector<double> distortion_of(const Lens& lens, std::string_view model);
 
 }  // namespace tagcal::internal

@@ -36,7 +36,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// What to write instead of a key that is not known.
+// Suggests a known key, or lists all of them.
 std::string advice(std::string_view key, std::initializer_list<std::string_view> known) {
   std::string_view nearest;
   std::size_t least = std::max<std::size_t>(2, key.size() / 3) + 1;

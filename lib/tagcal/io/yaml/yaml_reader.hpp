@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-// Private to io: strict reading of YAML. Everything that a file may hold wrongly ends in an Error
-// that names the file, the way to the key and the value.
+// Private to io: strict reading of YAML. Every mistake in a file throws an Error that names the
+// file, the path of the key and the value.
 
 namespace tagcal::internal {
 
@@ -26,7 +26,7 @@ struct YamlNode {
 // `file` is its name in messages. Throws Error, with the line.
 std::shared_ptr<const YamlNode> parse_yaml(const std::string& text, const std::string& file);
 
-// A value in a file, and the way to it.
+// A value in a file, and its path.
 class YamlValue {
  public:
   // The top of a file, which must be a map.
@@ -36,10 +36,10 @@ class YamlValue {
   bool is_list() const { return node_->kind == YamlNode::Kind::list; }
   bool is_scalar() const { return node_->kind == YamlNode::Kind::scalar; }
 
-  // Maps. Each throws where the value is none.
+  // Maps. Each function throws if the value is no map.
   std::optional<YamlValue> find(std::string_view key) const;
-  YamlValue at(std::string_view key) const;  // throws where the key is missing
-  // A message for every key that is not among these, and the throw of the first of them.
+  YamlValue at(std::string_view key) const;  // throws if the key is missing
+  // Returns a message for every other key; allow_only throws the first one.
   std::vector<std::string> unknown_keys(std::initializer_list<std::string_view> known) const;
   void allow_only(std::initializer_list<std::string_view> known) const;
 

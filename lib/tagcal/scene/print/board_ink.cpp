@@ -18,9 +18,8 @@ using Eigen::AlignedBox2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Cells outside of the corners that the detector reports, per cell between them. Families that are
-// not named here have none but a white frame. (The patterns themselves are not known to those who
-// only ask what is visible.)
+// Cells outside of the corners that the detector reports, and cells between the corners. Other
+// families have only a white frame there. (The visibility of corners must not need the patterns.)
 struct OuterCells {
   std::string_view family;
   double cells;
@@ -60,8 +59,8 @@ bool one_plane(const std::vector<Tag>& tags) {
   });
 }
 
-// Kalibr's squares, each between the corners of up to four tags, which it touches. Grown, it leaves
-// to the tags what it would share with them.
+// Adds one of Kalibr's squares, which touches the corners of up to four tags. A grown square leaves
+// out the area that it would share with the tags.
 void add_square(const Grid& grid, int column, int row, double spread_m,
                 std::vector<Rectangle>& cells) {
   const double gap = grid.tag_spacing * grid.tag_size, pitch = grid.tag_size + gap;
@@ -123,7 +122,7 @@ void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
   for (int y = 0; y < cell.width(); ++y) {
     for (int x = 0; x < cell.width(); ++x) {
       if (!cell.is_black(x, y)) continue;
-      // As wide as it goes, then as far down as that whole width is black.
+      // Extends the rectangle to the right, then down as long as the whole width is black.
       int right = x;
       while (cell.is_black(right, y)) ++right;
       int below = y;
@@ -138,7 +137,7 @@ void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
   }
 }
 
-// Whether a side of `a` has all of `b` beyond it; squares in one plane.
+// Returns true if a side of `a` separates it from `b`; both are squares in one plane.
 bool has_beyond(const Tag& a, double half_a, const Tag& b, double half_b) {
   const Pose a_from_b = a.board_from_tag.inverse() * b.board_from_tag;
   const Eigen::Matrix3d r = a_from_b.rotation_matrix();

@@ -25,12 +25,11 @@ struct BoardPanel {
 // (tagStandard41h12 and its kin) count with those cells.
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m);
 
-// What is black on a panel, in the board frame: disjoint rectangles. The family may come with any
-// width of black border: it is set to the board's. `spread_m` moves every edge of the print into
-// the white by as much, corners stay right angles; a negative one moves it into the black. Throws
-// Error where a tag's id is not in the family, the family cannot have the board's border or corner
-// squares, or edges would meet: |spread_m| must be less than half a cell and half of what is
-// between tags.
+// The black area of a panel as disjoint rectangles in the board frame. The border width of the
+// family is replaced by that of the board. `spread_m` moves every edge of the print into the white,
+// a negative one into the black; corners stay right angles. Throws Error if a tag's id is not in
+// the family, the family does not allow the board's border or corner squares, or edges would meet:
+// |spread_m| must be less than half a cell and half the gap between tags.
 std::vector<Rectangle> ink_cells(const Board& board, const BoardPanel& panel,
                                  const TagFamily& family, double spread_m = 0);
 

@@ -52,8 +52,8 @@ PrintedTag printed_tag(const TagFamily& family, int id) {
   return result;
 }
 
-// Of every cell, and of a white one around them all, the strips along its sides take part in what
-// is beyond them.
+// Divides every cell, and a ring of white ones around the tag, into a middle and strips along its
+// sides. The colour of a strip also depends on the cells beyond that side.
 PrintedTag spread_out(const PrintedTag& tag, double spread) {
   if (spread == 0) return tag;
   std::vector<double> lines;

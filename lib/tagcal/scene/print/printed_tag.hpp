@@ -10,12 +10,12 @@
 // Private to scene.
 namespace tagcal::internal {
 
-// The family with the black border of the board. Throws Error where it cannot have it, or not the
-// board's corner squares.
+// The family with the black border of the board. Throws Error if the family does not allow this
+// border or the board's corner squares.
 TagFamily with_border(TagFamily family, const Board& board);
 
-// Which cells of a tag are black, row by row from above (as apriltag_to_image in AprilTag 3 has it:
-// a white ring outside of a black border, or the outermost ring inside of a reversed one).
+// The cells of a tag, row by row from above; 1 is black (as apriltag_to_image in AprilTag 3 draws
+// it: a white ring outside of a black border, or the outermost ring inside of a reversed one).
 struct PrintedTag {
   std::vector<double> lines;  // between the cells, from the left as from above; width + 1
   std::vector<char> black;
@@ -37,11 +37,11 @@ struct PrintedTag {
   }
 };
 
-// Of a whole tag; lines are whole numbers from 0 to total_width. Throws Error for an unknown id.
+// The cells of a whole tag; lines are 0, 1, .. total_width. Throws Error for an unknown id.
 PrintedTag printed_tag(const TagFamily& family, int id);
 
-// The tag with its black grown into the white by `spread` cells at every edge, between -0.5 and
-// 0.5 (negative: shrunk).
+// The tag with every black edge moved into the white by `spread` cells, between -0.5 and 0.5
+// (negative: into the black).
 PrintedTag spread_out(const PrintedTag& tag, double spread);
 
 }  // namespace tagcal::internal

@@ -6,8 +6,8 @@
 
 namespace tagcal::internal {
 
-// The pixel's box is a sum of `scale` cells' boxes; the Gaussian is sampled (its spectrum ends far
-// below the cells' frequency).
+// The box of a pixel is a sum of `scale` boxes of cells. The Gaussian is sampled, because its
+// spectrum ends far below the frequency of the cells.
 Blur::Blur(double blur_px, int scale) : scale_(scale) {
   const double sigma = blur_px * scale;
   const int reach = static_cast<int>(std::ceil(5 * sigma));

@@ -6,17 +6,17 @@
 
 namespace tagcal::internal {
 
-// From a raster `scale` times finer than the image to pixels that sample a Gaussian blur (standard
-// deviation blur_px > 0, in pixels) of it: first every row of the raster, then the columns. What is
-// beyond the border repeats the last cell.
+// Applies a Gaussian blur (standard deviation blur_px > 0, in pixels) to a raster `scale` times
+// finer than the image and samples it at the pixels: first every row of the raster, then the
+// columns. The last cell is repeated beyond the border.
 class Blur {
  public:
   Blur(double blur_px, int scale);
 
-  // One row: `cells` holds scale * num_pixels.
+  // Blurs one row: `cells` has scale * num_pixels values.
   void filter_row(const float* cells, int num_pixels, float* pixels);
 
-  // `rows` holds scale * height rows.
+  // Blurs the columns: `rows` has scale * height rows.
   ImageF filter_columns(const ImageF& rows) const;
 
  private:

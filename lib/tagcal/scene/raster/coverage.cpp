@@ -5,7 +5,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Edges that climb by less cover nothing: the area that they leave out is below rounding.
+// Edges with a smaller change of y are ignored: their area is below rounding.
 constexpr double kFlat = 1e-10;
 
 double signed_area(const std::vector<Vector2d>& polygon) {
@@ -21,7 +21,7 @@ double signed_area(const std::vector<Vector2d>& polygon) {
 }  // namespace
 
 void Outlines::add(const std::vector<Vector2d>& polygon) {
-  // An edge that runs down has its area on its right: negative area by the shoelace in image axes.
+  // A downward edge has its area on its right, which is a negative shoelace area in image axes.
   const bool reverse = signed_area(polygon) > 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector2d& a = polygon[i];
@@ -30,7 +30,8 @@ void Outlines::add(const std::vector<Vector2d>& polygon) {
   }
 }
 
-// A row ends in room for what an edge at the right border adds beyond it, which nobody reads.
+// A row has extra cells for the terms that an edge at the right border adds beyond it; they are not
+// read.
 CoverageBand::CoverageBand(int width, int num_rows)
     : width_(width),
       num_rows_(num_rows),
@@ -72,7 +73,8 @@ void CoverageBand::add_edge(Vector2d from, Vector2d to) {
   }
 }
 
-// An edge within one row; parts left of the raster count as its border, parts right of it as none.
+// Adds an edge within one row. Parts left of the raster count at its left border, parts right of it
+// do not count.
 void CoverageBand::add_in_row(int r, Vector2d from, Vector2d to, double sign) {
   for (const double border : {0.0, static_cast<double>(width_)}) {
     if ((from.x() < border) == (to.x() < border) || from.x() == border || to.x() == border)
@@ -87,7 +89,7 @@ void CoverageBand::add_in_row(int r, Vector2d from, Vector2d to, double sign) {
              sign * (to.y() - from.y()));
 }
 
-// The area `area` (of the row's height) that begins between x0 and x1, spread over the cells.
+// Distributes over the cells the area `area` (of the row's height) that begins between x0 and x1.
 void CoverageBand::add_inside(int r, double x0, double x1, double area) {
   if (x0 > x1) std::swap(x0, x1);
   const int first = static_cast<int>(x0);

@@ -22,7 +22,7 @@ class Outlines {
     Eigen::Vector2d to;
   };
 
-  // A closed polygon, turned so that it counts as positive area whichever way it runs.
+  // Adds a closed polygon, oriented so that its area is positive.
   void add(const std::vector<Eigen::Vector2d>& polygon);
 
   const std::vector<Edge>& edges() const { return edges_; }
@@ -40,7 +40,7 @@ class CoverageBand {
   // Rows [first_row, first_row + num_rows) of a raster of `width` cells, from 0 at first.
   CoverageBand(int width, int num_rows);
 
-  // To other rows; the band must be empty.
+  // Moves to other rows; the band must be empty.
   void move_to(int first_row) { first_row_ = first_row; }
 
   void accumulate(std::span<const Outlines::Edge> edges);
@@ -50,7 +50,7 @@ class CoverageBand {
   template <typename Visit>
   void drain(Visit&& visit) {
     for (int r = 0; r < num_rows_; ++r) {
-      double share = 0;  // of many terms: in float it would drift by 1e-5 along a row
+      double share = 0;  // as a float, this sum would drift by 1e-5 along a row
       int done = 0;      // cells
       for (int word = 0; word < words_; ++word) {
         std::uint64_t& touched = touched_[static_cast<std::size_t>(r * words_ + word)];
@@ -71,9 +71,9 @@ class CoverageBand {
 
  private:
   static constexpr int kBlock = 8;           // cells for which one bit says whether any is touched
-  static constexpr double kRounding = 5e-7;  // shares so close to 0 and 1 are these
+  static constexpr double kRounding = 5e-7;  // closer shares are rounded to 0 or 1
 
-  // Flat ground has one level, which rounding to 8 bits must not find on both sides of a half.
+  // Snapping gives a uniform area one level, which 8-bit rounding would otherwise split at a half.
   static float rounded(double share) {
     if (std::abs(share) < kRounding) return 0;
     if (std::abs(share - 1) < kRounding) return 1;

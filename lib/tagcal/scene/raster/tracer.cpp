@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kChordErrorPx = 1e-4;
 constexpr int kDeepestCut = 12;  // an edge is halved at most so often
 
-// Polygons are cut this far (of their size) before the camera.
+// Polygons are clipped at this distance (share of their size) in front of the camera.
 constexpr double kNearShare = 1e-6;
 
 double near_plane_m(const std::vector<Vector3d>& polygon) {
@@ -24,8 +24,9 @@ double near_plane_m(const std::vector<Vector3d>& polygon) {
 
 enum class Shape { straight, gentle, bent };
 
-// What the image of an edge from a to b is, by three points of it in order: straight to the chord
-// error; or so close to a parabola that the chords between these points have half that error.
+// The shape of the image of an edge from a to b, judged by three ordered points between them:
+// straight within the chord error; gentle if it is so close to a parabola that the chords between
+// the points have half that error; else bent.
 Shape shape(const Vector2d& a, const std::array<Vector2d, 3>& between, const Vector2d& b) {
   const Vector2d chord = b - a;
   const double length = chord.norm();
@@ -45,7 +46,7 @@ Shape shape(const Vector2d& a, const std::array<Vector2d, 3>& between, const Vec
   if (length < 1e-12) return Shape::bent;
   const double steps[] = {along[0], along[1] - along[0], along[2] - along[1], 1 - along[2]};
   if (*std::ranges::min_element(steps) < 0.05) return Shape::bent;
-  // off = height * 4 t (1 - t); a chord over a step of t is off by height * step^2.
+  // off = height * 4 t (1 - t); a chord over a step of t has the error height * step^2.
   const double height = off[1] / (4 * along[1] * (1 - along[1]));
   const double longest = *std::ranges::max_element(steps);
   const auto misses = [&](std::size_t i) {
@@ -90,7 +91,7 @@ void Tracer::emit(const Point& point, std::vector<Vector2d>& out) const {
   out.push_back(scale_ * (point.pixel + Vector2d(0.5, 0.5)));
 }
 
-// Appends the image of a and of what lies between a and b.
+// Appends the image of the edge from a up to, not including, b.
 bool Tracer::follow_edge(const Point& a, const Point& b, std::vector<Vector2d>& out) const {
   const std::optional<Point> middle = imaged(0.5 * (a.x_in_camera + b.x_in_camera));
   return middle && follow(a, *middle, b, kDeepestCut, out);

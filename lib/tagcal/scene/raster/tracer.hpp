@@ -19,10 +19,10 @@ class Tracer {
   // Adds the image of what the lens can see of the polygon.
   void trace(const std::vector<Eigen::Vector3d>& polygon, Outlines& outlines) const;
 
-  // The same for a polygon that lies within one that sees_whole is true for.
+  // The same for a polygon inside another one for which sees_whole is true.
   void trace_whole(std::span<const Eigen::Vector3d> polygon, Outlines& outlines) const;
 
-  // Whether the lens can see all of the polygon, and so of any part of it.
+  // Returns true if the lens can see the whole polygon.
   bool sees_whole(const std::vector<Eigen::Vector3d>& polygon) const;
 
  private:

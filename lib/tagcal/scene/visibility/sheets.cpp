@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Points nearer to a plane than this lie in it (metres per metre of the sheet's size).
+// A point lies in a plane below this distance (metres per metre of the sheet's size).
 constexpr double kFlat = 1e-9;
 
 Vector3d area_vector(const std::vector<Vector3d>& corners) {
@@ -40,7 +40,7 @@ double distance(const Sheet& sheet, const Eye& eye) {
   return eye.w == 0 ? -eye.position.dot(middle(sheet)) : eye.towards_from(middle(sheet)).norm();
 }
 
-// Where the corners of `sheet` lie: on the eye's side of the plane of `other`, or beyond it.
+// The sides of the plane of `other` on which `sheet` has corners: the eye's side, the far side.
 struct Sides {
   bool eye_side = false;
   bool far_side = false;
@@ -61,11 +61,11 @@ Sides sides(const Sheet& sheet, const Sheet& other, const Eye& eye) {
 
 bool paper(const Sheet& sheet) { return sheet.panel.has_value(); }
 
-// Whether `behind` must be painted before `front`.
+// Returns true if `behind` must be painted before `front`.
 bool goes_before(const Sheet& behind, const Sheet& front, const Eye& eye) {
   const Sides b = sides(behind, front, eye);
   const Sides f = sides(front, behind, eye);
-  // In one plane: paper lies on what is no paper (a desk), else as given.
+  // Both are in one plane: paper lies on top of an occluder (a desk); else the given order stays.
   if (!b.eye_side && !b.far_side) return !paper(behind) && paper(front);
   const bool is_behind = !b.eye_side || !f.far_side;
   const bool is_before = !b.far_side || !f.eye_side;
@@ -74,7 +74,7 @@ bool goes_before(const Sheet& behind, const Sheet& front, const Eye& eye) {
   return distance(behind, eye) > distance(front, eye);
 }
 
-// Where a ray meets a sheet, in lengths of its direction.
+// The distance to the sheet along a ray, in lengths of its direction.
 std::optional<double> crossing(const Sheet& sheet, const Ray& ray) {
   const double climb = sheet.normal.dot(ray.direction);
   const double height = sheet.normal.dot(sheet.corners.front() - ray.origin);
@@ -157,7 +157,7 @@ std::vector<std::size_t> painting_order(const std::vector<Sheet>& sheets, const 
   });
   std::vector<std::size_t> order;
   while (!left.empty()) {
-    // The farthest of those that no other one left must come before; in a ring, the farthest.
+    // The farthest sheet that no remaining one must precede; in a cycle, the farthest.
     const auto free = [&](std::size_t candidate) {
       return std::ranges::none_of(left, [&](std::size_t other) {
         return other != candidate && goes_before(sheets[other], sheets[candidate], eye);

@@ -7,12 +7,12 @@
 #include "tagcal/scene/print/board_ink.hpp"
 #include "tagcal/scene/scene.hpp"
 
-// What hides what in a scene: shared by the exact corners and the renderer, so that they agree.
+// Visibility in a scene; the exact corners and the renderer share it, so that they agree.
 
 namespace tagcal::internal {
 
-// Where rays meet: a point (w = 1), or for parallel rays the direction against them (w = 0), both
-// in world coordinates. The rays from a point x to the eye run along position - w x.
+// The eye in homogeneous world coordinates: a point (w = 1), or for parallel rays the direction
+// opposite to them (w = 0). The ray from a point x to the eye runs along position - w x.
 struct Eye {
   Eigen::Vector3d position;
   double w = 1;
@@ -31,15 +31,15 @@ struct Sheet {
   std::optional<BoardPanel> panel;  // of a paper
 };
 
-// Everything that can hide something: papers, then occluders. Throws Error where an occluder has
-// fewer than three corners or no area.
+// All opaque surfaces: papers, then occluders. Throws Error if an occluder has fewer than three
+// corners or no area.
 std::vector<Sheet> sheets(const Scene& scene);
 
-// Whether the front of the sheet is turned to the eye.
+// Returns true if the front of the sheet is turned to the eye.
 bool faces(const Sheet& sheet, const Eye& eye);
 
-// What a ray (world coordinates) meets first, of several surfaces; through openings between them
-// too. No value where it meets none. Surfaces that the ray begins on, or runs along, do not count.
+// The first surface that a ray (world coordinates) hits. No value if it hits none. Surfaces on
+// which the ray begins, or along which it runs, do not count.
 struct Hit {
   std::size_t sheet = 0;  // index
   double distance = 0;    // along the ray, in lengths of its direction
@@ -47,12 +47,12 @@ struct Hit {
 };
 std::optional<Hit> nearest_hit(const std::vector<Sheet>& sheets, const Ray& ray);
 
-// Whether the sheet lies between the eye and a point x off the sheet, in world coordinates.
+// Returns true if the sheet lies between the eye and a point x off the sheet, in world coordinates.
 bool hides(const Sheet& sheet, const Eye& eye, const Eigen::Vector3d& x);
 
-// The order in which to paint, indices from behind to the front. Exact where the plane of one of
-// two sheets has the other wholly on one side; sheets that cut through each other, or hide each
-// other in a ring, go by the distance of their middles.
+// The order of painting, as indices from back to front. Exact if of any two sheets one lies wholly
+// on one side of the other's plane; sheets that intersect, or hide each other in a cycle, are
+// ordered by the distance of their middles.
 std::vector<std::size_t> painting_order(const std::vector<Sheet>& sheets, const Eye& eye);
 
 }  // namespace tagcal::internal

@@ -44,7 +44,8 @@ struct Pencil {
   }
 };
 
-// The same pencil with an e that is far from degenerate, so that no root of the cubic is far away.
+// Returns the same pencil with an e that is far from degenerate, so that no root of the cubic is
+// large.
 inline Pencil with_regular_end(const Pencil& pencil) {
   const double* c = pencil.c;
   const double largest = std::max({std::abs(c[0]), std::abs(c[1]), std::abs(c[2]), std::abs(c[3])});
@@ -56,8 +57,9 @@ inline Pencil with_regular_end(const Pencil& pencil) {
   return sum > difference ? Pencil(s, d) : Pencil(d, s);
 }
 
-// The real root of a cubic that is farthest from the others: the largest t > 0 of
-// t^3 + p t = |q| after the shift to their mean. Newton's method from above does not pass it.
+// Returns the real root of a cubic that is farthest from the others: the largest t > 0 of
+// t^3 + p t = |q| after the shift to their mean. Newton's method from above converges
+// monotonically.
 inline double isolated_root(const double* c) {
   const double mean = c[2] / (-3 * c[3]);
   const double p = c[1] / c[3] - 3 * mean * mean;
@@ -74,8 +76,8 @@ inline double isolated_root(const double* c) {
   return mean + std::copysign(t, -q);
 }
 
-// The two lines that a degenerate conic consists of: c + [x]_cross has rank one, for their
-// intersection x, suitably scaled (Ding et al. 2023, section 3.2). None if they are not real.
+// Splits a degenerate conic into its two lines: c + [x]_cross has rank one, for their intersection
+// x, suitably scaled (Ding et al. 2023, section 3.2). False if they are not real.
 inline bool split(const Eigen::Matrix3d& conic, Eigen::Vector3d& line_a, Eigen::Vector3d& line_b) {
   const Eigen::Matrix3d b = adjugate(conic);
   int i = 0;
@@ -91,8 +93,8 @@ inline bool split(const Eigen::Matrix3d& conic, Eigen::Vector3d& line_a, Eigen::
   return true;
 }
 
-// Where a line meets a conic: two points at most, one where it nearly touches. A discriminant
-// somewhat below zero counts as zero, for rounding may bring it there: whoever asks has to decide.
+// Returns the intersections of a line and a conic: two points at most, one if they nearly touch. A
+// discriminant slightly below zero counts as zero, as it may be rounding; the caller decides.
 inline Solutions<Eigen::Vector3d, 2> meet(const Eigen::Vector3d& line,
                                           const Eigen::Matrix3d& conic) {
   Eigen::Index k = 0;

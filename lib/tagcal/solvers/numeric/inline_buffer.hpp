@@ -7,7 +7,7 @@
 
 namespace tagcal::internal {
 
-// An array whose size is known at run time only: up to N elements without the heap.
+// An array whose size is known at run time: up to N elements without heap.
 template <typename T, std::size_t N>
 class InlineBuffer {
  public:

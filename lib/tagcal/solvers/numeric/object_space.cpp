@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 
 using Vector10d = Eigen::Matrix<double, 10, 1>;
 
-// Sums of the products of (xx xy xz yy yz zz x y z 1) of a point, rows, with the upper triangle of
-// Q = 1 - v v', columns.
+// Sums of the products of (xx xy xz yy yz zz x y z 1) of a point (rows) and the upper triangle of
+// Q = 1 - v v' (columns).
 using Moments = Eigen::Matrix<double, 10, 6>;
 
 constexpr double kOneRay = 1e-9;
@@ -27,11 +27,11 @@ constexpr double kOneRay = 1e-9;
 Vector3d unit(const Vector3d& ray) {
   const double square = ray.squaredNorm();
   if (square > 1e-200 && square < 1e200) return ray / std::sqrt(square);
-  return (ray / ray.cwiseAbs().maxCoeff()).normalized();  // NaN for a ray that is none
+  return (ray / ray.cwiseAbs().maxCoeff()).normalized();  // NaN for a ray of length zero
 }
 
-// The part of (1 - v v') that is small for a ray near z is made from small numbers, not from a
-// difference of large ones: far targets depend on it.
+// For a ray near z, the small elements of 1 - v v' are computed from small numbers, not as a
+// difference of large ones, so that distant targets lose no digits.
 Vector6d projector(const Vector3d& v) {
   const double xx = v.x() * v.x(), yy = v.y() * v.y(), zz = v.z() * v.z();
   Vector6d q;
@@ -125,7 +125,7 @@ RotationExpansion expansion(const Matrix9& omega, const Vector9& r) {
   const Vector9 g = omega * r;
   const Eigen::Map<const Matrix3d> rotation(r.data()), slope(g.data());
   const Matrix3d s = rotation.transpose() * slope;
-  // The columns c_k of R move by R (w x e_k): J = [0 -c3 c2; c3 0 -c1; -c2 c1 0].
+  // The columns c_k of R change by R (w x e_k): J = [0 -c3 c2; c3 0 -c1; -c2 c1 0].
   const auto c1 = r.head<3>(), c2 = r.segment<3>(3), c3 = r.tail<3>();
   const auto o1 = omega.leftCols<3>(), o2 = omega.middleCols<3>(3), o3 = omega.rightCols<3>();
   Eigen::Matrix<double, 9, 3> m;
@@ -153,15 +153,15 @@ constexpr int kMaxSteps = 40;
 constexpr double kLongestStep = 1;   // rad
 constexpr double kConverged = 1e-9;  // rad; the next step would be its square
 constexpr double kSingular = 1e-14;  // a pivot relative to its diagonal element
-constexpr double kFlat = 1e-3;       // the least curvature a long step divides by, of the trace
+constexpr double kFlat = 1e-3;       // of the trace: least curvature that a long step divides by
 constexpr double kKick = 0.3;        // rad, off a saddle
 
-// q exp(w) to second order, and exactly a rotation.
+// Returns q exp(w) to second order, as an exact rotation.
 Quaterniond turned(const Quaterniond& q, const Vector3d& w) {
   return (q * Quaterniond(1, w.x() / 2, w.y() / 2, w.z() / 2)).normalized();
 }
 
-// hessian w = -gradient by L D L', where the Hessian is positive.
+// Solves hessian w = -gradient by L D L'; no solution unless the Hessian is positive definite.
 std::optional<Vector3d> newton_step(const RotationExpansion& at) {
   const Matrix3d& h = at.hessian;
   const Vector3d& g = at.gradient;
@@ -174,8 +174,8 @@ std::optional<Vector3d> newton_step(const RotationExpansion& at) {
   return Vector3d(-g.x() / d1 - l21 * w2 - l31 * w3, w2, w3);
 }
 
-// Down along every axis of the Hessian whatever the sign of its curvature (Dauphin et al., NIPS
-// 2014), so away from saddles.
+// Descends along every axis of the Hessian, whatever the sign of its curvature, and so leaves
+// saddles (Dauphin et al., NIPS 2014).
 Vector3d downhill_step(const RotationExpansion& at) {
   Eigen::SelfAdjointEigenSolver<Matrix3d> eigen;
   eigen.computeDirect(at.hessian);

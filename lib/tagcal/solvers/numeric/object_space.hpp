@@ -8,9 +8,9 @@
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/solvers/numeric/point_frame.hpp"
 
-// The error of a pose in the space of the object (Lu, Hager & Mjolsness, PAMI 2000, eq. 19), whose
-// translation is eliminated: a quadratic form in the nine numbers of the rotation alone (Terzakis &
-// Lourakis, ECCV 2020, eqs. 5-9), and the descent to its minima over SO(3). The inside of `pnp`.
+// Object-space error of a pose (Lu, Hager & Mjolsness, PAMI 2000, eq. 19) with eliminated
+// translation: a quadratic form in the nine numbers of the rotation (Terzakis & Lourakis, ECCV
+// 2020, eqs. 5-9), and the descent to its minima over SO(3). Used by `pnp`.
 
 namespace tagcal::internal {
 
@@ -18,8 +18,8 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix39 = Eigen::Matrix<double, 3, 9>;
 
-// With points taken to their own frame and rays to theirs (z along their mean), r the columns of R
-// one below the other:
+// Points are in their own frame, rays in theirs (z along their mean), and r is the columns of R one
+// below the other:
 //   r' omega r = min_t 1/n sum_i |(1 - v_i v_i') (R x_i + t)|^2,  t = translation_map r,
 // and the mean of v_i' (R x_i + t), the distance along the rays, is depth_map . r.
 struct ObjectSpaceError {
@@ -33,8 +33,8 @@ struct ObjectSpaceError {
   Pose camera_from_target(const Eigen::Quaterniond& rays_from_points) const;
 };
 
-// No value where the points have no frame, the rays coincide (to within 1e-9 rad), or a number is
-// not finite. A ray of length zero is not.
+// No value if the points have no frame, the rays coincide (to within 1e-9 rad), a ray has length
+// zero, or a number is not finite.
 std::optional<ObjectSpaceError> object_space_error(std::span<const Eigen::Vector3d> points,
                                                    std::span<const Eigen::Vector3d> rays);
 
@@ -46,7 +46,7 @@ struct RotationMinimum {
 
 Vector9 columns_of(const Eigen::Quaterniond& rotation);
 
-// The value of r' omega r / 2 at R exp(w): value + gradient . w + w' hessian w / 2 to second order.
+// Expansion of r' omega r / 2 at R exp(w) to second order: value + gradient . w + w' hessian w / 2.
 struct RotationExpansion {
   double value = 0;
   Eigen::Vector3d gradient;
@@ -54,8 +54,8 @@ struct RotationExpansion {
 };
 RotationExpansion expansion(const Matrix9& omega, const Vector9& r);
 
-// Damped Newton steps from a rotation down to a minimum. No value where the steps do not settle on
-// one that is isolated (its Hessian positive).
+// Descends from a rotation to a minimum by damped Newton steps. No value if the steps do not
+// converge to an isolated one (positive definite Hessian).
 std::optional<RotationMinimum> descend(const Matrix9& omega, const Eigen::Quaterniond& start);
 
 }  // namespace tagcal::internal

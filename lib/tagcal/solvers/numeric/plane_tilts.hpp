@@ -5,7 +5,7 @@
 
 namespace tagcal::internal {
 
-// What `ippe` finds, as numbers: both rotations of a plane and the translation that they share.
+// The result of `ippe` as numbers: both rotations of a plane and their common translation.
 struct PlaneTilts {
   Eigen::Matrix3d rotation[2];
   Eigen::Vector3d translation;

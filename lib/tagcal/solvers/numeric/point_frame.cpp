@@ -33,7 +33,7 @@ std::optional<PointFrame> point_frame(std::span<const Eigen::Vector3d> points) {
   eigen.computeDirect(scatter / trace);
   frame.axes = eigen.eigenvectors().rowwise().reverse().transpose();
   if (frame.axes.determinant() < 0) frame.axes.row(2) *= -1;
-  // Not from the eigenvalues: those of a plane or a line are differences of large numbers.
+  // The eigenvalues are not used: for a plane or a line they are differences of large numbers.
   Eigen::Vector3d squares = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& x : points) squares += frame(x).cwiseAbs2();
   frame.extents = (squares / n).cwiseSqrt();

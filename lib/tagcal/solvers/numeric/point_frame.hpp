@@ -6,8 +6,8 @@
 
 namespace tagcal::internal {
 
-// The frame in which solvers see points, so that neither the unit nor the origin of a target
-// matters: centred, of unit RMS size, axes along the spread, the longest first.
+// Normalised frame of points, so that solvers do not depend on the unit or the origin of a target:
+// centred, of unit RMS size, axes along the spread, the longest first.
 struct PointFrame {
   Eigen::Matrix3d axes;     // rows: frame_from_target, det = +1
   Eigen::Vector3d centre;   // in the target frame
@@ -19,8 +19,8 @@ struct PointFrame {
   }
 };
 
-// No value where the points lie on a line or at one place (an extent across the longest axis below
-// 1e-6 of the size, or below what rounding makes of the coordinates) or are not finite.
+// No value if the points lie on a line or at one place (an extent across the longest axis below
+// 1e-6 of the size, or below the rounding of the coordinates), or are not finite.
 std::optional<PointFrame> point_frame(std::span<const Eigen::Vector3d> points);
 
 }  // namespace tagcal::internal

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 // Ascending variances along the axes, the rows of `plane_from_target` in the opposite order.
 Vector3d principal_variances(const Matrix3d& scatter, Matrix3d& plane_from_target) {
-  if (scatter(2, 2) == 0) {  // all at one z, as targets are: its axes will do
+  if (scatter(2, 2) == 0) {  // all points at one z, as on most targets: the axes stay
     const double half_trace = (scatter(0, 0) + scatter(1, 1)) / 2;
     const double half_gap = std::hypot((scatter(0, 0) - scatter(1, 1)) / 2, scatter(0, 1));
     return {0, half_trace - half_gap, half_trace + half_gap};
@@ -33,7 +33,7 @@ PointSpread spread_of(std::span<const Vector3d> points) {
   if (points.empty()) return spread;
   const auto n = static_cast<double>(points.size());
   spread.reference = points.front();
-  // Plain numbers, which stay in registers.
+  // Scalars stay in registers.
   const double x0 = spread.reference.x(), y0 = spread.reference.y(), z0 = spread.reference.z();
   double sx = 0, sy = 0, sz = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   for (const Vector3d& p : points) {
@@ -47,10 +47,10 @@ PointSpread spread_of(std::span<const Vector3d> points) {
   spread.from_reference = Vector3d(sx, sy, sz) / n;
   spread.centre = spread.reference + spread.from_reference;
   Matrix3d scatter = squares / n - spread.from_reference * spread.from_reference.transpose();
-  // The size against the magnitude of the coordinates: what rounding leaves of equal points.
+  // Compares the size with the rounding of the coordinates of equal points.
   const double square = scatter.trace();
   if (!(square > 1e-24 * spread.centre.squaredNorm()) || !std::isfinite(square)) return spread;
-  scatter /= square;  // of unit size, so that no unit of length is special
+  scatter /= square;  // removes the unit of length
   const Vector3d variance = principal_variances(scatter, spread.plane_from_target);
   const Vector3d extent = variance.cwiseMax(0.0).cwiseSqrt();  // thickness, width, length
   spread.size = std::sqrt(square) * extent(2);

@@ -19,7 +19,7 @@ struct PointSpread {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d plane_from_target = Eigen::Matrix3d::Identity();  // a rotation
 
-  // About the centre, along the axes of the plane: exact wherever the target lies in its frame.
+  // Coordinates about the centre, along the axes of the plane; exact for a distant origin too.
   Eigen::Vector3d in_plane(const Eigen::Vector3d& point) const {
     return plane_from_target * ((point - reference) - from_reference);
   }
@@ -29,8 +29,8 @@ struct PointSpread {
   Eigen::Vector3d from_reference = Eigen::Vector3d::Zero();
 };
 
-// Below 1e-3 of the longest axis an extent counts as nothing (line, point); below 5 % of it the
-// thickness counts as a plane, as a start for a solver that then uses the true points.
+// An extent below 1e-3 of the longest axis counts as zero (line, point). A thickness below 5 % of
+// it counts as a plane, for the start of a solver that then uses the true points.
 PointSpread spread_of(std::span<const Eigen::Vector3d> points);
 
 }  // namespace tagcal::internal

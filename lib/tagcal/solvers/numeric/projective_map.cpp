@@ -17,8 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// A linear map that turns the mean direction into the z axis and stretches x and y so that the rays
-// spread over about a unit: Hartley's normalisation, for directions.
+// Linear map that turns the mean direction into the z axis and scales x and y so that the rays
+// spread over about one unit: Hartley's normalisation for directions.
 Matrix3d normalising_map(std::span<const Vector3d> rays) {
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& ray : rays) mean += ray.normalized();
@@ -31,7 +31,7 @@ Matrix3d normalising_map(std::span<const Vector3d> rays) {
   return Vector3d(stretch, stretch, 1).asDiagonal() * turn;
 }
 
-// Two directions that span the plane across v.
+// Two directions that span the plane perpendicular to v.
 Eigen::Matrix<double, 3, 2> across(const Vector3d& v) {
   Eigen::Matrix<double, 3, 2> basis;
   basis.col(0) = v.unitOrthogonal();
@@ -39,8 +39,8 @@ Eigen::Matrix<double, 3, 2> across(const Vector3d& v) {
   return basis;
 }
 
-// M (3 x columns of x) with ray_i ~ M x_i: the null vector of the rows b kron x_i, b across ray_i.
-// No value where the null space has more than one dimension.
+// Returns M (3 x columns of x) with ray_i ~ M x_i: the null vector of the rows b kron x_i, with b
+// perpendicular to ray_i. No value if the null space has more than one dimension.
 std::optional<MatrixXd> direct_linear_transformation(const MatrixXd& x,
                                                      std::span<const Vector3d> rays) {
   const Eigen::Index n = x.cols(), d = x.rows();

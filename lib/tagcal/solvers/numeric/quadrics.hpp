@@ -9,19 +9,19 @@
 
 #include "tagcal/solvers/numeric/real_roots.hpp"
 
-// Where four quadrics meet: more equations than unknowns, so that one unknown is left by
-// elimination alone.
+// Intersection of four quadrics in three unknowns. As there are more equations than unknowns,
+// elimination alone leaves one unknown.
 
 namespace tagcal::internal {
 
-// Four quadrics in the unknowns (x, y, z), a row each, with the coefficients of these monomials.
+// Four quadrics in the unknowns (x, y, z): one row each, the coefficients of these monomials.
 enum Monomial { kXX, kYY, kXY, kXZ, kYZ, kX, kY, kZZ, kZ, kOne, kNumMonomials };
 using QuadricRow = Eigen::Matrix<double, 1, kNumMonomials>;
 using Quadrics = Eigen::Matrix<double, 4, kNumMonomials>;
 
 // Gauss-Jordan elimination: the rows 0 to 2 become x^2 + ..., y^2 + ..., x y + ..., row 3 has none
-// of them. The result is the smallest pivot over the largest coefficient: small where z is not a
-// variable to be kept aside.
+// of them. Returns the smallest pivot over the largest coefficient, which is small if z is a bad
+// choice for the remaining unknown.
 inline double eliminate(Quadrics& q) {
   double smallest = std::numeric_limits<double>::infinity();
   const double largest = q.leftCols<3>().cwiseAbs().maxCoeff();
@@ -59,14 +59,14 @@ inline Linear<1> linear_part(const Quadrics& q, Eigen::Index row, double sign) {
           {{sign * q(row, kOne), sign * q(row, kZ), sign * q(row, kZZ)}}};
 }
 
-// The equation that is linear in x and y, and its products with x and y, again reduced to such: a
+// The equation that is linear in x and y, and its products with x and y, reduced to linear ones: a
 // 3 x 3 matrix of polynomials in z with the null vector (x, y, 1).
 struct Resultant {
   Linear<1> first;
   Linear<2> times_x, times_y;
   FixedPolynomial<6> determinant;
 
-  // The determinant vanishes for any z, but for rounding: another unknown has to be kept aside.
+  // True if the determinant is zero for every z, except for rounding: another unknown must remain.
   bool is_degenerate() const {
     const double scale = first.largest() * times_x.largest() * times_y.largest();
     return !(determinant.largest() > 1e-11 * scale);
@@ -97,7 +97,7 @@ inline bool unknowns_at(const Resultant& r, double z, Eigen::Vector3d& xi) {
   return std::isfinite(xi.x() + xi.y());
 }
 
-// The step of Gauss-Newton on the quadrics, and the sum of their squares before it.
+// Gauss-Newton step on the quadrics, and the sum of their squares before it.
 struct Step {
   Eigen::Vector3d step;
   double error = 0;
@@ -111,7 +111,7 @@ inline Step step_at(const Quadrics& q, const Eigen::Vector3d& xi) {
   const Column jz = q.col(kXZ) * x + q.col(kYZ) * y + q.col(kZZ) * (2 * z) + q.col(kZ);
   const Column e =
       ((jx + q.col(kX)) * x + (jy + q.col(kY)) * y + (jz + q.col(kZ)) * z) / 2 + q.col(kOne);
-  // The normal equations, by the cofactors of their symmetric matrix.
+  // Solves the normal equations by the cofactors of their symmetric matrix.
   const double xx = jx.squaredNorm(), xy = jx.dot(jy), xz = jx.dot(jz), yy = jy.squaredNorm(),
                yz = jy.dot(jz), zz = jz.squaredNorm();
   const Eigen::Vector3d cx(yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);

@@ -8,7 +8,7 @@
 
 #include "tagcal/solvers/solutions.hpp"
 
-// Polynomials of a degree known at compile time, without the heap.
+// Polynomials of a degree known at compile time, without heap.
 
 namespace tagcal::internal {
 
@@ -62,16 +62,16 @@ auto operator-(const FixedPolynomial<N>& a, const FixedPolynomial<M>& b) {
   return a + (-b);
 }
 
-// A polynomial on [0, 1] by its Bernstein coefficients, which show where it cannot have a root: the
-// number of their sign changes is the number of roots in (0, 1) or more by an even number
-// (Descartes' rule; Farouki, Computer Aided Geometric Design 2012, section 4).
+// A polynomial on [0, 1] by its Bernstein coefficients. The number of their sign changes is the
+// number of roots in (0, 1), or exceeds it by an even number (Descartes' rule; Farouki, Computer
+// Aided Geometric Design 2012, section 4).
 template <std::size_t N>
 struct Bernstein {
   std::array<double, N + 1> b;
   double low, width;  // the interval that [0, 1] stands for
   int depth;
 
-  // Three stands for three and more.
+  // Number of sign changes; 3 means three or more.
   int sign_changes() const {
     unsigned negative = 0;
     for (std::size_t i = 0; i <= N; ++i) negative |= static_cast<unsigned>(std::signbit(b[i])) << i;
@@ -81,7 +81,7 @@ struct Bernstein {
     return (changes != 0) + (but_one != 0) + ((but_one & (but_one - 1)) != 0);
   }
 
-  // By de Casteljau's scheme: this becomes the first half, the second is returned.
+  // Halves the interval (de Casteljau): this becomes the first half, the second is returned.
   Bernstein split() {
     width /= 2;
     ++depth;
@@ -111,8 +111,8 @@ Bernstein<N> bernstein_on(const FixedPolynomial<N>& p, double low, double high) 
   return result;
 }
 
-// The root between a place where the polynomial is negative and one where it is not, to about
-// 1e-9 (1 + |root|) for a simple one: Newton's method from x, kept inside the bracket.
+// Returns the root between a place where the polynomial is negative and one where it is not, by
+// Newton's method from x inside the bracket; a simple root to about 1e-9 (1 + |root|).
 template <std::size_t N>
 double root_between(const FixedPolynomial<N>& p, double below, double above, double x) {
   if (!((x - below) * (x - above) < 0)) x = below + (above - below) / 2;
@@ -132,13 +132,13 @@ double root_between(const FixedPolynomial<N>& p, double below, double above, dou
   return x;
 }
 
-// The root in an interval over which the coefficients change their sign once.
+// Returns the root in an interval over which the coefficients change sign once.
 template <std::size_t N>
 double only_root(const FixedPolynomial<N>& p, const Bernstein<N>& interval) {
   const bool rises = std::signbit(interval.b[0]);
   std::size_t i = 1;
   while (i < N && std::signbit(interval.b[i]) == rises) ++i;
-  // Where the control polygon crosses zero.
+  // Starts where the control polygon crosses zero.
   const double share = interval.b[i - 1] / (interval.b[i - 1] - interval.b[i]);
   const double place = (static_cast<double>(i - 1) + share) / static_cast<double>(N);
   const double first = interval.low, last = interval.low + interval.width;
@@ -153,8 +153,8 @@ FixedPolynomial<N - 1> derivative_of(const FixedPolynomial<N>& p) {
   return d;
 }
 
-// The roots over an interval where the coefficients change their sign twice, or the extremum where
-// there are none. False if there may be more than one extremum.
+// Adds the roots in an interval over which the coefficients change sign twice, or the extremum if
+// there are none. Returns false if there may be more than one extremum.
 template <std::size_t N, std::size_t M>
 bool two_roots(const FixedPolynomial<N>& p, const Bernstein<N>& interval,
                Solutions<double, M>& roots) {
@@ -169,7 +169,7 @@ bool two_roots(const FixedPolynomial<N>& p, const Bernstein<N>& interval,
     roots.push_back(extremum);
     return true;
   }
-  // About where the parabola at the extremum crosses zero.
+  // Starts where the parabola at the extremum crosses zero.
   const double curvature = derivative_of(derivative)(extremum);
   const double reach = std::copysign(std::sqrt(std::abs(2 * value / curvature)), interval.width);
   for (const double side : {-1.0, 1.0}) {
@@ -180,10 +180,10 @@ bool two_roots(const FixedPolynomial<N>& p, const Bernstein<N>& interval,
   return true;
 }
 
-// The real roots between low < 0 and high > 0, and the places where the polynomial nearly has one:
-// extrema that do not reach zero, and what is left where more than two roots are nearer to each
-// other than rounding lets tell. No root is passed over: an interval is left only when its
-// coefficients show that it has none. Most roots are expected near zero, a few units wide.
+// Returns the real roots between low < 0 and high > 0, and near roots: extrema that do not reach
+// zero, and intervals whose roots (more than two) rounding does not separate. No root is missed: an
+// interval is dropped only if its coefficients prove that it has none. Most roots are expected
+// within a few units of zero.
 template <std::size_t N>
 Solutions<double, 2 * N> roots_and_near_roots(const FixedPolynomial<N>& p, double low,
                                               double high) {

@@ -5,16 +5,16 @@
 
 namespace tagcal::internal {
 
-// Cholesky decomposition without roots of a small symmetric matrix, A = U' D U with a unit upper
-// triangular U, unrolled: a few times faster than one of variable size.
+// Cholesky decomposition without square roots of a small symmetric matrix, A = U' D U with a unit
+// upper triangular U. Unrolled, a few times faster than one of variable size.
 template <int N>
 class SmallCholesky {
  public:
   using Matrix = Eigen::Matrix<double, N, N>;
   using Vector = Eigen::Matrix<double, N, 1>;
 
-  // Reads the upper triangle. False unless A is positive definite beyond rounding, whatever the
-  // units of its rows.
+  // Reads the upper triangle. False unless A is positive definite beyond rounding, independent of
+  // the units of its rows.
   bool compute(const Matrix& a) {
     constexpr double kRounding = 1e-15;
     bool positive = true;

@@ -17,18 +17,18 @@ std::vector<Vector2d> grid_pixels() {
   return pixels;
 }
 
-TEST(Agreement, NoiseDoesNotGoTogether) {
+TEST(ResidualTest, NoiseIsNotCorrelated) {
   Random random(1);
   const auto pixels = grid_pixels();
   for (int i = 0; i < 2000; ++i) {
     const std::size_t n = 12 + random.index(pixels.size() - 11);
     std::vector<Vector2d> residuals;
     for (std::size_t k = 0; k < n; ++k) residuals.emplace_back(random.normal(), random.normal());
-    EXPECT_FALSE(go_together({pixels.data(), n}, residuals)) << n;
+    EXPECT_FALSE(spatially_correlated({pixels.data(), n}, residuals)) << n;
   }
 }
 
-TEST(Agreement, WhatALensLeavesGoesTogether) {
+TEST(ResidualTest, ResidualsOfAWrongLensAreCorrelated) {
   Random random(2);
   const auto pixels = grid_pixels();
   std::vector<Vector2d> residuals;
@@ -37,21 +37,21 @@ TEST(Agreement, WhatALensLeavesGoesTogether) {
     residuals.push_back((q.squaredNorm() - 0.7) * q +
                         0.2 * Vector2d(random.normal(), random.normal()));
   }
-  EXPECT_TRUE(go_together(pixels, residuals));
-  EXPECT_FALSE(go_together({pixels.data(), 11}, {residuals.data(), 11}));
+  EXPECT_TRUE(spatially_correlated(pixels, residuals));
+  EXPECT_FALSE(spatially_correlated({pixels.data(), 11}, {residuals.data(), 11}));
 }
 
-TEST(Agreement, OthersAndWithin) {
+TEST(ResidualTest, WithinAndComplement) {
   const std::vector<double> squares = {0, 24.9, 25.1, 1e9, 3};
   const std::vector<std::size_t> near = within(squares, 1);
   EXPECT_EQ(near, (std::vector<std::size_t>{0, 1, 4}));
-  EXPECT_EQ(others(near, 5), (std::vector<std::size_t>{2, 3}));
-  EXPECT_EQ(others({}, 2), (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(complement(near, 5), (std::vector<std::size_t>{2, 3}));
+  EXPECT_EQ(complement({}, 2), (std::vector<std::size_t>{0, 1}));
 }
 
-// A lens that bends lines would give a focal length that is wrong by many of its standard
+// A pinhole fitted to a distorted view would have a focal length that is wrong by many standard
 // deviations.
-TEST(Agreement, NoFocalLengthOfALensThatIsNoPinhole) {
+TEST(ResidualTest, NoFocalLengthOfALensThatIsNoPinhole) {
   Random random(3);
   for (int i = 0; i < 50; ++i) {
     const Pose pose =

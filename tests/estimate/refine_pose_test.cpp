@@ -14,7 +14,7 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// Gauss-Newton on all rows, from next to the minimum: slow and plain.
+// Reference: Gauss-Newton on all rows, from close to the minimum.
 struct Reference {
   Pose pose;
   double focal_px, cost;
@@ -43,15 +43,15 @@ Observed world(const Lens& lens, const std::vector<Vector3d>& points, const Pose
 }
 
 template <int N>
-std::optional<ViewSolution<N>> solve_from(const Observed& o, const Pose& start, double focal_px,
-                                          const ViewSolverOptions& options = {}) {
+std::optional<PoseMinimum<N>> solve_from(const Observed& o, const Pose& start, double focal_px,
+                                         const RefineOptions& options = {}) {
   ViewSums sums(o.lens, o.view());
-  ViewStart<N> at{state_of(start, focal_px), {}};
+  InitialPose<N> at{state_of(start, focal_px), {}};
   if (!sums.at(at.state, at.equations)) return std::nullopt;
-  return solve_view<N>(sums, at, options);
+  return refine_pose<N>(sums, at, options);
 }
 
-// Up to so many radians and so much of the distance away.
+// Moves a pose by up to so many radians and so much of its distance.
 Pose away(const Pose& pose, double angle, double share, Random& random) {
   Vector6d step;
   for (int k = 0; k < 6; ++k) step[k] = random.uniform(-1, 1);
@@ -60,7 +60,7 @@ Pose away(const Pose& pose, double angle, double share, Random& random) {
   return retract(pose, step);
 }
 
-TEST(SolveView, EndsAtTheMinimumOfADenseSolve) {
+TEST(RefinePose, EndsAtTheMinimumOfADenseSolve) {
   Random random(7);
   const std::vector<Vector3d> space = points_in_box(10, 0.2, 1, random);
   for (const Lens& lens : {opencv5_lens(), fisheye_lens(), centred_pinhole(900)})
@@ -80,7 +80,7 @@ TEST(SolveView, EndsAtTheMinimumOfADenseSolve) {
       }
 }
 
-TEST(SolveView, WithTheFocalLengthToo) {
+TEST(RefinePose, WithTheFocalLengthToo) {
   Random random(8);
   const std::vector<Vector3d> space = points_in_box(10, 0.3, 1, random);
   for (const auto& points : {tag_points(0.5), board_points(), space})
@@ -96,7 +96,7 @@ TEST(SolveView, WithTheFocalLengthToo) {
     }
 }
 
-TEST(SolveView, ReachesTheMinimumFromFar) {
+TEST(RefinePose, ReachesTheMinimumFromFar) {
   Random random(9);
   int reached = 0, reached_with_focal = 0, started = 0;
   for (int i = 0; i < 200; ++i) {
@@ -116,7 +116,7 @@ TEST(SolveView, ReachesTheMinimumFromFar) {
   EXPECT_GE(reached_with_focal, started * 95 / 100);
 }
 
-TEST(SolveView, SaysWhereItDidNotEnd) {
+TEST(RefinePose, ReportsThatItDidNotConverge) {
   Random random(10);
   const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1.2, random);
   const Observed o = world(centred_pinhole(900), board_points(), pose, 0.3, random);
@@ -131,7 +131,7 @@ TEST(SolveView, SaysWhereItDidNotEnd) {
 }
 
 // A second hypothesis whose minimum lies above the limit is given up, one below it is not.
-TEST(SolveView, RulesOutWhatLiesAboveTheLimit) {
+TEST(RefinePose, RulesOutMinimaAboveTheLimit) {
   Random random(11);
   for (int i = 0; i < 50; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1.2, random);
@@ -142,8 +142,8 @@ TEST(SolveView, RulesOutWhatLiesAboveTheLimit) {
   }
 }
 
-// Points that do not fix a pose leave a singular minimum, not NaN.
-TEST(SolveView, SurvivesWhatFixesNothing) {
+// Points that do not determine a pose give a singular minimum, not NaN.
+TEST(RefinePose, SurvivesSingularProblems) {
   Random random(12);
   for (int i = 0; i < 50; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.6, 1.2, random);

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 constexpr double kSigma = 0.3;
 const Lens kLens = centred_pinhole(900);
 
-// A view some corners of which are wrong.
+// A view with wrong corners.
 struct Spoilt {
   std::vector<Vector3d> points;
   std::vector<Vector2d> pixels;
@@ -27,7 +27,7 @@ struct Spoilt {
   Pose pose;
   std::vector<std::size_t> good;
 
-  RobustView robust(const Lens& lens, bool with_ids = false, std::uint64_t seed = 0) const {
+  RansacProblem robust(const Lens& lens, bool with_ids = false, std::uint64_t seed = 0) const {
     return {lens,
             {points, pixels, whitening},
             with_ids ? std::span<const int>(ids) : std::span<const int>(),
@@ -56,7 +56,7 @@ Spoilt draw(const std::vector<Vector3d>& points, const Pose& pose, double share,
   std::sort(order.begin(), order.end());
   for (std::size_t k = 0; k < seen.size(); k += count) {
     const bool is_wrong = std::binary_search(order.begin(), order.end(), k);
-    // A tag read as another one: its corners are where those of the other are.
+    // A tag with a wrong id: its corners are at those of another tag.
     const std::size_t other = (k + 4 + 4 * random.index(seen.size() / 4 - 1)) % seen.size();
     const std::size_t turn = 1 + random.index(3);
     for (std::size_t i = k; i < k + count; ++i) {
@@ -74,9 +74,9 @@ Pose some_view(Random& random) {
   return looking_at_board(Vector3d::Zero(), random.uniform(0.4, 0.9), 1.2, random);
 }
 
-// Found, with nearly all that are right and none that is clearly wrong.
+// True if the consensus has nearly all correct corners and no clearly wrong one.
 template <int N>
-bool is_right(const std::optional<ViewConsensus>& consensus, const Spoilt& s) {
+bool is_right(const std::optional<PoseConsensus>& consensus, const Spoilt& s) {
   if (!consensus) return false;
   std::vector<std::size_t> both;
   std::set_intersection(s.good.begin(), s.good.end(), consensus->inliers.begin(),
@@ -97,13 +97,13 @@ void expect_found(const std::vector<Vector3d>& points, Wrong wrong, double share
   constexpr int kTrials = 20;
   for (int i = 0; i < kTrials; ++i) {
     const Spoilt s = draw(points, some_view(random), share, wrong, random);
-    right += is_right<N>(find_view_consensus<N>(s.robust(kLens, with_ids)), s);
+    right += is_right<N>(pose_ransac<N>(s.robust(kLens, with_ids)), s);
   }
   EXPECT_EQ(right, kTrials) << N << " " << static_cast<int>(wrong) << " " << share << " "
                             << with_ids;
 }
 
-TEST(ViewConsensus, FindsABoardAmongUpTo80PercentWrongCorners) {
+TEST(PoseRansac, FindsABoardAmongUpTo80PercentWrongCorners) {
   for (const double share : {0.0, 0.2, 0.5, 0.8})
     for (const Wrong wrong : {Wrong::corners, Wrong::tags, Wrong::swapped})
       for (const bool with_ids : {false, true}) {
@@ -112,7 +112,7 @@ TEST(ViewConsensus, FindsABoardAmongUpTo80PercentWrongCorners) {
       }
 }
 
-TEST(ViewConsensus, FindsPointsInSpace) {
+TEST(PoseRansac, FindsPointsInSpace) {
   Random random(2);
   const std::vector<Vector3d> points = points_in_box(60, 0.3, 1, random);
   for (const double share : {0.0, 0.3, 0.6}) {
@@ -121,7 +121,7 @@ TEST(ViewConsensus, FindsPointsInSpace) {
   }
 }
 
-TEST(ViewConsensus, LeavesOutWhatHasNoRayOrLiesBehind) {
+TEST(PoseRansac, RejectsPixelsWithoutARayAndPointsBehind) {
   Random random(3);
   const Lens lens = Perspective({900, 900, 640, 400, -0.3, 0, 0, 0, 0});
   std::vector<Vector3d> points = board_points();
@@ -136,12 +136,12 @@ TEST(ViewConsensus, LeavesOutWhatHasNoRayOrLiesBehind) {
     else
       s.good.push_back(k);
   }
-  const auto consensus = find_view_consensus<6>(s.robust(lens));
+  const auto consensus = pose_ransac<6>(s.robust(lens));
   ASSERT_TRUE(consensus);
   EXPECT_EQ(consensus->inliers, s.good);
 }
 
-TEST(ViewConsensus, CovariancesTellHowFarIsWrong) {
+TEST(PoseRansac, TheToleranceFollowsTheCovariances) {
   Random random(4);
   Spoilt s = draw(board_points(), some_view(random), 0, Wrong::corners, random);
   for (std::size_t k = 0; k < s.pixels.size(); ++k) {
@@ -151,7 +151,7 @@ TEST(ViewConsensus, CovariancesTellHowFarIsWrong) {
   }
   s.pixels[10].x() += 6;  // 20 of its sigma
   s.pixels[11].x() += 6;
-  const auto consensus = find_view_consensus<6>(s.robust(kLens));
+  const auto consensus = pose_ransac<6>(s.robust(kLens));
   ASSERT_TRUE(consensus);
   const auto& in = consensus->inliers;
   EXPECT_FALSE(std::binary_search(in.begin(), in.end(), 10u));
@@ -164,8 +164,8 @@ void expect_repeatable() {
   Random random(5);
   for (int i = 0; i < 5; ++i) {
     const Spoilt s = draw(board_points(), some_view(random), 0.6, Wrong::corners, random);
-    const auto a = find_view_consensus<N>(s.robust(kLens, true, 11));
-    const auto b = find_view_consensus<N>(s.robust(kLens, true, 11));
+    const auto a = pose_ransac<N>(s.robust(kLens, true, 11));
+    const auto b = pose_ransac<N>(s.robust(kLens, true, 11));
     ASSERT_TRUE(a && b);
     EXPECT_EQ(a->state.rotation, b->state.rotation);
     EXPECT_EQ(a->state.translation, b->state.translation);
@@ -175,25 +175,24 @@ void expect_repeatable() {
   }
 }
 
-TEST(ViewConsensus, EqualSeedsGiveEqualResults) {
+TEST(PoseRansac, EqualSeedsGiveEqualResults) {
   expect_repeatable<6>();
   expect_repeatable<7>();
 }
 
-TEST(ViewConsensus, SeedsChangeWhatIsDrawn) {
+TEST(PoseRansac, SeedsChangeTheSamples) {
   Random random(6);
   const Spoilt s = draw(board_points(), some_view(random), 0.6, Wrong::corners, random);
   int different = 0;
-  const auto first = find_view_consensus<6>(s.robust(kLens, false, 0));
+  const auto first = pose_ransac<6>(s.robust(kLens, false, 0));
   for (std::uint64_t seed = 1; seed < 6; ++seed)
     different +=  // in the last bits
-        find_view_consensus<6>(s.robust(kLens, false, seed))->state.rotation !=
-        first->state.rotation;
+        pose_ransac<6>(s.robust(kLens, false, seed))->state.rotation != first->state.rotation;
   EXPECT_GT(different, 0);
 }
 
-// Where 3 of 100 tags are right, four points that are right are hardly ever drawn.
-TEST(ViewConsensus, WholeTagsAreTheNaturalSample) {
+// If 3 of 100 tags are right, single points hardly ever make a correct sample.
+TEST(PoseRansac, WholeTagsAreSampled) {
   Random random(7);
   std::vector<Vector3d> points;
   for (const TargetPoint& p : target_points(grid_board({10, 10, 0.05, 0.3, 0})))
@@ -202,21 +201,21 @@ TEST(ViewConsensus, WholeTagsAreTheNaturalSample) {
   for (int i = 0; i < 3; ++i) {
     Spoilt s = draw(points, some_view(random), 0.97, Wrong::tags, random);
     ASSERT_EQ(s.good.size(), 12u);
-    for (std::size_t k = 0; k < s.pixels.size(); ++k)  // three that are off alike are right as well
+    for (std::size_t k = 0; k < s.pixels.size(); ++k)  // three equal errors agree as well
       if (!std::binary_search(s.good.begin(), s.good.end(), k)) s.pixels[k] = anywhere(random);
-    with_ids += is_right<7>(find_view_consensus<7>(s.robust(kLens, true)), s);
-    without += is_right<7>(find_view_consensus<7>(s.robust(kLens, false)), s);
+    with_ids += is_right<7>(pose_ransac<7>(s.robust(kLens, true)), s);
+    without += is_right<7>(pose_ransac<7>(s.robust(kLens, false)), s);
   }
   EXPECT_EQ(with_ids, 3);
   EXPECT_LT(without, 3);
 }
 
-TEST(ViewConsensus, FewWrongTakeFewSamples) {
+TEST(PoseRansac, FewOutliersTakeFewSamples) {
   Random random(8);
   const Spoilt all = draw(board_points(), some_view(random), 0, Wrong::corners, random);
-  EXPECT_LT(find_view_consensus<6>(all.robust(kLens))->num_samples, 20);
+  EXPECT_LT(pose_ransac<6>(all.robust(kLens))->num_samples, 20);
   const Spoilt half = draw(board_points(), some_view(random), 0.5, Wrong::corners, random);
-  EXPECT_LT(find_view_consensus<6>(half.robust(kLens))->num_samples, 400);
+  EXPECT_LT(pose_ransac<6>(half.robust(kLens))->num_samples, 400);
 }
 
 template <int N>
@@ -232,32 +231,32 @@ void expect_none(std::size_t n, double far) {
       s.ids.push_back(static_cast<int>(k / 4));
     }
     if (far > 0) s.pixels[0].setConstant(far);
-    EXPECT_FALSE(find_view_consensus<N>(s.robust(kLens, true))) << n << " " << far;
+    EXPECT_FALSE(pose_ransac<N>(s.robust(kLens, true))) << n << " " << far;
   }
 }
 
-TEST(ViewConsensus, RandomDataHaveNone) {
+TEST(PoseRansac, RandomDataHaveNoConsensus) {
   for (const std::size_t n : {4u, 5u, 8u, 40u, 144u}) {
     expect_none<6>(n, 0);
     if (n > 5) expect_none<7>(n, 0);
   }
 }
 
-// One pixel does not make all others look close to one another.
-TEST(ViewConsensus, NorDoFarPixelsMakeOne) {
+// One distant pixel does not make the density of the others larger.
+TEST(PoseRansac, RandomDataWithADistantPixelHaveNoConsensus) {
   for (const double far : {1e6, 1e12, 1e300}) {
     expect_none<6>(40, far);
     expect_none<7>(40, far);
   }
 }
 
-TEST(ViewConsensus, NothingHasNone) {
-  EXPECT_FALSE(find_view_consensus<6>({kLens, {}, {}}));
-  EXPECT_FALSE(find_view_consensus<7>({kLens, {}, {}}));
+TEST(PoseRansac, NoPointsHaveNoConsensus) {
+  EXPECT_FALSE(pose_ransac<6>({kLens, {}, {}}));
+  EXPECT_FALSE(pose_ransac<7>({kLens, {}, {}}));
   const std::vector<Vector3d> points(20, Vector3d(0.1, 0, 0));
   const std::vector<Vector2d> pixels(20, Vector2d(500, 300));
-  EXPECT_FALSE(find_view_consensus<6>({kLens, {points, pixels}, {}}));
-  EXPECT_FALSE(find_view_consensus<7>({kLens, {points, pixels}, {}}));
+  EXPECT_FALSE(pose_ransac<6>({kLens, {points, pixels}, {}}));
+  EXPECT_FALSE(pose_ransac<7>({kLens, {points, pixels}, {}}));
 }
 
 }  // namespace

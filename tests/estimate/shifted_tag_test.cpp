@@ -23,7 +23,7 @@ struct TagsInView {
   Pose pose;
 };
 
-// The first tags of the board, their corners with noise.
+// The first tags of the board, with noise.
 TagsInView some_tags(std::size_t count, double sigma, Random& random) {
   TagsInView view;
   view.pose =
@@ -40,23 +40,23 @@ void shift(TagsInView& view, int tag, const Vector2d& by_px) {
     if (view.groups[i] == tag) view.seen[i].pixel += by_px;
 }
 
-std::optional<int> odd_of(const TagsInView& view) {
+std::optional<int> shifted_in(const TagsInView& view) {
   const PoseOptions options;
   const PoseProblem problem(view.seen, options);
-  const auto fit = fit_view<6>(problem, kLens, options);
-  return fit ? odd_group<6>(problem, view.groups, kLens, fit->best().state) : std::nullopt;
+  const auto fit = pose_minima<6>(problem, kLens, options);
+  return fit ? shifted_tag<6>(problem, view.groups, kLens, fit->best().state) : std::nullopt;
 }
 
-TEST(OddGroup, NoneWhereOnlyNoiseIs) {
+TEST(ShiftedTag, NoneInPureNoise) {
   Random random(1);
-  int odd = 0;
+  int shifted = 0;
   constexpr int kTrials = 2000;
   for (int i = 0; i < kTrials; ++i)
-    odd += odd_of(some_tags(3 + random.index(10), kSigma, random)).has_value();
-  EXPECT_LE(odd, 12);  // of about 15,000 tags 4 are expected
+    shifted += shifted_in(some_tags(3 + random.index(10), kSigma, random)).has_value();
+  EXPECT_LE(shifted, 12);  // of about 15,000 tags 4 are expected
 }
 
-TEST(OddGroup, TheOneThatIsSomePixelsOff) {
+TEST(ShiftedTag, FindsATagThatIsSomePixelsOff) {
   Random random(2);
   int found = 0;
   constexpr int kTrials = 500;
@@ -65,22 +65,22 @@ TEST(OddGroup, TheOneThatIsSomePixelsOff) {
     const int tag = static_cast<int>(random.index(6));
     const double angle = random.uniform(0, 6.28);
     shift(view, tag, 8 * kSigma * Vector2d(std::cos(angle), std::sin(angle)));
-    found += odd_of(view) == tag;
+    found += shifted_in(view) == tag;
   }
   EXPECT_GE(found, kTrials * 97 / 100);
 }
 
-TEST(OddGroup, NotSaidOfTwoTagsNorOfDataWithoutNoise) {
+TEST(ShiftedTag, NoneOfTwoTagsNorInExactData) {
   Random random(3);
   TagsInView two = some_tags(2, kSigma, random);
   shift(two, 1, {3, 0});
-  EXPECT_FALSE(odd_of(two));
-  EXPECT_FALSE(odd_of(some_tags(6, 0, random)));
+  EXPECT_FALSE(shifted_in(two));
+  EXPECT_FALSE(shifted_in(some_tags(6, 0, random)));
 }
 
-// A pose of a few tags that are right and one that is a little off is not pulled to that one, whose
-// corners are no outliers one by one.
-TEST(OddGroup, DoesNotPullAPose) {
+// A slightly shifted tag, whose single corners are no outliers, does not pull the pose of a few
+// correct tags.
+TEST(ShiftedTag, DoesNotPullThePose) {
   Random random(4);
   int pulled = 0, answers = 0;
   constexpr int kTrials = 200;
@@ -100,11 +100,11 @@ TEST(OddGroup, DoesNotPullAPose) {
     pulled += normalised_squared_error(estimate.hypotheses.front(), view.pose) > 40;
   }
   EXPECT_GE(answers, kTrials * 98 / 100);
-  EXPECT_LE(pulled, kTrials * 4 / 100);  // more than half, were it kept
+  EXPECT_LE(pulled, kTrials * 4 / 100);  // more than half without the test
 }
 
-// What a lens bends is not the fault of the tags: most stay, and a warning says it.
-TEST(OddGroup, TagsAreNotBlamedForTheLens) {
+// Under a wrong lens most tags stay inliers, and a finding says so.
+TEST(ShiftedTag, AWrongLensRejectsFewTags) {
   Random random(5);
   const Lens bent = Perspective({900, 900, 639.5, 399.5, -0.1, 0.03, 0, 0, 0});
   for (int i = 0; i < 20; ++i) {
@@ -118,11 +118,11 @@ TEST(OddGroup, TagsAreNotBlamedForTheLens) {
     const PoseEstimate estimate = estimate_pose(view.seen, Camera{kLens, {1280, 800}}, options);
     ASSERT_TRUE(is_answer(estimate.status)) << i;
     EXPECT_LE(estimate.outliers.size(), 28u) << i;
-    EXPECT_FALSE(estimate.warnings.empty()) << i;
+    EXPECT_FALSE(estimate.findings.empty()) << i;
   }
 }
 
-TEST(OddGroup, ScoresOfVarianceRatiosAreThoseOfTables) {
+TEST(ShiftedTag, ScoresOfVarianceRatiosAreThoseOfTables) {
   // Quantiles of F to 1e-3 of each tail: 3.09 standard deviations.
   EXPECT_NEAR(variance_ratio_score(5.44, 8, 20), 3.09, 0.03);
   EXPECT_NEAR(variance_ratio_score(9.63, 4, 12), 3.09, 0.03);

@@ -49,7 +49,7 @@ Matrix3d homography_of(const Pose& pose) {
   return h;
 }
 
-// The largest angle between the image of a point and its ray; pi where the point lies behind.
+// Largest angle between the image of a point and its ray; pi if the point lies behind.
 double largest_angle(const Matrix3d& h, const Plane& plane) {
   double largest = 0;
   for (std::size_t i = 0; i < plane.points.size(); ++i) {
@@ -60,7 +60,8 @@ double largest_angle(const Matrix3d& h, const Plane& plane) {
   return largest;
 }
 
-// Any pose that sees the front or the back of points of about unit size, up to 75 degrees tilted.
+// Random pose that sees the front or the back of points of about unit size, tilted by up to 75
+// degrees.
 Pose any_pose(Random& random, double distance) {
   const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0, 1.3), distance, random);
   if (random.index(2) == 0) return pose;
@@ -155,7 +156,7 @@ TEST(Homography, PointsOnALineFixNone) {
     const Pose pose = looking_at_board(Vector3d::Zero(), 0.5, 20, random);
     Plane plane = seen_plane(points, pose, 0, random);
     EXPECT_FALSE(homography(plane.points, plane.rays)) << i;
-    // Three of four on it.
+    // Three of four points on a line.
     points.resize(4);
     points[random.index(4)] = {random.normal(), random.normal()};
     plane = seen_plane(points, pose, 0, random);
@@ -218,7 +219,7 @@ TEST(Ippe, HoldsTheTruthForAnyPose) {
     const Pose pose = any_pose(random, 2);
     const Pose anywhere = Pose(random_rotation(random), Vector3d::Zero()) *
                           Pose(pose.rotation(), size * pose.translation());
-    // Near frontal the tilt is the root of a difference: half of the digits.
+    // Near frontal the tilt is the root of a difference and loses half of the digits.
     expect_poses_with_truth(anywhere, 1e-6);
   }
 }
@@ -239,7 +240,7 @@ TEST(Ippe, FrontalPlanesHaveTheirPoses) {
   }
 }
 
-// 180 degrees about any axis, the case of a tag that faces the camera.
+// Rotations by 180 degrees about any axis, as of a tag that faces the camera.
 TEST(Ippe, HalfTurnsAreNoException) {
   Random random(9);
   for (int i = 0; i < kTrials / 10; ++i) {
@@ -280,7 +281,7 @@ TEST(Ippe, RefusesWhatIsNoHomography) {
     }
 }
 
-// Noise, random matrices and huge numbers: rotations or nothing.
+// For noise, random matrices and huge numbers the solvers return rotations or nothing.
 TEST(Ippe, NeverGivesNaN) {
   Random random(11);
   for (int i = 0; i < kTrials; ++i) {
@@ -363,7 +364,7 @@ TEST(PlanePoseAndFocal, FrontalPlanesAndOnePlaceHaveNone) {
     for (const Vector2d& p : tag)
       pixels.push_back(900 * (pose * Vector3d(p.x(), p.y(), 0)).hnormalized());
     const auto found = plane_pose_and_focal(tag, pixels);
-    if (found) {  // rounding tilts it
+    if (found) {  // rounding causes a tilt
       EXPECT_TRUE(found->camera_from_target.matrix().allFinite() && found->focal_px > 0);
     }
   }

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tagcal/estimate/types.hpp"
+
+// Every code of a finding, with its severity. docs/findings.md explains each code; a test keeps
+// that list complete.
+
+namespace tagcal::internal {
+
+struct FindingCode {
+  std::string_view name;
+  Severity severity = Severity::warning;
+};
+
+namespace code {
+
+// No answer.
+inline constexpr FindingCode degenerate{"degenerate", Severity::refusal};
+inline constexpr FindingCode no_consensus{"no_consensus", Severity::refusal};
+inline constexpr FindingCode not_converged{"not_converged", Severity::refusal};
+inline constexpr FindingCode focal_not_observable{"focal_not_observable", Severity::refusal};
+inline constexpr FindingCode not_observable{"not_observable", Severity::refusal};
+inline constexpr FindingCode target_unseen{"target_unseen", Severity::refusal};
+
+// The data.
+inline constexpr FindingCode input{"input", Severity::warning};  // from a reader or the detector
+inline constexpr FindingCode view_unusable{"view_unusable", Severity::warning};
+inline constexpr FindingCode view_repeated{"view_repeated", Severity::note};
+inline constexpr FindingCode view_mirrored{"view_mirrored", Severity::warning};
+inline constexpr FindingCode view_rejected{"view_rejected", Severity::warning};
+inline constexpr FindingCode board_moved{"board_moved", Severity::warning};
+inline constexpr FindingCode corners_rejected{"corners_rejected", Severity::warning};
+inline constexpr FindingCode covariance_missing{"covariance_missing", Severity::note};
+inline constexpr FindingCode noise_assumed{"noise_assumed", Severity::note};
+inline constexpr FindingCode noise_understated{"noise_understated", Severity::warning};
+
+// The target.
+inline constexpr FindingCode tags_misplaced{"tags_misplaced", Severity::warning};
+inline constexpr FindingCode tag_scale{"tag_scale", Severity::warning};
+inline constexpr FindingCode board_bent{"board_bent", Severity::warning};
+inline constexpr FindingCode board_bend_impossible{"board_bend_impossible", Severity::warning};
+
+// The model.
+inline constexpr FindingCode model_too_small{"model_too_small", Severity::warning};
+inline constexpr FindingCode other_lens{"other_lens", Severity::warning};
+inline constexpr FindingCode perspective_seen{"perspective_seen", Severity::warning};
+inline constexpr FindingCode residuals_biased{"residuals_biased", Severity::warning};
+inline constexpr FindingCode residuals_correlated{"residuals_correlated", Severity::warning};
+inline constexpr FindingCode halves_disagree{"halves_disagree", Severity::warning};
+inline constexpr FindingCode pole_in_image{"pole_in_image", Severity::warning};
+inline constexpr FindingCode fold_in_image{"fold_in_image", Severity::warning};
+
+// What the data determine.
+inline constexpr FindingCode focal_weak{"focal_weak", Severity::warning};
+inline constexpr FindingCode direction_weak{"direction_weak", Severity::warning};
+inline constexpr FindingCode coefficients_correlated{"coefficients_correlated", Severity::note};
+inline constexpr FindingCode extrapolated{"extrapolated", Severity::warning};
+inline constexpr FindingCode principal_point_untested{"principal_point_untested",
+                                                      Severity::warning};
+inline constexpr FindingCode tilt_unknown{"tilt_unknown", Severity::warning};
+
+}  // namespace code
+
+inline constexpr std::array kFindingCodes = {code::degenerate,
+                                             code::no_consensus,
+                                             code::not_converged,
+                                             code::focal_not_observable,
+                                             code::not_observable,
+                                             code::target_unseen,
+                                             code::input,
+                                             code::view_unusable,
+                                             code::view_repeated,
+                                             code::view_mirrored,
+                                             code::view_rejected,
+                                             code::board_moved,
+                                             code::corners_rejected,
+                                             code::covariance_missing,
+                                             code::noise_assumed,
+                                             code::noise_understated,
+                                             code::tags_misplaced,
+                                             code::tag_scale,
+                                             code::board_bent,
+                                             code::board_bend_impossible,
+                                             code::model_too_small,
+                                             code::other_lens,
+                                             code::perspective_seen,
+                                             code::residuals_biased,
+                                             code::residuals_correlated,
+                                             code::halves_disagree,
+                                             code::pole_in_image,
+                                             code::fold_in_image,
+                                             code::focal_weak,
+                                             code::direction_weak,
+                                             code::coefficients_correlated,
+                                             code::extrapolated,
+                                             code::principal_point_untested,
+                                             code::tilt_unknown};
+
+inline void add(std::vector<Finding>& findings, const FindingCode& code, std::string sentence) {
+  findings.push_back({std::string(code.name), code.severity, std::move(sentence)});
+}
+
+// Code of a status without an answer. Precondition: !is_answer(status).
+FindingCode refusal_code(Status status);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,448 @@
+#pragma once
+
+#include <cstddef>
+
+// Every number that decides an answer, a status or a finding of the estimators, once: what it
+// means, its unit, and its source (a paper, a probability, or the study that measured it). A test
+// refuses others elsewhere in `estimate`, but for rounding, sizes and limits of work, whose lines
+// say `// numeric:`.
+
+namespace tagcal::internal::policy {
+
+// ---- Probabilities, as quantiles of the normal distribution (one-sided)
+
+// p = 0.001.
+inline constexpr double kQuantile1e3 = 3.09;
+// p = 0.0001.
+inline constexpr double kQuantile1e4 = 3.72;
+
+// ---- Noise
+
+// A residual longer than this many standard deviations is an outlier. By a normal distribution one
+// coordinate in 1.7 million exceeds it.
+inline constexpr double kOutlierSigmas = 5;
+// px. The floor of a standard deviation: below it the digits of a file decide, not noise (files
+// hold pixels with 2 to 6 digits after the point).
+inline constexpr double kLeastSigmaPx = 0.01;
+// Degrees of freedom from which residuals estimate a noise that is not stated: the standard
+// deviation of that estimate is 1 / sqrt(2 * 50) = 10 %. With fewer, kAssumedSigmaPx is assumed,
+// and a finding says so (docs/conventions.md).
+inline constexpr int kEnoughDegreesOfFreedom = 50;
+// px. Source: none; chosen by hand.
+inline constexpr double kAssumedSigmaPx = 0.5;
+
+// ---- What the data determine
+
+// sd(f) / f above which a focal length is refused (the design's rule: docs/how_sure.md).
+inline constexpr double kFocalRefused = 0.10;
+// sd(f) / f above which a finding calls the focal length weak: half of kFocalRefused. Source: none;
+// chosen by hand.
+inline constexpr double kFocalWeak = 0.05;
+// Standard deviation of the projection at infinity, over half the diagonal of the image, from which
+// a model is refused. Source: none; chosen by hand (study focal_refusal counts what it lets pass).
+inline constexpr double kProjectionRefused = 0.02;
+// px. A finding names a combination of parameters that moves the projection at infinity by more
+// than this, in one standard deviation. Source: none; chosen by hand.
+inline constexpr double kProjectionWeakPx = 2;
+// Degrees of freedom below which the status is degenerate: with 11 the residuals estimate their
+// noise to 1 / sqrt(2 * 11) = 21 %. Source: none; chosen by hand.
+inline constexpr int kFewestDegreesOfFreedom = 11;
+
+// ---- Poses of single views (pose/)
+
+// Costs are sums of squared whitened residuals, in sigma^2 where the text says so: then the
+// difference of two costs is a chi-square.
+
+// A pose whose cost exceeds the least one by more sigma^2 than this is excluded (5 standard
+// deviations).
+inline constexpr double kExcludedCost = 25;
+// sigma^2. A second minimum whose cost exceeds the least one by less makes the pose ambiguous. If
+// the images of two poses are d sigma apart, the wrong one is better by T sigma^2 with the
+// probability Q((d^2 + T) / 2 d), at most Q(sqrt T): 3e-5 for T = 16. (With T = 9 it is 1.3e-3, as
+// map tag-tilt-distance measured.)
+inline constexpr double kAmbiguousCost = 16;
+// |R_a - R_b|^2 below which two minima are one: an angle of 1e-4 rad. Source: none; chosen by hand.
+inline constexpr double kSameRotationSquare = 2e-8;
+// sigma^2. Two minima whose costs and squared Mahalanobis distances differ by less are one, at
+// which the solver stopped twice. Source: none; chosen by hand.
+inline constexpr double kSameMinimum = 0.1;
+
+// Pose with focal length.
+// sd(f) / f up to which neither the likelihood towards shorter focal lengths nor weak perspective
+// is tested. Of 13,000 views up to 3 %, at tilts of 0 to 25 degrees, weak perspective explained
+// none as well; of 4,500 up to 5 % two.
+inline constexpr double kFocalWellKnown = 0.03;
+// sigma^2 by which weak perspective must fit worse: chi-square of one degree of freedom, p = 0.001.
+inline constexpr double kWeakPerspectiveExcess = 10.8;
+// The profile of the focal length (focal_profile.hpp): sine of the angle between normal and line of
+// sight below which a plane counts as facing the camera (docs/pose.md: 6 degrees), standard
+// deviations of log f to the shorter focal length, and the least rise of the cost there in sigma^2.
+// Source: chosen by hand, checked by map focal-tilt-noise.
+inline constexpr double kFacingSine = 0.1;
+inline constexpr double kFocalProfileSigmas = 5;
+inline constexpr double kFocalProfileLeastRise = 1;
+
+// Points nearly on a line: RMS width over length below which the turn about the line is tested, and
+// the turn that must be excluded by kExcludedCost, seven times the 0.05 rad up to which the maps
+// count a rotation as known. Source: chosen by hand, checked by map line.
+inline constexpr double kNarrowWidth = 0.25;
+inline constexpr double kLineTurnRad = 0.35;
+
+// The profile of a pose (pose_profile.hpp). Source of all: chosen by hand, checked by maps points,
+// line and tag-tilt-distance (fewer than 1 in 1,000 poses are wrong and called ok).
+// A linear covariance is trusted where the variance of the least known turn is at most this times
+// the standard deviation of the best known one (radians): in general, and for a tag, whose tilt
+// near_frontal.hpp tests already.
+inline constexpr double kCurved = 0.2;
+inline constexpr double kCurvedOfTag = 0.4;
+// Standard deviations of the first step along a least known turn.
+inline constexpr double kProfileSigmas = 4;
+// sigma^2 at which a profile ends.
+inline constexpr double kProfileEnd = 9;
+// sigma^2. The covariance is widened to no smaller rise of the cost than this.
+inline constexpr double kProfileLeastRise = 4;
+// rad. A profile follows a turn no further.
+inline constexpr double kProfileFarthestRad = 1;
+// The cost along the linear step, over what the covariance predicts, between which it is a
+// parabola.
+inline constexpr double kParabolaLow = 0.75;
+inline constexpr double kParabolaHigh = 1.3;
+// A rise of the cost below this share of the predicted one starts a search for another minimum.
+inline constexpr double kOtherMinimumRise = 0.5;
+// The areas of the triangles of four corners, over those of a square, from which they count as a
+// tag. Source: none; chosen by hand.
+inline constexpr double kLikeATag = 0.8;
+
+// Starts (initial_poses.hpp).
+// Smallest over largest of a quadrangle's four triangles (a square: 1) up to which its homography
+// is too sensitive to noise, and P3P gives starts as well. Source: chosen by hand, checked by
+// map points.
+inline constexpr double kPoorQuadrangle = 0.5;
+// Thickness over size below which pose with focal length also starts from a plane. Source: chosen
+// by hand, checked by map flatness.
+inline constexpr double kPlaneStartThickness = 0.3;
+// px. RMS above which a closed form's pose with focal length may lead to a wrong minimum: weak
+// perspective gives a start as well. Source: none; chosen by hand.
+inline constexpr double kPoorStartRmsPx = 2;
+
+// A second start is given up where its minimum is predicted above kAmbiguousCost: its cost less
+// this many times the decrease of a Gauss-Newton step ...
+inline constexpr double kPredictedDecreases = 1.5;
+// ... or where the decrease grows and exceeds this share of the cost: it slides to the first
+// minimum. Of 50,000 second poses of distant tags within the limit both rules lose 3.
+inline constexpr double kSlidingDecrease = 0.003;
+// Levenberg-Marquardt that used all of its iterations has converged where a step would lower the
+// cost by less than this share of a point's part of it. Source: none; chosen by hand.
+inline constexpr double kConvergedDecrease = 1e-3;
+
+// The test of the residuals (residual_test.hpp).
+// px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
+// failed the test in 3 % of exact views.
+inline constexpr double kLeastPoseSigmaPx = 1e-6;
+// Points from which the largest residual is compared with the median of all. Source: none; chosen
+// by hand.
+inline constexpr std::size_t kEnoughForMedian = 6;
+// Standard deviations that this median may be too small by (one-sided probability 0.0013).
+inline constexpr double kMedianSigmas = 3;
+// RMS of the residuals over the RMS size of the target's image, above which noise that is not
+// stated is no noise. Source: none; chosen by hand.
+inline constexpr double kLargestNoiseOfImage = 0.05;
+// Correlation of the residuals of neighbouring corners above which they are not noise: that of
+// noise has a standard deviation of 1 / sqrt(2 n), at most twice that where pairs count double; 3
+// of those. At least 0.3 (source: none; chosen by hand), for 12 corners or more.
+inline constexpr double kCorrelated = 0.3;
+inline constexpr double kCorrelatedSigmas = 6;
+inline constexpr std::size_t kEnoughForCorrelation = 12;
+
+// RANSAC (pose_ransac.hpp).
+// Standard deviations of an inlier's residual: the length of one in 3,000 exceeds them.
+inline constexpr double kInlierSigmas = 4;
+// px. Noise that the search takes where none is stated. Source: none; chosen by hand.
+inline constexpr double kRansacSigmaPx = 1;
+// Probability that a better consensus was missed. Source: none; chosen by hand.
+inline constexpr double kMissedConsensus = 1e-4;
+// Largest number of false alarms of a consensus (Moisan & Stival, IJCV 2004). Source of the value:
+// none; chosen by hand.
+inline constexpr double kChanceConsensus = 1e-5;
+// Inlier tolerances within which the density of wrong corners is counted. Source: chosen by hand,
+// checked by map swapped.
+inline constexpr double kDensityTolerances = 10;
+// A second pose with this share of the inliers of the first makes both no answer. Source: chosen by
+// hand, checked by map swapped.
+inline constexpr double kRivalShare = 0.8;
+// The pose of a single tag as such a rival: inliers up to which it is tested, and the factor of the
+// noise for the corners that agree with it. Source: chosen by hand, checked by map swapped.
+inline constexpr std::size_t kFewInliers = 16;
+inline constexpr double kRivalNoise = 4;
+
+// A tag off its place (shifted_tag_test.hpp): normal score of the F ratio that rejects it (one in
+// 4,300 correct tags), the degrees of freedom that must be left, and the tags for each one that may
+// be rejected. Source of the others: none; chosen by hand.
+inline constexpr double kShiftedTagScore = 3.5;
+inline constexpr double kShiftedTagFreedom = 10;
+inline constexpr std::size_t kTagsPerShiftedTag = 3;
+
+// ---- Bundle adjustment, covariance, projection (bundle/, advice)
+
+// sigma^2. A Gauss-Newton step that would lower the cost by more starts from no minimum: correlated
+// coefficients reach 5, a solver that stopped at the fold of a lens hundreds. Source: study
+// focal_refusal.
+inline constexpr double kLargestDecrement = 30;
+// A bundle without convergence has ended all the same if a round of iterations moves its corners by
+// less than this share of their standard deviation (RMS). Source: none; chosen by hand.
+inline constexpr double kStationaryShare = 0.1;
+// An eigenvalue of the information below this is made of rounding (the scaled information has a
+// unit diagonal): its eigenvector is unobservable. Source: none; chosen by hand, some 1e5 times the
+// rounding of a double.
+inline constexpr double kUnobservableEigenvalue = 1e-11;
+// A pivot of the scaled information down to this is made of rounding: no inverse. Source: the
+// rounding of a double, 2e-16, a few times.
+inline constexpr double kSingularPivot = 1e-15;
+// Added to the scaled information's diagonal where directions are unobservable: their standard
+// deviations become 1e6 times those of their parameters alone, so that any projection that depends
+// on them is refused. Source: none; chosen by hand.
+inline constexpr double kUnobservablePrecision = 1e-12;
+// A component of a unit eigenvector above this names its parameter as unobservable. Source: none;
+// chosen by hand.
+inline constexpr double kComponentOfDirection = 0.1;
+
+// The profile likelihood of a calibration (profile_covariance.hpp).
+// Standard deviation over the focal length up to which a linear covariance is trusted. Source:
+// none; chosen by hand (study calibration_nees confirms that covariance).
+inline constexpr double kLinearShare = 0.01;
+// Standard deviations to which the profile is followed on either side. Source: none; chosen by hand
+// (map calibrate-parallel has what it leads to).
+inline constexpr double kProfileBundleSigmas = 2;
+// Weight of the squared distance d from the tangent, on either side. A parabola that is d off at 2
+// standard deviations is 6.25 d off at 5, which is 2.6 standard deviations of 2 * 3 d^2. Source:
+// chosen by hand; map calibrate-parallel.
+inline constexpr double kTangentDistanceWeight = 3;
+
+// Bias of the residuals (residual_bias.hpp).
+// Cells, columns by rows, and rings; a group of corners takes part from the first number on, and
+// the test is made from the second number of groups on. Source: none; chosen by hand.
+inline constexpr int kBiasColumns = 12;
+inline constexpr int kBiasRows = 8;
+inline constexpr int kBiasRings = 16;
+inline constexpr int kLeastBiasCorners = 8;
+inline constexpr int kLeastBiasGroups = 4;
+// Degrees of freedom within the groups, for each one of their means, that the test needs. Source:
+// none; chosen by hand.
+inline constexpr double kBiasFreedomRatio = 2;
+// px. A smaller bias (RMS), also by the size of the tags, is no finding. Source: none; chosen by
+// hand.
+inline constexpr double kLeastBiasPx = 0.02;
+
+// A board is flat if its points are within this share of its width. Source: none; chosen by hand.
+inline constexpr double kFlatBoard = 1e-6;
+
+// Parts of the image without corners (seen_region.cpp): a corner of the image counts as seen if the
+// point at this share of width and height from it is in the hull. Source: none; chosen by hand.
+inline constexpr double kCornerInset = 0.2;
+// Points below which the grid over a seen region is too coarse, and the hull gives its own samples.
+// Source: none; chosen by hand.
+inline constexpr std::size_t kLeastRegionSamples = 12;
+// Points that two lenses must both see to be compared: two a degree of freedom. Source: none;
+// chosen by hand.
+inline constexpr std::size_t kLeastComparedPoints = 6;
+
+// The advised view (advice.cpp). Of views that leave at most this many times the least variance,
+// the one that fills most gaps. Source: none; chosen by hand (docs/how_sure.md).
+inline constexpr double kNearlyLeastVariance = 2;
+// Places of the board's centre beside the image's: this share of width and height. Distance without
+// a focal length: board diameters, times the focal length over the shorter side. Source: none;
+// chosen by hand.
+inline constexpr double kAdvisedOffset = 0.3;
+inline constexpr double kAdvisedDistance = 1.5;
+
+// ---- Calibration: start, rejection, choice of the model (calibration/)
+
+// A share of a count, as a fraction of whole numbers: comparisons with it are exact.
+struct Share {
+  int part = 1;
+  int whole = 1;
+};
+
+template <typename Count>
+constexpr bool is_below(Count count, Share share, Count all) {
+  return static_cast<Count>(share.whole) * count < static_cast<Count>(share.part) * all;
+}
+
+template <typename Count>
+constexpr bool is_above(Count count, Share share, Count all) {
+  return static_cast<Count>(share.whole) * count > static_cast<Count>(share.part) * all;
+}
+
+// Corners of one board that a view needs: a homography has 8 degrees of freedom.
+inline constexpr std::size_t kLeastViewCorners = 4;
+// At least this share of the complete tags of a view turn the wrong way: the view is mirrored.
+// Source: none; chosen by hand (tests/estimate/robust_calibration_test.cpp has both kinds).
+inline constexpr Share kMirroredTags{4, 5};
+
+// Focal length that stands for an unknown one, over the longer side of the image: 53 degrees of
+// view, or 143 of a fisheye. Source: none; chosen by hand.
+inline constexpr double kNominalFocal = 1.0;
+inline constexpr double kNominalFisheyeFocal = 0.4;
+// Zhang's closed form is tried as a start if its focal length over the longer side of the image is
+// within these bounds. Source: none; chosen by hand.
+inline constexpr double kShortestSeedFocal = 0.05;
+inline constexpr double kLongestSeedFocal = 1000;
+
+// Least median of squares, samples: with four points each and half of the points wrong, one sample
+// has no wrong point with p = 1 - (1 - 0.5^4)^150 > 0.9999.
+inline constexpr int kLmedsSamples = 150;
+// A ray is an inlier within kLmedsSigmas robust standard deviations plus kLmedsLensRad (rad), which
+// allows for the distortion within a view. Source of both: none; chosen by hand.
+inline constexpr double kLmedsSigmas = 6;
+inline constexpr double kLmedsLensRad = 1e-3;
+// The map of all points needs no samples if its median angle is below this (rad) and this share of
+// the points are inliers. Source: none; chosen by hand, to save time on good data.
+inline constexpr double kLmedsGoodMedianRad = 0.01;
+inline constexpr Share kLmedsGoodInliers{19, 20};
+
+// A view with at most this share of inliers gets a new pose under the lens that is known by then,
+// from corners within this many standard deviations. Source: none; chosen by hand.
+inline constexpr Share kReseedInliers{1, 2};
+inline constexpr double kReseedSigmas = 2 * kOutlierSigmas;
+// A fit with rejected corners taken back is kept if sigma grows by less than this factor. Source:
+// none; chosen by hand (rejected corners of wide fisheyes: CHANGELOG).
+inline constexpr double kRetrySigmaGrowth = 1.05;
+// A weak view is plausible if its squared residuals are below this share of the squared extent of
+// its corners: 0.2^2, a fifth of their extent. Source: none; chosen by hand, against random pixels
+// (tests/estimate/weak_calibration_test.cpp).
+inline constexpr double kWeakResidualShare = 0.04;
+
+// A board beside the largest one of a view has moved if more than the first share of its corners
+// are rejected, and less than the second one of the largest board's. Source: none; chosen by hand.
+inline constexpr Share kMovedBoardRejected{1, 2};
+inline constexpr Share kStillBoardRejected{1, 3};
+// A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
+// by this share of rejected corners above the median share; or by the lower one, if its residuals
+// are spatially correlated. Source: none; chosen by hand (docs/how_sure.md).
+inline constexpr double kOutlyingRms = 1.3;
+inline constexpr double kOutlyingRejected = 0.4;
+inline constexpr double kOutlyingRejectedCorrelated = 0.3;
+// Views that a median needs, and the share of outlying or correlated views above which the model or
+// the target is wrong, not the views. Source: none; chosen by hand.
+inline constexpr std::size_t kLeastComparedViews = 4;
+inline constexpr Share kMostOutlyingViews{1, 3};
+// With more than this share of inliers no second model looks for outlying views. Source: none;
+// chosen by hand, to save time on good data.
+inline constexpr Share kNearlyAllInliers{49, 50};
+
+// Noise beyond the corners' covariances counts if chi-square exceeds this quantile (p = 3e-5) and
+// this many times its mean; it is final once it changes by less than the last factor. Source: none;
+// chosen by hand.
+inline constexpr double kModelErrorQuantile = 4;
+inline constexpr double kModelErrorRatio = 1.1;
+inline constexpr double kModelErrorChange = 0.02;
+
+// Fits are compared by their noise if each has at least this share of the other's inliers. Source:
+// none; chosen by hand.
+inline constexpr Share kComparableInliers{9, 10};
+// Model f provides the common inliers, if opencv5 is not determined and f has at least this share
+// of its inliers. Source: none; chosen by hand.
+inline constexpr Share kSmallModelInliers{19, 20};
+// Standard deviations. Rejected corners that are nearer than this are tried with the rational lens.
+// Source: none; chosen by hand.
+inline constexpr double kGrossSigmas = 100;
+// px. The noise of exact corners in BIC, which must not be zero. Source: none; chosen by hand, far
+// above the rounding of a pixel (1e-13) and below any real noise.
+inline constexpr double kExactNoisePx = 1e-6;
+// Parameters by which BIC is raised for a fisheye against polynomials: where both describe the same
+// images, the ordinary lens is meant. Source: study model_confusion (docs/how_sure.md).
+inline constexpr int kFisheyeHandicap = 3;
+// BIC difference that is very strong evidence (Kass & Raftery, JASA 1995).
+inline constexpr double kStrongEvidence = 10;
+// Akaike weights below this are dropped: such a model is wrong more surely than the rate of one
+// wrong claim in 1,000 requires.
+inline constexpr double kLeastModelWeight = 1e-4;
+// Models above this Akaike weight are named: sentences give whole per cents.
+inline constexpr double kNamedModelWeight = 0.005;
+// Standard deviation of a principal point about the image centre, over the diagonal, where the
+// views do not determine it. Source: none; chosen by hand (docs/how_sure.md).
+inline constexpr double kCentreSpread = 0.02;
+
+// A nested model explains the corners, and its squared distance to the estimate in standard
+// deviations is at least this many times (excess chi-square + this squared): the standard
+// deviations are too small. Source: none; chosen by hand (tests/estimate/honesty_test.cpp).
+inline constexpr double kCurvedCost = 4;
+// Cosine of the angle to the axis, 80 degrees, up to which a perspective lens can see a corner.
+// Source: none; chosen by hand.
+inline constexpr double kPerspectiveCosine = 0.17;
+// A corner at this many focal lengths from the principal point (42 degrees) tells a fisheye from a
+// perspective. Source: none; chosen by hand (map calibrate-wrong-lens has both).
+inline constexpr double kWideFocalLengths = 0.9;
+// Chi-square by which the other kind of lens explains the corners better: four standard deviations
+// of one parameter, p = 6e-5. Source: chosen by hand (docs/how_sure.md).
+inline constexpr double kOtherLensChiSquare = 16;
+// Share of the sum of squares that opencv5 would explain, above which a wrong target is not blamed.
+// Source: none; chosen by hand (docs/real_corners.md has right and wrong targets).
+inline constexpr double kLargerLensShare = 0.1;
+
+// ---- Checks of a calibration (checks/)
+
+// The stated noise counts as understated if the residuals exceed it by this factor. Source: none;
+// chosen by hand.
+inline constexpr double kNoiseUnderstated = 1.5;
+
+// Chi-square (two degrees of freedom, p = 0.0001) above which a board counts as bent
+// (docs/how_sure.md, study `warnings`: 487 of 500 boards bent by 0.5 mm, 1 of 1,000 flat ones).
+inline constexpr double kBentBoardChiSquare = 18.4;
+// Of a board's diagonal: no board bends by more (docs/how_sure.md). In docs/real_corners.md a model
+// that is too small fits a bend of 15 mm to a flat board.
+inline constexpr double kLargestBoardBend = 0.01;
+// Chi-square (eight degrees of freedom at most, p = 4e-7) by which opencv5 must lower the squared
+// residuals for a smaller model to count as too small (docs/how_sure.md, study `warnings`).
+inline constexpr double kSmallModelChiSquare = 45;
+
+// Fewest views for the split-half check: three in each half. Source: none; chosen by hand.
+inline constexpr std::size_t kSplitHalfFewestViews = 6;
+// The halves disagree if their difference exceeds this many of its standard deviations and the
+// chi-square of the parameters is beyond p = 0.001 (after mrcal's cross-validation;
+// docs/how_sure.md, study `warnings`).
+inline constexpr double kHalvesDisagree = 2;
+
+// An untested assumption of a model is a finding if a standard deviation would grow by this factor
+// without it (docs/how_sure.md).
+inline constexpr double kMuchLargerSd = 1.5;
+// px. Standard deviation of the projection at the corners of the image, without the assumption: up
+// to it the assumption is no finding (docs/how_sure.md, map calibrate-extrapolation).
+inline constexpr double kImageCornerPx = 0.5;
+// Of the image's diagonal: standard deviation of the projection at the corners of the image above
+// which the lens is extrapolated there (docs/how_sure.md, map calibrate-extrapolation).
+inline constexpr double kImageCornerShare = 0.005;
+
+// Errors of the target (checks/target_error.hpp, docs/how_sure.md).
+// Fewest views, of a calibration and of a corner. Source: none; chosen by hand.
+inline constexpr int kTargetFewestViews = 3;
+// Of the trace of a shift's information: damps the direction along the line of sight, which the
+// views do not determine. Source: none; chosen by hand.
+inline constexpr double kTargetShiftDamping = 1e-3;
+// Cosine of the angle to the optical axis, below which the scale of a lens without distortion does
+// not describe the image. Source: none; chosen by hand.
+inline constexpr double kTargetLeastCosine = 0.1;
+// Normal quantile beyond which shifts and sizes of tags are significant (p = 3e-7).
+inline constexpr double kTargetQuantile = 5;
+// The target is wrong if shifts explain this share of the squared residuals (boards of paper: 0.25
+// to 0.33) and this much in px RMS (boards of paper: 0.10 to 0.12; docs/real_corners.md).
+inline constexpr double kTargetShareFound = 0.2;
+inline constexpr double kTargetShiftFoundPx = 0.125;
+// The answer is refused if they explain this share, most of the residuals, and this much in px RMS.
+// Source: none; chosen by hand.
+inline constexpr double kTargetShareRefused = 0.5;
+inline constexpr double kTargetShiftRefusedPx = 0.25;
+// It is refused, too, if more than this share of all tags is outlying. Source: none; chosen by
+// hand.
+inline constexpr double kTagsShareRefused = 0.25;
+// A tag is outlying if its shift is this many times that of the median tag. Source: none; chosen by
+// hand.
+inline constexpr double kOutlyingTagRatio = 4;
+// Share of the squared residuals of a rejected corner that one shift must explain to count as the
+// target's error. Source: none; chosen by hand.
+inline constexpr double kOneShiftShare = 0.5;
+// Of a tag's size, which ink or light may add: with more than a cell of ten on either side the
+// pattern cannot be read.
+inline constexpr double kLargestTagScale = 0.2;
+
+}  // namespace tagcal::internal::policy

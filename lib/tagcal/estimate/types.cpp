@@ -1,0 +1,18 @@
+#include "tagcal/estimate/types.hpp"
+
+#include <array>
+
+namespace tagcal {
+
+std::string_view severity_name(Severity severity) {
+  constexpr std::array<std::string_view, 3> kNames = {"note", "warning", "refusal"};
+  return kNames[static_cast<std::size_t>(severity)];
+}
+
+std::vector<std::string> sentences(std::span<const Finding> findings) {
+  std::vector<std::string> all;
+  for (const Finding& finding : findings) all.push_back(finding.sentence);
+  return all;
+}
+
+}  // namespace tagcal

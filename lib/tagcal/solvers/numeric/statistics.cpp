@@ -1,0 +1,28 @@
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tagcal::internal {
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double robust_variance(std::span<const double> squares) {
+  return median({squares.begin(), squares.end()}) / (2 * std::log(2.0));
+}
+
+double chi_square_quantile(double k, double normal_quantile) {
+  const double root = 1 - 2 / (9 * k) + normal_quantile * std::sqrt(2 / (9 * k));
+  return k * root * root * root;
+}
+
+double variance_ratio_score(double ratio, double a, double b) {
+  const double root = std::cbrt(ratio), u = 2 / (9 * a), v = 2 / (9 * b);
+  return ((1 - v) * root - (1 - u)) / std::sqrt(u + v * root * root);
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,20 @@
+// Finds the corners of a board in a picture.
+#include <cmath>
+#include <iostream>
+#include <tagcal/detect/detector.hpp>
+#include <tagcal/io/image_file.hpp>
+
+int main() {
+  const tagcal::Grid grid{.columns = 4, .rows = 3, .tag_size = 0.06, .tag_spacing = 0.3};
+  const tagcal::PlacedBoard board{tagcal::grid_board(grid, "tag36h11", 1, false), tagcal::Pose()};
+  const tagcal::Image8 image = tagcal::read_image("board.png");
+
+  std::vector<std::string> warnings;
+  const tagcal::View view = tagcal::detect(image, "board.png", {board}, {}, &warnings);
+  for (const std::string& warning : warnings) std::cerr << warning << "\n";
+  for (const tagcal::Observation& seen : view.observations) {
+    std::cout << seen.id.tag_id << ":" << seen.id.corner << " " << seen.pixel.transpose();
+    if (seen.covariance_px2) std::cout << " sd " << std::sqrt(seen.covariance_px2->trace() / 2);
+    std::cout << "\n";
+  }
+}

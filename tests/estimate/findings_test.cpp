@@ -1,0 +1,51 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "tagcal/estimate/findings/finding_codes.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+std::set<std::string> documented_codes() {
+  std::ifstream page(TAGCAL_SOURCE_DIR "/docs/findings.md");
+  std::stringstream text;
+  text << page.rdbuf();
+  const std::string all = text.str();
+  const std::regex row(R"(\n\| `([a-z_]+)` \|)");
+  std::set<std::string> codes;
+  for (auto m = std::sregex_iterator(all.begin(), all.end(), row); m != std::sregex_iterator(); ++m)
+    codes.insert((*m)[1]);
+  return codes;
+}
+
+TEST(Findings, EveryCodeIsInTheDocumentation) {
+  std::set<std::string> codes;
+  for (const FindingCode& code : kFindingCodes)
+    EXPECT_TRUE(codes.emplace(code.name).second) << code.name << " stands twice";
+  EXPECT_EQ(codes, documented_codes());
+}
+
+// Every defined code is in the list of all codes.
+TEST(Findings, EveryDefinedCodeIsListed) {
+  std::ifstream header(TAGCAL_SOURCE_DIR "/lib/tagcal/estimate/findings/finding_codes.hpp");
+  std::size_t defined = 0;
+  for (std::string line; std::getline(header, line);)
+    defined += line.starts_with("inline constexpr FindingCode ");
+  EXPECT_EQ(defined, kFindingCodes.size());
+}
+
+TEST(Findings, EveryStatusThatIsNoAnswerHasACode) {
+  for (const Status status : {Status::focal_not_observable, Status::not_observable,
+                              Status::degenerate, Status::no_consensus, Status::not_converged}) {
+    EXPECT_EQ(refusal_code(status).name, status_name(status));
+    EXPECT_EQ(refusal_code(status).severity, Severity::refusal);
+  }
+}
+
+}  // namespace
+}  // namespace tagcal
