@@ -40,7 +40,7 @@ constexpr const char* kIntroduction =
     "The marks: in each cell of a map of poses, and over each map of calibrations or of pictures, "
     "ours is wrong and silent in fewer than 1 of 1,000 trials, and refuses fewer than 2 % of what "
     "can be known. The columns of the tables behind the pictures are "
-    "explained in `tagcal/study/stability_file.hpp`.\n";
+    "explained in `lib/study/atlas/stability_file.hpp`.\n";
 
 std::string percent(double share) {
   const double p = 100 * share;
