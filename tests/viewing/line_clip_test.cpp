@@ -59,7 +59,7 @@ TEST(ClipLine, BothWaysAgreeAndWithTheCutInSpace) {
   int visible = 0, cut = 0;
   for (int i = 0; i < 20000; ++i) {
     // Half of them on whole numbers, where the degenerate ones are.
-    const double grid = i % 2;
+    const bool grid = i % 2 != 0;
     const auto coordinate = [&] {
       const double x = random.uniform(-5, 5);
       return grid ? std::round(x) : x;

@@ -35,7 +35,7 @@ struct Row {
   double edge_bound_px;  // Cramer-Rao bound from step edges along the border alone
 };
 
-constexpr Row kRows[] = {
+const Row kRows[] = {
     {{20, 30, .8, 2}, .0122}, {{30, 30, .8, 2}, .0081},  {{40, 30, .8, 2}, .0066},
     {{80, 30, .8, 2}, .0045}, {{160, 30, .8, 2}, .0032}, {{40, 0, .8, 2}, .0062},
     {{40, 60, .8, 2}, .0098}, {{40, 30, .3, 2}, .0044},  {{40, 30, 1.5, 2}, .0107},

@@ -94,7 +94,7 @@ std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Qua
   std::vector<double> gaps;
   for (const auto& [id, quad] : seen) {
     const int place = id - grid.first_id;
-    const auto add = [&](int next, Eigen::Index along) {
+    const auto add = [&, &quad = quad](int next, Eigen::Index along) {
       const auto it = seen.find(next);
       if (it == seen.end()) return;
       if (const auto there = centre_seen_from(quad, it->second))

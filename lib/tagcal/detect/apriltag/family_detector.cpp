@@ -192,7 +192,8 @@ bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
 bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*>& tags) {
   // Tags fitted as a whole first: their bends are modelled completely.
   std::vector<const FoundTag*> order(tags.begin(), tags.end());
-  std::ranges::stable_partition(order, [](const FoundTag* tag) { return !tag->by_corner; });
+  std::stable_partition(order.begin(), order.end(),
+                        [](const FoundTag* tag) { return !tag->by_corner; });
   std::vector<TagInPicture> fitted;
   for (const FoundTag* tag : order) {
     if (!tag->fitted) continue;

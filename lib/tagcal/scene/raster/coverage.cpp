@@ -56,7 +56,7 @@ void CoverageBand::add_edge(Vector2d from, Vector2d to) {
   if (sign < 0) std::swap(from, to);
   const double end = std::min(to.y(), static_cast<double>(first_row_ + num_rows_));
   const double slope = (to.x() - from.x()) / (to.y() - from.y());
-  const auto [left, right] = std::minmax(from.x(), to.x());
+  const double left = std::min(from.x(), to.x()), right = std::max(from.x(), to.x());
   const bool inside = left >= 0 && right <= width_;
   const auto x_at = [&](double y) {
     return std::clamp(from.x() + (y - from.y()) * slope, left, right);
