@@ -148,7 +148,8 @@ Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& opti
     // Close to the bound of the focal length: the noise of this fit differs from that of the
     // ladder.
     choice->status = c.status;
-    choice->reason = c.findings.back().sentence;
+    const auto refusal = std::ranges::find(c.findings, refusal_code(c.status).name, &Finding::code);
+    choice->reason = refusal->sentence;
     c = calibrate_weak(input, options);
   }
   if (is_answer(c.status) && choice->status != Status::ok) {

@@ -66,7 +66,7 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
         "a smaller model");
     return Status::not_converged;
   }
-  if (10 * fit.num_inliers() < 9 * fit.num_corners)
+  if (policy::is_below(fit.num_inliers(), policy::kInliersOfUsualFit, fit.num_corners))
     add(c.findings, code::corners_rejected,
         percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
             " of the corners are outliers of this model and were rejected: check the corners, or "

@@ -382,6 +382,10 @@ inline constexpr double kLargerLensShare = 0.1;
 
 // ---- Checks of a calibration (checks/)
 
+// With fewer inliers than this share of the corners a finding gives the share that was rejected.
+// Source: none; chosen by hand.
+inline constexpr Share kInliersOfUsualFit{9, 10};
+
 // The stated noise counts as understated if the residuals exceed it by this factor. Source: none;
 // chosen by hand.
 inline constexpr double kNoiseUnderstated = 1.5;
