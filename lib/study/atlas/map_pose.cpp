@@ -1,5 +1,6 @@
 #include "study/atlas/map_pose.hpp"
 #include "study/chart/pose_methods.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -94,7 +95,8 @@ void see(const std::vector<Eigen::Vector3d>& points, PoseTask& task, Random& ran
 bool beyond_chance(std::size_t n, std::size_t right, double sigma_px) {
   if (right < 4) return false;
   const auto log_choose = [](double all, double some) {
-    return std::lgamma(all + 1) - std::lgamma(some + 1) - std::lgamma(all - some + 1);
+    return internal::log_gamma(all + 1) - internal::log_gamma(some + 1) -
+           internal::log_gamma(all - some + 1);
   };
   const auto all = static_cast<double>(n), k = static_cast<double>(right);
   const double radius = 5 * sigma_px;

@@ -1,4 +1,5 @@
 #include "study/atlas/stability_judge.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -55,7 +56,7 @@ double five_sigma_square(int dof) {
   const auto exceeds = [dof](double x) {
     double share = dof % 2 ? std::erfc(std::sqrt(x / 2)) : std::exp(-x / 2);
     for (int k = dof % 2 ? 1 : 2; k < dof; k += 2)  // Abramowitz & Stegun, 26.4.8
-      share += std::exp(0.5 * k * std::log(x / 2) - x / 2 - std::lgamma(0.5 * k + 1));
+      share += std::exp(0.5 * k * std::log(x / 2) - x / 2 - internal::log_gamma(0.5 * k + 1));
     return share;
   };
   double low = 1, high = 1000;

@@ -14,6 +14,7 @@
 #include "tagcal/estimate/pose/refine_pose.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 #include "tagcal/solvers/p3p.hpp"
 #include "tagcal/solvers/p4pf.hpp"
 #include "tagcal/solvers/plane.hpp"
@@ -271,8 +272,7 @@ class Search {
     const double share = std::min(1.0, std::max(area / image, nearby / (n * (kAround - 1))));
     const double s = static_cast<double>(sample_size);
     if (k <= s) return true;
-    const double log_choices =
-        std::lgamma(n - s + 1) - std::lgamma(k - s + 1) - std::lgamma(n - k + 1);
+    const double log_choices = log_gamma(n - s + 1) - log_gamma(k - s + 1) - log_gamma(n - k + 1);
     return std::log(4.0 * consensus.num_samples) + log_choices + (k - s) * std::log(share) >
            std::log(policy::kChanceConsensus);
   }

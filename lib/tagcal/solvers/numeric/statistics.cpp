@@ -1,9 +1,16 @@
 #include "tagcal/solvers/numeric/statistics.hpp"
 
+#include <math.h>  // lgamma_r, of POSIX
+
 #include <algorithm>
 #include <cmath>
 
 namespace tagcal::internal {
+
+double log_gamma(double x) {
+  int sign = 0;
+  return ::lgamma_r(x, &sign);
+}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

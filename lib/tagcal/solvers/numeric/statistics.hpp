@@ -5,6 +5,9 @@
 
 namespace tagcal::internal {
 
+// Returns log |gamma(x)|. Unlike std::lgamma it writes no global variable: threads may call it.
+double log_gamma(double x);
+
 // Upper median of one value or more.
 double median(std::vector<double> values);
 
