@@ -9,18 +9,11 @@ namespace tagcal::tools {
 namespace {
 
 std::vector<Command> command_table(CLI::App& app) {
-  return {add_render(app),
-          add_detect(app),
-          add_calibrate(app),
-          add_validate(app),
-          add_pose(app),
-          add_board(app),
-          add_view(app),
-          add_diff(app),
-          add_study_command(app, "chart",
-                            "speed and accuracy of the methods of tagcal and other libraries"),
-          add_study_command(app, "stability",
-                            "maps of where the methods of tagcal and other libraries fail")};
+  std::vector<Command> commands = {add_render(app),   add_detect(app), add_calibrate(app),
+                                   add_validate(app), add_pose(app),   add_board(app),
+                                   add_view(app),     add_diff(app)};
+  add_study_commands(app, commands);
+  return commands;
 }
 
 }  // namespace

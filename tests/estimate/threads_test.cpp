@@ -16,7 +16,7 @@
 namespace tagcal {
 namespace {
 
-// What a caller does with its own data: numbers that must be equal to the last bit.
+// A caller works on its own data; its numbers must be equal to the last bit.
 std::vector<double> calibrated(const Dataset& dataset) {
   const Calibration c = calibrate(dataset, {.num_threads = 2});
   std::vector<double> numbers = {c.rms_px, c.bic};

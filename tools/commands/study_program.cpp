@@ -16,16 +16,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 2> kStudyCommands = {"chart", "stability"};
+struct StudyCommand {
+  std::string_view name, description;
+};
+constexpr std::array<StudyCommand, 2> kStudyCommands = {
+    {{"chart", "speed and accuracy of the methods of tagcal and other libraries"},
+     {"stability", "maps of where the methods of tagcal and other libraries fail"}}};
 
 }  // namespace
 
-Command add_study_command(CLI::App& app, const std::string& name, const std::string& description) {
-  return {add_command(app, name, description), [] { return kBadInput; }};
+void add_study_commands(CLI::App& app, std::vector<Command>& commands) {
+  for (const auto& [name, description] : kStudyCommands)
+    commands.push_back(
+        {add_command(app, std::string(name), std::string(description)), [] { return kBadInput; }});
 }
 
 bool is_study_command(int argc, char** argv) {
-  return argc > 1 && std::ranges::find(kStudyCommands, argv[1]) != kStudyCommands.end();
+  return argc > 1 &&
+         std::ranges::find(kStudyCommands, argv[1], &StudyCommand::name) != kStudyCommands.end();
 }
 
 int run_study_program(char** argv) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <string>
+#include <vector>
 
 #include "commands/commands.hpp"
 
@@ -8,8 +8,8 @@
 // tagcal-study, which links the libraries that they compare with.
 namespace tagcal::tools {
 
-// Adds the command to the table for the help text only: main() passes the command line on.
-Command add_study_command(CLI::App& app, const std::string& name, const std::string& description);
+// Adds its commands to the table for the help text only: main() passes the command line on.
+void add_study_commands(CLI::App& app, std::vector<Command>& commands);
 bool is_study_command(int argc, char** argv);
 
 // Replaces this process by tagcal-study. If that program is missing, prints how to build it and

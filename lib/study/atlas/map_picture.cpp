@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "study/atlas/stability_judge.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -16,7 +17,9 @@ constexpr int kCellsAcross = 8;  // of tag36h11, its border included
 
 // The assumed covariance of a corner without one.
 Matrix2 unclaimed(const CornerTask& task, std::size_t corner, bool ours) {
-  if (ours) return kUnclaimedSigmaPx * kUnclaimedSigmaPx * Matrix2::Identity();
+  if (ours)
+    return internal::policy::kAssumedSigmaPx * internal::policy::kAssumedSigmaPx *
+           Matrix2::Identity();
   const auto i = static_cast<Eigen::Index>(2 * corner);
   const Matrix2 bound = task.bound_px2.block<2, 2>(i, i);
   const Matrix2 least = kLeastPeerCornerSigmaPx * kLeastPeerCornerSigmaPx * Matrix2::Identity();

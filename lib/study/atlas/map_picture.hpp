@@ -7,9 +7,9 @@
 
 namespace tagcal::study {
 
-// Assumed standard deviation of a corner without a covariance: for ours, that of the estimators;
-// for the peers, this one added to the bound.
-inline constexpr double kUnclaimedSigmaPx = 0.5, kLeastPeerCornerSigmaPx = 0.1;
+// Standard deviation that is added to the bound for a corner of the peers, which have none of their
+// own; ours have that of the estimators (policy::kAssumedSigmaPx).
+inline constexpr double kLeastPeerCornerSigmaPx = 0.1;
 
 // A tag must be read if it is at least this wide, and if its narrowest cells are at least this many
 // standard deviations of the blur (including that of a pixel's square).

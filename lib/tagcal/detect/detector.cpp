@@ -16,7 +16,7 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// What is said of a picture besides its corners.
+// Messages about a picture, besides its corners.
 struct PictureReport {
   std::vector<std::string> warnings;
   std::vector<UnfittedTag> unfitted;

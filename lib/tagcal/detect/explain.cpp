@@ -14,6 +14,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 namespace tagcal {
@@ -104,9 +105,7 @@ std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Qua
     add(id + grid.columns, 1);
   }
   if (gaps.size() < policy::kBoardMinGaps) return std::nullopt;
-  const auto half = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::ranges::nth_element(gaps, half);
-  return *half;
+  return median(std::move(gaps));
 }
 
 class Explainer {

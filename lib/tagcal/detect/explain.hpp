@@ -20,7 +20,7 @@ struct NotReported {
   std::string why;
 };
 
-// What a picture shows, and why tags are missing.
+// The content of a picture, and the reasons why tags are missing.
 struct Explanation {
   ImageSize size;
   int quads = 0;                          // black shapes with four sides, tags or not

@@ -56,7 +56,7 @@ struct PoseOptions {
 
 struct PoseHypothesis {
   Pose camera_from_target;
-  // Of (omega rad, tau m) in the camera frame: `retract`. Wider than the inverse of the information
+  // By (omega rad, tau m) in the camera frame: `retract`. Wider than the inverse of the information
   // if the rotation is weakly determined, so that its ellipsoid contains the profile likelihood.
   Matrix6 covariance = Matrix6::Zero();
   double rms_px = 0;       // sqrt(sum |r|^2 / points) over the inliers
@@ -225,7 +225,7 @@ struct Calibration {
   // No value without an estimate (degenerate, no_consensus). If the status is no answer, the lens
   // is the last state of the solver, for diagnosis only.
   std::optional<Camera> camera;
-  // Of the model's free parameters, in their order (k x k); empty if singular. With `auto` it
+  // By the model's free parameters, in their order (k x k); empty if singular. With `auto` it
   // includes the choice: other supported models contribute by their weights (ModelStep::weight).
   MatrixX covariance;
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one

@@ -6,6 +6,7 @@
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -164,9 +165,7 @@ double median_distance_m(const Bundle& bundle) {
     for (const Correspondence& c : bundle.views[v].correspondences)
       if (count++ % stride == 0)
         distances.push_back((bundle.camera_from_target[v] * c.point).norm());
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return median(std::move(distances));
 }
 
 int degrees_of_freedom(const Bundle& bundle) {

@@ -55,7 +55,7 @@ inline constexpr FindingCode halves_disagree{"halves_disagree", Severity::warnin
 inline constexpr FindingCode pole_in_image{"pole_in_image", Severity::warning};
 inline constexpr FindingCode fold_in_image{"fold_in_image", Severity::warning};
 
-// What the data determine.
+// Limits of what the data determine.
 inline constexpr FindingCode focal_weak{"focal_weak", Severity::warning};
 inline constexpr FindingCode direction_weak{"direction_weak", Severity::warning};
 inline constexpr FindingCode coefficients_correlated{"coefficients_correlated", Severity::note};

@@ -393,8 +393,8 @@ inline constexpr double kNoiseUnderstated = 1.5;
 // Chi-square (two degrees of freedom, p = 0.0001) above which a board counts as bent
 // (docs/how_sure.md, study `warnings`: 487 of 500 boards bent by 0.5 mm, 1 of 1,000 flat ones).
 inline constexpr double kBentBoardChiSquare = 18.4;
-// Of a board's diagonal: no board bends by more (docs/how_sure.md). In docs/real_corners.md a model
-// that is too small fits a bend of 15 mm to a flat board.
+// Share of a board's diagonal by which no board bends (docs/how_sure.md). In docs/real_corners.md a
+// model that is too small fits a bend of 15 mm to a flat board.
 inline constexpr double kLargestBoardBend = 0.01;
 // Chi-square (eight degrees of freedom at most, p = 4e-7) by which opencv5 must lower the squared
 // residuals for a smaller model to count as too small (docs/how_sure.md, study `warnings`).
@@ -413,15 +413,15 @@ inline constexpr double kMuchLargerSd = 1.5;
 // px. Standard deviation of the projection at the corners of the image, without the assumption: up
 // to it the assumption is no finding (docs/how_sure.md, map calibrate-extrapolation).
 inline constexpr double kImageCornerPx = 0.5;
-// Of the image's diagonal: standard deviation of the projection at the corners of the image above
-// which the lens is extrapolated there (docs/how_sure.md, map calibrate-extrapolation).
+// Standard deviation of the projection at the corners of the image, over its diagonal, above which
+// the lens is extrapolated there (docs/how_sure.md, map calibrate-extrapolation).
 inline constexpr double kImageCornerShare = 0.005;
 
 // Errors of the target (checks/target_error.hpp, docs/how_sure.md).
 // Fewest views, of a calibration and of a corner. Source: none; chosen by hand.
 inline constexpr int kTargetFewestViews = 3;
-// Of the trace of a shift's information: damps the direction along the line of sight, which the
-// views do not determine. Source: none; chosen by hand.
+// Share of the trace of a shift's information that damps the direction along the line of sight,
+// which the views do not determine. Source: none; chosen by hand.
 inline constexpr double kTargetShiftDamping = 1e-3;
 // Cosine of the angle to the optical axis, below which the scale of a lens without distortion does
 // not describe the image. Source: none; chosen by hand.
@@ -445,7 +445,7 @@ inline constexpr double kOutlyingTagRatio = 4;
 // Share of the squared residuals of a rejected corner that one shift must explain to count as the
 // target's error. Source: none; chosen by hand.
 inline constexpr double kOneShiftShare = 0.5;
-// Of a tag's size, which ink or light may add: with more than a cell of ten on either side the
+// Share of a tag's size that ink or light may add: with more than a cell of ten on either side the
 // pattern cannot be read.
 inline constexpr double kLargestTagScale = 0.2;
 
