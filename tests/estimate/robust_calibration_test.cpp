@@ -100,8 +100,9 @@ TEST(RobustCalibration, MirroredViews) {
   const Calibration c = calibrate(all.dataset);
   EXPECT_EQ(c.status, Status::no_consensus);
   EXPECT_EQ(c.outliers.size(), all.wrong.size());
-  ASSERT_EQ(c.findings.size(), 20u);
+  ASSERT_EQ(c.findings.size(), 21u);
   EXPECT_EQ(c.findings[0].sentence, "0.png: rejected, its tags are mirrored");
+  EXPECT_EQ(c.findings[20].code, "no_consensus");
 }
 
 TEST(RobustCalibration, BadViews) {

@@ -7,15 +7,15 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/convergence.hpp"
 #include "tagcal/estimate/calibration/alternative_lens_test.hpp"
+#include "tagcal/estimate/calibration/board_warp.hpp"
 #include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/calibration/model_ladder.hpp"
-#include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
-#include "tagcal/estimate/checks/lack_of_fit.hpp"
+#include "tagcal/estimate/checks/checks.hpp"
+#include "tagcal/estimate/checks/evidence.hpp"
 #include "tagcal/estimate/checks/report.hpp"
-#include "tagcal/estimate/checks/target_error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 
@@ -30,75 +30,29 @@ double seconds_since(Clock::time_point start) {
 }
 
 // The result if there is no fit.
-Calibration no_answer(const CalibrationInput& input, const std::string& model) {
+Calibration no_answer(const CalibrationInput& input, std::string_view model) {
   Calibration c;
   c.model = model;
   c.findings = input.findings;
-  const bool any = !input.views.empty();
-  c.status = any || !input.rejected.empty() ? Status::no_consensus : Status::degenerate;
-  if (any)
+  if (!input.views.empty() || !input.rejected.empty())
     add(c.findings, code::no_consensus,
         "the corners of no view are consistent with one pose: check that the target file describes "
         "the board, and the ids of the tags");
-  else if (input.rejected.empty())
+  else
     add(c.findings, code::degenerate,
         "no view has four corners that are not on one line: no pose can be determined");
+  c.status = judge(c.findings);
   return c;
-}
-
-// Replaces an answer by a refusal, and removes the claims that depend on it.
-void revoke_answer(Calibration& c, Status status) {
-  c.status = status;
-  c.projection.clear();
-  c.halves.reset();
-  c.board_warp.reset();
-}
-
-// Tests for a target that is not as its file says: a corner's residuals then have the same
-// direction on the board in all views. No test if a larger lens explains more of the residuals.
-void check_target(Calibration& c, const CalibrationInput& input, const Bundle& solved,
-                  const CalibrateOptions& options, const FlatBoard* board) {
-  // A refused focal length may be the consequence of a wrong target.
-  if (!is_answer(c.status) && c.status != Status::focal_not_observable) return;
-  const auto error = target_error(input, c, board);
-  if (!error) return;
-  const auto larger = larger_lens(solved, c.sigma_px);
-  if (larger && larger->share > std::max(error->share, policy::kLargerLensShare)) return;
-  // A user who keeps all corners trusts the target.
-  if (error->gross && options.reject_outliers) revoke_answer(c, Status::no_consensus);
-  // First, because the other findings may follow from it.
-  c.findings.insert(c.findings.begin(), error->findings.begin(), error->findings.end());
 }
 
 bool is_weak(const Model& model) { return model.lens_type() == LensType::parallel; }
 
-Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions& options) {
+// `refusal`: of a model with perspective, or none.
+Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions& options,
+                           std::optional<Finding> refusal = {}) {
   const std::optional<WeakFit> weak = fit_weak(input, options);
   if (!weak) return no_answer(input, "weak");
-  return report_weak(*weak, options);
-}
-
-constexpr int kRejectionRounds = 4;  // limits of work
-constexpr int kModelErrorRounds = 3;
-
-// Chooses the model and estimates the error of lens and target in turn.
-std::optional<ModelChoice> choose_with_model_error(CalibrationInput& input,
-                                                   const CalibrateOptions& options) {
-  std::optional<ModelChoice> choice = choose_model(input, options);
-  // The residuals of a refused model are no estimate of that error.
-  for (int i = 0; choice && choice->status == Status::ok && i < kModelErrorRounds; ++i) {
-    if (!update_model_error(input, choice->fit)) break;
-    choice = choose_model(input, options);
-  }
-  return choice;
-}
-
-std::optional<CalibrationFit> fit_with_model_error(const Model& model, CalibrationInput& input,
-                                                   const CalibrateOptions& options) {
-  std::optional<CalibrationFit> fit = fit_model(model, input, options);
-  for (int i = 0; fit && i < kModelErrorRounds && update_model_error(input, *fit); ++i)
-    fit = fit_model(model, input, options);
-  return fit;
+  return report_weak(*weak, options, std::move(refusal));
 }
 
 // Rejects outlying views under the chosen model; if there are none, under opencv5: a flexible lens
@@ -121,45 +75,42 @@ bool reject_outlying_or_masked_views(CalibrationInput& input, const CalibrationF
   return true;
 }
 
-// Rejects outlying views and chooses the model in turn.
-std::optional<ModelChoice> choose_model_robustly(CalibrationInput& input,
-                                                 const CalibrateOptions& options) {
+// Fits the model that the user named, or chooses one.
+std::optional<ModelChoice> fit_or_choose(const CalibrationInput& input,
+                                         const CalibrateOptions& options) {
+  if (is_auto(options)) return choose_model(input, options);
+  std::optional<CalibrationFit> fit = fit_model(input.models->named(options.model), input, options);
+  if (!fit) return std::nullopt;
+  return ModelChoice{std::move(*fit), false, Status::ok, "", {}, {}};
+}
+
+bool reject(CalibrationInput& input, const CalibrationFit& fit, const CalibrateOptions& options) {
+  if (!options.reject_outliers) return false;
+  return is_auto(options) ? reject_outlying_or_masked_views(input, fit, options)
+                          : reject_outlying_views(input, fit, options);
+}
+
+// Fits, estimates the error of lens and target, and rejects outlying views, until nothing changes.
+// Sets the trial of the other kind of lens that the fit needs before views are rejected.
+std::optional<ModelChoice> fit_robustly(CalibrationInput& input, const CalibrateOptions& options,
+                                        std::optional<AlternativeLens>& alternative) {
+  constexpr int kRounds = 10;  // a limit of work
   // Views are judged by the best model: the misfit of a smaller one that a tolerance allows is no
   // reason to reject them.
   CalibrateOptions best = options;
   best.tolerance_px = 0;
-  std::optional<ModelChoice> choice = choose_with_model_error(input, best);
-  for (int round = 0; choice && options.reject_outliers && round < kRejectionRounds; ++round) {
-    if (!reject_outlying_or_masked_views(input, choice->fit, best)) break;
-    choice = choose_with_model_error(input, best);
+  std::optional<ModelChoice> solved = fit_or_choose(input, best);
+  for (int round = 0; solved && round < kRounds; ++round) {
+    // The residuals of a refused model are no estimate of that error.
+    const bool is_error_changed =
+        solved->status == Status::ok && update_model_error(input, solved->fit);
+    if (!is_error_changed && !is_auto(options) && !alternative)
+      alternative = alternative_lens(solved->fit, input);
+    if (!is_error_changed && !reject(input, solved->fit, best)) break;
+    solved = fit_or_choose(input, best);
   }
-  if (choice && options.tolerance_px > 0) choice = choose_model(input, options);
-  return choice;
-}
-
-Calibration calibrate_auto(CalibrationInput& input, const CalibrateOptions& options,
-                           const FlatBoard* board) {
-  std::optional<ModelChoice> choice = choose_model_robustly(input, options);
-  if (!choice) return no_answer(input, "");
-  Calibration c = choice->weak ? calibrate_weak(input, options)
-                               : report(choice->fit, options, board, choice->supported);
-  if (!choice->weak) check_target(c, input, choice->fit.bundle, options, board);
-  if (!choice->weak && c.status == Status::focal_not_observable) {
-    // Close to the bound of the focal length: the noise of this fit differs from that of the
-    // ladder.
-    choice->status = c.status;
-    const auto refusal = std::ranges::find(c.findings, refusal_code(c.status).name, &Finding::code);
-    choice->reason = refusal->sentence;
-    c = calibrate_weak(input, options);
-  }
-  if (is_answer(c.status) && choice->status != Status::ok) {
-    revoke_answer(c, choice->status);
-    c.findings = choice->fit.findings;  // without those about the revoked answer
-    add(c.findings, refusal_code(choice->status), choice->reason);
-  }
-  c.steps = choice->steps;
-  c.bic = choice->fit.bic;
-  return c;
+  if (solved && options.tolerance_px > 0) solved = choose_model(input, options);
+  return solved;
 }
 
 // Looks for a better minimum than `fit`: fits the nested models from its poses and from those of a
@@ -188,59 +139,55 @@ std::optional<CalibrationFit> fit_from_other_starts(const CalibrationFit& fit, c
   return is_better ? best : std::nullopt;
 }
 
-Calibration converge_and_report(CalibrationFit& fit, const CalibrateOptions& options,
-                                const FlatBoard* board) {
+// Solves the fit of a model by name to the end, and replaces it by one from other starts if it may
+// be at a secondary minimum. Returns the evidence for it.
+Evidence find_best_minimum(const Solution& solution, CalibrationFit& fit) {
+  const CalibrateOptions& options = *solution.options;
+  const Model& model = *fit.bundle.model;
   continue_until_converged(fit.bundle, fit.summary, options.max_iterations);
-  return report(fit, options, board);
+  Evidence evidence = gather_evidence(solution);
+  if (model.lens_type() != LensType::perspective || !evidence.may_be_secondary_minimum())
+    return evidence;
+  auto other = fit_from_other_starts(fit, model, *solution.input, options);
+  if (!other) return evidence;
+  fit = std::move(*other);
+  continue_until_converged(fit.bundle, fit.summary, options.max_iterations);
+  return gather_evidence(solution);
 }
 
-// Refuses an answer that a nested, simpler model contradicts.
-void check_simpler_model(Calibration& c, const CalibrationFit& fit) {
-  if (!is_answer(c.status)) return;
-  const auto refusal = simpler_model_test(fit.bundle, c.covariance, c.sigma_px);
-  if (!refusal) return;
-  revoke_answer(c, refusal->status);
-  add(c.findings, refusal_code(refusal->status), refusal->reason);
-}
-
-// Warns if the other kind of lens explains the corners better.
-void check_alternative_lens(Calibration& c, const std::optional<AlternativeLens>& alternative,
-                            const CalibrateOptions& options) {
-  if (!is_answer(c.status) || !alternative) return;
-  if (auto sentence = alternative_lens_test(*alternative, options, sigma_with_floor(c, options)))
-    add(c.findings, code::other_lens, *sentence);
-}
-
-Calibration calibrate_model(const Model& model, CalibrationInput& input,
-                            const CalibrateOptions& options, const FlatBoard* board) {
-  if (is_weak(model)) return calibrate_weak(input, options);
-  std::optional<CalibrationFit> fit = fit_with_model_error(model, input, options);
-  const auto alternative = fit ? alternative_lens(*fit, input) : std::nullopt;
-  for (int round = 0; fit && options.reject_outliers && round < kRejectionRounds; ++round) {
-    if (!reject_outlying_views(input, *fit, options)) break;
-    fit = fit_with_model_error(model, input, options);
-  }
-  if (!fit) return no_answer(input, std::string(model.name()));
-  Calibration c = converge_and_report(*fit, options, board);
-  const bool is_secondary_minimum_likely =
-      c.status == Status::not_converged || c.variance_inflation > 1;
-  if (is_secondary_minimum_likely && model.lens_type() == LensType::perspective) {
-    if (auto other = fit_from_other_starts(*fit, model, input, options)) {
-      fit = std::move(other);
-      c = converge_and_report(*fit, options, board);
-    }
-  }
-  check_simpler_model(c, *fit);
-  check_alternative_lens(c, alternative, options);
-  check_target(c, input, fit->bundle, options, board);
-  return c;
+// The answer of a solved model; that of model weak, if it does not determine the focal length.
+Calibration report_solved(ModelChoice& solved, const std::optional<AlternativeLens>& alternative,
+                          Solution solution) {
+  const CalibrateOptions& options = *solution.options;
+  solution.fit = &solved.fit;
+  solution.supported = solved.supported;
+  if (alternative) solution.alternative = &*alternative;
+  if (solved.status != Status::ok)
+    solution.refusal = finding(refusal_code(solved.status), solved.reason);
+  if (!is_auto(options)) return report(solution, find_best_minimum(solution, solved.fit));
+  if (solved.weak) return calibrate_weak(*solution.input, options, solution.refusal);
+  Calibration c = report(solution, gather_evidence(solution));
+  if (c.status != Status::focal_not_observable) return c;
+  // Close to the bound of the focal length the noise of this fit differs from that of the ladder.
+  return calibrate_weak(*solution.input, options,
+                        *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
 }
 
 Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& options,
-                            const FlatBoard* board) {
-  Calibration c = is_auto(options)
-                      ? calibrate_auto(input, options, board)
-                      : calibrate_model(input.models->named(options.model), input, options, board);
+                            const FlatBoard* board,
+                            const Eigen::Vector2d& bent_m = Eigen::Vector2d::Zero()) {
+  Calibration c;
+  if (!is_auto(options) && is_weak(Model::named(options.model))) {
+    c = calibrate_weak(input, options);
+  } else {
+    std::optional<AlternativeLens> alternative;
+    std::optional<ModelChoice> solved = fit_robustly(input, options, alternative);
+    c = solved ? report_solved(*solved, alternative,
+                               {&input, nullptr, &options, board, {}, {}, nullptr, bent_m})
+               : no_answer(input, is_auto(options) ? "" : options.model);
+    if (solved) c.steps = solved->steps;
+    if (solved) c.bic = solved->fit.bic;
+  }
   c.model_error_px = input.model_error_px;
   c.outliers.insert(c.outliers.end(), input.rejected.begin(), input.rejected.end());
   return c;
@@ -251,11 +198,7 @@ Calibration calibrate_with_board_warp(const CalibrationInput& flat, const Calibr
                                       const FlatBoard& board) {
   CalibrationInput input = flat;
   const Eigen::Vector2d bent_m = remove_board_warp(input, board, options);
-  Calibration c = calibrate_input(input, options, &board);
-  if (c.board_warp) {
-    c.board_warp->bend_mm += 1e3 * bent_m;
-    warn_of_impossible_bend(c, *c.board_warp, board);
-  }
+  Calibration c = calibrate_input(input, options, &board, bent_m);
   if (!is_auto(options) || !is_answer(c.status) || c.model == "weak") return c;
   // The model was chosen with the bend under the largest model: the chosen one estimates its own.
   CalibrateOptions chosen = options;

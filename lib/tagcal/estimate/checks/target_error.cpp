@@ -133,21 +133,21 @@ struct Total {
   double shifted_px2 = 0;            // of the inliers, by the shifts
 };
 
-Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matrix3d& axes,
+Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const Matrix3d& axes,
                 Total& total) {
   Corners corners;
-  OutlierList outliers(c.outliers);
-  auto answer = c.views.begin();
+  OutlierList outliers(fit.outliers);
+  const Lens lens = fit.bundle.lens();
+  std::size_t used = 0;
   ByShift by_shift;
   for (const CalibrationView& view : input.views) {
-    const bool taken = answer != c.views.end() && answer->view == view.index;
-    if (!taken) {
+    if (used == fit.views.size() || fit.views[used] != view.index) {
       for (const std::size_t corner : view.corners) outliers.take(view.index, corner);
       continue;
     }
-    const auto residuals =
-        residuals_px(view.problem.correspondences, c.camera->lens, answer->camera_from_world);
-    const PixelByShift pixel_by_shift(c.camera->lens, (answer++)->camera_from_world, axes);
+    const Pose& camera_from_world = fit.bundle.camera_from_target[used++];
+    const auto residuals = residuals_px(view.problem.correspondences, lens, camera_from_world);
+    const PixelByShift pixel_by_shift(lens, camera_from_world, axes);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
       const bool out = outliers.take(view.index, view.corners[i]);
       if (!residuals[i].allFinite() ||
@@ -268,13 +268,13 @@ std::string sentence_of(const std::vector<MisplacedTag>& tags) {
   return text + "; measure them, and correct the file or print the target again";
 }
 
-// Adds the finding that all tags have another size than in the file, relative to their spacing.
-void add_scale_finding(const TagScale& scale, double variance, TargetError& error) {
+// The finding that all tags have another size than in the file, relative to their spacing.
+std::optional<Finding> scale_finding(const TagScale& scale, double variance) {
   const double sigma = scale.sigma * std::sqrt(variance);
   if (!(std::abs(scale.change) > policy::kTargetQuantile * sigma &&
         scale.shifted_px > policy::kLeastBiasPx &&
         std::abs(scale.change) < policy::kLargestTagScale))
-    return;
+    return std::nullopt;
   char text[250];
   std::snprintf(text, sizeof text,
                 "all tags look %.2g %% %s relative to their spacing than in the target's file "
@@ -282,14 +282,14 @@ void add_scale_finding(const TagScale& scale, double variance, TargetError& erro
                 "corners; check tagSize and tagSpacing",
                 100 * std::abs(scale.change), scale.change < 0 ? "smaller" : "larger",
                 scale.shifted_px);
-  add(error.findings, code::tag_scale, text);
+  return finding(code::tag_scale, text);
 }
 
 }  // namespace
 
-std::optional<TargetError> target_error(const CalibrationInput& input,
-                                        const Calibration& calibration, const FlatBoard* board) {
-  if (std::ssize(calibration.views) < policy::kTargetFewestViews) return std::nullopt;
+std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit,
+                                        const FlatBoard* board) {
+  if (std::ssize(fit.views) < policy::kTargetFewestViews) return std::nullopt;
   Matrix3d axes = Matrix3d::Identity();
   if (board) {
     axes = board->world_from_board.rotation().toRotationMatrix();
@@ -297,13 +297,13 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
   }
   const int dimensions = board ? 2 : 3;
   Total total;
-  Corners corners = sums_of(input, calibration, axes, total);
+  Corners corners = sums_of(input, fit, axes, total);
   set_offsets_from_centre(corners, axes);
   const TagScale scale = tag_scale(corners);
   remove_scale(scale, corners, total);
   const std::vector<TagShift> tags = tags_of(corners, total);
   const int k = dimensions * total.corners;
-  const double lost = 6.0 * static_cast<double>(calibration.views.size());
+  const double lost = 6.0 * static_cast<double>(fit.views.size());
   const double rest = 2 * total.count - k - lost;
   if (tags.empty() || rest < k) return std::nullopt;
   const double least_noise = input.whitened ? 1 : policy::kLeastSigmaPx;
@@ -330,9 +330,10 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
       (all && error.share > policy::kTargetShareRefused &&
        error.shift_px > policy::kTargetShiftRefusedPx) ||
       static_cast<double>(wrong) > policy::kTagsShareRefused * static_cast<double>(tags.size());
-  if (!error.tags.empty()) add(error.findings, code::tags_misplaced, sentence_of(error.tags));
-  add_scale_finding(scale, variance, error);
-  if (error.findings.empty()) return std::nullopt;
+  if (!error.tags.empty())
+    error.tags_misplaced = finding(code::tags_misplaced, sentence_of(error.tags));
+  error.tag_scale = scale_finding(scale, variance);
+  if (!error.tags_misplaced && !error.tag_scale) return std::nullopt;
   return error;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tagcal/estimate/bundle/flat_board.hpp"
-#include "tagcal/estimate/calibration/calibration_input.hpp"
+#include "tagcal/estimate/calibration/calibration_fit.hpp"
 
 namespace tagcal::internal {
 
@@ -21,7 +21,8 @@ struct TargetError {
   double share = 0;                // of the inliers' squared residuals that the shifts explain
   double shift_px = 0;             // RMS of that
   bool gross = false;              // so wrong that the calibration is refused
-  std::vector<Finding> findings;
+  std::optional<Finding> tags_misplaced;
+  std::optional<Finding> tag_scale;
 };
 
 // Estimates one shift of each corner of the target, the same in all views (in the plane of `board`,
@@ -32,9 +33,8 @@ struct TargetError {
 // (policy::kLeastBiasPx). The shifts are a finding if they explain enough of the residuals
 // (policy::kTargetShareFound, kTargetShiftFoundPx), or if single tags are outlying
 // (policy::kOutlyingTagRatio); `gross` has its own bounds. Returns no value if there is no finding,
-// or for fewer than three views. O(corners). `calibration` must have a camera and the views and
-// outliers of `input`, in its order.
-std::optional<TargetError> target_error(const CalibrationInput& input,
-                                        const Calibration& calibration, const FlatBoard* board);
+// or for fewer than three views. O(corners). `fit`: to the input.
+std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit,
+                                        const FlatBoard* board);
 
 }  // namespace tagcal::internal

@@ -101,8 +101,12 @@ inline constexpr std::array kFindingCodes = {code::degenerate,
                                              code::principal_point_untested,
                                              code::tilt_unknown};
 
+inline Finding finding(const FindingCode& code, std::string sentence) {
+  return {std::string(code.name), code.severity, std::move(sentence)};
+}
+
 inline void add(std::vector<Finding>& findings, const FindingCode& code, std::string sentence) {
-  findings.push_back({std::string(code.name), code.severity, std::move(sentence)});
+  findings.push_back(finding(code, std::move(sentence)));
 }
 
 // Code of a status without an answer. Precondition: !is_answer(status).

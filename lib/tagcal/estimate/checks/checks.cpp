@@ -1,0 +1,368 @@
+#include "tagcal/estimate/checks/checks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "tagcal/estimate/calibration/held_parameters.hpp"
+#include "tagcal/estimate/checks/untested_assumptions.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/residual_test.hpp"
+#include "tagcal/internal/text.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Result = std::optional<Finding>;
+
+Result finding_if(const FindingCode& code, std::optional<std::string> sentence) {
+  if (!sentence) return std::nullopt;
+  return finding(code, *std::move(sentence));
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+// A standard deviation beyond the image's diagonal says nothing.
+std::string pixels(double sigma_px, const ImageSize& size) {
+  if (!(sigma_px <= std::hypot(size.width, size.height))) return "no bound";
+  return std::to_string(std::lround(sigma_px)) + " px";
+}
+
+// The noise.
+
+Result noise_assumed(const Solved& s) {
+  const bool is_stated = s.solution.options->sigma_px > 0;
+  if (is_stated || s.answer.sigma_of_corners || s.answer.sigma_from_residuals) return std::nullopt;
+  return finding(code::noise_assumed,
+                 "no noise is stated, and there are too few residuals to estimate it: 0.5 px is "
+                 "assumed; state it with --sigma-px");
+}
+
+Result noise_understated(const Solved& s) {
+  const int freedom = degrees_of_freedom(s.solution.fit->bundle);
+  if (s.answer.sigma_from_residuals || freedom < policy::kEnoughDegreesOfFreedom)
+    return std::nullopt;
+  const double ratio = std::sqrt(s.solution.fit->summary.cost / freedom) / s.answer.sigma_px;
+  if (!(ratio > policy::kNoiseUnderstated)) return std::nullopt;
+  return finding(
+      code::noise_understated,
+      "the residuals are " + percent(ratio) +
+          " of the stated noise: the model, the target file or the stated noise is wrong");
+}
+
+// Reasons not to answer, in this order.
+
+Result choice_refused(const Solved& s) { return s.solution.refusal; }
+
+Result too_few_inliers(const Solved& s) {
+  if (s.solution.fit->num_inliers() >= s.solution.fit->num_corners / 2) return std::nullopt;
+  return finding(code::no_consensus,
+                 "more than half of the corners are outliers of any common answer: check the "
+                 "target file and the ids of the tags");
+}
+
+Result wrong_target(const Solved& s) {
+  // A user who keeps all corners trusts the target.
+  if (!s.evidence.target || !s.evidence.target->gross || !s.solution.options->reject_outliers)
+    return std::nullopt;
+  return finding(code::no_consensus,
+                 "the corners are not consistent with the target file: too many of its tags are "
+                 "displaced");
+}
+
+Result unobservable(const Solved& s) {
+  const Observability& seen = s.evidence.observability;
+  if (seen.status == Status::ok) return std::nullopt;
+  return finding(refusal_code(seen.status), seen.reason);
+}
+
+Result not_converged(const Solved& s) {
+  if (s.evidence.at_minimum) return std::nullopt;
+  if (!s.solution.fit->summary.converged)
+    return finding(code::not_converged,
+                   "the solver did not converge: try a smaller model, or a start (--start, "
+                   "--focal)");
+  return finding(code::not_converged,
+                 "the solver did not converge: it stopped where the distortion folds, not at a "
+                 "minimum; try a smaller model");
+}
+
+// `auto` has compared the models itself.
+Result simpler_model(const Solved& s) {
+  if (is_auto(*s.solution.options)) return std::nullopt;
+  const auto refusal =
+      simpler_model_test(s.solution.fit->bundle, s.answer.covariance, s.answer.sigma_px);
+  if (!refusal) return std::nullopt;
+  return finding(refusal_code(refusal->status), refusal->reason);
+}
+
+// The target.
+
+Result tags_misplaced(const Solved& s) {
+  return s.evidence.target ? s.evidence.target->tags_misplaced : std::nullopt;
+}
+
+Result tag_scale(const Solved& s) {
+  return s.evidence.target ? s.evidence.target->tag_scale : std::nullopt;
+}
+
+// The bend that the answer has, or else a significant one that the residuals show.
+std::optional<BoardWarp> bend_of(const Solved& s) {
+  if (s.answer.board_warp) return s.answer.board_warp;
+  return s.evidence.is_board_bent() ? s.evidence.bend : std::nullopt;
+}
+
+std::string bend_text(const BoardWarp& bend) {
+  return number(bend.bend_mm.x()) + " mm along x and " + number(bend.bend_mm.y()) + " mm along y";
+}
+
+Result board_bent(const Solved& s) {
+  const auto bend = bend_of(s);
+  if (s.answer.board_warp || !bend || is_impossible(*bend, *s.solution.board)) return std::nullopt;
+  return finding(code::board_bent,
+                 "the corners fit a bent board better, by " + bend_text(*bend) +
+                     ": try --board-warp, or a larger model; the standard deviations include what "
+                     "the bend changes");
+}
+
+Result board_bend_impossible(const Solved& s) {
+  const auto bend = bend_of(s);
+  if (!bend || !is_impossible(*bend, *s.solution.board)) return std::nullopt;
+  return finding(code::board_bend_impossible,
+                 "the corners fit a board bent by " + bend_text(*bend) +
+                     ", more than a board can bend: the model is too small, or the target is not "
+                     "as its file says");
+}
+
+// The model.
+
+Result model_too_small(const Solved& s) {
+  if (is_auto(*s.solution.options) || !s.evidence.is_model_small()) return std::nullopt;
+  return finding(code::model_too_small,
+                 "the model is too small: opencv5 would explain " +
+                     percent(s.evidence.larger->share) +
+                     " of the sum of its squared residuals; take opencv5 or auto");
+}
+
+Result other_lens(const Solved& s) {
+  if (!s.solution.alternative) return std::nullopt;
+  return finding_if(code::other_lens,
+                    alternative_lens_test(*s.solution.alternative, *s.solution.options,
+                                          s.evidence.floored_sigma));
+}
+
+std::string cause(const Solved& s, const char* of_board) {
+  return "the model is too small" +
+         (s.evidence.is_model_small() ? std::string()
+                                      : ", or the board is " + std::string(of_board)) +
+         "; all standard deviations are multiplied by " + number(std::sqrt(s.evidence.inflation()));
+}
+
+Result residuals_biased(const Solved& s) {
+  if (!s.evidence.bias.disagree) return std::nullopt;
+  return finding(code::residuals_biased,
+                 "the residuals differ from place to place in the image, by " +
+                     number(s.evidence.bias.rms_px) + " px RMS: " + cause(s, "bent"));
+}
+
+Result halves_disagree(const Solved& s) {
+  const auto& halves = s.evidence.halves;
+  if (!halves || !halves->disagree) return std::nullopt;
+  return finding(code::halves_disagree,
+                 "two halves of the views disagree (difference " + percent(halves->ratio) +
+                     " of the expected noise): " + cause(s, "bent or moved"));
+}
+
+Result pole_in_image(const Solved& s) {
+  if (!has_pole(*s.answer.camera)) return std::nullopt;
+  return finding(code::pole_in_image,
+                 "the distortion has a pole inside the image: undistorting programs tear the "
+                 "image there; take model opencv5 or fisheye4 instead");
+}
+
+Result fold_in_image(const Solved& s) {
+  const Eigen::MatrixXd& sigma_px = s.answer.projection.front().sigma_px;
+  const auto without_ray = sigma_px.array().isNaN().count();
+  if (without_ray == 0) return std::nullopt;
+  return finding(code::fold_in_image,
+                 "the distortion folds before the border of the image: no ray meets " +
+                     std::to_string(without_ray) + " of " + std::to_string(sigma_px.size()) +
+                     " nodes of the grid over the image, so do not use the lens there");
+}
+
+// What the data determine.
+
+Result corners_rejected(const Solved& s) {
+  const CalibrationFit& fit = *s.solution.fit;
+  if (!policy::is_below(fit.num_inliers(), policy::kInliersOfUsualFit, fit.num_corners))
+    return std::nullopt;
+  return finding(code::corners_rejected,
+                 percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
+                     " of the corners are outliers of this model and were rejected: check the "
+                     "corners, or take a larger model");
+}
+
+Result coefficients_correlated(const Solved& s) {
+  if (s.evidence.observability.open.empty()) return std::nullopt;
+  return finding(code::coefficients_correlated,
+                 listed(s.evidence.observability.open) +
+                     " are correlated: the projection is determined, their single values are not; "
+                     "a smaller model fits as well");
+}
+
+Result focal_weak(const Solved& s) {
+  const double share = s.evidence.observability.focal_share;
+  if (!(share > policy::kFocalWeak)) return std::nullopt;
+  return finding(code::focal_weak,
+                 "the focal length is weakly determined: its standard deviation is " +
+                     percent(share) + " of it; take views with more tilt");
+}
+
+Result direction_weak(const Solved& s) {
+  std::string sentence;
+  for (const WeakDirection& weak : s.answer.weak_directions)
+    if (weak.sigma_px > policy::kProjectionWeakPx)
+      sentence += (sentence.empty() ? "" : "; ") + weak.sentence + " (" +
+                  pixels(weak.sigma_px, s.answer.camera->image_size) + " at infinity)";
+  if (sentence.empty()) return std::nullopt;
+  return finding(code::direction_weak, std::move(sentence));
+}
+
+// Names the parts of the image without corners, and the models that the uncertainty there assumes.
+Result extrapolated(const Solved& s) {
+  const auto& supported = s.solution.supported;
+  auto gaps = s.answer.seen.gaps();
+  if (gaps) {
+    std::vector<std::string> names = {s.answer.model};
+    for (const SupportedModel& other : supported)
+      if (other.weight > policy::kNamedModelWeight) names.emplace_back(other.bundle.model->name());
+    *gaps += "; the standard deviations there assume a lens of model " + listed(names);
+  } else if (!is_auto(*s.solution.options) && s.answer.covariance.size() > 0) {
+    const Bundle& bundle = s.solution.fit->bundle;
+    gaps = extrapolated_corners(bundle, s.answer.sigma_px,
+                                {bundle.model, s.answer.camera->lens, s.evidence.model_covariance},
+                                s.answer.seen.samples());
+  }
+  return finding_if(code::extrapolated, std::move(gaps));
+}
+
+Result principal_point_untested(const Solved& s) {
+  if (is_auto(*s.solution.options)) return std::nullopt;
+  return finding_if(code::principal_point_untested,
+                    untested_principal_point(s.solution.fit->bundle, s.answer.sigma_px));
+}
+
+// Model weak.
+
+Result too_few_corners(const Solved& s) {
+  const CalibrationFit& fit = s.weak->fit;
+  if (degrees_of_freedom(fit.bundle) >= policy::kFewestDegreesOfFreedom) return std::nullopt;
+  return finding(code::degenerate,
+                 "too few corners for the parameters: " + std::to_string(fit.num_inliers()) +
+                     " corners in " + std::to_string(fit.views.size()) + " views");
+}
+
+Result tilt_unknown(const Solved& s) {
+  const auto count = std::ranges::count_if(s.answer.views, [](const CalibratedView& view) {
+    return !std::isfinite(view.covariance(0, 0));
+  });
+  if (count == 0) return std::nullopt;
+  return finding(code::tilt_unknown,
+                 "in " + std::to_string(count) +
+                     " views the tilt has no standard deviation: the board faces the camera");
+}
+
+// The residuals of most views are spatially correlated, which perspective causes and this model
+// does not have.
+Result perspective_seen(const Solved& s) {
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < s.weak->views.size(); ++v) {
+    const Bundle& bundle = s.weak->fit.bundle;
+    const Eigen::Vector2d centre = image_centre(bundle.image_size);
+    const double scale = s.weak->views[v].scale_px_per_m;
+    std::vector<Eigen::Vector2d> seen;
+    for (const Correspondence& c : bundle.views[v].correspondences) seen.push_back(c.pixel);
+    count +=
+        spatially_correlated(seen, residuals_px(bundle.views[v].correspondences,
+                                                Parallel({scale, scale, centre.x(), centre.y()}),
+                                                s.weak->views[v].camera_from_target));
+  }
+  if (2 * count <= s.weak->views.size()) return std::nullopt;
+  return finding(code::perspective_seen,
+                 "the corners show perspective or distortion, which model weak does not have: try "
+                 "--model auto");
+}
+
+constexpr bool kAnswersOnly = true;
+
+constexpr std::array kChecks = {
+    Check{too_few_inliers},
+    Check{tags_misplaced},
+    Check{tag_scale},
+    Check{wrong_target},
+    Check{unobservable},
+    Check{not_converged},
+    Check{simpler_model, kAnswersOnly},
+    Check{choice_refused, kAnswersOnly},
+    Check{noise_assumed},
+    Check{noise_understated},
+    Check{model_too_small},
+    Check{board_bent},
+    Check{board_bend_impossible},
+    Check{corners_rejected, kAnswersOnly},
+    Check{coefficients_correlated, kAnswersOnly},
+    Check{focal_weak, kAnswersOnly},
+    Check{direction_weak},
+    Check{extrapolated, kAnswersOnly},
+    Check{principal_point_untested, kAnswersOnly},
+    Check{pole_in_image, kAnswersOnly},
+    Check{fold_in_image, kAnswersOnly},
+    Check{residuals_biased, kAnswersOnly},
+    Check{halves_disagree, kAnswersOnly},
+    Check{other_lens, kAnswersOnly},
+};
+
+constexpr std::array kWeakChecks = {
+    Check{too_few_inliers},
+    Check{too_few_corners},
+    Check{choice_refused, kAnswersOnly},
+    Check{noise_assumed},
+    Check{noise_understated},
+    Check{tilt_unknown, kAnswersOnly},
+    Check{perspective_seen, kAnswersOnly},
+};
+
+bool is_refusal(const Finding& finding) { return finding.severity == Severity::refusal; }
+
+}  // namespace
+
+std::span<const Check> checks() { return kChecks; }
+std::span<const Check> weak_checks() { return kWeakChecks; }
+
+void run_checks(std::span<const Check> table, const Solved& solved,
+                std::vector<Finding>& findings) {
+  bool is_refused = std::ranges::any_of(findings, is_refusal);
+  for (const Check& check : table) {
+    if (is_refused && check.for_answers_only) continue;
+    Result result = check.run(solved);
+    if (!result) continue;
+    is_refused |= is_refusal(*result);
+    findings.push_back(*std::move(result));
+  }
+}
+
+Status judge(std::span<const Finding> findings) {
+  const auto refusal = std::ranges::find_if(findings, is_refusal);
+  if (refusal == findings.end()) return Status::ok;
+  for (const Status status : {Status::focal_not_observable, Status::not_observable,
+                              Status::degenerate, Status::no_consensus, Status::not_converged})
+    if (refusal->code == status_name(status)) return status;
+  return Status::degenerate;
+}
+
+}  // namespace tagcal::internal

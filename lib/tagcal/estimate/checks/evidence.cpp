@@ -1,0 +1,154 @@
+#include "tagcal/estimate/checks/evidence.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "tagcal/estimate/bundle/profile_covariance.hpp"
+#include "tagcal/estimate/calibration/board_warp.hpp"
+#include "tagcal/estimate/checks/split_half_check.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+// Adds a covariance of the parameters, and what it changes in the poses.
+void add_to_covariance(BundleCovariance& covariance, const BundleInformation& information,
+                       const Eigen::MatrixXd& more) {
+  covariance.parameters += more;
+  for (std::size_t v = 0; v < covariance.poses.size(); ++v) {
+    const auto by_parameters = information.pose_by_parameters[v].leftCols(more.cols());
+    covariance.poses[v] += by_parameters * more * by_parameters.transpose();
+  }
+}
+
+// Widens the covariance of weakly determined parameters by their profile likelihood.
+void widen_by_profile(Evidence& evidence, const Bundle& bundle) {
+  Observability& seen = evidence.observability;
+  if (seen.status != Status::ok || !seen.open.empty()) return;
+  const auto widened = profile_covariance(bundle, *evidence.information,
+                                          seen.covariance->parameters, evidence.sigma);
+  if (widened)
+    add_to_covariance(*seen.covariance, *evidence.information,
+                      *widened - seen.covariance->parameters);
+}
+
+// Adds the effect of a free bend to the covariance of a flat board that the residuals contradict:
+// the variance of the bend and the square of its estimate.
+void widen_by_bend(Evidence& evidence) {
+  const auto inverse =
+      exact_inverse(evidence.information->halves[0] + evidence.information->halves[1]);
+  if (!inverse) return;
+  BundleCovariance& covariance = *evidence.observability.covariance;
+  const Eigen::Index k = covariance.parameters.cols();
+  const Eigen::VectorXd gradient =
+      evidence.information->gradients[0] + evidence.information->gradients[1];
+  const Eigen::Vector2d bend = (*inverse * gradient).tail<2>();
+  // A change of the bend changes the parameters by C_pb C_bb^-1.
+  const Eigen::MatrixXd by_bend =
+      inverse->topRightCorner(k, 2) * inverse->bottomRightCorner<2, 2>().inverse();
+  const Eigen::Matrix2d open =
+      evidence.sigma * evidence.sigma * evidence.inflation() * inverse->bottomRightCorner<2, 2>() +
+      bend * bend.transpose();
+  add_to_covariance(covariance, *evidence.information, by_bend * open * by_bend.transpose());
+}
+
+void widen_by_lack_of_fit(Evidence& evidence, const Solution& solution) {
+  const Bundle& bundle = solution.fit->bundle;
+  Observability& seen = evidence.observability;
+  BundleCovariance& covariance = *seen.covariance;
+  covariance.parameters *= evidence.inflation();
+  for (Matrix6& pose : covariance.poses) pose *= evidence.inflation();
+  if (!solution.options->board_warp && evidence.is_board_bent() &&
+      !is_impossible(*evidence.bend, *solution.board))
+    widen_by_bend(evidence);
+  if (seen.status == Status::ok) judge_focal_length(seen, bundle);
+  evidence.model_covariance = covariance.parameters;
+  add_model_uncertainty(covariance, bundle, solution.fit->views, solution.supported);
+  // Another model that does not determine the focal length widens the covariance only; it does not
+  // refuse the answer.
+  seen.focal_share = relative_focal_sigma(bundle, covariance.parameters);
+}
+
+void find_lack_of_fit(Evidence& evidence, const Solution& solution) {
+  const Bundle& bundle = solution.fit->bundle;
+  evidence.bias = residual_bias(bundle, least_sigma(solution.fit->whitened, *solution.options));
+  evidence.halves = split_half_check(bundle, *evidence.information, evidence.floored_sigma,
+                                     seen_region(bundle).samples(), median_distance_m(bundle));
+  evidence.larger = larger_lens(bundle, evidence.floored_sigma);
+  if (!solution.board) return;
+  evidence.bend = estimate_warp(*evidence.information, evidence.sigma);
+  const double share = evidence.sigma / evidence.floored_sigma;
+  if (evidence.bend) evidence.bend_chi_square = share * share * evidence.bend->chi_square;
+}
+
+// Tests for a target that is not as its file says: a corner's residuals then have the same
+// direction on the board in all views. No test if a larger lens explains more of the residuals, or
+// if the fit is no minimum. A refused focal length may be the consequence of a wrong target.
+std::optional<TargetError> find_target_error(const Evidence& evidence, const Solution& solution) {
+  const Status seen = evidence.observability.status;
+  if (!(seen == Status::ok && evidence.at_minimum) && seen != Status::focal_not_observable)
+    return std::nullopt;
+  auto error = target_error(*solution.input, *solution.fit, solution.board);
+  if (error && evidence.larger &&
+      evidence.larger->share > std::max(error->share, policy::kLargerLensShare))
+    return std::nullopt;
+  return error;
+}
+
+}  // namespace
+
+bool Evidence::is_model_small() const {
+  return larger && larger->chi_square >= std::max(policy::kSmallModelChiSquare, bend_chi_square);
+}
+
+bool Evidence::is_board_bent() const {
+  return bend_chi_square > policy::kBentBoardChiSquare && !is_model_small();
+}
+
+double Evidence::inflation() const {
+  const double by_halves = halves && halves->disagree ? halves->ratio * halves->ratio : 1;
+  return std::max(bias.inflation, by_halves);
+}
+
+Noise noise_of(const CalibrationFit& fit, const CalibrateOptions& options) {
+  const int freedom = degrees_of_freedom(fit.bundle);
+  if (options.sigma_px > 0) return {options.sigma_px};
+  if (fit.whitened) return {1};
+  if (freedom >= policy::kEnoughDegreesOfFreedom)
+    return {std::sqrt(fit.summary.cost / freedom), true};
+  return {policy::kAssumedSigmaPx};
+}
+
+Evidence gather_evidence(const Solution& solution) {
+  const auto begin = std::chrono::steady_clock::now();
+  const CalibrationFit& fit = *solution.fit;
+  const double sigma = noise_of(fit, *solution.options).sigma;
+  Evidence evidence;
+  evidence.sigma = sigma;
+  evidence.floored_sigma = std::max(sigma, least_sigma(fit.whitened, *solution.options));
+  evidence.information = bundle_information(fit.bundle, solution.board);
+  Observability& seen = evidence.observability;
+  seen = observability(fit.bundle, evidence.information, sigma,
+                       solution.board && solution.options->board_warp);
+  const double share = sigma / evidence.floored_sigma;
+  evidence.at_minimum =
+      fit.summary.converged && share * share * seen.decrement <= policy::kLargestDecrement;
+  if (seen.covariance) {
+    widen_by_profile(evidence, fit.bundle);
+    find_lack_of_fit(evidence, solution);
+    widen_by_lack_of_fit(evidence, solution);
+  }
+  evidence.target = find_target_error(evidence, solution);
+  evidence.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return evidence;
+}
+
+bool is_impossible(const BoardWarp& bend, const FlatBoard& board) {
+  const double largest_mm = policy::kLargestBoardBend * 2e3 * board.half_size.norm();
+  return bend.bend_mm.cwiseAbs().maxCoeff() > largest_mm;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+
+#include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/bundle/flat_board.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/residual_bias.hpp"
+#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
+#include "tagcal/estimate/calibration/calibration_fit.hpp"
+#include "tagcal/estimate/calibration/simpler_model_test.hpp"
+#include "tagcal/estimate/calibration/supported_models.hpp"
+#include "tagcal/estimate/checks/target_error.hpp"
+
+namespace tagcal::internal {
+
+// A fit, and what belongs to it.
+struct Solution {
+  const CalibrationInput* input = nullptr;
+  const CalibrationFit* fit = nullptr;
+  const CalibrateOptions* options = nullptr;
+  const FlatBoard* board = nullptr;              // null: none, or several
+  std::span<const SupportedModel> supported;     // other models that the data support, of `auto`
+  std::optional<Finding> refusal;                // of the choice of a model
+  const AlternativeLens* alternative = nullptr;  // the trial that the fit needs; or null
+  Eigen::Vector2d bent_m = Eigen::Vector2d::Zero();  // bend of the board in the input
+};
+
+// What the residuals of a fit say about the noise, the model, the board and the target.
+struct Evidence {
+  double sigma = 0;  // of `noise_of`
+  // At least `least_sigma`: below it the rounding of a file would count as lack of fit.
+  double floored_sigma = 0;
+  std::optional<BundleInformation> information;  // with the bends of the board
+  Observability observability;
+  bool at_minimum =
+      false;  // the solver converged, and no Gauss-Newton step lowers the cost further
+
+  // Lack of fit; unset if the observability has no covariance.
+  ResidualBias bias;
+  std::optional<HalvesCheck> halves;
+  std::optional<LargerLens> larger;
+  std::optional<BoardWarp> bend;
+  double bend_chi_square = 0;  // in units of floored_sigma
+  std::optional<TargetError> target;
+
+  Eigen::MatrixXd model_covariance;  // of the free parameters, without the other supported models
+  double seconds = 0;                // that it took, wall clock
+
+  // The solver stopped at no minimum, or the residuals are not independent.
+  bool may_be_secondary_minimum() const {
+    return (observability.status == Status::ok && !at_minimum) || inflation() > 1;
+  }
+  // A larger lens explains more of the residuals than chance, and more than a bent board.
+  bool is_model_small() const;
+  // The residuals show a bend, and the model is not too small.
+  bool is_board_bent() const;
+  // Factor of all variances for residuals that are not independent: the larger one of the residual
+  // bias and of the split-half check.
+  double inflation() const;
+};
+
+// The noise behind a fit's covariance.
+struct Noise {
+  // Per (whitened) coordinate: as stated, that of the corners, that of the residuals, or
+  // policy::kAssumedSigmaPx.
+  double sigma = 0;
+  bool from_residuals = false;
+};
+Noise noise_of(const CalibrationFit& fit, const CalibrateOptions& options);
+
+// Collects the evidence for a fit with its noise, and widens the covariance by all that it assumed:
+// the linear approximation (profile likelihood), independent residuals (inflation), a flat board,
+// and the model (the other supported ones).
+Evidence gather_evidence(const Solution& solution);
+
+// The bend is larger than policy::kLargestBoardBend allows.
+bool is_impossible(const BoardWarp& bend, const FlatBoard& board);
+
+}  // namespace tagcal::internal
