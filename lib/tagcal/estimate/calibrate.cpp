@@ -60,7 +60,7 @@ void check_target(Calibration& c, const CalibrationInput& input, const Bundle& s
                   const CalibrateOptions& options, const FlatBoard* board) {
   // A refused focal length may be the consequence of a wrong target.
   if (!is_answer(c.status) && c.status != Status::focal_not_observable) return;
-  const auto error = target_error(input, c, board);
+  const auto error = target_error(input, c, solved, board);
   if (!error) return;
   const auto larger = larger_lens(solved, c.sigma_px);
   if (larger && larger->share > std::max(error->share, policy::kLargerLensShare)) return;
@@ -246,27 +246,6 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
   return c;
 }
 
-// Estimates the bend of the board first, then calibrates with the bent points.
-Calibration calibrate_with_board_warp(const CalibrationInput& flat, const CalibrateOptions& options,
-                                      const FlatBoard& board) {
-  CalibrationInput input = flat;
-  const Eigen::Vector2d bent_m = remove_board_warp(input, board, options);
-  Calibration c = calibrate_input(input, options, &board);
-  if (c.board_warp) {
-    c.board_warp->bend_mm += 1e3 * bent_m;
-    warn_of_impossible_bend(c, *c.board_warp, board);
-  }
-  if (!is_auto(options) || !is_answer(c.status) || c.model == "weak") return c;
-  // The model was chosen with the bend under the largest model: the chosen one estimates its own.
-  CalibrateOptions chosen = options;
-  chosen.model = c.model;
-  Calibration own = calibrate_with_board_warp(flat, chosen, board);
-  if (!is_answer(own.status)) return c;
-  own.steps = std::move(c.steps);
-  own.bic = c.bic;  // with the bend of `steps`
-  return own;
-}
-
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
@@ -291,9 +270,8 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   if (options.board_warp && !board)
     throw Error("board_warp: needs exactly one board, and a flat one");
   CalibrationInput input = calibration_input(dataset, options);
-  Calibration result = options.board_warp
-                           ? calibrate_with_board_warp(input, options, *board)
-                           : calibrate_input(input, options, board ? &*board : nullptr);
+  if (options.board_warp) input.bent_board = board;
+  Calibration result = calibrate_input(input, options, board ? &*board : nullptr);
   result.seconds.total = seconds_since(begin);
   return result;
 }

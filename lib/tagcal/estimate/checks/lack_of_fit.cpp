@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/calibration/board_warp.hpp"
 #include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/checks/split_half_check.hpp"
@@ -72,11 +71,12 @@ bool warn_of_impossible_bend(Calibration& c, const BoardWarp& warp, const FlatBo
 void judge_model_and_board(Calibration& c, LackOfFit& evidence, const CalibrateOptions& options) {
   std::optional<BoardWarp> warp;
   if (evidence.board && evidence.information)
-    warp = estimate_warp(*evidence.information, c.sigma_px);
-  const double bent = warp ? bend_chi_square(*warp, c, options) : 0;
+    warp = board_warp(*evidence.bundle, *evidence.information, c.sigma_px);
+  const double bent = warp && !options.board_warp ? bend_chi_square(*warp, c, options) : 0;
   evidence.small_model = is_small_model(c, evidence, bent, options);
   if (options.board_warp) {
     c.board_warp = warp;
+    if (warp) warn_of_impossible_bend(c, *warp, *evidence.board);
   } else if (bent > policy::kBentBoardChiSquare && !evidence.small_model &&
              !warn_of_impossible_bend(c, *warp, *evidence.board)) {
     evidence.bent = true;

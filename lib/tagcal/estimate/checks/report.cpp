@@ -244,8 +244,7 @@ Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
   c.num_iterations = fit.num_iterations;
   choose_sigma(c, fit, options);
   const auto information = bundle_information(fit.bundle, board);
-  Observability seen =
-      observability(fit.bundle, information, c.sigma_px, board && options.board_warp);
+  Observability seen = observability(fit.bundle, information, c.sigma_px);
   widen_by_profile(seen, fit.bundle, information, c.sigma_px);
   LackOfFit evidence{&fit.bundle, information ? &*information : nullptr, board};
   Eigen::MatrixXd own;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "tagcal/estimate/calibration/board_warp.hpp"
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/calibration/supported_models.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
@@ -8,7 +7,7 @@
 namespace tagcal::internal {
 
 // Returns the answer of a fit: status, uncertainty, findings. `board` may be null; with
-// options.board_warp the result holds the bend's increment. `supported`: other models whose
+// options.board_warp the result holds the bend. `supported`: other models whose
 // weighted differences are part of the standard deviations.
 Calibration report(const CalibrationFit& fit, const CalibrateOptions& options,
                    const FlatBoard* board, std::span<const SupportedModel> supported = {});

@@ -133,9 +133,10 @@ struct Total {
   double shifted_px2 = 0;            // of the inliers, by the shifts
 };
 
-Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matrix3d& axes,
-                Total& total) {
+Corners sums_of(const CalibrationInput& input, const Calibration& c, const Bundle& solved,
+                const Matrix3d& axes, Total& total) {
   Corners corners;
+  ViewProblem bent;
   OutlierList outliers(c.outliers);
   auto answer = c.views.begin();
   ByShift by_shift;
@@ -145,8 +146,8 @@ Corners sums_of(const CalibrationInput& input, const Calibration& c, const Matri
       for (const std::size_t corner : view.corners) outliers.take(view.index, corner);
       continue;
     }
-    const auto residuals =
-        residuals_px(view.problem.correspondences, c.camera->lens, answer->camera_from_world);
+    const auto residuals = residuals_px(solved.bent(view.problem, bent).correspondences,
+                                        c.camera->lens, answer->camera_from_world);
     const PixelByShift pixel_by_shift(c.camera->lens, (answer++)->camera_from_world, axes);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
       const bool out = outliers.take(view.index, view.corners[i]);
@@ -288,7 +289,8 @@ void add_scale_finding(const TagScale& scale, double variance, TargetError& erro
 }  // namespace
 
 std::optional<TargetError> target_error(const CalibrationInput& input,
-                                        const Calibration& calibration, const FlatBoard* board) {
+                                        const Calibration& calibration, const Bundle& solved,
+                                        const FlatBoard* board) {
   if (std::ssize(calibration.views) < policy::kTargetFewestViews) return std::nullopt;
   Matrix3d axes = Matrix3d::Identity();
   if (board) {
@@ -297,7 +299,7 @@ std::optional<TargetError> target_error(const CalibrationInput& input,
   }
   const int dimensions = board ? 2 : 3;
   Total total;
-  Corners corners = sums_of(input, calibration, axes, total);
+  Corners corners = sums_of(input, calibration, solved, axes, total);
   set_offsets_from_centre(corners, axes);
   const TagScale scale = tag_scale(corners);
   remove_scale(scale, corners, total);

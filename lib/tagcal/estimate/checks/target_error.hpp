@@ -33,8 +33,9 @@ struct TargetError {
 // (policy::kTargetShareFound, kTargetShiftFoundPx), or if single tags are outlying
 // (policy::kOutlyingTagRatio); `gross` has its own bounds. Returns no value if there is no finding,
 // or for fewer than three views. O(corners). `calibration` must have a camera and the views and
-// outliers of `input`, in its order.
+// outliers of `input`, in its order; `solved` is its bundle.
 std::optional<TargetError> target_error(const CalibrationInput& input,
-                                        const Calibration& calibration, const FlatBoard* board);
+                                        const Calibration& calibration, const Bundle& solved,
+                                        const FlatBoard* board);
 
 }  // namespace tagcal::internal
