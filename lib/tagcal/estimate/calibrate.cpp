@@ -7,7 +7,6 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/convergence.hpp"
 #include "tagcal/estimate/calibration/alternative_lens_test.hpp"
-#include "tagcal/estimate/calibration/board_warp.hpp"
 #include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
@@ -156,12 +155,10 @@ Evidence find_best_minimum(const Solution& solution, CalibrationFit& fit) {
 }
 
 // The answer of a solved model; that of model weak, if it does not determine the focal length.
-Calibration report_solved(ModelChoice& solved, const std::optional<AlternativeLens>& alternative,
-                          Solution solution) {
+Calibration report_solved(ModelChoice& solved, Solution solution) {
   const CalibrateOptions& options = *solution.options;
   solution.fit = &solved.fit;
   solution.supported = solved.supported;
-  if (alternative) solution.alternative = &*alternative;
   if (solved.status != Status::ok)
     solution.refusal = finding(refusal_code(solved.status), solved.reason);
   if (!is_auto(options)) return report(solution, find_best_minimum(solution, solved.fit));
@@ -173,41 +170,18 @@ Calibration report_solved(ModelChoice& solved, const std::optional<AlternativeLe
                         *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
 }
 
+// Fits robustly, and reports. `board`: null, if there is not one flat board.
 Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& options,
-                            const FlatBoard* board,
-                            const Eigen::Vector2d& bent_m = Eigen::Vector2d::Zero()) {
-  Calibration c;
-  if (!is_auto(options) && is_weak(Model::named(options.model))) {
-    c = calibrate_weak(input, options);
-  } else {
-    std::optional<AlternativeLens> alternative;
-    std::optional<ModelChoice> solved = fit_robustly(input, options, alternative);
-    c = solved ? report_solved(*solved, alternative,
-                               {&input, nullptr, &options, board, {}, {}, nullptr, bent_m})
-               : no_answer(input, is_auto(options) ? "" : options.model);
-    if (solved) c.steps = solved->steps;
-    if (solved) c.bic = solved->fit.bic;
-  }
-  c.model_error_px = input.model_error_px;
-  c.outliers.insert(c.outliers.end(), input.rejected.begin(), input.rejected.end());
+                            const FlatBoard* board) {
+  std::optional<AlternativeLens> alternative;
+  std::optional<ModelChoice> solved = fit_robustly(input, options, alternative);
+  if (!solved) return no_answer(input, is_auto(options) ? "" : options.model);
+  Solution solution{&input, nullptr, &options, board, {}, {}};
+  if (alternative) solution.alternative = &*alternative;
+  Calibration c = report_solved(*solved, solution);
+  c.steps = solved->steps;
+  c.bic = solved->fit.bic;
   return c;
-}
-
-// Estimates the bend of the board first, then calibrates with the bent points.
-Calibration calibrate_with_board_warp(const CalibrationInput& flat, const CalibrateOptions& options,
-                                      const FlatBoard& board) {
-  CalibrationInput input = flat;
-  const Eigen::Vector2d bent_m = remove_board_warp(input, board, options);
-  Calibration c = calibrate_input(input, options, &board, bent_m);
-  if (!is_auto(options) || !is_answer(c.status) || c.model == "weak") return c;
-  // The model was chosen with the bend under the largest model: the chosen one estimates its own.
-  CalibrateOptions chosen = options;
-  chosen.model = c.model;
-  Calibration own = calibrate_with_board_warp(flat, chosen, board);
-  if (!is_answer(own.status)) return c;
-  own.steps = std::move(c.steps);
-  own.bic = c.bic;  // with the bend of `steps`
-  return own;
 }
 
 }  // namespace
@@ -234,9 +208,12 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   if (options.board_warp && !board)
     throw Error("board_warp: needs exactly one board, and a flat one");
   CalibrationInput input = calibration_input(dataset, options);
-  Calibration result = options.board_warp
-                           ? calibrate_with_board_warp(input, options, *board)
-                           : calibrate_input(input, options, board ? &*board : nullptr);
+  if (options.board_warp) input.bent_board = board;
+  const bool is_weak_asked = !is_auto(options) && is_weak(Model::named(options.model));
+  Calibration result = is_weak_asked ? calibrate_weak(input, options)
+                                     : calibrate_input(input, options, board ? &*board : nullptr);
+  result.model_error_px = input.model_error_px;
+  result.outliers.insert(result.outliers.end(), input.rejected.begin(), input.rejected.end());
   result.seconds.total = seconds_since(begin);
   return result;
 }

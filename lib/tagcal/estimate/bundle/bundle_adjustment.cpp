@@ -32,26 +32,41 @@ PoseStep step_about(const Pose& pose) {
 
 // The compressed rows [J | r] of a view at the solver's current state.
 struct ViewRows {
+  const ViewProblem& view;  // at the start
   ViewArrays arrays;
+  BoardShapes bends;
   ParameterSums sums;
   PoseStep pose;
   Vector6d step = Vector6d::Zero();  // what the solver varies
   bool valid = false;                // no corner is outside of the lens' domain
   Eigen::MatrixXd gram, rows;
 
-  ViewRows(const ViewProblem& view, const Model& model, const Pose& start)
-      : arrays(view), sums(arrays.view(), model.free()), pose(step_about(start)) {}
+  ViewRows(const Bundle& bundle, std::size_t v)
+      : view(bundle.views[v]),
+        arrays(view),
+        bends(bundle.bent_board ? bundle.bent_board->shapes(arrays.points()) : BoardShapes{}),
+        sums(arrays.view(), bundle.model->free(), bends.view()),
+        pose(step_about(bundle.camera_from_target[v])) {}
+
+  // Moves the points from the start.
+  void bend(const Eigen::Vector2d& by_m) {
+    for (std::size_t i = 0; i < bends.of_points.size(); ++i)
+      arrays.points()[i] =
+          view.correspondences[i].point + bends.of_points[i].dot(by_m) * bends.normal;
+  }
 };
 
-// The cost of all corners of one view; parameter blocks are the pose step (6) and the free
-// parameters (k). Ceres gets 6 + k + 1 rows instead of two per corner, because copying those took
-// most of its time.
+// The cost of all corners of one view; parameter blocks are the pose step (6), the free parameters
+// and the bend (k together). Ceres gets 6 + k + 1 rows instead of two per corner, because copying
+// those took most of its time.
 class ViewCost : public ceres::CostFunction {
  public:
-  ViewCost(const ViewRows& view, int num_free) : view_(view), num_free_(num_free) {
+  ViewCost(const ViewRows& view, const Bundle& bundle) : view_(view) {
     set_num_residuals(static_cast<int>(view.sums.num_columns()));
+    const int num_free = bundle.model->num_free();
     mutable_parameter_block_sizes()->push_back(6);
     if (num_free > 0) mutable_parameter_block_sizes()->push_back(num_free);
+    if (bundle.bent_board) mutable_parameter_block_sizes()->push_back(2);
   }
 
   bool Evaluate(const double* const* /*parameters*/, double* residuals,
@@ -66,14 +81,17 @@ class ViewCost : public ceres::CostFunction {
           rows.leftCols<3>().lazyProduct(left_jacobian(view_.step.head<3>()));
       by_step.rightCols<3>() = view_.pose.length * rows.middleCols<3>(3);
     }
-    if (jacobians && num_free_ > 0 && jacobians[1])
-      Eigen::Map<RowMajorX>(jacobians[1], n, num_free_) = rows.middleCols(6, num_free_);
+    Eigen::Index column = 6;
+    for (std::size_t b = 1; jacobians && b < parameter_block_sizes().size(); ++b) {
+      const int k = parameter_block_sizes()[b];
+      if (jacobians[b]) Eigen::Map<RowMajorX>(jacobians[b], n, k) = rows.middleCols(column, k);
+      column += k;
+    }
     return true;
   }
 
  private:
   const ViewRows& view_;
-  const int num_free_;
 };
 
 // Computes the lens and the rows of all views once for each new state of the solver. (Ceres asks
@@ -81,20 +99,22 @@ class ViewCost : public ceres::CostFunction {
 class Evaluation : public ceres::EvaluationCallback {
  public:
   Evaluation(const Bundle& bundle, std::vector<ViewRows>& views, std::size_t num_threads)
-      : bundle_(bundle), views_(views), num_threads_(num_threads) {}
+      : bundle_(bundle), start_bend_m_(bundle.bend_m), views_(views), num_threads_(num_threads) {}
 
   void PrepareForEvaluation(bool /*jacobians*/, bool is_new_point) override {
     if (!is_new_point) return;
     const std::optional<Lens> lens = bundle_.model->lens(bundle_.free_values, bundle_.image_size);
     parallel_for(views_.size(), num_threads_, [&](std::size_t i) {
       ViewRows& view = views_[i];
+      view.bend(bundle_.bend_m - start_bend_m_);
       view.valid = lens && view.sums.at(*lens, view.pose.at(view.step), view.gram);
       if (view.valid) compressed_rows(view.gram, view.rows);
     });
   }
 
  private:
-  const Bundle& bundle_;
+  const Bundle& bundle_;  // its views are those of the start
+  const Eigen::Vector2d start_bend_m_;
   std::vector<ViewRows>& views_;
   std::size_t num_threads_;
 };
@@ -125,6 +145,17 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 }  // namespace
 
+const ViewProblem& Bundle::bent(const ViewProblem& flat, ViewProblem& buffer) const {
+  if (!bent_board) return flat;
+  buffer = flat;
+  bent_board->bend(buffer, bend_m);
+  return buffer;
+}
+
+Bundle Bundle::without_views() const {
+  return {model, image_size, free_values, {}, {}, bent_board, bend_m};
+}
+
 double cost_of(const Bundle& bundle) {
   double sum = 0;
   const Lens lens = bundle.lens();
@@ -149,27 +180,32 @@ BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads)
   // Contiguous and never reallocated, because Ceres orders parameter blocks by their addresses.
   std::vector<ViewRows> views;
   views.reserve(bundle.views.size());
+  const Eigen::Vector2d start_bend_m = bundle.bend_m;
   Evaluation evaluation(bundle, views, num_threads);
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &evaluation;
   ceres::Problem problem(problem_options);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  const int k = bundle.model->num_free();
+  std::vector<double*> common;
+  if (bundle.model->num_free() > 0) common.push_back(bundle.free_values.data());
+  if (bundle.bent_board) common.push_back(bundle.bend_m.data());
   for (std::size_t i = 0; i < bundle.views.size(); ++i) {
-    ViewRows& view =
-        views.emplace_back(bundle.views[i], *bundle.model, bundle.camera_from_target[i]);
+    ViewRows& view = views.emplace_back(bundle, i);
     std::vector<double*> blocks = {view.step.data()};
-    if (k > 0) blocks.push_back(bundle.free_values.data());
-    problem.AddResidualBlock(new ViewCost(view, k), nullptr, blocks);
+    blocks.insert(blocks.end(), common.begin(), common.end());
+    problem.AddResidualBlock(new ViewCost(view, bundle), nullptr, blocks);
     ordering->AddElementToGroup(view.step.data(), 0);
   }
-  if (k > 0) ordering->AddElementToGroup(bundle.free_values.data(), 1);
+  for (double* block : common) ordering->AddElementToGroup(block, 1);
   ceres::Solver::Options options = solver_options(max_iterations);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   for (std::size_t i = 0; i < views.size(); ++i)
     bundle.camera_from_target[i] = views[i].pose.at(views[i].step);
+  if (bundle.bent_board)
+    for (ViewProblem& view : bundle.views)
+      bundle.bent_board->bend(view, bundle.bend_m - start_bend_m);
   return {summary.termination_type == ceres::CONVERGENCE, 2 * summary.final_cost,
           static_cast<int>(summary.iterations.size())};
 }

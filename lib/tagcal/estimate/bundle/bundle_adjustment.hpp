@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "tagcal/estimate/bundle/flat_board.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
 
 namespace tagcal::internal {
@@ -19,16 +20,26 @@ struct RefinedPose {
 std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens& lens,
                                             const Pose& start, int max_iterations = 50);
 
-// A calibration problem and its state: the free parameters of a model, and one pose for each view.
+// A calibration problem and its state: the free parameters of a model, the bend of the board if it
+// is estimated, and one pose for each view.
 struct Bundle {
   const Model* model = nullptr;
   ImageSize image_size;
   std::vector<double> free_values;
   std::vector<ViewProblem> views;
   std::vector<Pose> camera_from_target;  // per view
+  std::optional<FlatBoard> bent_board;   // its two bends are parameters, after those of the model
+  Eigen::Vector2d bend_m = Eigen::Vector2d::Zero();  // included in the points of the views
 
   // Precondition: the free values are in the domain of the model, as those of a solved bundle are.
   Lens lens() const { return *model->lens(free_values, image_size); }
+  int num_parameters() const { return model->num_free() + (bent_board ? 2 : 0); }  // of lens, board
+
+  // A view given with the points of the flat board, with those of the bent board: `flat` itself
+  // without a bend, else `buffer`.
+  const ViewProblem& bent(const ViewProblem& flat, ViewProblem& buffer) const;
+
+  Bundle without_views() const;
 };
 
 // The sum of the squared whitened residuals of all views.

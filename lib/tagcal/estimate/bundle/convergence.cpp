@@ -36,10 +36,9 @@ PixelDisplacement pixel_displacement(const Bundle& a, const Bundle& b) {
   PixelDisplacement result;
   int count = 0;
   for (std::size_t v = 0; v < a.views.size(); ++v) {
-    const auto& corners = a.views[v].correspondences;
-    const auto in_a = residuals_px(corners, lens_a, a.camera_from_target[v]);
-    const auto in_b = residuals_px(corners, lens_b, b.camera_from_target[v]);
-    for (std::size_t i = 0; i < corners.size(); ++i, ++count) {
+    const auto in_a = residuals_px(a.views[v].correspondences, lens_a, a.camera_from_target[v]);
+    const auto in_b = residuals_px(b.views[v].correspondences, lens_b, b.camera_from_target[v]);
+    for (std::size_t i = 0; i < in_a.size(); ++i, ++count) {
       const double d = (in_a[i] - in_b[i]).norm();
       result.rms_px += d * d;
       result.max_px = std::max(result.max_px, d);

@@ -33,10 +33,8 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
                                               const Pose& camera_from_target,
                                               const FlatBoard* board) {
   const ViewArrays arrays(view);
-  std::vector<Eigen::Vector2d> shapes;
-  if (board) shapes = board->shapes(arrays.view().points);
-  ParameterSums sums(arrays.view(), free,
-                     {shapes, board ? board->normal_in_world() : Vector3d::Zero()});
+  const BoardShapes bends = board ? board->shapes(arrays.view().points) : BoardShapes{};
+  ParameterSums sums(arrays.view(), free, bends.view());
   MatrixXd gram, rows;
   if (!sums.at(lens, camera_from_target, gram)) return std::nullopt;
   const Eigen::Index n = gram.cols() - 7;
@@ -55,8 +53,10 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
   return result;
 }
 
-std::optional<BundleInformation> bundle_information(const Bundle& bundle, const FlatBoard* board) {
+std::optional<BundleInformation> bundle_information(const Bundle& bundle,
+                                                    const FlatBoard* held_flat) {
   const Lens lens = bundle.lens();
+  const FlatBoard* board = bundle.bent_board ? &*bundle.bent_board : held_flat;
   const Eigen::Index n = bundle.model->num_free() + (board ? 2 : 0);
   BundleInformation result;
   result.halves.fill(MatrixXd::Zero(n, n));
@@ -76,18 +76,22 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle, const 
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma) {
   const auto information = bundle_information(bundle);
   if (!information) return std::nullopt;
-  return covariance_of(*information, bundle.model->num_free(), sigma);
+  return covariance_of(bundle, *information, sigma);
 }
 
-std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
-                                              double sigma) {
+std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
+                                              const BundleInformation& information, double sigma) {
   BundleCovariance covariance;
   const double square = sigma * sigma;
+  const Eigen::Index k = bundle.num_parameters();
   if (k > 0) {
     const MatrixXd schur = (information.halves[0] + information.halves[1]).topLeftCorner(k, k);
     const std::optional<MatrixXd> inverse = exact_inverse(schur);
     if (!inverse) return std::nullopt;
     covariance.parameters = square * *inverse;
+    const VectorXd gradient =
+        (information.gradients[0] + information.gradients[1]).head(k) / square;
+    covariance.decrement = gradient.dot(covariance.parameters * gradient);
   }
   for (std::size_t i = 0; i < information.pose_inverse.size(); ++i) {
     MatrixXd c = square * information.pose_inverse[i];
@@ -95,7 +99,25 @@ std::optional<BundleCovariance> covariance_of(const BundleInformation& informati
     if (k > 0) c += by_parameters * covariance.parameters * by_parameters.transpose();
     covariance.poses.emplace_back(c);
   }
+  const Eigen::Index of_lens = bundle.model->num_free();
+  covariance.parameters.conservativeResize(of_lens, of_lens);
   return covariance;
+}
+
+std::optional<BoardWarp> board_warp(const Bundle& bundle, const BundleInformation& information,
+                                    double sigma) {
+  const auto inverse = exact_inverse(information.halves[0] + information.halves[1]);
+  if (!inverse) return std::nullopt;
+  const VectorXd gradient = information.gradients[0] + information.gradients[1];
+  const Eigen::Vector2d bend_m = bundle.bend_m - (*inverse * gradient).tail<2>();
+  const Eigen::Matrix2d covariance = sigma * sigma * inverse->bottomRightCorner<2, 2>();
+  const auto weight = exact_inverse(covariance);
+  if (!weight) return std::nullopt;
+  BoardWarp warp;
+  warp.bend_mm = 1e3 * bend_m;
+  warp.sigma_mm = 1e3 * covariance.diagonal().cwiseSqrt();
+  warp.chi_square = bend_m.dot(*weight * bend_m);
+  return warp;
 }
 
 double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& covariance) {

@@ -13,13 +13,16 @@ namespace tagcal::internal {
 // The covariance of a solved bundle for noise of standard deviation sigma per (whitened)
 // coordinate, from the exact inverse of the information: no pseudo-inverse, no prior.
 struct BundleCovariance {
-  Eigen::MatrixXd parameters;  // of the free parameters (k x k)
+  Eigen::MatrixXd parameters;  // of the model's free parameters (k x k)
   std::vector<Matrix6> poses;  // of each pose, (omega, tau): `retract`
+  // Decrease of the cost by a Gauss-Newton step, over sigma^2. A large one means that the bundle is
+  // at no minimum (policy::kLargestDecrement).
+  double decrement = 0;
 };
 
 // The information of the free parameters for whitened residuals of standard deviation 1 and unknown
-// poses, as the sums over two halves: views of even and of odd number. With a board, its two bends
-// are two more parameters, the last ones.
+// poses, as the sums over two halves: views of even and of odd number. The two bends of a board are
+// the last parameters: of the bundle's, else of `held_flat`, whose bends are not estimated.
 struct BundleInformation {
   std::array<Eigen::MatrixXd, 2> halves;            // S of each half
   std::array<Eigen::VectorXd, 2> gradients;         // of half the cost
@@ -27,17 +30,21 @@ struct BundleInformation {
   std::vector<Eigen::MatrixXd> pose_by_parameters;  // (A'A)^-1 A'B per view
 };
 std::optional<BundleInformation> bundle_information(const Bundle& bundle,
-                                                    const FlatBoard* board = nullptr);
+                                                    const FlatBoard* held_flat = nullptr);
 
 // With A (by pose) and B (by parameters) per view, the information of the parameters is
 // S = sum(B'B - B'A (A'A)^-1 A'B), and the covariance of a pose is (A'A)^-1 + M S^-1 M' with
 // M = (A'A)^-1 A'B, times sigma^2 (Triggs et al. 2000, section 6.1). No value if S, scaled to a
 // unit diagonal, has no inverse.
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
+std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
+                                              const BundleInformation& information, double sigma);
 
-// The same for the first k parameters of an information; the others (bends) are held.
-std::optional<BundleCovariance> covariance_of(const BundleInformation& information, Eigen::Index k,
-                                              double sigma);
+// The bend of the board, with its uncertainty: that of the bundle, after a Gauss-Newton step of all
+// parameters. A flat board that is held gets the bend that the residuals show. `information`
+// includes the bends. No value if they are not determined.
+std::optional<BoardWarp> board_warp(const Bundle& bundle, const BundleInformation& information,
+                                    double sigma);
 
 // The contribution of one view to the sums above: information of the free parameters (and of two
 // bends, with a board) for whitened residuals of standard deviation 1 and an unknown pose. No value

@@ -7,21 +7,21 @@ namespace tagcal::internal {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-Vector2d FlatBoard::shape(const Vector3d& x_in_board) const {
-  const Vector2d unit = (x_in_board.head<2>() - centre).cwiseQuotient(half_size);
-  return Vector2d::Ones() - unit.cwiseAbs2();
-}
-
-std::vector<Vector2d> FlatBoard::shapes(std::span<const Vector3d> x_in_world) const {
+BoardShapes FlatBoard::shapes(std::span<const Vector3d> x_in_world) const {
   const Pose board_from_world = world_from_board.inverse();
-  std::vector<Vector2d> result;
-  result.reserve(x_in_world.size());
-  for (const Vector3d& x : x_in_world) result.push_back(shape(board_from_world * x));
+  BoardShapes result{{}, world_from_board.rotation() * Vector3d::UnitZ()};
+  result.of_points.reserve(x_in_world.size());
+  for (const Vector3d& x : x_in_world) {
+    const Vector2d in_board = (board_from_world * x).head<2>() - centre;
+    result.of_points.push_back(Vector2d::Ones() - in_board.cwiseQuotient(half_size).cwiseAbs2());
+  }
   return result;
 }
 
-Vector3d FlatBoard::normal_in_world() const {
-  return world_from_board.rotation() * Vector3d::UnitZ();
+void FlatBoard::bend(ViewProblem& view, const Vector2d& by_m) const {
+  const BoardShapes bends = shapes(ViewArrays(view).view().points);
+  for (std::size_t i = 0; i < view.correspondences.size(); ++i)
+    view.correspondences[i].point += bends.of_points[i].dot(by_m) * bends.normal;
 }
 
 std::optional<FlatBoard> flat_board(const Dataset& dataset) {

@@ -89,11 +89,11 @@ bool is_finite(const std::optional<BundleInformation>& information) {
 // Covariance of an information with unobservable directions, whose diagonal is raised so little
 // (policy::kUnobservablePrecision) that a projection that depends on them is refused.
 std::optional<BundleCovariance> covariance_with_unobservable(BundleInformation information,
-                                                             Eigen::Index k, double sigma) {
+                                                             const Bundle& bundle, double sigma) {
   const Eigen::VectorXd diagonal =
       information.halves[0].diagonal() + information.halves[1].diagonal();
   information.halves[0].diagonal() += policy::kUnobservablePrecision * diagonal;
-  return covariance_of(information, k, sigma);
+  return covariance_of(bundle, information, sigma);
 }
 
 constexpr std::string_view kTiltMore =
@@ -121,23 +121,18 @@ void refuse(Observability& result, const Bundle& bundle,
 }
 
 void find_covariance(Observability& result, const Bundle& bundle,
-                     const std::optional<BundleInformation>& information, double sigma,
-                     bool with_bend) {
+                     const std::optional<BundleInformation>& information, double sigma) {
   if (!information) return;
-  const Eigen::Index k = bundle.model->num_free(), all = k + (with_bend ? 2 : 0);
+  const Eigen::Index k = bundle.model->num_free();
   if (k > 0 && is_finite(information)) {
     const UnobservableDirections unobservable(parameter_block(*information, k));
     if (unobservable.any()) result.open = unobservable.names(*bundle.model);
   }
-  result.covariance = result.open.empty() ? covariance_of(*information, all, sigma)
-                                          : covariance_with_unobservable(*information, all, sigma);
-  if (!result.covariance) return;
-  result.covariance->parameters = result.covariance->parameters.topLeftCorner(k, k).eval();
+  result.covariance = result.open.empty()
+                          ? covariance_of(bundle, *information, sigma)
+                          : covariance_with_unobservable(*information, bundle, sigma);
   // Unobservable directions have no Gauss-Newton step.
-  if (!result.open.empty()) return;
-  const Eigen::VectorXd gradient =
-      (information->gradients[0] + information->gradients[1]).head(k) / (sigma * sigma);
-  result.decrement = gradient.dot(result.covariance->parameters * gradient);
+  if (result.covariance && result.open.empty()) result.decrement = result.covariance->decrement;
 }
 
 }  // namespace
@@ -169,7 +164,7 @@ double median_distance_m(const Bundle& bundle) {
 }
 
 int degrees_of_freedom(const Bundle& bundle) {
-  return 2 * num_corners(bundle) - bundle.model->num_free() -
+  return 2 * num_corners(bundle) - bundle.num_parameters() -
          6 * static_cast<int>(bundle.views.size());
 }
 
@@ -178,10 +173,9 @@ Observability observability(const Bundle& bundle, double sigma) {
 }
 
 Observability observability(const Bundle& bundle,
-                            const std::optional<BundleInformation>& information, double sigma,
-                            bool with_bend) {
+                            const std::optional<BundleInformation>& information, double sigma) {
   Observability result;
-  find_covariance(result, bundle, information, sigma, with_bend);
+  find_covariance(result, bundle, information, sigma);
   if (degrees_of_freedom(bundle) < policy::kFewestDegreesOfFreedom) {
     result.status = Status::degenerate;
     result.reason = "too few corners for the parameters: " + std::to_string(num_corners(bundle)) +

@@ -24,19 +24,15 @@ struct Observability {
   std::string reason;          // a sentence, if the status is not ok
   double focal_share = 0;      // sd(f) / f
   double projection_px = 0;    // standard deviation of the projection at infinity, RMS over corners
-  // Decrease of the cost by a Gauss-Newton step, over sigma^2. A large one means that the bundle is
-  // at no minimum (policy::kLargestDecrement).
-  double decrement = 0;
+  double decrement = 0;        // of the covariance; 0 with unobservable coefficients
   std::vector<std::string> open;               // unobservable coefficients
   std::optional<BundleCovariance> covariance;  // none if the information has no inverse
 };
 
-// `sigma`: noise per (whitened) coordinate. With `with_bend` the two bends of the information are
-// estimated too, which widens the covariance.
+// `sigma`: noise per (whitened) coordinate.
 Observability observability(const Bundle& bundle, double sigma);
 Observability observability(const Bundle& bundle,
-                            const std::optional<BundleInformation>& information, double sigma,
-                            bool with_bend = false);
+                            const std::optional<BundleInformation>& information, double sigma);
 
 // The largest sd(f) / f of the focal lengths, by a covariance of the bundle's free parameters.
 double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covariance);

@@ -135,8 +135,7 @@ ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
     radial += std::pow(r.whitened.dot(r.outward), 2);
   }
   const auto n = static_cast<double>(residuals.size());
-  const double estimated =
-      6.0 * static_cast<double>(solved.views.size()) + solved.model->num_free();
+  const double estimated = 6.0 * static_cast<double>(solved.views.size()) + solved.num_parameters();
   const ResidualBias of_cells =
       bias_of_groups(cells(residuals, solved.image_size), 2, total, 2 * n - estimated, least_sigma);
   const ResidualBias of_rings =

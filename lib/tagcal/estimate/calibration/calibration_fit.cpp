@@ -43,11 +43,12 @@ struct Selection {
 // The bundle of the inliers; `views` are the indices of its views in the input.
 Bundle selected_bundle(const Bundle& base, const CalibrationInput& input,
                        const Selection& selection, std::vector<std::size_t>& views) {
-  Bundle bundle{base.model, base.image_size, base.free_values, {}, {}};
+  Bundle bundle = base.without_views();
+  ViewProblem bent;
   views.clear();
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     if (!selection.uses(v)) continue;
-    bundle.views.push_back(chosen(input.views[v].problem, selection.inlier[v]));
+    bundle.views.push_back(chosen(base.bent(input.views[v].problem, bent), selection.inlier[v]));
     bundle.camera_from_target.push_back(*selection.pose[v]);
     views.push_back(v);
   }
@@ -55,11 +56,13 @@ Bundle selected_bundle(const Bundle& base, const CalibrationInput& input,
 }
 
 // Squared whitened residuals of all corners, per view.
-std::vector<std::vector<double>> all_squares(const Lens& lens, const CalibrationInput& input,
+std::vector<std::vector<double>> all_squares(const Bundle& bundle, const CalibrationInput& input,
                                              const Selection& selection) {
+  const Lens lens = bundle.lens();
+  ViewProblem bent;
   std::vector<std::vector<double>> squares(input.views.size());
   for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const ViewProblem& view = input.views[v].problem;
+    const ViewProblem& view = bundle.bent(input.views[v].problem, bent);
     if (selection.pose[v])
       squares[v] = whitened_squares(view, lens, *selection.pose[v]);
     else
@@ -94,16 +97,19 @@ bool update_inliers(const std::vector<std::vector<double>>& squares, double boun
 
 // Estimates a new pose for views with few inliers: their start may come from a lens far from the
 // one that is known now. Keeps a pose with more inliers; returns true if any view gets one.
-bool reseed_views(const CalibrationInput& input, const Lens& lens, double bound,
+bool reseed_views(const CalibrationInput& input, const Bundle& bundle, double bound,
                   Selection& selection) {
+  const Lens lens = bundle.lens();
   bool any = false;
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const std::ptrdiff_t count = selection.num_inliers(v);
     if (policy::is_above(count, policy::kReseedInliers, std::ssize(selection.inlier[v]))) continue;
-    const std::optional<Pose> pose = consensus_pose(input.views[v], lens);
+    CalibrationView view = input.views[v];
+    if (bundle.bent_board) bundle.bent_board->bend(view.problem, bundle.bend_m);
+    const std::optional<Pose> pose = consensus_pose(view, lens);
     if (!pose) continue;
     int within = 0;
-    for (const Vector2d& r : residuals_px(input.views[v].problem.correspondences, lens, *pose))
+    for (const Vector2d& r : residuals_px(view.problem.correspondences, lens, *pose))
       within += r.norm() <= bound;
     if (within <= count) continue;
     selection.pose[v] = pose;
@@ -114,7 +120,7 @@ bool reseed_views(const CalibrationInput& input, const Lens& lens, double bound,
 
 void reject_outside_domain(const Bundle& bundle, const CalibrationInput& input,
                            Selection& selection) {
-  const auto squares = all_squares(bundle.lens(), input, selection);
+  const auto squares = all_squares(bundle, input, selection);
   for (std::size_t v = 0; v < squares.size(); ++v)
     for (std::size_t i = 0; i < squares[v].size(); ++i)
       if (!std::isfinite(squares[v][i])) selection.inlier[v][i] = 0;
@@ -122,6 +128,7 @@ void reject_outside_domain(const Bundle& bundle, const CalibrationInput& input,
 
 void list_outliers(const CalibrationInput& input, const Selection& selection,
                    const std::vector<std::vector<double>>& squares, CalibrationFit& fit) {
+  ViewProblem bent;
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const CalibrationView& view = input.views[v];
     fit.num_corners += static_cast<int>(view.ids.size());
@@ -132,7 +139,8 @@ void list_outliers(const CalibrationInput& input, const Selection& selection,
           view.name() + ": rejected, its corners are not consistent with one pose");
     std::vector<Vector2d> residuals;
     if (selection.pose[v])
-      residuals = residuals_px(view.problem.correspondences, fit.bundle.lens(), *selection.pose[v]);
+      residuals = residuals_px(fit.bundle.bent(view.problem, bent).correspondences,
+                               fit.bundle.lens(), *selection.pose[v]);
     for (std::size_t i = 0; i < view.ids.size(); ++i)
       if (!is_used || !selection.inlier[v][i])
         fit.outliers.push_back(
@@ -163,7 +171,7 @@ void update_until_stable(const CalibrationInput& input, const CalibrateOptions& 
     fit.num_iterations += state.summary.num_iterations;
     for (std::size_t i = 0; i < state.used.size(); ++i)
       state.selection.pose[state.used[i]] = state.bundle.camera_from_target[i];
-    state.squares = all_squares(state.bundle.lens(), input, state.selection);
+    state.squares = all_squares(state.bundle, input, state.selection);
     if (!options.reject_outliers) return;
     state.sigma = std::max(least_sigma(input.whitened, options),
                            robust_sigma(state.squares, state.selection));
@@ -205,18 +213,16 @@ void fit_robustly(const CalibrationInput& input, const CalibrateOptions& options
   RobustState state{std::move(fit.bundle), std::move(selection), {}, {}, {}, 0};
   update_until_stable(input, options, fit, state);
   if (options.reject_outliers && !state.bundle.views.empty()) {
-    const Lens lens = state.bundle.lens();
     const double wide = policy::kReseedSigmas * state.sigma;
-    if (reseed_views(input, lens, wide, state.selection)) {
-      update_inliers(all_squares(lens, input, state.selection), wide, state.selection);
+    if (reseed_views(input, state.bundle, wide, state.selection)) {
+      update_inliers(all_squares(state.bundle, input, state.selection), wide, state.selection);
       update_until_stable(input, options, fit, state);
     }
     retry_borderline(input, options, fit, state);
   }
   fit.bundle = std::move(state.bundle);
   fit.summary = state.summary;
-  if (fit.bundle.views.empty())
-    state.squares = all_squares(fit.bundle.lens(), input, state.selection);
+  if (fit.bundle.views.empty()) state.squares = all_squares(fit.bundle, input, state.selection);
   for (const std::size_t v : state.used) {
     fit.views.push_back(input.views[v].index);
     fit.images.push_back(input.views[v].image);
@@ -241,7 +247,7 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
   const auto start = calibration_seed(model, input.image_size, input.views, seed_options(options));
   if (!start) return std::nullopt;
   CalibrationFit fit;
-  fit.bundle = Bundle{&model, input.image_size, start->free_values, {}, {}};
+  fit.bundle = Bundle{&model, input.image_size, start->free_values, {}, {}, input.bent_board};
   fit.whitened = input.whitened;
   fit.findings = input.findings;
   fit.start_seconds = seconds_since(begin);
@@ -269,8 +275,7 @@ std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& 
     auto& inlier = selection.inlier.emplace_back();
     for (const std::size_t i : view.corners) inlier.push_back(!rejected.contains({view.index, i}));
   }
-  CalibrationFit fit{
-      {solved.model, solved.image_size, solved.free_values, {}, {}}, {}, {}, input.whitened};
+  CalibrationFit fit{solved.without_views(), {}, {}, input.whitened};
   fit.findings = input.findings;
   fit_robustly(input, options, fit, selection);
   if (fit.bundle.views.empty()) return std::nullopt;

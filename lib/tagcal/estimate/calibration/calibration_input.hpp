@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace tagcal::internal {
 struct CalibrationInput {
   ImageSize image_size;
   std::shared_ptr<const HeldModels> models;  // with the fixed parameters held
-  std::vector<CalibrationView> views;
+  std::vector<CalibrationView> views;        // of a flat board
+  std::optional<FlatBoard> bent_board;       // whose bend is estimated
   bool whitened = false;      // residuals are whitened by the corners' own covariances
   double model_error_px = 0;  // and by this noise per coordinate, added to them
   std::vector<Finding> findings;

@@ -13,7 +13,7 @@ constexpr std::size_t kFewViews = 8;
 
 // The bundle of `count` views, evenly spread.
 Bundle spread_views(const Bundle& bundle, std::size_t count) {
-  Bundle spread{bundle.model, bundle.image_size, bundle.free_values, {}, {}};
+  Bundle spread = bundle.without_views();
   const std::size_t n = bundle.views.size();
   for (std::size_t i = 0; i < std::min(count, n); ++i) {
     const std::size_t v = i * n / std::min(count, n);

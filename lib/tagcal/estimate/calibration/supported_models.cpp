@@ -111,13 +111,15 @@ std::optional<SupportedModel> linearised(const ModelLadder& ladder, const Candid
   if (!information) return std::nullopt;
   if (candidate.observability.status != Status::ok)
     add_centre_prior(*information, result.bundle, sigma);
-  const auto covariance = covariance_of(*information, candidate.model().num_free(), sigma);
+  const auto covariance = covariance_of(result.bundle, *information, sigma);
   if (!covariance) return std::nullopt;
   result.covariance = *covariance;
+  // The gradient by the bends of a board is zero: the usable candidate has estimated them.
   const VectorXd gradient =
-      (information->gradients[0] + information->gradients[1]) / (sigma * sigma);
+      (information->gradients[0] + information->gradients[1]).head(candidate.model().num_free()) /
+      (sigma * sigma);
   const VectorXd step = result.covariance.parameters * gradient;
-  chi_square = base->chi_square - gradient.dot(step);
+  chi_square = base->chi_square - covariance->decrement;
   if (candidate.observability.status == Status::ok)
     chi_square = std::min(chi_square, candidate.chi_square);
   result.covariance.parameters += step * step.transpose();

@@ -71,11 +71,18 @@ std::vector<FittedView> fitted_views(const CalibrationInput& input, const Calibr
   return result;
 }
 
+std::vector<Vector2d> residuals_of(const FittedView& fitted, const CalibrationView& view,
+                                   const Bundle& bundle) {
+  ViewProblem bent;
+  return residuals_px(bundle.bent(view.problem, bent).correspondences, bundle.lens(),
+                      fitted.camera_from_world);
+}
+
 // The residuals of a view's corners, or of its inliers only, are spatially correlated.
 bool is_spatially_correlated(const FittedView& fitted, const CalibrationView& view,
-                             const Lens& lens, bool inliers_only) {
+                             const Bundle& bundle, bool inliers_only) {
   const auto& correspondences = view.problem.correspondences;
-  const auto all = residuals_px(correspondences, lens, fitted.camera_from_world);
+  const auto all = residuals_of(fitted, view, bundle);
   std::vector<Vector2d> pixels, residuals;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!all[i].allFinite() || (inliers_only && !fitted.inlier[i])) continue;
@@ -100,22 +107,22 @@ MedianView median_view(const std::vector<FittedView>& views, double least_sigma)
   return {std::max(median(rms), std::sqrt(2) * least_sigma), median(share)};
 }
 
-bool is_outlying(const FittedView& fitted, const CalibrationView& view, const Lens& lens,
+bool is_outlying(const FittedView& fitted, const CalibrationView& view, const Bundle& bundle,
                  const MedianView& usual) {
   if (fitted.rms > policy::kOutlyingRms * usual.rms &&
-      is_spatially_correlated(fitted, view, lens, true))
+      is_spatially_correlated(fitted, view, bundle, true))
     return true;
   const double more_rejected = fitted.rejected_share() - usual.rejected_share;
   if (more_rejected > policy::kOutlyingRejected) return true;
   return more_rejected > policy::kOutlyingRejectedCorrelated &&
-         is_spatially_correlated(fitted, view, lens, false);
+         is_spatially_correlated(fitted, view, bundle, false);
 }
 
 // Spatially correlated residuals in many views come from the model or the target.
 bool is_model_wrong(const std::vector<FittedView>& views, const CalibrationInput& input,
-                    const Lens& lens) {
+                    const Bundle& bundle) {
   const auto count = std::count_if(views.begin(), views.end(), [&](const FittedView& v) {
-    return is_spatially_correlated(v, input.views[v.view], lens, true);
+    return is_spatially_correlated(v, input.views[v.view], bundle, true);
   });
   return policy::is_above(static_cast<std::size_t>(count), policy::kMostOutlyingViews,
                           views.size());
@@ -123,16 +130,16 @@ bool is_model_wrong(const std::vector<FittedView>& views, const CalibrationInput
 
 // The outlying views, in ascending order.
 std::vector<const FittedView*> outlying_views(const std::vector<FittedView>& views,
-                                              const CalibrationInput& input, const Lens& lens,
+                                              const CalibrationInput& input, const Bundle& bundle,
                                               double least_sigma) {
   if (views.size() < policy::kLeastComparedViews) return {};
   const MedianView usual = median_view(views, least_sigma);
   std::vector<const FittedView*> outlying;
   for (const FittedView& view : views)
-    if (is_outlying(view, input.views[view.view], lens, usual)) outlying.push_back(&view);
+    if (is_outlying(view, input.views[view.view], bundle, usual)) outlying.push_back(&view);
   if (outlying.empty() ||
       policy::is_above(outlying.size(), policy::kMostOutlyingViews, views.size()) ||
-      is_model_wrong(views, input, lens))
+      is_model_wrong(views, input, bundle))
     return {};
   return outlying;
 }
@@ -144,9 +151,9 @@ void reject_corner(CalibrationInput& input, const CalibrationView& view, std::si
 }
 
 // Keeps the largest board of a view.
-void reject_other_boards(CalibrationInput& input, const FittedView& fitted, const Lens& lens) {
+void reject_other_boards(CalibrationInput& input, const FittedView& fitted, const Bundle& bundle) {
   CalibrationView& view = input.views[fitted.view];
-  const auto residuals = residuals_px(view.problem.correspondences, lens, fitted.camera_from_world);
+  const auto residuals = residuals_of(fitted, view, bundle);
   CalibrationView kept;
   kept.image = view.image;
   kept.index = view.index;
@@ -167,9 +174,9 @@ void reject_other_boards(CalibrationInput& input, const FittedView& fitted, cons
   view = std::move(kept);
 }
 
-void reject_view(CalibrationInput& input, const FittedView& fitted, const Lens& lens) {
+void reject_view(CalibrationInput& input, const FittedView& fitted, const Bundle& bundle) {
   const auto at = input.views.begin() + static_cast<std::ptrdiff_t>(fitted.view);
-  const auto residuals = residuals_px(at->problem.correspondences, lens, fitted.camera_from_world);
+  const auto residuals = residuals_of(fitted, *at, bundle);
   for (std::size_t i = 0; i < residuals.size(); ++i) reject_corner(input, *at, i, residuals[i]);
   add(input.findings, code::view_rejected,
       at->name() +
@@ -183,21 +190,20 @@ void reject_view(CalibrationInput& input, const FittedView& fitted, const Lens& 
 bool reject_outlying_views(CalibrationInput& input, const CalibrationFit& fit,
                            const CalibrateOptions& options) {
   const std::vector<FittedView> views = fitted_views(input, fit);
-  const Lens lens = fit.bundle.lens();
   bool any = false;
   for (const FittedView& view : views) {
     if (!view.has_moved_board()) continue;
-    reject_other_boards(input, view, lens);
+    reject_other_boards(input, view, fit.bundle);
     any = true;
   }
   if (any) return true;
   const std::vector<const FittedView*> outlying =
-      outlying_views(views, input, lens, least_sigma(input.whitened, options));
+      outlying_views(views, input, fit.bundle, least_sigma(input.whitened, options));
   for (auto w = outlying.rbegin(); w != outlying.rend(); ++w) {  // backwards: indices stay valid
     if ((*w)->others() > 0)
-      reject_other_boards(input, **w, lens);  // the largest board may be right
+      reject_other_boards(input, **w, fit.bundle);  // the largest board may be right
     else
-      reject_view(input, **w, lens);
+      reject_view(input, **w, fit.bundle);
   }
   return !outlying.empty();
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/profile_covariance.hpp"
-#include "tagcal/estimate/calibration/board_warp.hpp"
 #include "tagcal/estimate/checks/split_half_check.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 
@@ -60,8 +59,7 @@ void widen_by_lack_of_fit(Evidence& evidence, const Solution& solution) {
   BundleCovariance& covariance = *seen.covariance;
   covariance.parameters *= evidence.inflation();
   for (Matrix6& pose : covariance.poses) pose *= evidence.inflation();
-  if (!solution.options->board_warp && evidence.is_board_bent() &&
-      !is_impossible(*evidence.bend, *solution.board))
+  if (evidence.is_board_bent() && !is_impossible(*evidence.bend, *solution.board))
     widen_by_bend(evidence);
   if (seen.status == Status::ok) judge_focal_length(seen, bundle);
   evidence.model_covariance = covariance.parameters;
@@ -78,9 +76,10 @@ void find_lack_of_fit(Evidence& evidence, const Solution& solution) {
                                      seen_region(bundle).samples(), median_distance_m(bundle));
   evidence.larger = larger_lens(bundle, evidence.floored_sigma);
   if (!solution.board) return;
-  evidence.bend = estimate_warp(*evidence.information, evidence.sigma);
+  evidence.bend = board_warp(bundle, *evidence.information, evidence.sigma);
   const double share = evidence.sigma / evidence.floored_sigma;
-  if (evidence.bend) evidence.bend_chi_square = share * share * evidence.bend->chi_square;
+  if (evidence.bend && !solution.options->board_warp)
+    evidence.bend_chi_square = share * share * evidence.bend->chi_square;
 }
 
 // Tests for a target that is not as its file says: a corner's residuals then have the same
@@ -130,8 +129,7 @@ Evidence gather_evidence(const Solution& solution) {
   evidence.floored_sigma = std::max(sigma, least_sigma(fit.whitened, *solution.options));
   evidence.information = bundle_information(fit.bundle, solution.board);
   Observability& seen = evidence.observability;
-  seen = observability(fit.bundle, evidence.information, sigma,
-                       solution.board && solution.options->board_warp);
+  seen = observability(fit.bundle, evidence.information, sigma);
   const double share = sigma / evidence.floored_sigma;
   evidence.at_minimum =
       fit.summary.converged && share * share * seen.decrement <= policy::kLargestDecrement;

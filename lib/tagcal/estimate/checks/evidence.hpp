@@ -25,7 +25,6 @@ struct Solution {
   std::span<const SupportedModel> supported;     // other models that the data support, of `auto`
   std::optional<Finding> refusal;                // of the choice of a model
   const AlternativeLens* alternative = nullptr;  // the trial that the fit needs; or null
-  Eigen::Vector2d bent_m = Eigen::Vector2d::Zero();  // bend of the board in the input
 };
 
 // What the residuals of a fit say about the noise, the model, the board and the target.
@@ -43,7 +42,7 @@ struct Evidence {
   std::optional<HalvesCheck> halves;
   std::optional<LargerLens> larger;
   std::optional<BoardWarp> bend;
-  double bend_chi_square = 0;  // in units of floored_sigma
+  double bend_chi_square = 0;  // of a flat board, in units of floored_sigma
   std::optional<TargetError> target;
 
   Eigen::MatrixXd model_covariance;  // of the free parameters, without the other supported models

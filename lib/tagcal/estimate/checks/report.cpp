@@ -122,10 +122,7 @@ Calibration report(const Solution& solution, Evidence evidence) {
   fill_parameters(c, *fit.bundle.model, solved.evidence);
   fill_views(c, fit, solved.evidence.observability.covariance);
   fill_projection(c, solution, solved.evidence);
-  if (solution.options->board_warp) {
-    c.board_warp = solved.evidence.bend;
-    if (c.board_warp) c.board_warp->bend_mm += 1e3 * solution.bent_m;
-  }
+  if (solution.options->board_warp) c.board_warp = solved.evidence.bend;
   add_findings(checks(), solved);
   if (is_answer(c.status)) {
     c.halves = solved.evidence.halves;

@@ -136,6 +136,7 @@ struct Total {
 Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const Matrix3d& axes,
                 Total& total) {
   Corners corners;
+  ViewProblem bent;
   OutlierList outliers(fit.outliers);
   const Lens lens = fit.bundle.lens();
   std::size_t used = 0;
@@ -146,7 +147,8 @@ Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const 
       continue;
     }
     const Pose& camera_from_world = fit.bundle.camera_from_target[used++];
-    const auto residuals = residuals_px(view.problem.correspondences, lens, camera_from_world);
+    const auto residuals =
+        residuals_px(fit.bundle.bent(view.problem, bent).correspondences, lens, camera_from_world);
     const PixelByShift pixel_by_shift(lens, camera_from_world, axes);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
       const bool out = outliers.take(view.index, view.corners[i]);

@@ -42,7 +42,7 @@ std::optional<std::string> untested_principal_point(const Bundle& solved, double
   const Bundle open = with_model(solved, Model::named("f+c"));
   const auto information = bundle_information(open);
   if (!information) return std::nullopt;
-  const Eigen::Matrix3d s = information->halves[0] + information->halves[1];
+  const Eigen::Matrix3d s = (information->halves[0] + information->halves[1]).topLeftCorner<3, 3>();
   const ImageSize& size = solved.image_size;
   const double spread = policy::kCentreSpread * std::hypot(size.width, size.height);
   const Observability seen = observability(open, information, sigma);

@@ -24,6 +24,7 @@ class ViewArrays {
  public:
   explicit ViewArrays(const ViewProblem& view);
   ViewPoints view() const { return {points_, pixels_, whitening_}; }
+  std::span<Eigen::Vector3d> points() { return points_; }
 
  private:
   std::vector<Eigen::Vector3d> points_;
