@@ -67,6 +67,25 @@ TEST(BoardWarp, IsFoundWithItsDeviation) {
   EXPECT_GE(right, 3);
 }
 
+// Without its bend, this board moves corners by several pixels: all would be outliers.
+TEST(BoardWarp, IsSolvedTogetherWithLensAndPoses) {
+  const Eigen::Vector2d bow_m(0.008, -0.004);
+  WorldOptions options;
+  options.num_views = 8;
+  options.sigma_px = 0;
+  const Dataset world = bent_world(kLens, 3, bow_m, options);
+  CalibrateOptions with_warp;
+  with_warp.board_warp = true;
+  for (const std::string model : {"radial1", "opencv5", "auto"}) {
+    with_warp.model = model;
+    const Calibration c = calibrate(world, with_warp);
+    ASSERT_EQ(c.status, Status::ok) << model;
+    EXPECT_TRUE(c.outliers.empty()) << model;
+    EXPECT_LT((c.board_warp->bend_mm - 1e3 * bow_m).norm(), 1e-6) << model;
+    EXPECT_NEAR(parameters(c.camera->lens)[0], 900, 1e-6) << model;
+  }
+}
+
 TEST(BoardWarp, LeavesMoreOpenThanAFlatBoard) {
   WorldOptions options;
   options.num_views = 6;
