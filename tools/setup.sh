@@ -8,7 +8,7 @@ packages=(
   build-essential g++ cmake ninja-build ccache pkg-config
   libeigen3-dev libceres-dev libapriltag-dev libopencv-dev
   libcli11-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libpng-dev libjpeg-dev
-  libgtest-dev librapidcheck-dev gnuplot-nox
+  libdeflate-dev libgtest-dev librapidcheck-dev gnuplot-nox
 )
 
 missing_packages() {

@@ -90,12 +90,15 @@ int run(const Arguments& arguments) {
         static_cast<int>(poses.size()), arguments.threads,
         [&](int i) {  // a seed per view: the result does not depend on the order
           const std::uint64_t seed = Random(arguments.seed, i).next();
-          const ImageF light = render_light(scene, families, poses[i]);
           const fs::path file = folder.path() / kImages / image_name(i);
+          // The light's memory is free again when the picture is written.
+          const auto picture = [&](auto expose_light) {
+            return expose_light(render_light(scene, families, poses[i]), scene.sensor, seed);
+          };
           if (scene.sensor.bits == 16)
-            write_png(file, expose16(light, scene.sensor, seed));
+            write_png(file, picture(expose16));
           else
-            write_png(file, expose(light, scene.sensor, seed));
+            write_png(file, picture(expose));
         },
         [&](int done) { progress.update(done); });
   }

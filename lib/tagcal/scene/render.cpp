@@ -6,9 +6,9 @@
 #include <span>
 
 #include "tagcal/error.hpp"
-#include "tagcal/random.hpp"
 #include "tagcal/scene/raster/blur.hpp"
 #include "tagcal/scene/raster/coverage.hpp"
+#include "tagcal/scene/raster/noise.hpp"
 #include "tagcal/scene/raster/tracer.hpp"
 #include "tagcal/scene/visibility/sheets.hpp"
 
@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kBandRows = 16;  // rows of the output that are rendered at once
+constexpr int kBandRows = 16;  // of the raster, painted at once: they fit the processor's cache
 
 // A surface that is painted over those behind it: paper, then ink on the paper.
 struct Layer {
@@ -78,24 +78,25 @@ struct Painter {
 // Paints layers over each other, one band of the raster after the other.
 class Canvas {
  public:
-  Canvas(const std::vector<Layer>& layers, float background, const ImageSize& size, int band_rows)
-      : background_(background), size_(size), band_rows_(band_rows) {
+  Canvas(const std::vector<Layer>& layers, float background, const ImageSize& size)
+      : background_(background), size_(size) {
     for (const Layer& layer : layers)
       layers_.push_back({by_band(layer.paper), by_band(layer.ink), layer.paper_level,
                          layer.ink_level - layer.paper_level});
   }
 
-  // Calls use(row, levels) for every row of the raster, from the top.
+  // Calls use(row, levels, passed) for every row of the raster, from the top; the level changes
+  // only in blocks of cells in `passed`.
   template <typename Use>
   void paint(Use&& use) const {
-    ImageF light({size_.width, band_rows_});
-    CoverageBand coverage(size_.width, band_rows_);
-    for (int band = 0; band * band_rows_ < size_.height; ++band) {
-      coverage.move_to(band * band_rows_);
+    ImageF light({size_.width, kBandRows});
+    CoverageBand coverage(size_.width, kBandRows);
+    for (int band = 0; band * kBandRows < size_.height; ++band) {
+      coverage.move_to(band * kBandRows);
       std::fill_n(light.row(0), light.pixels().size(), background_);
       for (const BandedLayer& layer : layers_) add(layer, band, coverage, light);
-      const int rows = std::min(band_rows_, size_.height - band * band_rows_);
-      for (int r = 0; r < rows; ++r) use(band * band_rows_ + r, light.row(r));
+      const int rows = std::min(kBandRows, size_.height - band * kBandRows);
+      for (int r = 0; r < rows; ++r) use(band * kBandRows + r, light.row(r), coverage.passed(r));
     }
   }
 
@@ -111,10 +112,10 @@ class Canvas {
   };
 
   Bands by_band(const Outlines& outlines) const {
-    const int count = (size_.height + band_rows_ - 1) / band_rows_;
+    const int count = (size_.height + kBandRows - 1) / kBandRows;
     Bands bands(static_cast<std::size_t>(count));
     const auto band_at = [&](double y) {
-      return static_cast<int>(std::clamp(y / band_rows_, 0.0, count - 1.0));
+      return static_cast<int>(std::clamp(y / kBandRows, 0.0, count - 1.0));
     };
     for (const Outlines::Edge& edge : outlines.edges()) {
       const auto [top, bottom] = std::minmax(edge.from.y(), edge.to.y());
@@ -141,7 +142,6 @@ class Canvas {
 
   float background_;
   ImageSize size_;
-  int band_rows_;
   std::vector<BandedLayer> layers_;
 };
 
@@ -152,13 +152,6 @@ int raster_scale(double blur_px) {
   return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
 }
 
-// Rounds half up, for level >= 0, without the call of std::lround for every pixel.
-template <typename Level>
-Level rounded(double level) {
-  const int whole = static_cast<int>(level);
-  return static_cast<Level>(whole + (level - whole >= 0.5 ? 1 : 0));
-}
-
 double encoded(float light, double gamma) {
   const auto linear = static_cast<double>(light);
   return gamma == 1 ? linear : std::pow(std::max(0.0, linear), gamma);
@@ -167,15 +160,15 @@ double encoded(float light, double gamma) {
 template <typename Level>
 Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
   constexpr double kWhite = std::numeric_limits<Level>::max();
-  const double noise = sensor.noise_levels * (kWhite / 255);
+  const double noise = sensor.noise_levels * (kWhite / 255), gamma = sensor.gamma;
   Image<Level> image(light.size());
   for (int y = 0; y < light.height(); ++y) {
-    Random random(seed, static_cast<std::uint64_t>(y));
-    for (int x = 0; x < light.width(); ++x) {
-      double level = kWhite * encoded(light(x, y), sensor.gamma);
-      if (noise > 0) level += noise * random.normal();
-      image(x, y) = rounded<Level>(std::clamp(level, 0.0, kWhite));
-    }
+    NormalNoise standard({seed, static_cast<std::uint64_t>(y)});
+    std::transform(light.row(y), light.row(y) + light.width(), image.row(y), [&](float linear) {
+      double level = kWhite * encoded(linear, gamma);
+      if (noise > 0) level += noise * standard.next();
+      return static_cast<Level>(std::max(0.0, std::min(level, kWhite)) + 0.5);  // rounds half up
+    });
   }
   return image;
 }
@@ -198,24 +191,20 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
     layers.push_back(painter.layer_of(all[i], faces(all[i], at)));
 
   const Canvas canvas(layers, static_cast<float>(scene.background_level),
-                      {size.width * scale, size.height * scale}, kBandRows * scale);
+                      {size.width * scale, size.height * scale});
   const auto exposure = static_cast<float>(scene.sensor.exposure);
-  ImageF rows({size.width, size.height * scale});
+  ImageF light(size);
   if (blur <= 0) {
-    canvas.paint([&](int y, const float* levels) {
-      std::transform(levels, levels + size.width, rows.row(y),
+    canvas.paint([&](int y, const float* levels, auto) {
+      std::transform(levels, levels + size.width, light.row(y),
                      [exposure](float level) { return exposure * level; });
     });
-    return rows;
+    return light;
   }
-  Blur filter(blur, scale);
-  canvas.paint(
-      [&](int y, const float* levels) { filter.filter_row(levels, size.width, rows.row(y)); });
-  ImageF result = filter.filter_columns(rows);
-  for (int y = 0; y < size.height; ++y)
-    std::transform(result.row(y), result.row(y) + size.width, result.row(y),
-                   [exposure](float level) { return exposure * level; });
-  return result;
+  Blur filter(blur, scale, exposure, light);
+  canvas.paint([&](int, const float* levels, auto passed) { filter.add_row(levels, passed); });
+  filter.finish();
+  return light;
 }
 
 Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {

@@ -1,11 +1,8 @@
 #include <png.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <csetjmp>
 #include <cstring>
-#include <type_traits>
 #include <vector>
 
 #include "tagcal/error.hpp"
@@ -146,91 +143,10 @@ class PngDecoder : public ImageDecoder {
   std::vector<std::uint16_t> grey_;
 };
 
-// A grey or colour picture in libpng's layout.
-struct Rows {
-  template <typename T>
-  Rows(const Image<T>& image, int png_colour)
-      : size(image.size()),
-        colour(png_colour),
-        bits(std::is_same_v<T, std::uint16_t> ? 16 : 8),
-        first(reinterpret_cast<png_const_bytep>(image.pixels().data())),
-        row_bytes(static_cast<std::size_t>(image.width()) * sizeof(T)) {}
-
-  ImageSize size;
-  int colour;
-  int bits;  // of a value
-  png_const_bytep first;
-  std::size_t row_bytes;
-};
-static_assert(sizeof(Rgb) == 3);
-
-class PngEncoder {
- public:
-  PngEncoder(const Rows& rows, double pixels_per_inch)
-      : rows_(rows),
-        pixels_per_m_(static_cast<png_uint_32>(std::lround(pixels_per_inch / 0.0254))) {
-    png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
-    info_ = png_ ? png_create_info_struct(png_) : nullptr;
-  }
-  ~PngEncoder() { png_destroy_write_struct(&png_, &info_); }
-  PngEncoder(const PngEncoder&) = delete;
-  PngEncoder& operator=(const PngEncoder&) = delete;
-
-  std::string encode() {
-    if (!info_ || !write()) throw Error(std::string("PNG: cannot be written ") + message_.text);
-    return std::move(bytes_);
-  }
-
- private:
-  static void append(png_structp png, png_bytep data, std::size_t count) {
-    auto* self = static_cast<PngEncoder*>(png_get_io_ptr(png));
-    self->bytes_.append(reinterpret_cast<const char*>(data), count);
-  }
-
-  bool write() {
-    if (setjmp(png_jmpbuf(png_))) return false;
-    png_set_write_fn(png_, this, append, nullptr);
-    png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);
-    png_set_compression_level(png_, 3);
-    png_set_IHDR(png_, info_, static_cast<png_uint_32>(rows_.size.width),
-                 static_cast<png_uint_32>(rows_.size.height), rows_.bits, rows_.colour,
-                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    if (pixels_per_m_ > 0) {
-      png_set_pHYs(png_, info_, pixels_per_m_, pixels_per_m_, PNG_RESOLUTION_METER);
-    }
-    png_write_info(png_, info_);
-    // A PNG has the high byte first.
-    if (rows_.bits == 16 && std::endian::native == std::endian::little) png_set_swap(png_);
-    for (int y = 0; y < rows_.size.height; ++y)
-      png_write_row(png_, rows_.first + static_cast<std::size_t>(y) * rows_.row_bytes);
-    png_write_end(png_, info_);
-    return true;
-  }
-
-  Rows rows_;
-  png_uint_32 pixels_per_m_;
-  PngMessage message_;
-  png_structp png_ = nullptr;
-  png_infop info_ = nullptr;
-  std::string bytes_;
-};
-
 }  // namespace
 
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes) {
   return std::make_unique<PngDecoder>(bytes);
-}
-
-std::string encode_png(const Image8& image, double pixels_per_inch) {
-  return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
-}
-
-std::string encode_png(const Image16& image, double pixels_per_inch) {
-  return PngEncoder(Rows(image, PNG_COLOR_TYPE_GRAY), pixels_per_inch).encode();
-}
-
-std::string encode_png(const ImageRgb& image, double pixels_per_inch) {
-  return PngEncoder(Rows(image, PNG_COLOR_TYPE_RGB), pixels_per_inch).encode();
 }
 
 }  // namespace tagcal::internal

@@ -38,7 +38,8 @@ CoverageBand::CoverageBand(int width, int num_rows)
       words_((width + 2 + 64 * kBlock - 1) / (64 * kBlock)),
       stride_(static_cast<std::size_t>(width) + 2),
       cells_(static_cast<std::size_t>(num_rows) * stride_),
-      touched_(static_cast<std::size_t>(num_rows * words_)) {}
+      touched_(static_cast<std::size_t>(num_rows * words_)),
+      passed_(touched_.size()) {}
 
 void CoverageBand::accumulate(std::span<const Outlines::Edge> edges) {
   const double top = first_row_, bottom = first_row_ + num_rows_;

@@ -37,11 +37,16 @@ class Outlines {
 // blocks of cells that an edge passes cost work cell by cell.
 class CoverageBand {
  public:
+  static constexpr int kBlock = 4;  // cells for which one bit says whether an edge passes any
+
   // Rows [first_row, first_row + num_rows) of a raster of `width` cells, from 0 at first.
   CoverageBand(int width, int num_rows);
 
   // Moves to other rows; the band must be empty.
-  void move_to(int first_row) { first_row_ = first_row; }
+  void move_to(int first_row) {
+    first_row_ = first_row;
+    std::ranges::fill(passed_, 0);
+  }
 
   void accumulate(std::span<const Outlines::Edge> edges);
 
@@ -54,6 +59,7 @@ class CoverageBand {
       int done = 0;      // cells
       for (int word = 0; word < words_; ++word) {
         std::uint64_t& touched = touched_[static_cast<std::size_t>(r * words_ + word)];
+        passed_[static_cast<std::size_t>(r * words_ + word)] |= touched;
         for (; touched != 0; touched &= touched - 1) {
           const int first = kBlock * (64 * word + std::countr_zero(touched));
           visit_flat(visit, r, done, std::min(first, width_), share);
@@ -69,8 +75,13 @@ class CoverageBand {
     }
   }
 
+  // The blocks of row r that were drained since the last move, one bit each.
+  std::span<const std::uint64_t> passed(int r) const {
+    return std::span(passed_).subspan(static_cast<std::size_t>(r * words_),
+                                      static_cast<std::size_t>(words_));
+  }
+
  private:
-  static constexpr int kBlock = 8;           // cells for which one bit says whether any is touched
   static constexpr double kRounding = 5e-7;  // closer shares are rounded to 0 or 1
 
   // Snapping gives a uniform area one level, which 8-bit rounding would otherwise split at a half.
@@ -97,7 +108,8 @@ class CoverageBand {
   int words_;           // of touched_, a row
   std::size_t stride_;  // of cells_
   std::vector<float> cells_;
-  std::vector<std::uint64_t> touched_;
+  std::vector<std::uint64_t> touched_;  // not drained yet
+  std::vector<std::uint64_t> passed_;   // drained since the last move
 };
 
 }  // namespace tagcal::internal
