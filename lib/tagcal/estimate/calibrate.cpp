@@ -128,7 +128,10 @@ std::optional<CalibrationFit> fit_from_other_starts(const CalibrationFit& fit, c
   for (const CalibrationFit& start : starts) {
     const std::vector<Candidate> candidates =
         fit_nested(start.bundle, model, options.max_iterations);
-    auto other = refit(candidates.back().bundle, start, input, options);
+    const auto same =
+        std::ranges::find(candidates, &model, [](const Candidate& c) { return c.bundle.model; });
+    if (same == candidates.end()) continue;
+    auto other = refit(same->bundle, start, input, options);
     if (!other || !other->summary.converged) continue;
     if (!best || other->truncated_chi_square(sigma) < best->truncated_chi_square(sigma))
       best = std::move(other);

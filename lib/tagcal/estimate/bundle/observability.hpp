@@ -7,8 +7,7 @@
 
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
 #include "tagcal/estimate/bundle/covariance.hpp"
-#include "tagcal/estimate/seen_region.hpp"
-#include "tagcal/estimate/status.hpp"
+#include "tagcal/estimate/types.hpp"
 
 namespace tagcal::internal {
 
