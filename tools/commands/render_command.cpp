@@ -10,11 +10,11 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
-#include "input/parallel.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
@@ -86,18 +86,18 @@ int run(const Arguments& arguments) {
   fs::create_directory(folder.path() / kImages);
   {
     Progress progress("rendering", static_cast<int>(poses.size()));
-    for_each_parallel(
-        static_cast<int>(poses.size()), arguments.threads,
-        [&](int i) {  // a seed per view: the result does not depend on the order
+    parallel_for(
+        poses.size(), arguments.threads,
+        [&](std::size_t i) {  // a seed per view: the result does not depend on the order
           const std::uint64_t seed = Random(arguments.seed, i).next();
           const ImageF light = render_light(scene, families, poses[i]);
-          const fs::path file = folder.path() / kImages / image_name(i);
+          const fs::path file = folder.path() / kImages / image_name(static_cast<int>(i));
           if (scene.sensor.bits == 16)
             write_png(file, expose16(light, scene.sensor, seed));
           else
             write_png(file, expose(light, scene.sensor, seed));
         },
-        [&](int done) { progress.update(done); });
+        [&](int done, int) { progress.update(done); });
   }
   write_dataset(folder.path(), dataset, kImages, "");
   write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
