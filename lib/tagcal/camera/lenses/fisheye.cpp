@@ -21,7 +21,7 @@ bool Fisheye::in_domain(const Vector3d& x_in_camera) const {
 }
 
 std::optional<Vector2d> Fisheye::project(const Vector3d& x_in_camera) const {
-  return project(x_in_camera, nullptr, nullptr);
+  return project_point<FisheyeKernel>(*this, max_angle_, x_in_camera);
 }
 
 std::optional<Vector2d> Fisheye::project(const Vector3d& x_in_camera, PointJacobian* by_point,

@@ -12,7 +12,7 @@ Parallel::Parallel(const Parameters& parameters) : p_(checked<Parallel>(paramete
 bool Parallel::in_domain(const Vector3d& x_in_camera) const { return x_in_camera.allFinite(); }
 
 std::optional<Vector2d> Parallel::project(const Vector3d& x_in_camera) const {
-  return project(x_in_camera, nullptr, nullptr);
+  return project_point<ParallelKernel>(*this, 0, x_in_camera);
 }
 
 std::optional<Vector2d> Parallel::project(const Vector3d& x_in_camera, PointJacobian* by_point,

@@ -111,11 +111,13 @@ Perspective::Perspective(const Parameters& parameters)
     : p_(checked<Perspective>(parameters)), max_radius_(perspective_max_radius(p_)) {}
 
 bool Perspective::in_domain(const Vector3d& x_in_camera) const {
-  return project(x_in_camera).has_value();
+  // The same domain, without the distortion.
+  return project_point<PerspectiveKernel<kPinhole>>(*this, max_radius_ * max_radius_, x_in_camera)
+      .has_value();
 }
 
 std::optional<Vector2d> Perspective::project(const Vector3d& x_in_camera) const {
-  return project(x_in_camera, nullptr, nullptr);
+  return project_point<Kernel>(*this, max_radius_ * max_radius_, x_in_camera);
 }
 
 std::optional<Vector2d> Perspective::project(const Vector3d& x_in_camera, PointJacobian* by_point,

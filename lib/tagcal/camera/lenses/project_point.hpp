@@ -10,9 +10,9 @@ namespace {
 
 // Projects one point by the kernel of a lens: a pack of one.
 template <typename LensKernel, typename L>
-std::optional<Eigen::Vector2d> project_point(const L& lens, double limit, const Eigen::Vector3d& x,
-                                             PointJacobian* by_point,
-                                             typename L::ParameterJacobian* by_parameters) {
+std::optional<Eigen::Vector2d> project_point(
+    const L& lens, double limit, const Eigen::Vector3d& x, PointJacobian* by_point = nullptr,
+    typename L::ParameterJacobian* by_parameters = nullptr) {
   using Eigen::Map, Eigen::Matrix, Eigen::RowMajor;
   PackJacobian<double> jacobian;
   const PackImage<double> image =
