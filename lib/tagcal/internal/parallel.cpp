@@ -17,8 +17,7 @@ int threads_for_short_calls(std::size_t n, std::size_t asked) {
   return std::clamp(static_cast<int>(n / kFewestCalls), 1, threads_of(static_cast<int>(asked)));
 }
 
-void dispatch_calls(std::size_t n, int threads,
-                    const std::function<void(int, std::size_t)>& work,
+void dispatch_calls(std::size_t n, int threads, const std::function<void(int, std::size_t)>& work,
                     const CallProgress& progress) {
   std::atomic<std::size_t> next = 0;
   std::atomic<bool> failed = false;
