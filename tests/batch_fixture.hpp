@@ -26,7 +26,7 @@ inline bool has_avx2() {
 inline std::vector<const ProjectKernels*> all_kernels() {
   std::vector<const ProjectKernels*> kernels = {&kPortableKernels};
   if (has_avx2()) kernels.push_back(&kAvx2Kernels);
-  if (has_avx2()) kernels.push_back(&fastest_kernels());  // sums by AVX-512, where that is
+  if (has_avx2()) kernels.push_back(&fastest_kernels());
   return kernels;
 }
 

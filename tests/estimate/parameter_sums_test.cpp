@@ -51,7 +51,7 @@ MatrixXd gram_of_rows(const Lens& lens, const SeenView& seen, std::span<const Fr
 
 MatrixXd gram_by(const ProjectKernels& kernels, const Lens& lens, const SeenView& seen,
                  std::span<const FreeParameter> free) {
-  ParameterSumJob job;
+  SumJob job;
   job.num_points = seen.points.size();
   job.points = seen.points.data()->data();
   job.pixels = seen.pixels.data()->data();
@@ -62,7 +62,7 @@ MatrixXd gram_by(const ProjectKernels& kernels, const Lens& lens, const SeenView
   Eigen::Map<Vector3d>(job.translation) = seen.pose.translation();
   std::vector<double> sums(19 * 20 / 2);
   job.sums = sums.data();
-  EXPECT_TRUE(kernels.sums_with_parameters.of[kind](job));
+  EXPECT_TRUE(kernels.sums_with_parameters[kind](job));
   const Eigen::Index n = 7 + job.num_columns;
   MatrixXd gram(n, n);
   const double* sum = sums.data();

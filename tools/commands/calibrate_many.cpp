@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/parallel.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "report/shown_parameters.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
@@ -199,17 +199,13 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
   CalibrationJob one = job;
   one.threads = 1;
   one.shows_progress = false;
-  const int count = static_cast<int>(sets.size());
   std::vector<Outcome> outcomes(sets.size());
   {
-    Progress progress("calibrating", count);
-    for_each_parallel(
-        count, job.threads,
-        [&](int i) {
-          const auto k = static_cast<std::size_t>(i);
-          outcomes[k] = outcome_of(one, sets[k], output.json);
-        },
-        [&](int done) { progress.update(done); });
+    Progress progress("calibrating", static_cast<int>(sets.size()));
+    parallel_for(
+        sets.size(), job.threads,
+        [&](std::size_t i) { outcomes[i] = outcome_of(one, sets[i], output.json); },
+        [&](int done, int) { progress.update(done); });
   }
   print_result(output.json ? array(outcomes) : table(outcomes));
   return worst(outcomes);

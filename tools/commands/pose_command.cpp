@@ -11,13 +11,13 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
-#include "input/parallel.hpp"
 #include "report/messages.hpp"
 #include "report/pose_report.hpp"
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
 
@@ -166,8 +166,7 @@ class Poses {
     const std::vector<std::string> names = drawing_names(views);
     std::vector<PoseReport> reports(views.size());
     Progress progress("poses", static_cast<int>(views.size()));
-    const auto work = [&](int index) {
-      const auto i = static_cast<std::size_t>(index);
+    const auto work = [&](std::size_t i) {
       const ViewCorrespondences problem = view_correspondences(views[i], points_, camera_error_px_);
       reports[i] =
           estimate(problem, options_for(problem, arguments_), camera_, input_.dataset.image_size);
@@ -175,8 +174,8 @@ class Poses {
       if (folder && is_answer(reports[i].status))
         write_png(folder->path() / names[i], drawn(views[i], problem, reports[i]));
     };
-    for_each_parallel(static_cast<int>(views.size()), arguments_.threads, work,
-                      [&](int done) { progress.update(done); });
+    parallel_for(views.size(), arguments_.threads, work,
+                 [&](int done, int) { progress.update(done); });
     return reports;
   }
 

@@ -10,11 +10,11 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
-#include "input/parallel.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
@@ -86,11 +86,11 @@ int run(const Arguments& arguments) {
   fs::create_directory(folder.path() / kImages);
   {
     Progress progress("rendering", static_cast<int>(poses.size()));
-    for_each_parallel(
-        static_cast<int>(poses.size()), arguments.threads,
-        [&](int i) {  // a seed per view: the result does not depend on the order
+    parallel_for(
+        poses.size(), arguments.threads,
+        [&](std::size_t i) {  // a seed per view: the result does not depend on the order
           const std::uint64_t seed = Random(arguments.seed, i).next();
-          const fs::path file = folder.path() / kImages / image_name(i);
+          const fs::path file = folder.path() / kImages / image_name(static_cast<int>(i));
           // The light's memory is free again when the picture is written.
           const auto picture = [&](auto expose_light) {
             return expose_light(render_light(scene, families, poses[i]), scene.sensor, seed);
@@ -100,7 +100,7 @@ int run(const Arguments& arguments) {
           else
             write_png(file, picture(expose));
         },
-        [&](int done) { progress.update(done); });
+        [&](int done, int) { progress.update(done); });
   }
   write_dataset(folder.path(), dataset, kImages, "");
   write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));

@@ -7,7 +7,10 @@
 #include <limits>
 #include <string_view>
 
+#include "tagcal/scene/raster/coverage.hpp"
+
 namespace tagcal::tools {
+using namespace internal;
 namespace {
 
 using Eigen::Vector2d;
@@ -60,66 +63,6 @@ void add_scale_bar(double left, double top, std::vector<Quad>& ink) {
     x += kGlyphAdvance;
   }
 }
-
-// Adds up signed areas: after a running sum along each row, a cell contains the share of its pixel
-// inside of the polygons (the accumulation buffer of Raph Levien's font-rs). Polygons must be
-// inside of the picture and run counter-clockwise on the screen.
-class Coverage {
- public:
-  explicit Coverage(const ImageSize& size) : sums_({size.width + 2, size.height}) {}
-
-  void add_edge(Vector2d p, Vector2d q) {
-    if (p.y() == q.y()) return;
-    const double direction = p.y() < q.y() ? 1 : -1;  // down the left side: the area begins
-    if (p.y() > q.y()) std::swap(p, q);
-    const double slope = (q.x() - p.x()) / (q.y() - p.y());
-    const int last = std::min(sums_.height(), static_cast<int>(std::ceil(q.y())));
-    double x = p.x();
-    for (int row = static_cast<int>(p.y()); row < last; ++row) {
-      const double height = std::min(row + 1.0, q.y()) - std::max<double>(row, p.y());
-      const double next = x + slope * height;
-      add_in_row(sums_.row(row), std::minmax(x, next), direction * height);
-      x = next;
-    }
-  }
-
-  Image8 picture() const {
-    Image8 image({sums_.width() - 2, sums_.height()});
-    for (int y = 0; y < image.height(); ++y) {
-      double covered = 0;
-      for (int x = 0; x < image.width(); ++x) {
-        covered += sums_(x, y);
-        image(x, y) =
-            static_cast<std::uint8_t>(std::lround(255 * (1 - std::clamp(covered, 0.0, 1.0))));
-      }
-    }
-    return image;
-  }
-
- private:
-  // The part of an edge in one row, from x.first to x.second: adds to each pixel the increase of
-  // the area right of the edge.
-  static void add_in_row(float* row, std::pair<double, double> x, double signed_height) {
-    const int first = static_cast<int>(x.first);
-    const int last = std::max(first + 1, static_cast<int>(std::ceil(x.second)));
-    const double length = x.second - x.first;
-    double before = 0;
-    for (int i = first; i <= last; ++i) {
-      double share = 1;  // of the row's height, right of the edge, in pixel i
-      if (i < last) {
-        const double from = std::max<double>(i, x.first);
-        const double to = std::min(i + 1.0, x.second);
-        const double crossed = length > 0 ? (to - from) / length : 1;
-        const double passed = length > 0 ? (from - x.first) / length : 0;
-        share = passed + crossed * (i + 1 - (from + to) / 2);
-      }
-      row[i] += static_cast<float>(signed_height * (share - before));
-      before = share;
-    }
-  }
-
-  ImageF sums_;
-};
 
 }  // namespace
 
@@ -176,13 +119,21 @@ ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm) {
 }
 
 Image8 sheet_image(const Sheet& sheet, double pixels_per_mm) {
-  Coverage coverage(sheet_size(sheet, pixels_per_mm));
+  Outlines ink;
   for (const Quad& quad : sheet.ink) {
-    for (int i = 0; i < 4; ++i) {
-      coverage.add_edge(quad[i] * pixels_per_mm, quad[(i + 1) % 4] * pixels_per_mm);
-    }
+    std::vector<Vector2d> outline(quad.begin(), quad.end());
+    for (Vector2d& corner : outline) corner *= pixels_per_mm;
+    ink.add(outline);
   }
-  return coverage.picture();
+  Image8 image(sheet_size(sheet, pixels_per_mm), 255);
+  CoverageBand band(image.width(), image.height());
+  band.accumulate(ink.edges());
+  band.drain([&](int row, int first, int end, float share) {
+    const double light = 1 - std::clamp<double>(share, 0, 1);
+    std::fill(image.row(row) + first, image.row(row) + end,
+              static_cast<std::uint8_t>(std::lround(255 * light)));
+  });
+  return image;
 }
 
 }  // namespace tagcal::tools

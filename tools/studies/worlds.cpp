@@ -9,15 +9,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
-#include <thread>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "worlds/draw.hpp"
@@ -76,24 +75,8 @@ int run(const Arguments& arguments) {
   std::vector<std::uint64_t> missing;
   for (std::uint64_t i = arguments.first; i < arguments.first + arguments.count; ++i)
     if (!file.has(arguments.seed, i)) missing.push_back(i);
-  // parallel_for does not split so few calls; each takes about a second.
-  std::atomic<std::size_t> next = 0;
-  std::vector<std::exception_ptr> errors(static_cast<std::size_t>(arguments.threads));
-  const auto work = [&](std::size_t thread) {
-    try {
-      for (std::size_t i = next++; i < missing.size(); i = next++)
-        file.add(judge(draw_world(arguments.seed, missing[i])));
-    } catch (...) {
-      errors[thread] = std::current_exception();
-    }
-  };
-  {
-    std::vector<std::jthread> others;
-    for (std::size_t t = 1; t < errors.size(); ++t) others.emplace_back(work, t);
-    work(0);
-  }
-  for (const std::exception_ptr& error : errors)
-    if (error) std::rethrow_exception(error);
+  parallel_for(missing.size(), arguments.threads,
+               [&](std::size_t i) { file.add(judge(draw_world(arguments.seed, missing[i]))); });
   fmt::print("{}: {} worlds added, {} were there\n", arguments.out, missing.size(),
              arguments.count - missing.size());
   return 0;

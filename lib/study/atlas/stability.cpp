@@ -9,8 +9,10 @@
 #include "study/quantile.hpp"
 #include "study/study_threads.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::study {
+using namespace internal;
 namespace {
 
 // One method at one problem.
@@ -78,14 +80,13 @@ std::vector<StabilityTally> run_cell(const StabilityMap& map, std::size_t cell,
   for (std::size_t m = 0; m < done.size(); ++m)
     done[m].resize(static_cast<std::size_t>(n.of(map.methods[m])));
   const std::vector<double> at = map.values(cell);
-  in_threads(std::max(n.ours, n.peers), options.threads, [&](int i) {
-    Random random(options.seed,
-                  (static_cast<std::uint64_t>(cell) << 32) + static_cast<std::uint64_t>(i));
-    const StabilityProblem problem = map.draw(at, random);
-    const auto t = static_cast<std::size_t>(i);
-    for (std::size_t m = 0; m < done.size(); ++m)
-      if (t < done[m].size()) done[m][t] = tried(problem(m));
-  });
+  parallel_for(static_cast<std::size_t>(std::max(n.ours, n.peers)), options.threads,
+               [&](std::size_t t) {
+                 Random random(options.seed, (static_cast<std::uint64_t>(cell) << 32) + t);
+                 const StabilityProblem problem = map.draw(at, random);
+                 for (std::size_t m = 0; m < done.size(); ++m)
+                   if (t < done[m].size()) done[m][t] = tried(problem(m));
+               });
   std::vector<StabilityTally> tallies;
   for (std::size_t m = 0; m < done.size(); ++m) {
     tallies.push_back(tally_of(done[m]));

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 
 #include "study/processor_time.hpp"
 #include "study/study_threads.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::study {
+using namespace internal;
 namespace {
 
 Random random_of(std::uint64_t seed, int panel, int trial) {
@@ -91,18 +92,14 @@ ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
   const int panels = static_cast<int>(study.panels.size());
   const auto num_trials = static_cast<std::size_t>(result.num_trials);
   // Each trial visits all panels, so that a slow moment of the machine affects all of them.
-  const int n = panels * result.num_trials;
-  std::vector<std::vector<ChartTrial>> done(static_cast<std::size_t>(n));
-  std::mutex mutex;
-  int num_done = 0;
+  std::vector<std::vector<ChartTrial>> done(study.panels.size() * num_trials);
   const OneOpenCvThread one_thread;
-  in_threads(n, options.threads, [&](int i) {
-    const int panel = i % panels, trial = i / panels;
+  const auto visit = [&](std::size_t i) {
+    const int panel = static_cast<int>(i) % panels, trial = static_cast<int>(i) / panels;
     done[static_cast<std::size_t>(panel) * num_trials + static_cast<std::size_t>(trial)] =
         attempt_all(study, panel, trial, options.seed);
-    const std::scoped_lock lock(mutex);
-    if (progress) progress(++num_done, n);
-  });
+  };
+  parallel_for(done.size(), options.threads, visit, progress);
   for (const auto& trials : done)
     result.trials.insert(result.trials.end(), trials.begin(), trials.end());
   return result;

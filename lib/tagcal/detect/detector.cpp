@@ -7,10 +7,10 @@
 #include <memory>
 
 #include "tagcal/detect/board_search/board_finder.hpp"
-#include "tagcal/detect/board_search/picture_batch.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -110,7 +110,7 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   DetectResult result;
   result.views.resize(images.size());
   std::vector<PictureReport> reports(images.size());
-  for_each_picture(
+  parallel_for(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
         result.views[i] = worker.detect(images[i].load(), images[i].name, reports[i]);

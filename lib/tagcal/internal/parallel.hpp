@@ -1,26 +1,42 @@
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
-#include <thread>
+#include <functional>
 #include <vector>
 
 namespace tagcal::internal {
 
-// Calls work(i) for each i of [0, n), on several threads if there are enough calls; 0 threads: one
-// per core. Calls must not depend on each other, nor throw. Results then do not depend on the
-// number of threads.
+// Number of threads for an option: 0 means one per core.
+int threads_of(int asked);
+
+// The same for n short calls: starting a thread takes as long as many of them.
+int threads_for_short_calls(std::size_t n, std::size_t asked);
+
+// Is told (done, n) after each call, under a lock.
+using CallProgress = std::function<void(int, int)>;
+
+// Calls work(thread, i) once for each i of [0, n), on up to `threads` threads (0: one per core);
+// the caller's is thread 0. Calls must not depend on each other; the results then do not depend on
+// the number of threads. An exception stops the remaining calls; of several, that of the smallest i
+// is thrown in the end.
+void dispatch_calls(std::size_t n, int threads, const std::function<void(int, std::size_t)>& work,
+                    const CallProgress& progress = {});
+
+// The same for work(i).
 template <typename Work>
-void parallel_for(std::size_t n, std::size_t num_threads, const Work& work) {
-  constexpr std::size_t kFewestCalls = 50;  // per thread
-  if (num_threads == 0) num_threads = std::max(1u, std::thread::hardware_concurrency());
-  num_threads = std::clamp<std::size_t>(n / kFewestCalls, 1, num_threads);
-  const auto part = [&](std::size_t t) {
-    for (std::size_t i = t * n / num_threads; i < (t + 1) * n / num_threads; ++i) work(i);
+void parallel_for(std::size_t n, int threads, const Work& work, const CallProgress& progress = {}) {
+  dispatch_calls(
+      n, threads, [&](int, std::size_t i) { work(i); }, progress);
+}
+
+// The same for work(worker, i), on one thread per worker.
+template <typename Worker, typename Work>
+void parallel_for(std::size_t n, std::vector<Worker>& workers, const Work& work,
+                  const CallProgress& progress = {}) {
+  const auto call = [&](int thread, std::size_t i) {
+    work(workers[static_cast<std::size_t>(thread)], i);
   };
-  std::vector<std::jthread> threads;
-  for (std::size_t t = 1; t < num_threads; ++t) threads.emplace_back(part, t);
-  part(0);
+  dispatch_calls(n, static_cast<int>(workers.size()), call, progress);
 }
 
 }  // namespace tagcal::internal

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "tagcal/camera/kernels/parameter_sum_loop.hpp"
 #include "tagcal/camera/kernels/project_loop.hpp"
 #include "tagcal/camera/kernels/sum_loop.hpp"
 
@@ -13,8 +12,9 @@ template <typename LensKernel, typename Pack>
 constexpr void fill(ProjectKernelKind kind, ProjectKernels& kernels) {
   kernels.pixels[kind] = ProjectLoop<LensKernel, Pack, false>::run;
   kernels.with_jacobians[kind] = ProjectLoop<LensKernel, Pack, true>::run;
-  kernels.sums_pose[kind] = SumLoop<LensKernel, Pack, false>::run;
-  kernels.sums_pose_and_focal[kind] = SumLoop<LensKernel, Pack, true>::run;
+  kernels.sums_pose[kind] = SumLoop<LensKernel, Pack, kNoColumn>::run;
+  kernels.sums_pose_and_focal[kind] = SumLoop<LensKernel, Pack, kFocalColumn>::run;
+  kernels.sums_with_parameters[kind] = SumLoop<LensKernel, Pack, kFreeColumns>::run;
 }
 
 template <typename Pack>
@@ -25,7 +25,6 @@ constexpr ProjectKernels kernels_for() {
   fill<PerspectiveKernel<kRational>, Pack>(kRational, kernels);
   fill<FisheyeKernel, Pack>(kFisheye, kernels);
   fill<ParallelKernel, Pack>(kParallel, kernels);
-  kernels.sums_with_parameters = parameter_sums_for<Pack>();
   return kernels;
 }
 

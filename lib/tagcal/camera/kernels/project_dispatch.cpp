@@ -46,20 +46,15 @@ void set_pose(const Pose& camera_from_source, ViewJob& job) {
 }  // namespace
 
 const ProjectKernels& fastest_kernels() {
-  static const ProjectKernels kernels = [] {
+  static const ProjectKernels* const kernels = [] {
 #if defined(__x86_64__)
     if (kAvx2Kernels.pixels[kPinhole] && __builtin_cpu_supports("avx2") &&
-        __builtin_cpu_supports("fma")) {
-      ProjectKernels fastest = kAvx2Kernels;
-      if (kAvx512ParameterSums.of[kPinhole] && __builtin_cpu_supports("avx512f") &&
-          __builtin_cpu_supports("avx512dq"))
-        fastest.sums_with_parameters = kAvx512ParameterSums;
-      return fastest;
-    }
+        __builtin_cpu_supports("fma"))
+      return &kAvx2Kernels;
 #endif
-    return kPortableKernels;
+    return &kPortableKernels;
   }();
-  return kernels;
+  return *kernels;
 }
 
 unsigned set_columns(std::span<const FreeParameter> free, std::size_t num_parameters,

@@ -1,9 +1,8 @@
 #pragma once
 
 // The kernels of batch projection, compiled once for any processor, once for x86-64 with AVX2 and
-// FMA, and the longest sums for AVX-512; project_dispatch.cpp chooses at run time. This header has
-// only plain data and pointers, no Eigen and no standard library: of an inline function the linker
-// could keep the copy that was compiled for AVX2, and the program would not run without AVX2.
+// FMA; project_dispatch.cpp chooses at run time. This header has only plain data and pointers, no
+// Eigen and no standard library (see internal/pack.hpp).
 
 namespace tagcal::internal {
 
@@ -30,19 +29,16 @@ struct ProjectJob : ViewJob {
 };
 
 // The normal equations of the residuals, projected - observed pixel: sums over all points of the
-// products of the columns of [J | r]. J has the derivatives by the pose step (6) and, with the
-// focal length, by its logarithm (fx and fy change by one factor). The upper triangle, row by row,
-// has 28 or 36 numbers.
+// products of the columns of [J | r], the upper triangle row by row: N (N + 1) / 2 numbers for N
+// columns. J has the derivatives by the pose step (6) and
+//   sums_pose             no others: N = 7
+//   sums_pose_and_focal   by the logarithm of the focal length (fx and fy change by one factor)
+//   sums_with_parameters  by free parameters and, where the target can be bent, by two bends:
+//                         N = 6 + num_columns + (bend ? 2 : 0) + 1
 struct SumJob : ViewJob {
   const double* pixels = nullptr;     // n x 2, observed
   const double* whitening = nullptr;  // n x 4, W (column by column) of rows W [J | r], or null: 1
   double* sums = nullptr;
-};
-
-// The same with the columns of free parameters between the pose step and the residual and, where
-// the target can be bent, two more after them: N = 6 + num_columns + (bend ? 2 : 0) + 1,
-// N (N + 1) / 2 sums.
-struct ParameterSumJob : SumJob {
   int num_columns = 0;
   unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
   const double* bend = nullptr;   // n x 2: how far a point moves by a unit of each bend, or null
@@ -53,11 +49,6 @@ struct ParameterSumJob : SumJob {
 // (k4 k5 k6), in the values and in the columns.
 enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
 
-struct ParameterSumKernels {
-  using Kernel = bool (*)(const ParameterSumJob&);  // false: a point is out of the domain
-  Kernel of[kNumKernelKinds] = {};
-};
-
 struct ProjectKernels {
   using Kernel = void (*)(const ProjectJob&);
   using SumKernel = bool (*)(const SumJob&);    // false: a point is out of the domain
@@ -65,11 +56,10 @@ struct ProjectKernels {
   Kernel with_jacobians[kNumKernelKinds] = {};  // those that are wanted
   SumKernel sums_pose[kNumKernelKinds] = {};
   SumKernel sums_pose_and_focal[kNumKernelKinds] = {};
-  ParameterSumKernels sums_with_parameters;
+  SumKernel sums_with_parameters[kNumKernelKinds] = {};
 };
 
 extern const ProjectKernels kPortableKernels;
 extern const ProjectKernels kAvx2Kernels;  // null pointers where the compiler has no AVX2
-extern const ParameterSumKernels kAvx512ParameterSums;  // the same without AVX-512
 
 }  // namespace tagcal::internal

@@ -40,7 +40,7 @@ void store_by_parameters(const ColumnPlan& plan, PackJacobian<Pack>& jacobian, d
   for (int row = 0; row < 2; ++row) {
     Pack* const columns = jacobian.by_parameters[row];
     for (int i = 0; i < plan.num_sums; ++i) {
-      Pack sum(0);
+      Pack sum{};
       for (unsigned left = plan.sums[i]; left != 0; left &= left - 1)
         sum = sum + columns[__builtin_ctz(left)];
       columns[kMaxLensParameters + i] = sum;
@@ -64,37 +64,39 @@ class ProjectLoop {
   static void run(const ProjectJob& job) {
     ProjectLoop loop(job);
     unsigned long i = 0;
-    for (; i + Pack::kSize <= job.num_points; i += Pack::kSize) loop.step(job, i);
-    if constexpr (Pack::kSize > 1)
+    for (; i + kSize <= job.num_points; i += kSize) loop.step(job, i);
+    if constexpr (kSize > 1)
       if (i < job.num_points) loop.rest(job, i);
   }
 
  private:
-  explicit ProjectLoop(const ProjectJob& job) : pose_(job), lens_(job), plan_(job) {}
+  static constexpr int kSize = kLanes<Pack>;
+
+  explicit ProjectLoop(const ProjectJob& job) : view_(job), plan_(job) {}
 
   void step(const ProjectJob& job, unsigned long i) {
     PackPoint<Pack> source;
     load_points(job.points + 3 * i, source.x, source.y, source.z);
-    const PackPoint<Pack> turned = pose_.turned(source);
-    const PackImage<Pack> image = LensKernel::project(lens_, pose_.moved(turned), jacobian());
-    store_pixels(nan_unless(image.valid, image.u), nan_unless(image.valid, image.v),
-                 job.pixels + 2 * i);
+    const PackPoint<Pack> turned = view_.turned(source);
+    const PackImage<Pack> image =
+        LensKernel::project(view_.parameters, view_.limit, view_.moved(turned), jacobian());
+    const Pack nan = splat<Pack>(__builtin_nan(""));
+    store_pixels(image.valid ? image.u : nan, image.valid ? image.v : nan, job.pixels + 2 * i);
     store_valid(image.valid, job.valid + i);
     if constexpr (kJacobians) {
       double* const by_pose = job.by_pose + 12 * i;
       double* const by_parameters = job.by_parameters + width(job) * i;
       if (job.by_pose) store_by_pose(turned, jacobian_, by_pose);
       if (job.by_parameters) store_by_parameters(plan_, jacobian_, by_parameters);
-      if (all(image.valid)) return;
-      if (job.by_pose) spoil_rows<Pack::kSize>(job.valid + i, 6, by_pose);
-      if (job.by_parameters) spoil_rows<Pack::kSize>(job.valid + i, job.num_columns, by_parameters);
+      if (all_set(image.valid)) return;
+      if (job.by_pose) spoil_rows<kSize>(job.valid + i, 6, by_pose);
+      if (job.by_parameters) spoil_rows<kSize>(job.valid + i, job.num_columns, by_parameters);
     }
   }
 
   // The last points, fewer than a pack: the same step on a copy, so that a point's result does not
   // depend on its place.
   void rest(const ProjectJob& job, unsigned long begin) {
-    constexpr int kSize = Pack::kSize;
     double points[3 * kSize] = {}, pixels[2 * kSize], by_pose[12 * kSize];
     double by_parameters[2 * kMaxLensParameters * kSize];
     unsigned char valid[kSize];
@@ -128,8 +130,7 @@ class ProjectLoop {
     for (unsigned long i = 0; i < count; ++i) to[i] = from[i];
   }
 
-  const PackPose<Pack> pose_;
-  const PackLens<Pack> lens_;
+  const PackView<Pack> view_;
   const ColumnPlan plan_;
   PackJacobian<Pack> jacobian_;
 };

@@ -2,14 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
-#include <thread>
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -102,16 +101,8 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
 std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
     const Image8& searched) const {
   std::vector<std::vector<Sighting>> sightings(passes_.size());
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < passes_.size(); i = next++)
-      sightings[i] = look(searched, passes_[i], max_hamming_);
-  };
-  std::vector<std::jthread> threads;
-  for (int i = 1; i < std::min(threads_, static_cast<int>(passes_.size())); ++i)
-    threads.emplace_back(work);
-  work();
-  threads.clear();  // waits for them
+  parallel_for(passes_.size(), threads_,
+               [&](std::size_t i) { sightings[i] = look(searched, passes_[i], max_hamming_); });
   return sightings;
 }
 

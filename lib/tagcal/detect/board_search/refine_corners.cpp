@@ -8,11 +8,11 @@
 #include <string>
 
 #include "tagcal/detect/board_search/board_patterns.hpp"
-#include "tagcal/detect/board_search/picture_batch.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/refine_tag_model.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -89,11 +89,9 @@ RefinedCorners refine_corners(const std::vector<ImageSource>& images,
   for (const ImageSource& image : images) by_name[image.name] = &image;
   std::vector<ViewRefinement> refined;
   for (const View& view : views) refined.push_back({view, view});
-  std::vector<int> workers(
-      std::clamp<std::size_t>(views.size(), 1, static_cast<std::size_t>(threads_of(threads))));
-  for_each_picture(
-      views.size(), workers,
-      [&](int, std::size_t i) {
+  parallel_for(
+      views.size(), threads,
+      [&](std::size_t i) {
         const auto source = by_name.find(views[i].image);
         if (source == by_name.end()) return;
         const Image8 image = source->second->load();

@@ -7,6 +7,7 @@
 
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 namespace tagcal::internal {
@@ -222,23 +223,23 @@ TagCells::TagCells(const TagFamily& family, int id, const CellSurroundings& surr
     : width_(family.total_width),
       border_(family.width_at_border),
       cells_(static_cast<std::size_t>(width_ * width_), Cell{false, Part::fixed}) {
+  const PrintedTag printed = printed_tag(family, id);
+  for (int y = 0; y < width_; ++y)
+    for (int x = 0; x < width_; ++x) at(x, y).white = !printed.is_black(x, y);
   const int ring = start() - (family.reversed_border ? 0 : 1);
   const bool framed = family.reversed_border || surroundings.white_frame;
   for (int i = ring; i < width_ - ring; ++i) {
     for (const auto& [x, y] :
          {std::pair{i, ring}, {i, width_ - 1 - ring}, {ring, i}, {width_ - 1 - ring, i}}) {
-      at(x, y) = {true, framed ? Part::fixed : Part::unknown};
+      at(x, y).part = framed ? Part::fixed : Part::unknown;
     }
   }
   if (!family.reversed_border && surroundings.corner_squares) {
     for (const int x : {0, width_ - 1})
       for (const int y : {0, width_ - 1}) at(x, y).part = Part::unknown;
   }
-  const std::uint64_t code = family.codes[static_cast<std::size_t>(id)];
-  for (std::size_t i = 0; i < family.bits.size(); ++i) {
-    const bool white = (code >> (family.bits.size() - 1 - i) & 1U) != 0;
-    at(family.bits[i].x + start(), family.bits[i].y + start()) = {white, Part::bit};
-  }
+  for (const TagFamily::Cell& bit : family.bits)
+    at(bit.x + start(), bit.y + start()).part = Part::bit;
 }
 
 TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& pattern) {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "tagcal/detect/board_search/picture_batch.hpp"
 #include "tagcal/detect/board_search/tag_cells.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -98,11 +98,9 @@ std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& i
     std::vector<OtherReader> readers;
     const int num_readers = std::clamp(static_cast<int>(pictures.size()), 1, threads);
     for (int i = 0; i < num_readers; ++i) readers.emplace_back(others, threads / num_readers);
-    for_each_picture(pictures.size(), readers,
-                     [&](OtherReader& reader, std::size_t i) {
-                       read[pictures[i]] = reader.count(images[pictures[i]].load());
-                     },
-                     {});
+    parallel_for(pictures.size(), readers, [&](OtherReader& reader, std::size_t i) {
+      read[pictures[i]] = reader.count(images[pictures[i]].load());
+    });
   };
   const auto shows_other = [&](std::size_t i) { return shows_other_kind(read[i], counts[i].sure); };
   const std::vector<std::size_t> probes = evenly_spread(suspicious, policy::kBoardBorderProbes);

@@ -56,7 +56,7 @@ inline void shift_borders(const TagTable& table, Pack per_tag, FeltLine* lines, 
 inline void shift_corner(Pack contrast, Pack num_white, const FeltLine& column, const FeltLine& row,
                          ByShift& by) {
   const Pack size = magnitude(contrast), single = size * (2.0F - num_white);
-  const Pack touching = chosen(size > 1.5F, all(2.0F), Pack{});  // numeric: between 1 and 2
+  const Pack touching = size > 1.5F ? splat<Pack>(2.0F) : Pack{};  // numeric: between 1 and 2
   const Pack of_row = single * row.white - touching * magnitude(row.white);
   const Pack white = column.white * of_row;
   by.white += white;

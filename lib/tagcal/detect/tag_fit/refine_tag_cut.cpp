@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+#include "tagcal/solvers/plane.hpp"
 
 // The start of a fit: its pixels and its first parameters.
 namespace tagcal::internal {
@@ -15,24 +16,6 @@ using Eigen::Vector3d;
 using namespace tag_parameter;
 
 constexpr double kStartBlur = 0.8;  // numeric: start of the iteration, px
-
-// Image from the tag's plane, by four corners.
-Matrix3d homography(const TagCorners& on_tag, const TagCorners& corners) {
-  Eigen::Matrix<double, 8, 8> system;
-  Eigen::Matrix<double, 8, 1> right;
-  for (int i = 0; i < 4; ++i) {
-    const double u = on_tag[static_cast<std::size_t>(i)].x();
-    const double v = on_tag[static_cast<std::size_t>(i)].y();
-    const Vector2d& c = corners[static_cast<std::size_t>(i)];
-    system.row(2 * i) << u, v, 1, 0, 0, 0, -c.x() * u, -c.x() * v;
-    system.row(2 * i + 1) << 0, 0, 0, u, v, 1, -c.y() * u, -c.y() * v;
-    right.segment<2>(2 * i) = c;
-  }
-  const Eigen::Matrix<double, 8, 1> h = system.partialPivLu().solve(right);
-  Matrix3d result;
-  result << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
-  return result;
-}
 
 }  // namespace
 
@@ -51,14 +34,15 @@ bool TagFitter::look() {
     view_ = StraightView::about(options_.camera->lens, middle_, scale_);
     if (!view_) return false;
   }
-  TagCorners places;
+  std::array<Vector3d, 4> places;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto place = straight_place(start_[i]);
     if (!place) return false;
-    places[i] = *place;
+    places[i] = place->homogeneous();
   }
-  image_from_tag_ = homography(region_.corners_on_tag, places);
-  return true;
+  const std::optional<Matrix3d> image_from_tag = homography(region_.corners_on_tag, places);
+  if (image_from_tag) image_from_tag_ = *image_from_tag;
+  return image_from_tag.has_value();
 }
 
 // A box around the pixels that the region may cover.

@@ -26,9 +26,9 @@ struct FeltLine {
 // Normal integral (Abramowitz & Stegun 7.1.26) and density, each with an error below 3e-6.
 inline void set_profile(FeltLine& felt) {
   const Pack z = felt.distance, size = magnitude(z);
-  const Pack twelve = all(12.0F);
-  const Pack a = chosen(size < twelve, size, twelve);
-  felt.near = chosen(z < 0.0F, -a, a);
+  const Pack twelve = splat<Pack>(12.0F);
+  const Pack a = size < twelve ? size : twelve;
+  felt.near = z < 0.0F ? -a : a;
   const Pack e = exp_minus(0.5F * a * a);           // numeric: exp(-a^2 / 2)
   const Pack t = 1.0F / (1.0F + 0.231641888F * a);  // numeric: p / sqrt(2) of 7.1.26
   const Pack tail =
@@ -38,7 +38,7 @@ inline void set_profile(FeltLine& felt) {
       (0.254829592F +
        // numeric: as above
        t * (-0.284496736F + t * (1.421413741F + t * (-1.453152027F + t * 1.061405429F))));
-  const Pack normal = chosen(z < 0.0F, tail, 1.0F - tail);
+  const Pack normal = z < 0.0F ? tail : 1.0F - tail;
   const Pack z2 = z * z;
   felt.density = 0.398942280F * e;  // numeric: 1 / sqrt(2 pi)
   felt.step = normal - felt.box * z * (z2 - 3.0F) * felt.density;
@@ -58,10 +58,11 @@ inline void feel(const TagTable& table, const TagLine* lines, const std::int32_t
   felt.normal_y = line.by_y / table.per_unit;
   felt.distance = line.by_x * pixel.x + line.by_y * pixel.y + line.by_1;
   const Pack x2 = felt.normal_x * felt.normal_x, y2 = felt.normal_y * felt.normal_y;
-  felt.stretched = all(1.0F);
+  felt.stretched = splat<Pack>(1.0F);
   if constexpr (kStretched) {
-    felt.stretched = inverse_root(x2 * pixel.xx + 2.0F * felt.normal_x * felt.normal_y * pixel.xy +
-                                  y2 * pixel.yy);
+    felt.stretched =
+        1.0F / square_root(x2 * pixel.xx + 2.0F * felt.normal_x * felt.normal_y * pixel.xy +
+                           y2 * pixel.yy);
     felt.distance *= felt.stretched;
   }
   felt.box = table.box * (x2 * x2 + y2 * y2);
@@ -79,14 +80,14 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
   Pack white = {}, last = {};
   Pack widths[kFelt + 1];
   for (int i = 0; i <= kFelt; ++i) {
-    const Pack before = i == 0 ? all(1.0F) : columns[i - 1].step;
+    const Pack before = i == 0 ? splat<Pack>(1.0F) : columns[i - 1].step;
     widths[i] = i == kFelt ? before : before - columns[i].step;
   }
   for (int i = 0; i < kFelt; ++i) columns[i].by_distance = columns[i].border = Pack{};
   BitPack above = {};
   for (int j = 0; j <= kFelt; ++j) {
     const BitPack bits = load<BitPack>(&block.cells[j][at]), changes = bits ^ (bits >> 1);
-    const Pack before = j == 0 ? all(1.0F) : rows[j - 1].step;
+    const Pack before = j == 0 ? splat<Pack>(1.0F) : rows[j - 1].step;
     const Pack weight = j == kFelt ? before : before - rows[j].step;
     Pack left = cell(bits, 0), sum = left;
     for (int i = 0; i < kFelt; ++i) {
@@ -126,7 +127,7 @@ inline Pack cosine(const PixelPack& pixel, const FeltLine& a, const FeltLine& b)
 // n >= 0 of rho^(n+1) / (n+1)! He_n(h) He_n(k) times both densities (Pearson 1901).
 inline Pack junction(int num_terms, Pack contrast, Pack rho, FeltLine& column, FeltLine& row) {
   const Pack h = column.near, k = row.near;
-  Pack of_h = all(1.0F), next_of_h = h, of_k = of_h, next_of_k = k;
+  Pack of_h = splat<Pack>(1.0F), next_of_h = h, of_k = of_h, next_of_k = k;
   Pack term = rho, sum = {}, by_h = {}, by_k = {};
   for (int n = 1; n <= num_terms; ++n) {
     const auto order = static_cast<float>(n);

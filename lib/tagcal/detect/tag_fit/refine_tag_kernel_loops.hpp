@@ -61,11 +61,11 @@ inline void put_bends(TagBlock& block, int at, Pack by_x, Pack by_y) {
 
 // Share of white in grey levels from that in light; multiplies `gain` by its derivative.
 inline Pack grey_of_light(const TagTable& table, Pack white, Pack& gain) {
-  const Pack least = all(1e-3F);  // numeric: keeps the logarithm finite
+  const Pack least = splat<Pack>(1e-3F);  // numeric: keeps the logarithm finite
   const Pack light = table.black_light + (1.0F - table.black_light) * white;
-  const Pack x = chosen(light > least, light, least);
+  const Pack x = larger(light, least);
   const Pack grey = exp_minus(-table.gamma * logarithm(x));
-  const Pack stretch = all(1.0F / (1.0F - table.black_grey));
+  const Pack stretch = splat<Pack>(1.0F / (1.0F - table.black_grey));
   gain *= stretch * table.gamma * (1.0F - table.black_light) * grey / x;
   return stretch * (grey - table.black_grey);
 }
@@ -86,7 +86,7 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   put(block, column++, at, gain * by.by_last_x);
   put(block, column++, at, gain * by.by_last_y);
   put(block, column++, at, gain * by.by_log_spread);
-  put(block, column++, at, all(1.0F));
+  put(block, column++, at, splat<Pack>(1.0F));
   put(block, column++, at, white);
   put(block, column++, at, white * x);
   put(block, column++, at, white * y);
@@ -98,7 +98,7 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
 
 template <int kFelt, bool kStretched>
 inline void evaluate_all(const TagTable& table, TagBlock& block) {
-  for (int at = 0; at < block.size; at += kLanes) {
+  for (int at = 0; at < block.size; at += kFloatLanes) {
     const PixelPack pixel = {load<Pack>(&block.x[at]), load<Pack>(&block.y[at]),
                              load<Pack>(&block.xx[at]), load<Pack>(&block.xy[at]),
                              load<Pack>(&block.yy[at])};
@@ -171,7 +171,7 @@ void evaluate(const TagTable& table, TagBlock& block) {
 void locate(const TagLocateJob& job) {
   const TagLine* const lines = job.axis->lines;
   const int last_line = job.axis->count - 1;
-  for (int c = job.from; c < job.to; c += kLanes) {
+  for (int c = job.from; c < job.to; c += kFloatLanes) {
     const Pack x = load<Pack>(job.x + c), y = load<Pack>(job.y + c);
     const auto distance = [&](int i) {
       return lines[i].by_x * x + lines[i].by_y * y + lines[i].by_1;
@@ -192,7 +192,7 @@ void locate(const TagLocateJob& job) {
 // Products of two columns with four, in single precision over a block.
 inline void add_tile(const TagBlock& block, int row, int column, double* sums) {
   Pack products[2][4] = {};
-  for (int at = 0; at < block.size; at += kLanes) {
+  for (int at = 0; at < block.size; at += kFloatLanes) {
     const Pack a = load<Pack>(&block.derivatives[row][at]);
     const Pack b = load<Pack>(&block.derivatives[row + 1][at]);
     for (int j = 0; j < 4; ++j) {

@@ -1,66 +1,24 @@
 #pragma once
 
 #include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+#include "tagcal/internal/pack.hpp"
 
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
-
-// Packs of numbers for the loops of refine_tag_kernels.hpp. Included by the files of kernels only.
-// They are the compiler's vector types: on every processor, in one register or in several.
+// Functions of packs for the loops of refine_tag_kernels.hpp. Included by the files of kernels
+// only.
 namespace tagcal::internal {
 namespace {
 
-#ifdef __AVX2__
-constexpr int kLanes = 8;
-#else
-constexpr int kLanes = 4;
-#endif
-static_assert(kTagPack % kLanes == 0);
-
-typedef float Pack __attribute__((vector_size(4 * kLanes)));
-typedef std::int32_t IntPack __attribute__((vector_size(4 * kLanes)));
-typedef std::uint32_t BitPack __attribute__((vector_size(4 * kLanes)));
-
-inline IntPack bits_of(Pack a) { return __builtin_bit_cast(IntPack, a); }
-inline Pack from_bits(IntPack a) { return __builtin_bit_cast(Pack, a); }
-inline Pack all(float value) { return value - Pack{}; }
-
-template <typename P, typename T>
-inline P load(const T* from) {
-  P result;
-  __builtin_memcpy(&result, from, sizeof result);
-  return result;
-}
-
-template <typename P, typename T>
-inline void store(T* to, const P& pack) {
-  __builtin_memcpy(to, &pack, sizeof pack);
-}
-
-// Bitwise choice.
-inline Pack chosen(IntPack mask, Pack yes, Pack no) {
-  return from_bits((mask & bits_of(yes)) | (~mask & bits_of(no)));
-}
-
-inline Pack magnitude(Pack a) { return from_bits(bits_of(a) & 0x7fffffff); }
-
-inline Pack inverse_root(Pack squared) {
-#ifdef __AVX2__
-  return 1.0F / _mm256_sqrt_ps(squared);
-#else
-  Pack result;
-  for (int i = 0; i < kLanes; ++i) result[i] = 1.0F / __builtin_sqrtf(squared[i]);
-  return result;
-#endif
-}
+using Pack = Floats;
+using IntPack = Ints;
+using BitPack = Bits;
+static_assert(kTagPack % kFloatLanes == 0);
 
 // Natural logarithm of a positive number, with an error below 1e-6.
 inline Pack logarithm(Pack x) {
-  const IntPack bits = bits_of(x);
+  const IntPack bits = __builtin_bit_cast(IntPack, x);
   // The mantissa m lies in [2/3, 4/3).
   const IntPack exponent = (bits - 0x3f2aaaab) >> 23;
-  const Pack m = from_bits(bits - (exponent << 23));
+  const Pack m = __builtin_bit_cast(Pack, bits - (exponent << 23));
   const Pack t = (m - 1.0F) / (m + 1.0F), t2 = t * t;
   // numeric: log 2 times the exponent, plus log m = 2 artanh t
   return 0.693147181F * __builtin_convertvector(exponent, Pack) +
@@ -80,7 +38,7 @@ inline Pack exp_minus(Pack a) {
       f * (0.693147182F + f * (0.240226463F + f * (0.0555041F + f * (0.00961813F + f * 0.00133336F +
                                                                      // numeric: as above
                                                                      f * f * 0.000154035F))));
-  return power * from_bits((whole + 27) << 23);
+  return power * __builtin_bit_cast(Pack, (whole + 27) << 23);
 }
 
 // Adds the sum over the lanes of each of four packs.
@@ -93,7 +51,7 @@ inline void add_sums(const Pack* packs, double* sums) {
 #else
   for (int j = 0; j < 4; ++j) {
     float sum = 0;
-    for (int lane = 0; lane < kLanes; ++lane) sum += packs[j][lane];
+    for (int lane = 0; lane < kFloatLanes; ++lane) sum += packs[j][lane];
     sums[j] += static_cast<double>(sum);
   }
 #endif
@@ -125,7 +83,7 @@ inline LinePack load_lines(const TagLine* lines, const std::int32_t* first) {
           _mm256_permute2f128_ps(r[0], r[4], 0x31)};
 #else
   LinePack pack;
-  for (int i = 0; i < kLanes; ++i) {
+  for (int i = 0; i < kFloatLanes; ++i) {
     const TagLine& line = lines[first[i]];
     pack.by_x[i] = line.by_x;
     pack.by_y[i] = line.by_y;

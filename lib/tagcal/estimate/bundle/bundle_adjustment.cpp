@@ -104,12 +104,13 @@ class Evaluation : public ceres::EvaluationCallback {
   void PrepareForEvaluation(bool /*jacobians*/, bool is_new_point) override {
     if (!is_new_point) return;
     const std::optional<Lens> lens = bundle_.model->lens(bundle_.free_values, bundle_.image_size);
-    parallel_for(views_.size(), num_threads_, [&](std::size_t i) {
-      ViewRows& view = views_[i];
-      view.bend(bundle_.bend_m - start_bend_m_);
-      view.valid = lens && view.sums.at(*lens, view.pose.at(view.step), view.gram);
-      if (view.valid) compressed_rows(view.gram, view.rows);
-    });
+    parallel_for(views_.size(), threads_for_short_calls(views_.size(), num_threads_),
+                 [&](std::size_t i) {
+                   ViewRows& view = views_[i];
+                   view.bend(bundle_.bend_m - start_bend_m_);
+                   view.valid = lens && view.sums.at(*lens, view.pose.at(view.step), view.gram);
+                   if (view.valid) compressed_rows(view.gram, view.rows);
+                 });
   }
 
  private:

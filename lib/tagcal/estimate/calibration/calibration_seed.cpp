@@ -282,7 +282,8 @@ std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageS
   start.camera_from_world.resize(views.size());
   start.inlier.resize(views.size());
   std::vector<std::optional<SeedView>> found(views.size());
-  parallel_for(views.size(), options.num_threads, [&](std::size_t i) {
+  const int num_threads = threads_for_short_calls(views.size(), options.num_threads);
+  parallel_for(views.size(), num_threads, [&](std::size_t i) {
     found[i] = seed_inliers(views[i], i, nominal_lens, start.inlier[i], options.keep_all);
   });
   std::vector<SeedView> seeds;
@@ -290,7 +291,7 @@ std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageS
     if (seed) seeds.push_back(std::move(*seed));
   if (seeds.empty()) return std::nullopt;
   const Lens lens = given ? *given : search_lens(model, size, largest_views(seeds), nominal);
-  parallel_for(seeds.size(), options.num_threads, [&](std::size_t i) {
+  parallel_for(seeds.size(), num_threads, [&](std::size_t i) {
     const std::optional<RefinedPose> pose = seed_pose(seeds[i], lens, 4);
     if (pose) start.camera_from_world[seeds[i].index] = pose->camera_from_target;
   });

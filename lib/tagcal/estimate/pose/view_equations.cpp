@@ -105,7 +105,7 @@ bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, Eigen::
   set_state(state_of(camera_from_target), job_);
   Eigen::Map<Eigen::Vector3d>(job_.bend_direction) = camera_from_target.rotation() * normal_;
   job_.sums = sums;
-  if (!fastest_kernels().sums_with_parameters.of[kind](job_)) return false;
+  if (!fastest_kernels().sums_with_parameters[kind](job_)) return false;
   const Eigen::Index n = num_columns();
   gram.resize(n, n);
   const double* sum = sums;

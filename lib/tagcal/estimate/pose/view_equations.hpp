@@ -104,7 +104,7 @@ class ParameterSums {
  private:
   std::span<const FreeParameter> free_;
   Eigen::Vector3d normal_;
-  ParameterSumJob job_;
+  SumJob job_;
 };
 
 // Computes the upper triangular R with R'R = the gram matrix of rows [J | r] (its upper triangle):

@@ -7,7 +7,6 @@
 
 #include "tagcal/scene/board.hpp"
 
-// Private to scene.
 namespace tagcal::internal {
 
 // The family with the black border of the board. Throws Error if the family does not allow this
