@@ -20,7 +20,7 @@ template <typename P>
 concept RansacFitter = requires(P fitter, const typename P::Model& model,
                                 std::span<const std::size_t> chosen,
                                 std::vector<typename P::Model>& models) {
-  // Correspondences that samples are drawn from, and the size of a minimal sample.
+  // Correspondences that samples are drawn from, ascending, and the size of a minimal sample.
   { fitter.usable() } -> std::convertible_to<std::span<const std::size_t>>;
   { fitter.sample_size() } -> std::convertible_to<std::size_t>;
   // Adds the models that fit a minimal sample, one or more groups, or all correspondences.
@@ -124,25 +124,31 @@ inline std::vector<std::size_t> indices_within(std::span<const double> squares, 
   return result;
 }
 
-// Refits the model of a sample to its inliers, whose tolerance shrinks. Calls keep(model, score)
-// for the model and for each that follows.
+template <typename Model>
+struct ScoredModel {
+  Model model;
+  std::span<const double> squares;  // valid until the fitter's next ones
+  double score;
+};
+
+// Refits the model of a sample to its inliers, whose tolerance shrinks. Calls keep for the model
+// and for each that follows.
 template <RansacFitter Fitter, RansacScore Score, typename Keep>
 void optimise_locally(Fitter& fitter, const Score& score, std::span<const std::size_t> sample,
-                      typename Fitter::Model model, double of_model, const Keep& keep) {
-  keep(model, of_model);
+                      ScoredModel<typename Fitter::Model> local, const Keep& keep) {
+  keep(local);
   std::vector<std::size_t> fitted(sample.begin(), sample.end());
-  std::span<const double> squares = fitter.squares(model);
   for (const double tolerances : {3.0, 2.0, 1.5, 1.0}) {  // numeric: tried values
-    std::vector<std::size_t> inliers =
-        indices_within(squares, tolerances * tolerances * score.inlier_square(of_model));
+    const double bound = tolerances * tolerances * score.inlier_square(local.score);
+    std::vector<std::size_t> inliers = indices_within(local.squares, bound);
     if (inliers == fitted) continue;
-    const auto refitted = fitter.refit(model, inliers);
+    const auto refitted = fitter.refit(local.model, inliers);
     if (!refitted) return;
-    model = *refitted;
     fitted = std::move(inliers);
-    squares = fitter.squares(model);
-    of_model = score(squares);
-    keep(model, of_model);
+    local.model = *refitted;
+    local.squares = fitter.squares(local.model);
+    local.score = score(local.squares);
+    keep(local);
   }
 }
 
@@ -154,15 +160,16 @@ template <RansacFitter Fitter, RansacScore Score>
 std::optional<Consensus<typename Fitter::Model>> ransac(Fitter& fitter, const Score& score,
                                                         const RansacOptions& options) {
   using Model = typename Fitter::Model;
-  if (fitter.usable().size() < fitter.sample_size()) return std::nullopt;
-  std::optional<Model> best;
+  const std::span<const std::size_t> usable = fitter.usable();
+  if (usable.size() < fitter.sample_size()) return std::nullopt;
+  std::optional<Consensus<Model>> best;
   double best_score = std::numeric_limits<double>::infinity(), best_of_samples = best_score;
-  const auto keep = [&](const Model& model, double of_model) {
-    if (!(of_model < best_score)) return;
-    best = model;
-    best_score = of_model;
+  const auto keep = [&](const ScoredModel<Model>& scored) {
+    if (!(scored.score < best_score)) return;
+    best_score = scored.score;
+    best = {scored.model, indices_within(scored.squares, score.inlier_square(best_score))};
   };
-  RansacSampler sampler(fitter.usable(), fitter.sample_size(), options);
+  RansacSampler sampler(usable, fitter.sample_size(), options);
   std::vector<Model> models;
   int count = 0;
   for (int wanted = sampler.count_for(options.least_share); count < wanted; ++count) {
@@ -171,21 +178,20 @@ std::optional<Consensus<typename Fitter::Model>> ransac(Fitter& fitter, const Sc
     fitter.solve(sample, models);
     const double before = best_score;
     for (const Model& model : models) {
-      const double of_model = score(fitter.squares(model));
+      const std::span<const double> squares = fitter.squares(model);
+      const double of_model = score(squares);
       if (!(of_model < best_of_samples)) continue;
       best_of_samples = of_model;
-      optimise_locally(fitter, score, sample, model, of_model, keep);
+      optimise_locally(fitter, score, sample, {model, squares, of_model}, keep);
     }
     if (!(best_score < before) || !score.may_end_search(best_score)) continue;
     const auto good = std::ranges::count_if(
-        fitter.usable(), [squares = fitter.squares(*best), bound = score.inlier_square(best_score)](
-                             std::size_t i) { return squares[i] <= bound; });
-    const double share = static_cast<double>(good) / static_cast<double>(fitter.usable().size());
+        best->inliers, [&](std::size_t i) { return std::ranges::binary_search(usable, i); });
+    const double share = static_cast<double>(good) / static_cast<double>(usable.size());
     wanted = sampler.count_for(std::max(share, options.least_share));
   }
-  if (!best) return std::nullopt;
-  return Consensus<Model>{
-      *best, indices_within(fitter.squares(*best), score.inlier_square(best_score)), count};
+  if (best) best->num_samples = count;
+  return best;
 }
 
 // Sum of the squares truncated at the square of a tolerance (MSAC: Torr & Zisserman, CVIU 2000),
