@@ -167,8 +167,8 @@ inline constexpr double kChanceConsensus = 1e-5;
 // Inlier tolerances within which the density of wrong corners is counted. Source: chosen by hand,
 // checked by map swapped.
 inline constexpr double kDensityTolerances = 10;
-// A second pose with this share of the inliers of the first makes both no answer. Source: chosen by
-// hand, checked by map swapped.
+// A second pose with this share of the inliers of the first makes both no answer; up to half of the
+// first one's inliers may be among them. Source: chosen by hand, checked by map swapped.
 inline constexpr double kRivalShare = 0.8;
 
 // A tag off its place (shifted_tag_test.hpp): normal score of the F ratio that rejects it (one in
