@@ -84,10 +84,10 @@ bool is_right(const std::optional<PoseConsensus>& consensus, const Spoilt& s) {
   const bool complete =
       static_cast<double>(both.size()) > 0.97 * static_cast<double>(s.good.size()) - 1;
   const bool clean = consensus->inliers.size() - both.size() <= 2;  // by chance within 1.2 px
-  const bool focal = N == 6 || std::abs(std::log(consensus->state.focal_px / 900)) < 0.15;
+  const bool focal = N == 6 || std::abs(std::log(consensus->model.focal_px / 900)) < 0.15;
   return complete && clean && focal &&
          std::is_sorted(consensus->inliers.begin(), consensus->inliers.end()) &&
-         angle_between_rad(pose_of(consensus->state), s.pose) < (N == 6 ? 0.02 : 0.1);
+         angle_between_rad(pose_of(consensus->model), s.pose) < (N == 6 ? 0.02 : 0.1);
 }
 
 template <int N>
@@ -167,9 +167,9 @@ void expect_repeatable() {
     const auto a = pose_ransac<N>(s.robust(kLens, true, 11));
     const auto b = pose_ransac<N>(s.robust(kLens, true, 11));
     ASSERT_TRUE(a && b);
-    EXPECT_EQ(a->state.rotation, b->state.rotation);
-    EXPECT_EQ(a->state.translation, b->state.translation);
-    EXPECT_EQ(a->state.focal_px, b->state.focal_px);
+    EXPECT_EQ(a->model.rotation, b->model.rotation);
+    EXPECT_EQ(a->model.translation, b->model.translation);
+    EXPECT_EQ(a->model.focal_px, b->model.focal_px);
     EXPECT_EQ(a->inliers, b->inliers);
     EXPECT_EQ(a->num_samples, b->num_samples);
   }
@@ -187,7 +187,7 @@ TEST(PoseRansac, SeedsChangeTheSamples) {
   const auto first = pose_ransac<6>(s.robust(kLens, false, 0));
   for (std::uint64_t seed = 1; seed < 6; ++seed)
     different +=  // in the last bits
-        pose_ransac<6>(s.robust(kLens, false, seed))->state.rotation != first->state.rotation;
+        pose_ransac<6>(s.robust(kLens, false, seed))->model.rotation != first->model.rotation;
   EXPECT_GT(different, 0);
 }
 

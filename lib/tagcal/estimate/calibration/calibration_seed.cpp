@@ -87,12 +87,12 @@ std::optional<SeedView> seed_inliers(const CalibrationView& view, std::size_t in
   const PointSpread spread = spread_of(points);
   if (spread.shape == PointShape::point || spread.shape == PointShape::line) return std::nullopt;
   for (Vector3d& p : points) p = spread.in_plane(p);
-  const auto consensus = projective_lmeds(points, spread.shape, rays_of(all, lens));
-  if (!consensus && !keep_all) return std::nullopt;
+  auto kept = projective_lmeds(points, spread.shape, rays_of(all, lens));
+  if (!kept && !keep_all) return std::nullopt;
+  if (!kept) std::iota(kept.emplace(all.size()).begin(), kept->end(), 0);
   SeedView seed;
   seed.index = index;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (consensus && !consensus->inlier[i]) continue;
+  for (const std::size_t i : *kept) {
     inlier[view.seed[i]] = 1;
     seed.problem.correspondences.push_back(all[i]);
     seed.points.push_back(all[i].point);

@@ -154,7 +154,7 @@ inline constexpr double kCorrelated = 0.3;
 inline constexpr double kCorrelatedSigmas = 6;
 inline constexpr std::size_t kEnoughForCorrelation = 12;
 
-// RANSAC (pose_ransac.hpp).
+// RANSAC (ransac.hpp, pose_ransac.hpp).
 // Standard deviations of an inlier's residual: the length of one in 3,000 exceeds them.
 inline constexpr double kInlierSigmas = 4;
 // px. Noise that the search takes where none is stated. Source: none; chosen by hand.
@@ -167,13 +167,9 @@ inline constexpr double kChanceConsensus = 1e-5;
 // Inlier tolerances within which the density of wrong corners is counted. Source: chosen by hand,
 // checked by map swapped.
 inline constexpr double kDensityTolerances = 10;
-// A second pose with this share of the inliers of the first makes both no answer. Source: chosen by
-// hand, checked by map swapped.
+// A second pose with this share of the inliers of the first makes both no answer; up to half of the
+// first one's inliers may be among them. Source: chosen by hand, checked by map swapped.
 inline constexpr double kRivalShare = 0.8;
-// The pose of a single tag as such a rival: inliers up to which it is tested, and the factor of the
-// noise for the corners that agree with it. Source: chosen by hand, checked by map swapped.
-inline constexpr std::size_t kFewInliers = 16;
-inline constexpr double kRivalNoise = 4;
 
 // A tag off its place (shifted_tag_test.hpp): normal score of the F ratio that rejects it (one in
 // 4,300 correct tags), the degrees of freedom that must be left, and the tags for each one that may
@@ -288,17 +284,14 @@ inline constexpr double kNominalFisheyeFocal = 0.4;
 inline constexpr double kShortestSeedFocal = 0.05;
 inline constexpr double kLongestSeedFocal = 1000;
 
-// Least median of squares, samples: with four points each and half of the points wrong, one sample
-// has no wrong point with p = 1 - (1 - 0.5^4)^150 > 0.9999.
-inline constexpr int kLmedsSamples = 150;
-// A ray is an inlier within kLmedsSigmas robust standard deviations plus kLmedsLensRad (rad), which
-// allows for the distortion within a view. Source of both: none; chosen by hand.
+// Least median of squares (projective_lmeds.hpp). A ray is an inlier within kLmedsSigmas robust
+// standard deviations plus kLmedsLensRad (rad), which allows for the distortion within a view.
+// Source of both: none; chosen by hand.
 inline constexpr double kLmedsSigmas = 6;
 inline constexpr double kLmedsLensRad = 1e-3;
-// The map of all points needs no samples if its median angle is below this (rad) and this share of
-// the points are inliers. Source: none; chosen by hand, to save time on good data.
+// The share of inliers ends the search if the median angle is below this (rad). Source: none;
+// chosen by hand, to save time on good data.
 inline constexpr double kLmedsGoodMedianRad = 0.01;
-inline constexpr Share kLmedsGoodInliers{19, 20};
 
 // A view with at most this share of inliers gets a new pose under the lens that is known by then,
 // from corners within this many standard deviations. Source: none; chosen by hand.

@@ -22,7 +22,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kFew = 32;     // points that the closed forms use at most
+constexpr std::size_t kFew = 48;     // points up to which the closed forms use all,
+constexpr std::size_t kSubset = 32;  // and so many of more
 constexpr std::size_t kVeryFew = 5;  // points up to which minimal solvers give better starts
 
 // A subset of the points for the closed forms. Multiples of the golden ratio select it, so that it
@@ -30,7 +31,9 @@ constexpr std::size_t kVeryFew = 5;  // points up to which minimal solvers give 
 class PointSubset {
  public:
   PointSubset(const PoseProblem& problem, std::size_t limit)
-      : points_(std::min(limit, problem.size())), pixels_(points_.size()), rays_(points_.size()) {
+      : points_(problem.size() <= kFew ? problem.size() : limit),
+        pixels_(points_.size()),
+        rays_(points_.size()) {
     const ViewPoints view = problem.view();
     const auto n = static_cast<double>(problem.size());
     for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -81,12 +84,16 @@ void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) 
 // Returns four points far from one another: the furthest from the centre, from the first one, from
 // the line of both, and from the plane of the three; in a plane, from the lines of any two of them.
 std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointShape shape) {
-  if (points.size() == 4) return {0, 1, 2, 3};
+  if (shape == PointShape::plane && points.size() == 4) return {0, 1, 2, 3};
   std::array<std::size_t, 4> chosen;
   const auto furthest = [&](const auto& distance) {
     std::size_t best = 0;
-    for (std::size_t i = 1; i < points.size(); ++i)
-      if (distance(points[i]) > distance(points[best])) best = i;
+    double longest = -1;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (const double d = distance(points[i]); d > longest) {
+        longest = d;
+        best = i;
+      }
     return best;
   };
   chosen[0] = furthest([](const Vector3d& p) { return p.squaredNorm(); });
@@ -106,12 +113,14 @@ std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointSh
   return chosen;
 }
 
-// Adds the P3P poses of each three of four points.
+// Adds the P3P poses of each three of four points, the first three first. Stops once a start costs
+// at most `enough`.
 template <int N>
 void add_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays,
              const std::array<std::size_t, 4>& four, double focal_px, ViewSums& sums,
-             InitialPoses<N>& starts) {
-  for (std::size_t skipped = 0; skipped < 4; ++skipped) {
+             InitialPoses<N>& starts, double enough = 0) {
+  for (const std::size_t skipped : {3, 2, 1, 0}) {
+    if (!starts.empty() && starts.front().cost <= enough) return;
     std::array<Vector3d, 3> some_points, some_rays;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t i = four[k < skipped ? k : k + 1];
@@ -135,6 +144,47 @@ bool is_poor_quadrangle(std::span<const Vector3d> points, const std::array<std::
     largest = std::max(largest, area);
   }
   return !(smallest > policy::kPoorQuadrangle * largest);
+}
+
+void add_pnp(const PointSubset& chosen, ViewSums& sums, InitialPoses<6>& starts) {
+  for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
+    add_start(state_of(pose), sums, starts);
+}
+
+void add_plane(const PointSubset& chosen, ViewSums& sums, InitialPoses<6>& starts) {
+  if (const auto h = homography(chosen.points_in_plane().span(), chosen.rays()))
+    if (const auto tilts = ippe_tilts(*h))
+      for (const Eigen::Matrix3d& rotation : tilts->rotation)
+        add_start({rotation, tilts->translation}, sums, starts);
+  if (chosen.points().size() <= kVeryFew) {
+    const auto four = four_spread(chosen.points(), PointShape::plane);
+    if (starts.empty() || is_poor_quadrangle(chosen.points(), four))
+      add_p3p(chosen.points(), chosen.rays(), four, 0, sums, starts);
+  }
+  if (starts.empty()) add_pnp(chosen, sums, starts);
+}
+
+// Cost of residuals that are the largest that noise has, policy::kLargestNoiseOfImage.
+double cost_of_largest_noise(const ViewPoints& view) {
+  Vector2d centre = Vector2d::Zero();
+  for (const Vector2d& p : view.pixels) centre += p / static_cast<double>(view.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const Vector2d p = view.pixels[i] - centre;
+    sum += view.whitening.empty() ? p.squaredNorm() : (view.whitening[i] * p).squaredNorm();
+  }
+  return policy::kLargestNoiseOfImage * policy::kLargestNoiseOfImage * sum;
+}
+
+// Three points far from one another nearly always give a start near the minimum; then neither other
+// triples nor the closed form of all points is needed.
+void add_space(const PointSubset& chosen, ViewSums& sums, InitialPoses<6>& starts) {
+  const auto four = four_spread(chosen.points(), PointShape::space);
+  const double enough = cost_of_largest_noise(chosen.view());
+  add_p3p(chosen.points(), chosen.rays(), four, 0, sums, starts, enough);
+  const bool is_poor = starts.empty() || starts.front().cost > enough;
+  if (is_poor && (starts.empty() || chosen.points().size() > kVeryFew))
+    add_pnp(chosen, sums, starts);
 }
 
 void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts) {
@@ -213,24 +263,15 @@ InitialPoses<6> refined_on(ViewSums& some, const InitialPoses<6>& starts) {
 // four or five points of a plane whose homography is poor.
 InitialPoses<6> initial_poses(const PoseProblem& problem, const Lens& lens) {
   InitialPoses<6> starts;
-  for (const std::size_t limit : {kFew, problem.size()}) {
+  for (const std::size_t limit : {kSubset, problem.size()}) {
     PointSubset chosen(problem, limit);
     if (!chosen.find_rays(lens)) continue;
     const bool all = chosen.points().size() == problem.size();
     ViewSums some(lens, all ? problem.view() : chosen.view());
     if (problem.spread().shape == PointShape::plane)
-      if (const auto h = homography(chosen.points_in_plane().span(), chosen.rays()))
-        if (const auto tilts = ippe_tilts(*h))
-          for (const Eigen::Matrix3d& rotation : tilts->rotation)
-            add_start({rotation, tilts->translation}, some, starts);
-    if (problem.size() <= kVeryFew) {
-      const auto four = four_spread(chosen.points(), problem.spread().shape);
-      if (starts.empty() || is_poor_quadrangle(chosen.points(), four))
-        add_p3p(chosen.points(), chosen.rays(), four, 0, some, starts);
-    }
-    if (starts.empty())
-      for (const Pose& pose : pnp(chosen.points(), chosen.rays()))
-        add_start(state_of(pose), some, starts);
+      add_plane(chosen, some, starts);
+    else
+      add_space(chosen, some, starts);
     if (all) return starts;
     if (!starts.empty()) return refined_on(some, starts);
   }
@@ -240,7 +281,7 @@ InitialPoses<6> initial_poses(const PoseProblem& problem, const Lens& lens) {
 InitialPoses<7> initial_poses_with_focal(const PoseProblem& problem, const Lens& guess,
                                          ViewSums& sums) {
   InitialPoses<7> starts;
-  PointSubset chosen(problem, kFew);
+  PointSubset chosen(problem, kSubset);
   chosen.subtract(principal_point(guess));
   // Points near a plane use both closed forms: which one is nearer depends on thickness and noise.
   constexpr double kFlat = 1e-6;  // numeric: p4pf needs a height above rounding

@@ -1,10 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
-
+#include "tagcal/estimate/pose/ransac.hpp"
 #include "tagcal/estimate/pose/view_equations.hpp"
 
 namespace tagcal::internal {
@@ -17,23 +13,17 @@ struct RansacProblem {
   double sigma_px = 1;          // noise per coordinate; whitened: 1
   std::uint64_t seed = 0;
   double least_share = 0;  // of inliers below which the search may miss a consensus
+  std::span<const std::size_t> known = {};  // inliers of another pose, ascending: not sampled
 };
 
-struct PoseConsensus {
-  ViewState state;                   // refined on the inliers
-  std::vector<std::size_t> inliers;  // ascending
-  int num_samples = 0;               // taken
-};
+using PoseConsensus = Consensus<ViewState>;
 
-// Locally optimised random sample consensus (Chum, Matas & Kittler, DAGM 2003) with a truncated
-// squared loss (Torr & Zisserman, CVIU 2000). Samples are whole groups (the four corners of a tag)
-// and single points, in turn: three of them (p3p), with the focal length four (p4pf, or in a plane
-// the closed form). It ends when the probability that a better consensus was missed, by the share
-// of inliers, is below policy::kMissedConsensus. No value if the best consensus may be chance: if
-// the expected number of samples with as many inliers among wrong corners exceeds
-// policy::kChanceConsensus. A wrong corner is an inlier with the probability of the area of its
-// tolerance over that of the image, or of the density of corners around the tolerance. N = 6: pose,
-// 7: pose and focal length.
+// Searches for the largest consensus (`ransac`, truncated squares). Minimal samples are three
+// points (p3p), with the focal length four (p4pf, or in a plane the closed form); tags are sampled
+// as a whole. No value if the best consensus may be chance: if the expected number of samples with
+// as many inliers among wrong corners exceeds policy::kChanceConsensus. A wrong corner is an inlier
+// with the probability of the area of its tolerance over that of the image, or of the density of
+// corners around the tolerance. N = 6: pose, 7: pose and focal length.
 template <int N>
 std::optional<PoseConsensus> pose_ransac(const RansacProblem& view);
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "tagcal/estimate/findings/finding_codes.hpp"
@@ -102,95 +101,67 @@ RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, co
   return result;
 }
 
-// Groups of the inliers of a fit.
-template <int N>
-std::vector<int> groups_of_inliers(const RobustPose<N>& result, const PoseOptions& options) {
-  std::vector<int> groups;
-  for (const std::size_t i : complement(result.outliers, options.groups.size()))
-    groups.push_back(options.groups[i]);
-  return groups;
-}
-
 // The same, and rejects shifted tags. If more than one in kTagsPerShiftedTag is shifted, the lens
 // or the target is wrong, and all stay.
 template <int N>
-RobustPose<N> fit_without_shifted_tag(std::span<const Correspondence> correspondences,
-                                      const Lens& lens, const PoseOptions& options,
-                                      const std::vector<std::size_t>& chosen) {
+RobustPose<N> fit_without_shifted_tags(std::span<const Correspondence> correspondences,
+                                       const Lens& lens, const PoseOptions& options,
+                                       const std::vector<std::size_t>& chosen) {
   const RobustPose<N> all = update_inliers<N>(correspondences, lens, options, chosen, {});
   if (!all.fit || options.groups.empty()) return all;
-  std::vector<int> groups = groups_of_inliers(all, options);
+  const auto groups_of_inliers = [&](const RobustPose<N>& fit) {
+    std::vector<int> groups;
+    for (const std::size_t i : complement(fit.outliers, options.groups.size()))
+      groups.push_back(options.groups[i]);
+    return groups;
+  };
+  std::vector<int> groups = groups_of_inliers(all);
   const std::size_t most =
       std::set<int>(groups.begin(), groups.end()).size() / policy::kTagsPerShiftedTag;
   RobustPose<N> result = all;
-  for (std::set<int> shifted;;) {
-    const auto found = shifted_tag<N>(*result.problem, groups, lens, result.fit->best().state);
-    if (!found) return result;
+  std::set<int> shifted;
+  while (const auto found =
+             shifted_tag<N>(*result.problem, groups, lens, result.fit->best().state)) {
     shifted.insert(*found);
     if (shifted.size() > most) return all;
     result = update_inliers<N>(correspondences, lens, options, chosen, shifted);
     if (!result.fit) return all;
-    groups = groups_of_inliers(result, options);
+    groups = groups_of_inliers(result);
   }
+  return result;
 }
 
-// True if the pose of one group with an outlier has nearly as many inliers as the answer. Example:
-// if two of four tags have each other's ids, two corners of each tag may agree on the board turned
-// by half a turn, as many as agree on the true pose. Not tested for many inliers, which do not
-// agree by such a coincidence.
-template <int N>
-bool has_rival_group(std::span<const Correspondence> correspondences, const Lens& lens,
-                     const PoseOptions& options, const RobustPose<N>& result) {
-  const std::size_t inliers = correspondences.size() - result.outliers.size();
-  if (N == 7 || options.groups.empty() || inliers > policy::kFewInliers) return false;
-  std::map<int, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < correspondences.size(); ++i) groups[options.groups[i]].push_back(i);
-  const PoseProblem all(correspondences, options);
-  const Pose all_from_target = all.spread().plane_from_target_pose();
-  ViewResiduals residuals(lens, all.view());
-  const auto is_outlier = [&](std::size_t i) {
-    return std::binary_search(result.outliers.begin(), result.outliers.end(), i);
-  };
-  for (const auto& [id, members] : groups) {
-    const bool all_inliers = std::none_of(members.begin(), members.end(), is_outlier);
-    const PoseProblem group(correspondences, options, members);
-    if (all_inliers || !defect(group).empty()) continue;
-    const auto fit = pose_minima<6>(group, lens, options);
-    for (std::size_t i = 0; fit && i < fit->poses.size(); ++i) {
-      const Pose camera_from_all = pose_of(fit->poses[i].state) *
-                                   group.spread().plane_from_target_pose() *
-                                   all_from_target.inverse();
-      // The pose of one tag misses the other corners by a few times the noise.
-      const double tolerance_px = policy::kRivalNoise * result.fit->noise.sigma_px;
-      const std::vector<std::size_t> agree =
-          within(residuals.at(state_of(camera_from_all)), tolerance_px);
-      // If nearly all inliers agree, it is the same pose, and the group is slightly shifted.
-      const auto same =
-          std::count_if(agree.begin(), agree.end(), [&](std::size_t k) { return !is_outlier(k); });
-      const double enough = policy::kRivalShare * static_cast<double>(inliers);
-      if (static_cast<double>(same) < enough && static_cast<double>(agree.size()) >= enough)
-        return true;
-    }
-  }
-  return false;
-}
-
-// True if the outliers agree on another pose that has nearly as many inliers. Example: if all tags
-// are turned by a quarter, the first corners of all tags show the board in one place, the second
-// corners in another.
+// True if a second search, from what was rejected, finds another pose with nearly as many inliers.
+// Up to half of the first one's inliers may be among them, those in tags with a rejected corner.
+// Examples: if all tags are turned by a quarter, the first corners of all tags show the board in
+// one place, the second corners in another; if two of four tags have each other's ids, two corners
+// of each tag may agree on a turned board.
 template <int N>
 bool has_rival(std::span<const Correspondence> correspondences, const Lens& lens,
                const PoseOptions& options, const RobustPose<N>& result) {
-  const auto inliers = static_cast<double>(correspondences.size() - result.outliers.size());
-  const double share = policy::kRivalShare * inliers / static_cast<double>(result.outliers.size());
-  if (!(share <= 1)) return false;
-  const PoseProblem rest(correspondences, options, result.outliers);
+  const auto is_outlier = [&](std::size_t i) {
+    return std::ranges::binary_search(result.outliers, i);
+  };
+  std::set<int> tags;
+  for (const std::size_t i : result.outliers)
+    if (!options.groups.empty()) tags.insert(options.groups[i]);
+  std::vector<std::size_t> chosen, known;
   std::vector<int> groups;
-  if (!options.groups.empty())
-    for (const std::size_t i : result.outliers) groups.push_back(options.groups[i]);
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
+    if (!is_outlier(i) && (tags.empty() || !tags.contains(options.groups[i]))) continue;
+    if (!is_outlier(i)) known.push_back(chosen.size());
+    if (!tags.empty()) groups.push_back(options.groups[i]);
+    chosen.push_back(i);
+  }
+  const double enough =
+      policy::kRivalShare * static_cast<double>(correspondences.size() - result.outliers.size());
+  const double share = (enough - static_cast<double>(known.size() / 2)) /
+                       static_cast<double>(result.outliers.size());
+  if (!(share <= 1)) return false;
+  const PoseProblem rest(correspondences, options, chosen);
   const double sigma = result.fit->noise.sigma_px;
-  const auto rival = pose_ransac<N>({lens, rest.view(), groups, sigma, options.seed, share});
-  return rival && static_cast<double>(rival->inliers.size()) >= policy::kRivalShare * inliers;
+  const auto rival = pose_ransac<N>({lens, rest.view(), groups, sigma, options.seed, share, known});
+  return rival && static_cast<double>(rival->inliers.size()) >= enough;
 }
 
 template <int N>
@@ -203,12 +174,11 @@ RobustPose<N> search(std::span<const Correspondence> correspondences, const Lens
   const std::string reason = "the points do not agree on one pose: check the lens and the target";
   if (!consensus) return no_fit<N>(Status::no_consensus, reason);
   RobustPose<N> result =
-      fit_without_shifted_tag<N>(correspondences, lens, options, consensus->inliers);
+      fit_without_shifted_tags<N>(correspondences, lens, options, consensus->inliers);
   if (!result.fit ||
       residual_test_of(*result.problem, lens, *result.fit) == ResidualTest::inconsistent)
     return no_fit<N>(Status::no_consensus, reason);
-  if (has_rival<N>(correspondences, lens, options, result) ||
-      has_rival_group<N>(correspondences, lens, options, result))
+  if (has_rival<N>(correspondences, lens, options, result))
     return no_fit<N>(
         Status::no_consensus,
         "two groups of points agree on different poses, and neither is clearly larger: "
