@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <thread>
 
 #include "tagcal/detect/families.hpp"
@@ -102,10 +103,11 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
 std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
     const Image8& searched) const {
   std::vector<std::vector<Sighting>> sightings(passes_.size());
+  const double noise = noise_of(searched);
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < passes_.size(); i = next++)
-      sightings[i] = look(searched, passes_[i], max_hamming_);
+      sightings[i] = look(searched, passes_[i], noise, max_hamming_);
   };
   std::vector<std::jthread> threads;
   for (int i = 1; i < std::min(threads_, static_cast<int>(passes_.size())); ++i)
@@ -116,10 +118,12 @@ std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
 }
 
 std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched, const Pass& pass,
-                                                           int max_hamming) {
+                                                           double noise, int max_hamming) {
   Image8 shrunk;
   if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
   const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
+  pass.detector->qtp.min_white_black_diff = std::max(
+      policy::kTagLeastRange, static_cast<int>(std::lround(policy::kTagNoiseRange * noise)));
   // AprilTag does not write into the picture that it is given.
   image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
                      const_cast<std::uint8_t*>(looked_at.row(0))};

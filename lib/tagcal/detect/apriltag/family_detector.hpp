@@ -86,7 +86,8 @@ class FamilyDetector {
     Quad corners;
   };
 
-  static std::vector<Sighting> look(const Image8& searched, const Pass& pass, int max_hamming);
+  static std::vector<Sighting> look(const Image8& searched, const Pass& pass, double noise,
+                                    int max_hamming);
   std::vector<std::vector<Sighting>> look(const Image8& searched) const;
   void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const Image8& image) const;
