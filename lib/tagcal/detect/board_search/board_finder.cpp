@@ -44,7 +44,7 @@ bool is_surely_cut(const Quad& quad, const ImageSize& size) {
 
 // True if a search in a finer picture may find the tag.
 bool may_be_there(const MissingTag& tag, const ImageSize& size) {
-  if (tag.why == WhyNot::too_small) return false;
+  if (tag.why == WhyNot::too_small || tag.is_near) return false;
   if (tag.why != WhyNot::outside) return true;
   return tag.expected && !is_surely_cut(*tag.expected, size);
 }
