@@ -84,7 +84,9 @@ TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorner
   if (!fitter.cut(image)) return {};
   TagFit fit = fitter.fit();
   fit.is_by_corner = fitter.is_for_parts();
-  return fit.is_by_corner && !options.lens_follows ? fit_strongly_bent(image, pattern, fit.corners, options) : fit;
+  return fit.is_by_corner && !options.lens_follows
+             ? fit_strongly_bent(image, pattern, fit.corners, options)
+             : fit;
 }
 
 template <typename T>

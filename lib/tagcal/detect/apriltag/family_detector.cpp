@@ -44,8 +44,9 @@ Quad undoubled(Quad corners) {
 }  // namespace
 
 bool is_whole(const FoundTag& tag, const ImageSize& size) {
-  return is_inside(tag.corners, size,
-                   tag.fitted || tag.by_corner ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
+  return is_inside(
+      tag.corners, size,
+      tag.fitted || tag.by_corner ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
 }
 
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
@@ -92,7 +93,8 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   for (std::size_t i = 0; i < passes_.size(); ++i) {
     num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
     for (const Sighting& seen : sightings[i]) {
-      Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, passes_[i].shrink > 0);
+      Quad corners =
+          is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, passes_[i].shrink > 0);
       for (Eigen::Vector2d& corner : corners) corner += offset;
       add(image, {seen.id, corners}, search.halvings <= 0 && passes_[i].shrink == 0, found);
     }
@@ -221,8 +223,7 @@ bool FamilyDetector::fit_roughly(FoundTag& tag, const Image8& image, const Camer
   return fit(tag, image, {&camera, true, gamma_});
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const Image8& image,
-                         const KnownTagOptions& known) const {
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const KnownTagOptions& known) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
   const auto fit = fit_known_tag(image, pattern->second, tag.corners, known);

@@ -150,8 +150,6 @@ class PanelCompletion {
       if (from.size() == 1) break;
     }
     if (first) missing.why = WhyNot::outside;
-    missing.is_near = !from.empty() && (from.front()->centre - tag.centre).norm() <
-                                           kBoardNearSides * shortest_side(tag.corners);
     return false;
   }
 

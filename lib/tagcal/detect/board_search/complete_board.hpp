@@ -31,7 +31,6 @@ struct MissingTag {
   int id = 0;
   WhyNot why = WhyNot::no_neighbour;
   std::optional<Quad> expected;  // its predicted place, px
-  bool is_near = false;          // predicted by a tag so near that the prediction is reliable
 };
 
 struct Completion {

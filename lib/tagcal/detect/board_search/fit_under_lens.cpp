@@ -117,8 +117,9 @@ class PanelRefinement {
     std::vector<PanelCorner> corners;
     for (const PanelTag& tag : tags_)
       for (std::size_t i = 0; i < 4; ++i)
-        corners.push_back({tag.on_panel[i], tag.found->corners[i],
-                           tag.found->fitted || tag.found->by_corner ? kPanelFittedSdPx : kPanelSidesSdPx});
+        corners.push_back(
+            {tag.on_panel[i], tag.found->corners[i],
+             tag.found->fitted || tag.found->by_corner ? kPanelFittedSdPx : kPanelSidesSdPx});
     return corners;
   }
 

@@ -227,17 +227,12 @@ inline constexpr double kBoardSearchMarginSides = 1;
 // A part of the picture larger than this share of it is searched as the whole picture. Source:
 // none; chosen by hand.
 inline constexpr double kBoardMaxPartShare = 0.6;
-// Share of a side by which a predicted corner lies beyond the picture's edge: a tag is not tried if
-// it is farther out, and not looked for again in finer pictures. Source: none; chosen by hand.
+// Share of a side by which a predicted corner lies beyond the picture's edge: a tag is not looked
+// for if it is farther out. Source: none; chosen by hand.
 inline constexpr double kBoardCutShare = 0.15;
-inline constexpr double kBoardSurelyCutShare = 0.35;
 
 // Tags nearest to a missing one from which its place is predicted. Source: none; chosen by hand.
 inline constexpr std::size_t kBoardNeighbours = 4;
-// Sides of a tag from its centre to that of a found one up to which its prediction is within
-// kBoardReachCells, so that the picture has been read where the tag should be. Source: two steps of
-// a grid with gaps of 0.3 sides.
-inline constexpr double kBoardNearSides = 2.7;
 // Cells by which a prediction may be off. Source: none; chosen by hand.
 inline constexpr double kBoardReachCells = 2;
 // px. Smallest cell of a tag that is looked for. Source: none; chosen by hand.

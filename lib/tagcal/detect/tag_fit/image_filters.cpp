@@ -77,8 +77,8 @@ Image8 doubled(const Image8& image) {
 double noise_of(const Image8& image) {
   // A quarter of the second differences along a row lies below the noise's 62.5 % quantile times
   // sqrt(1 + 4 + 1); a histogram of half levels, because a difference d covers d - 1/2 to d + 1/2.
-  constexpr int kRowStep = 4;               // numeric: a sample of the rows
-  constexpr double kQuantile = 0.318639364; // numeric: normal quantile at 0.625
+  constexpr int kRowStep = 4;                // numeric: a sample of the rows
+  constexpr double kQuantile = 0.318639364;  // numeric: normal quantile at 0.625
   std::array<int, 2 * 255 + 1> count{};
   int total = 0;
   for (int y = 0; y < image.height(); y += kRowStep) {

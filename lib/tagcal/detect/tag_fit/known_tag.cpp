@@ -27,7 +27,8 @@ std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& patte
           : policy::kTagMaxMovePx;
   const TagFit fit = refine_tag(image, pattern, start, options);
   const bool is_start = known.lens_follows && fit.is_by_corner;
-  if ((fit.status != TagFitStatus::converged && !is_start) || largest_distance(fit.corners, start) > max_move)
+  if ((fit.status != TagFitStatus::converged && !is_start) ||
+      largest_distance(fit.corners, start) > max_move)
     return std::nullopt;
   return fit;
 }
