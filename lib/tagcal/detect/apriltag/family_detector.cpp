@@ -124,8 +124,9 @@ std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searche
   Image8 shrunk;
   if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
   const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
-  pass.detector->qtp.min_white_black_diff = std::max(
-      policy::kTagLeastRange, static_cast<int>(std::lround(policy::kTagNoiseRange * noise)));
+  pass.detector->qtp.min_white_black_diff =
+      std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise)),
+                 policy::kTagLeastRange, policy::kTagMostRange);
   // AprilTag does not write into the picture that it is given.
   image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
                      const_cast<std::uint8_t*>(looked_at.row(0))};

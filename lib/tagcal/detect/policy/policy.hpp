@@ -21,11 +21,13 @@ inline constexpr int kTagMinPictureSidePx = 8;
 // Detector.TagsOfKalibrBoards.
 inline constexpr std::array kTagShrinksPx = {0, 1, 2};
 
-// Range of grey levels in 12x12 px below which AprilTag takes them for one colour: at least its own
-// default, and in standard deviations of the noise. Source: 144 normal numbers have a range of 5.3
-// on average, and beyond 7 in 1 of 500 cases; without this bound most of AprilTag's time goes into
-// flat, noisy parts.
+// Range of grey levels in 12x12 px below which AprilTag takes them for one colour: in standard
+// deviations of the noise, at least AprilTag's own default, and at most what a tag of low contrast
+// has where the whole picture is finely textured. Source: 144 normal numbers have a range of 5.3 on
+// average, and beyond 7 in 1 of 500 cases; without this bound most of AprilTag's time goes into
+// flat, noisy parts. The largest: none; chosen by hand.
 inline constexpr int kTagLeastRange = 5;
+inline constexpr int kTagMostRange = 20;
 inline constexpr double kTagNoiseRange = 7;
 
 // Two tags of one id are the same tag if their centres are nearer than this share of the shorter
