@@ -81,7 +81,7 @@ class Sight {
 
 Board kalibr_board(int first_id = 0) { return grid_board({6, 5, 0.06, 0.3, first_id}); }
 
-// Completes with the refinement that the detector has.
+// Completes with the refinement that the detector has if no fit under the picture's lens follows.
 Completion completed(const Sight& sight, const Image8& image, const std::vector<FoundTag>& found,
                      const Board& board) {
   FamilyDetector detector({board.family,
@@ -91,7 +91,7 @@ Completion completed(const Sight& sight, const Image8& image, const std::vector<
                            board_patterns({{board, Pose()}})},
                           {});
   const CompletionRules rules{
-      1, {}, [&](int id, const Quad& start) { return detector.refined(image, id, start); }};
+      1, {}, [&](int id, const Quad& start) { return detector.refined(image, id, start, false); }};
   const TagFamily family = tag_family(board.family, board.border_bits);
   Completion completion = complete_board(image, board, family, found, rules);
   for (const FoundTag& tag : completion.tags) {

@@ -77,13 +77,16 @@ TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorner
   const double side_px = 2 * mean_half_side(start);
   const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 &&
                        !options.camera && !options.is_whole;
-  if (is_bent && side_px > policy::kTagMaxWholePx)
+  if (is_bent && side_px > policy::kTagMaxWholePx && !options.lens_follows)
     return fit_strongly_bent(image, pattern, start, options);
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, options);
   if (!fitter.cut(image)) return {};
-  const TagFit fit = fitter.fit();
-  return fitter.is_for_parts() ? fit_strongly_bent(image, pattern, fit.corners, options) : fit;
+  TagFit fit = fitter.fit();
+  fit.is_by_corner = fitter.is_for_parts();
+  return fit.is_by_corner && !options.lens_follows
+             ? fit_strongly_bent(image, pattern, fit.corners, options)
+             : fit;
 }
 
 template <typename T>

@@ -89,6 +89,9 @@ struct TagFitOptions {
   bool is_rough = false;
   // Fits the whole tag however large and bent it is, never corner by corner.
   bool is_whole = false;
+  // A fit under the picture's lens follows: a tag that would be fitted corner by corner is not, and
+  // only gets approximate corners (TagFit::is_by_corner, not converged).
+  bool lens_follows = false;
   // Prior standard deviation of the shift of borders between black and white, px: by ink that
   // spreads, and by bloom of bright paper, each. Corners are reported without the shift. Zero: no
   // shift.

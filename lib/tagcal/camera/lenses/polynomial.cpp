@@ -1,5 +1,6 @@
 #include "tagcal/camera/lenses/polynomial.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tagcal::internal {
@@ -58,13 +59,13 @@ double smallest_positive_root(std::span<const double> coefficients, double limit
 
 double solve_increasing(const std::function<std::pair<double, double>(double)>& f, double value,
                         double low, double high, double tolerance) {
-  double x = low + (high - low) / 2;
+  double x = std::clamp(value, low, high);
   for (int i = 0; i < 200; ++i) {
     const auto [fx, slope] = f(x);
-    (fx < value ? low : high) = x;
     double next = x - (fx - value) / slope;
+    if (std::abs(next - x) <= tolerance * std::abs(x)) return std::clamp(next, low, high);
+    (fx < value ? low : high) = x;
     if (!(next > low && next < high)) next = low + (high - low) / 2;
-    if (std::abs(next - x) <= tolerance * std::abs(x)) return next;
     x = next;
   }
   return x;

@@ -19,10 +19,10 @@ Polynomial multiply(std::span<const double> a, std::span<const double> b);
 // missed.
 double smallest_positive_root(std::span<const double> coefficients, double limit);
 
-// Solves f(x) = value in [low, high] for an increasing f, by Newton's method inside a bracket,
-// until a step is at most the tolerance relative to x. Precondition: f(low) <= value <= f(high).
-// `f` returns {f(x), f'(x)}.
+// Solves f(x) = value in [low, high] for an increasing f, by Newton's method inside a bracket
+// from x = value, until a step is at most the tolerance relative to x. Precondition: f(low) <=
+// value <= f(high). `f` returns {f(x), f'(x)}.
 double solve_increasing(const std::function<std::pair<double, double>(double)>& f, double value,
-                        double low, double high, double tolerance = 1e-16);
+                        double low, double high, double tolerance = 4e-16);
 
 }  // namespace tagcal::internal

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -42,8 +43,9 @@ Quad undoubled(Quad corners) {
 }  // namespace
 
 bool is_whole(const FoundTag& tag, const ImageSize& size) {
-  return is_inside(tag.corners, size,
-                   tag.fitted ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
+  return is_inside(
+      tag.corners, size,
+      tag.fitted || tag.by_corner ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
 }
 
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
@@ -90,7 +92,8 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   for (std::size_t i = 0; i < passes_.size(); ++i) {
     num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
     for (const Sighting& seen : sightings[i]) {
-      Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen.corners);
+      Quad corners =
+          is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, passes_[i].shrink > 0);
       for (Eigen::Vector2d& corner : corners) corner += offset;
       add(image, {seen.id, corners}, search.halvings <= 0 && passes_[i].shrink == 0, found);
     }
@@ -101,16 +104,21 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
 std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
     const Image8& searched) const {
   std::vector<std::vector<Sighting>> sightings(passes_.size());
-  parallel_for(passes_.size(), threads_,
-               [&](std::size_t i) { sightings[i] = look(searched, passes_[i], max_hamming_); });
+  const double noise = noise_of(searched);
+  parallel_for(passes_.size(), threads_, [&](std::size_t i) {
+    sightings[i] = look(searched, passes_[i], noise, max_hamming_);
+  });
   return sightings;
 }
 
 std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched, const Pass& pass,
-                                                           int max_hamming) {
+                                                           double noise, int max_hamming) {
   Image8 shrunk;
   if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
   const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
+  pass.detector->qtp.min_white_black_diff =
+      std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise)),
+                 policy::kTagLeastRange, policy::kTagMostRange);
   // AprilTag does not write into the picture that it is given.
   image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
                      const_cast<std::uint8_t*>(looked_at.row(0))};
@@ -133,11 +141,14 @@ std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searche
 }
 
 // Corners in a picture from those in the last of its halved versions. Corners are refined in each
-// version on the way, because the next fit needs a start within 2 px.
-Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners) const {
+// version on the way, because the next fit needs a start within 2 px; AprilTag's own corners are
+// that good after one halving.
+Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, const Sighting& seen,
+                              bool is_shrunk) const {
+  Quad corners = seen.corners;
   const QuadShape shape{family_->width_at_border, !family_->reversed_border};
   for (std::size_t i = halves.size(); i-- > 0;) {
-    corners = refine_edges(halves[i], corners, shape).value_or(corners);
+    if (i > 0 || is_shrunk) corners = refine_edges(halves[i], corners, shape).value_or(corners);
     for (Eigen::Vector2d& corner : corners)
       corner = 2 * corner + Eigen::Vector2d::Constant(1.0 / 2);
   }
@@ -164,20 +175,22 @@ void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exa
   }
 }
 
-std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, const Quad& start) {
+std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, const Quad& start,
+                                                bool lens_follows) const {
   FoundTag tag{id, start, false};
-  if (refinement_ == Refinement::fit && fit(tag, image)) return tag;
+  if (refinement_ == Refinement::fit && fit(tag, image, lens_follows)) return tag;
   const QuadShape shape{family_->width_at_border, !family_->reversed_border};
   const std::optional<Quad> corners = refine_edges(image, start, shape);
   if (!corners) return std::nullopt;
   tag.corners = *corners;
   tag.refined = true;
-  if (refinement_ == Refinement::fit) fit(tag, image);  // from a better start
+  if (refinement_ == Refinement::fit) fit(tag, image, lens_follows);  // from a better start
   return tag;
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const Image8& image) const {
-  return fit(tag, image, camera_, false) || (camera_ && fit(tag, image, nullptr, false));
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image, bool lens_follows) const {
+  return (camera_ && fit(tag, image, {camera_, false, gamma_})) ||
+         fit(tag, image, {nullptr, false, gamma_, false, lens_follows});
 }
 
 bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*>& tags) {
@@ -195,27 +208,26 @@ bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*
   gamma_ = gamma_of_picture(image, std::move(fitted));
   if (gamma_ == 1) return false;
   for (FoundTag* tag : tags)
-    if (!fit(*tag, image)) tag->fitted = false;  // its fit without gamma is biased
+    if (!fit(*tag, image, true)) tag->fitted = false;  // its fit without gamma is biased
   return true;
 }
 
 bool FamilyDetector::fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const {
-  return fit(tag, image, &camera, true);
+  return fit(tag, image, {&camera, true, gamma_});
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const Camera* camera,
-                         bool is_rough) const {
+bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const KnownTagOptions& known) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fit = fit_known_tag(image, pattern->second, tag.corners, {camera, is_rough, gamma_});
+  const auto fit = fit_known_tag(image, pattern->second, tag.corners, known);
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;
-  tag.fitted = true;
+  tag.fitted = fit->status == TagFitStatus::converged;
   tag.refined = true;
   tag.by_corner = fit->is_by_corner;
   tag.rough_camera.reset();
-  if (is_rough) tag.rough_camera = *camera;
+  if (known.is_rough) tag.rough_camera = *known.camera;
   return true;
 }
 

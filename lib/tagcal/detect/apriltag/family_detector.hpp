@@ -9,6 +9,7 @@
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
+#include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/refine_edges.hpp"
 #include "tagcal/detect/types.hpp"
 #include "tagcal/scene/image.hpp"
@@ -30,7 +31,7 @@ struct FoundTag {
   Quad corners;
   bool refined = false;
   bool fitted = false;                 // then covariance_px2 is that of (x0, y0, x1, y1, ..)
-  bool by_corner = false;              // fitted corner by corner
+  bool by_corner = false;              // fitted corner by corner, or approximate: to be fitted
   std::optional<Camera> rough_camera;  // the camera of the fit, if it had one and bends
   Eigen::Matrix<double, 8, 8> covariance_px2 = Eigen::Matrix<double, 8, 8>::Zero();
 };
@@ -65,7 +66,9 @@ class FamilyDetector {
 
   // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
   // can be fitted. Also refines the edges if the detector's refinement is `stock`.
-  std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start);
+  // A tag for a fit corner by corner is left unfitted if a fit under the picture's lens follows.
+  std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start,
+                                  bool lens_follows = true) const;
 
   // Estimates the gamma of a picture from its tags and fits these again with it. Later fits use it
   // too, until the next call or forget_gamma(). Returns false if gamma is 1: nothing was fitted.
@@ -86,12 +89,13 @@ class FamilyDetector {
     Quad corners;
   };
 
-  static std::vector<Sighting> look(const Image8& searched, const Pass& pass, int max_hamming);
+  static std::vector<Sighting> look(const Image8& searched, const Pass& pass, double noise,
+                                    int max_hamming);
   std::vector<std::vector<Sighting>> look(const Image8& searched) const;
   void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
-  bool fit(FoundTag& tag, const Image8& image) const;
-  bool fit(FoundTag& tag, const Image8& image, const Camera* camera, bool is_rough) const;
-  Quad unhalved(const std::vector<Image8>& halves, Quad corners) const;
+  bool fit(FoundTag& tag, const Image8& image, bool lens_follows) const;
+  bool fit(FoundTag& tag, const Image8& image, const KnownTagOptions& known) const;
+  Quad unhalved(const std::vector<Image8>& halves, const Sighting& seen, bool is_shrunk) const;
 
   Wanted wanted_;
   FamilyHandle family_;

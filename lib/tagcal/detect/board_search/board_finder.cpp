@@ -34,19 +34,9 @@ int halvings_for(const ImageSize& size) {
       0, static_cast<int>(std::floor(std::log2(pixels / policy::kBoardMinHalvedPixels) / 2)));
 }
 
-bool is_surely_cut(const Quad& quad, const ImageSize& size) {
-  const double most = policy::kBoardSurelyCutShare * shortest_side(quad);
-  return std::ranges::any_of(quad, [&](const Eigen::Vector2d& corner) {
-    return corner.minCoeff() < -most || corner.x() > size.width + most ||
-           corner.y() > size.height + most;
-  });
-}
-
 // True if a search in a finer picture may find the tag.
-bool may_be_there(const MissingTag& tag, const ImageSize& size) {
-  if (tag.why == WhyNot::too_small) return false;
-  if (tag.why != WhyNot::outside) return true;
-  return tag.expected && !is_surely_cut(*tag.expected, size);
+bool may_be_there(const MissingTag& tag) {
+  return tag.why != WhyNot::too_small && tag.why != WhyNot::outside;
 }
 
 // Moves tags whose pattern could not be fitted to the missing ones: their corners are unreliable.
@@ -70,7 +60,7 @@ class MissingPart {
   explicit MissingPart(const ImageSize& size) : size_(size) {}
 
   void add(const MissingTag& tag) {
-    if (!may_be_there(tag, size_)) return;
+    if (!may_be_there(tag)) return;
     if (!tag.expected) {
       low_ = {0, 0};
       high_ = {size_.width, size_.height};

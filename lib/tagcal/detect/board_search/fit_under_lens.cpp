@@ -70,7 +70,7 @@ class PanelRefinement {
         if (!has_converged(tag)) fit(tag);
     }
     for (std::size_t i = 0; i < tags_.size(); ++i)
-      if (!tags_[i].is_plain && !is_finished(tags_[i])) *tags_[i].found = before_[i];
+      if (!tags_[i].is_plain && !is_finished(tags_[i])) *tags_[i].found = without_lens(before_[i]);
   }
 
  private:
@@ -99,6 +99,13 @@ class PanelRefinement {
     return true;
   }
 
+  // The tag, fitted corner by corner if it only had a start.
+  FoundTag without_lens(const FoundTag& tag) const {
+    if (tag.fitted || !tag.by_corner) return tag;
+    const auto fitted = detector_.refined(image_, tag.id, tag.corners, false);
+    return fitted && is_face(fitted->corners) && is_whole(*fitted, image_.size()) ? *fitted : tag;
+  }
+
   static bool has_converged(const PanelTag& tag) {
     return tag.is_plain || tag.last_move < kPanelConvergedSds;
   }
@@ -110,8 +117,9 @@ class PanelRefinement {
     std::vector<PanelCorner> corners;
     for (const PanelTag& tag : tags_)
       for (std::size_t i = 0; i < 4; ++i)
-        corners.push_back({tag.on_panel[i], tag.found->corners[i],
-                           tag.found->fitted ? kPanelFittedSdPx : kPanelSidesSdPx});
+        corners.push_back(
+            {tag.on_panel[i], tag.found->corners[i],
+             tag.found->fitted || tag.found->by_corner ? kPanelFittedSdPx : kPanelSidesSdPx});
     return corners;
   }
 

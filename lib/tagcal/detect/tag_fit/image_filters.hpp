@@ -25,4 +25,7 @@ struct PixelBox {
 
 Image8 part_of(const Image8& image, const PixelBox& box);
 
+// Standard deviation of a pixel's noise in the smooth parts of a picture, grey levels.
+double noise_of(const Image8& image);
+
 }  // namespace tagcal::internal

@@ -14,6 +14,7 @@ std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& patte
   options.is_rough = known.is_rough;
   options.gamma = known.gamma;
   options.is_whole = known.is_whole;
+  options.lens_follows = known.lens_follows;
   // Lenses bend lines in proportion to the picture.
   const double side =
       std::max({policy::kTagSmallestPicturePx, 1.0 * image.width(), 1.0 * image.height()});
@@ -25,7 +26,9 @@ std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& patte
           ? std::max(policy::kTagMaxMovePx, policy::kTagMaxRoughMoveShare * shortest_side(start))
           : policy::kTagMaxMovePx;
   const TagFit fit = refine_tag(image, pattern, start, options);
-  if (fit.status != TagFitStatus::converged || largest_distance(fit.corners, start) > max_move)
+  const bool is_start = known.lens_follows && fit.is_by_corner;
+  if ((fit.status != TagFitStatus::converged && !is_start) ||
+      largest_distance(fit.corners, start) > max_move)
     return std::nullopt;
   return fit;
 }

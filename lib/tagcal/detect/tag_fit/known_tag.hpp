@@ -13,10 +13,11 @@ struct KnownTagOptions {
   bool is_rough = false;           // the camera is only roughly known
   double gamma = 1;                // of the grey levels
   bool is_whole = false;           // as in TagFitOptions
+  bool lens_follows = false;       // as in TagFitOptions
 };
 
-// Fits a whole tag whose corners are known to 2 px. No value if the fit does not converge, or ends
-// farther away, which is another minimum.
+// Fits a whole tag whose corners are known to 2 px. No value if the fit does not converge (unless
+// the corners are approximate, as asked for), or ends farther away, which is another minimum.
 std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& pattern,
                                     const Quad& start, const KnownTagOptions& known);
 

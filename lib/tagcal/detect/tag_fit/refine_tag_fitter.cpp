@@ -190,6 +190,7 @@ bool TagFitter::is_bent_beyond_whole() const {
   if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole ||
       2 * scale_ < policy::kTagMinPartsPx)
     return false;
+  if (2 * scale_ > policy::kTagMaxWholePx) return true;
   const double third_order = third_order_px();
   if (third_order < policy::kTagThirdOrderPx) return false;
   // The information of all rows, from that of every row_step_-th.
@@ -228,6 +229,7 @@ TagFit TagFitter::fit() {
   TagFit start_of_parts;
   for (std::size_t i = 0; i < 4; ++i)
     start_of_parts.corners[i] = pixel(corner(i)).value_or(start_[i]);
+  if (is_for_parts_ && options_.lens_follows) return start_of_parts;
   TagFit fit = iterate();
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
