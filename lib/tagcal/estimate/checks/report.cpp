@@ -83,10 +83,10 @@ Status judge(Calibration& c, const CalibrationFit& fit, const Observability& see
 void widen_by_profile(Observability& seen, const Bundle& bundle,
                       const std::optional<BundleInformation>& information, double sigma) {
   if (seen.status != Status::ok || !seen.open.empty()) return;
-  const auto widened = profile_covariance(bundle, *information, seen.covariance->parameters, sigma);
-  if (!widened) return;
-  const Eigen::MatrixXd more = *widened - seen.covariance->parameters;
-  seen.covariance->parameters = *widened;
+  const Eigen::MatrixXd widened =
+      profile_covariance(bundle, *information, seen.covariance->parameters, sigma);
+  const Eigen::MatrixXd more = widened - seen.covariance->parameters;
+  seen.covariance->parameters = widened;
   for (std::size_t v = 0; v < bundle.views.size(); ++v) {
     const auto by_parameters = information->pose_by_parameters[v].leftCols(more.cols());
     seen.covariance->poses[v] += by_parameters * more * by_parameters.transpose();
