@@ -29,7 +29,10 @@ struct SolvedView {
     SmallCholesky<6> cholesky;
     EXPECT_TRUE(cholesky.compute(fit.best().information));
     linear = kVariance * cholesky.inverse();
-    for (const PoseMinimum<6>& pose : fit.poses) poses.push_back(pose);
+  }
+
+  Matrix6d widened() {
+    return widened_covariance(sums, problem.view().points, kSigmaPx, fit.best(), linear);
   }
 
   PoseTask task;
@@ -38,7 +41,6 @@ struct SolvedView {
   ViewSums sums;
   PoseMinima<6> fit;
   Matrix6d linear;
-  PosesOfView poses;
 };
 
 // Four random points in a square, as in a trial of map points.
@@ -77,30 +79,25 @@ double share_outside(SolvedView& view, const Matrix6d& covariance) {
 TEST(PoseProfile, TheEllipsoidHoldsTheLikelihood) {
   for (const std::uint64_t trial : {239u, 465u, 1058u}) {
     SolvedView view = quadrangle(trial);
-    ASSERT_TRUE(may_be_curved(view.linear));
-    PoseProfile profile(view.sums, kSigmaPx, view.poses);
-    const Matrix6d wide = view.linear + profile.widening(view.poses[0], view.linear);
     EXPECT_GT(share_outside(view, view.linear), 0.02) << trial;
-    EXPECT_LT(share_outside(view, wide), 0.002) << trial;
+    EXPECT_LT(share_outside(view, view.widened()), 0.002) << trial;
   }
 }
 
 TEST(PoseProfile, DoesNotWidenAParabola) {
   Random random(3);
   SolvedView view(space_points(30, 0.6, random), random);
-  EXPECT_FALSE(may_be_curved(view.linear));
-  PoseProfile profile(view.sums, kSigmaPx, view.poses);
-  EXPECT_TRUE(profile.widening(view.poses[0], view.linear).isZero(0));
+  EXPECT_EQ(view.widened(), view.linear);
 }
 
 TEST(PoseProfile, NearbyMinimaAreOne) {
   Random random(3);
   const SolvedView view(square_points(0.088), random);
-  PoseMinimum<6> beside = view.poses[0];
+  PoseMinimum<6> beside = view.fit.best();
   beside.state.translation.z() += 0.01 * std::sqrt(view.linear(5, 5));
-  EXPECT_TRUE(is_same_minimum(view.poses[0], beside, kSigmaPx));
+  EXPECT_TRUE(is_same_minimum(view.fit.best(), beside, kSigmaPx));
   beside.state.translation.z() += 20 * std::sqrt(view.linear(5, 5));
-  EXPECT_FALSE(is_same_minimum(view.poses[0], beside, kSigmaPx));
+  EXPECT_FALSE(is_same_minimum(view.fit.best(), beside, kSigmaPx));
 }
 
 }  // namespace

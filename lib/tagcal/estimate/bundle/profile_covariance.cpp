@@ -1,11 +1,10 @@
 #include "tagcal/estimate/bundle/profile_covariance.hpp"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/profile_likelihood.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -13,10 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr int kRounds = 4;
-
-double focal_px(const Bundle& bundle) { return parameters(bundle.lens())[0]; }
 
 // Index of the focal length or coordinate of the principal point with the largest variance; -1 if
 // none is free.
@@ -31,106 +26,88 @@ Index least_known_parameter(const Model& model, const MatrixXd& covariance) {
   return least;
 }
 
-// Refines all poses for the lens; false if a view has no pose.
-bool refine_poses(Bundle& bundle, double& cost) {
-  const Lens lens = bundle.lens();
-  cost = 0;
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    const auto refined = refine_view_pose(bundle.views[v], lens, bundle.camera_from_target[v]);
-    if (!refined) return false;
-    bundle.camera_from_target[v] = refined->camera_from_target;
-    cost += refined->cost;
-  }
-  return true;
-}
-
-// A point of the profile: its offset from the tangent, and its cost above the minimum.
-struct ProfilePoint {
-  VectorXd offset;
-  double rise = 0;
-};
-
-class CurvedProfile {
+// The likelihood of the free parameters of a bundle: the best poses belong to them.
+class BundleLikelihood {
  public:
-  CurvedProfile(const Bundle& solved, const BundleInformation& information,
-                const MatrixXd& covariance)
-      : solved_(solved), information_(information) {
-    least_ = least_known_parameter(*solved.model, covariance);
-    if (least_ < 0) return;
-    sigma_ = std::sqrt(covariance(least_, least_));
-    tangent_ = covariance.col(least_) / sigma_;
-    least_cost_ = cost_of(solved);
+  struct State {
+    std::vector<double> free_values;
+    std::vector<Pose> poses;
+  };
+  using Step = VectorXd;
+  using Matrix = MatrixXd;
+  struct Equations {
+    MatrixXd information;
+    VectorXd gradient;
+    double cost = 0;
+  };
+  struct Solver {
+    bool compute(const MatrixXd& information) {
+      inverse = exact_inverse(information);
+      return inverse.has_value();
+    }
+    VectorXd solve(const VectorXd& b) const { return *inverse * b; }
+
+    std::optional<MatrixXd> inverse;
+  };
+
+  BundleLikelihood(const Bundle& solved, const BundleInformation& information)
+      : bundle_(solved), information_(information) {}
+
+  static int rounds() { return 4; }
+
+  bool at(State& state, Equations& equations) {
+    bundle_.free_values = state.free_values;
+    bundle_.camera_from_target = state.poses;
+    const auto lens = bundle_.model->lens(bundle_.free_values, bundle_.image_size);
+    if (!lens) return false;
+    equations.cost = 0;
+    for (std::size_t v = 0; v < bundle_.views.size(); ++v) {
+      const auto refined = refine_view_pose(bundle_.views[v], *lens, state.poses[v]);
+      if (!refined) return false;
+      state.poses[v] = bundle_.camera_from_target[v] = refined->camera_from_target;
+      equations.cost += refined->cost;
+    }
+    const auto information = bundle_information(bundle_);
+    if (!information) return false;
+    // A bend of the board is held.
+    const Index k = bundle_.model->num_free();
+    equations.information = (information->halves[0] + information->halves[1]).topLeftCorner(k, k);
+    equations.gradient = (information->gradients[0] + information->gradients[1]).head(k);
+    return true;
   }
 
-  double sigma() const { return least_ < 0 ? 0 : sigma_; }
-  const VectorXd& tangent() const { return tangent_; }
-
-  // The point at `along` standard deviations of the least known parameter. No value if a point
-  // leaves the domain of the lens.
-  std::optional<ProfilePoint> at(double along) const {
-    const Index k = tangent_.size();
-    Bundle bundle = solved_;
-    const VectorXd step = along * tangent_;
-    for (std::size_t v = 0; v < bundle.views.size(); ++v)
-      bundle.camera_from_target[v] = retract(
-          solved_.camera_from_target[v], -information_.pose_by_parameters[v].leftCols(k) * step);
-    ProfilePoint point{VectorXd::Zero(k), 0};
-    for (int round = 0; round < kRounds; ++round) {
-      Eigen::Map<VectorXd>(bundle.free_values.data(), k) =
-          Eigen::Map<const VectorXd>(solved_.free_values.data(), k) + step + point.offset;
-      if (!bundle.model->lens(bundle.free_values, bundle.image_size)) return std::nullopt;
-      if (!refine_poses(bundle, point.rise)) return std::nullopt;
-      const auto information = bundle_information(bundle);
-      if (!information) return std::nullopt;
-      minimise_others(*information, point);
-    }
-    point.rise -= least_cost_;
-    return point;
+  State stepped(const State& state, const VectorXd& step) const {
+    State next = state;
+    Eigen::Map<VectorXd>(next.free_values.data(), step.size()) += step;
+    for (std::size_t v = 0; v < next.poses.size(); ++v)
+      next.poses[v] =
+          retract(state.poses[v], -information_.pose_by_parameters[v].leftCols(step.size()) * step);
+    return next;
   }
 
  private:
-  // Adds a Gauss-Newton step of all parameters other than the least known one.
-  void minimise_others(const BundleInformation& information, ProfilePoint& point) const {
-    const Index k = tangent_.size();
-    std::vector<Index> others;
-    for (Index i = 0; i < k; ++i)
-      if (i != least_) others.push_back(i);
-    if (others.empty()) return;
-    const MatrixXd s = (information.halves[0] + information.halves[1])(others, others);
-    const VectorXd gradient = (information.gradients[0] + information.gradients[1])(others);
-    const VectorXd scale = s.diagonal().cwiseSqrt().cwiseInverse();
-    const MatrixXd unit = scale.asDiagonal() * s * scale.asDiagonal();
-    const VectorXd solution = unit.ldlt().solve(scale.cwiseProduct(gradient));
-    const VectorXd step = -scale.cwiseProduct(solution);
-    point.offset(others) += step;
-    point.rise += gradient.dot(step);
-  }
-
-  const Bundle& solved_;
-  const BundleInformation& information_;
-  Index least_ = -1;
-  double sigma_ = 0, least_cost_ = 0;
-  VectorXd tangent_;
+  Bundle bundle_;
+  const BundleInformation& information_;  // of the solved bundle
 };
 
 }  // namespace
 
-std::optional<MatrixXd> profile_covariance(const Bundle& solved,
-                                           const BundleInformation& information,
-                                           const MatrixXd& covariance, double sigma) {
-  const CurvedProfile profile(solved, information, covariance);
-  if (!(profile.sigma() > policy::kLinearShare * focal_px(solved))) return std::nullopt;
-  MatrixXd widened = covariance;
-  double slower = 1;  // predicted rise of the cost over the true one
-  for (const double along : {-policy::kProfileBundleSigmas, policy::kProfileBundleSigmas}) {
-    const auto point = profile.at(along);
-    if (!point || !point->offset.allFinite()) return std::nullopt;
-    widened += policy::kTangentDistanceWeight * point->offset * point->offset.transpose();
-    const double rise = std::max(point->rise, 1e-300);  // numeric: no division by zero
-    slower = std::max(slower, along * along * sigma * sigma / rise);
-  }
-  widened += (slower - 1) * profile.tangent() * profile.tangent().transpose();
-  return widened;
+MatrixXd profile_covariance(const Bundle& solved, const BundleInformation& information,
+                            const MatrixXd& covariance, double sigma) {
+  const Index least = least_known_parameter(*solved.model, covariance);
+  if (least < 0) return covariance;
+  const double sigma_px = std::sqrt(covariance(least, least));
+  if (!(sigma_px > policy::kLinearShare * parameters(solved.lens())[0])) return covariance;
+  const Index k = covariance.cols();
+  const MatrixXd schur = (information.halves[0] + information.halves[1]).topLeftCorner(k, k);
+  const BundleLikelihood::State best{solved.free_values, solved.camera_from_target};
+  BundleLikelihood likelihood(solved, information);
+  ProfileLikelihood<BundleLikelihood> profile(likelihood, best, cost_of(solved), sigma,
+                                              schur / (sigma * sigma), covariance);
+  const VectorXd function = VectorXd::Unit(k, least) / sigma_px;
+  for (const double level : {policy::kProfileBundleSigmas, -policy::kProfileBundleSigmas})
+    profile.widen({function, covariance * function}, level, policy::kProfileBundleSigmas);
+  return profile.covariance();
 }
 
 }  // namespace tagcal::internal

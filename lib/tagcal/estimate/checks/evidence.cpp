@@ -26,11 +26,9 @@ void add_to_covariance(BundleCovariance& covariance, const BundleInformation& in
 void widen_by_profile(Evidence& evidence, const Bundle& bundle) {
   Observability& seen = evidence.observability;
   if (seen.status != Status::ok || !seen.open.empty()) return;
-  const auto widened = profile_covariance(bundle, *evidence.information,
-                                          seen.covariance->parameters, evidence.sigma);
-  if (widened)
-    add_to_covariance(*seen.covariance, *evidence.information,
-                      *widened - seen.covariance->parameters);
+  const Eigen::MatrixXd widened = profile_covariance(bundle, *evidence.information,
+                                                     seen.covariance->parameters, evidence.sigma);
+  add_to_covariance(*seen.covariance, *evidence.information, widened - seen.covariance->parameters);
 }
 
 // Adds the effect of a free bend to the covariance of a flat board that the residuals contradict:

@@ -74,13 +74,6 @@ inline constexpr double kSameMinimum = 0.1;
 inline constexpr double kFocalWellKnown = 0.03;
 // sigma^2 by which weak perspective must fit worse: chi-square of one degree of freedom, p = 0.001.
 inline constexpr double kWeakPerspectiveExcess = 10.8;
-// The profile of the focal length (focal_profile.hpp): sine of the angle between normal and line of
-// sight below which a plane counts as facing the camera (docs/pose.md: 6 degrees), standard
-// deviations of log f to the shorter focal length, and the least rise of the cost there in sigma^2.
-// Source: chosen by hand, checked by map focal-tilt-noise.
-inline constexpr double kFacingSine = 0.1;
-inline constexpr double kFocalProfileSigmas = 5;
-inline constexpr double kFocalProfileLeastRise = 1;
 
 // Points nearly on a line: RMS width over length below which the turn about the line is tested, and
 // the turn that must be excluded by kExcludedCost, seven times the 0.05 rad up to which the maps
@@ -89,29 +82,21 @@ inline constexpr double kNarrowWidth = 0.25;
 inline constexpr double kLineTurnRad = 0.35;
 
 // The profile of a pose (pose_profile.hpp). Source of all: chosen by hand, checked by maps points,
-// line and tag-tilt-distance (fewer than 1 in 1,000 poses are wrong and called ok).
+// line, tag-tilt-distance and focal-tilt-noise (fewer than 1 in 1,000 poses are wrong and called
+// ok).
 // A linear covariance is trusted where the variance of the least known turn is at most this times
-// the standard deviation of the best known one (radians): in general, and for a tag, whose tilt
-// near_frontal.hpp tests already.
+// the standard deviation of the best known one (radians).
 inline constexpr double kCurved = 0.2;
-inline constexpr double kCurvedOfTag = 0.4;
-// Standard deviations of the first step along a least known turn.
-inline constexpr double kProfileSigmas = 4;
-// sigma^2 at which a profile ends.
+// Standard deviations of a profile's first step; sigma^2 at which it ends; and where it ends at the
+// latest (rad, or log of a focal length).
+inline constexpr double kProfileSigmas = 5;
 inline constexpr double kProfileEnd = 9;
-// sigma^2. The covariance is widened to no smaller rise of the cost than this.
-inline constexpr double kProfileLeastRise = 4;
-// rad. A profile follows a turn no further.
-inline constexpr double kProfileFarthestRad = 1;
-// The cost along the linear step, over what the covariance predicts, between which it is a
-// parabola.
-inline constexpr double kParabolaLow = 0.75;
-inline constexpr double kParabolaHigh = 1.3;
-// A rise of the cost below this share of the predicted one starts a search for another minimum.
-inline constexpr double kOtherMinimumRise = 0.5;
+inline constexpr double kProfileFarthest = 1;
 // The areas of the triangles of four corners, over those of a square, from which they count as a
 // tag. Source: none; chosen by hand.
 inline constexpr double kLikeATag = 0.8;
+// sigma^2. A covariance is widened to no smaller rise of the cost than this, also of a calibration.
+inline constexpr double kProfileLeastRise = 1;
 
 // Starts (initial_poses.hpp).
 // Smallest over largest of a quadrangle's four triangles (a square: 1) up to which its homography
@@ -206,13 +191,9 @@ inline constexpr double kComponentOfDirection = 0.1;
 // Standard deviation over the focal length up to which a linear covariance is trusted. Source:
 // none; chosen by hand (study calibration_nees confirms that covariance).
 inline constexpr double kLinearShare = 0.01;
-// Standard deviations to which the profile is followed on either side. Source: none; chosen by hand
-// (map calibrate-parallel has what it leads to).
+// Standard deviations of the profile on either side. Source: none; chosen by hand (map
+// calibrate-parallel has what it leads to).
 inline constexpr double kProfileBundleSigmas = 2;
-// Weight of the squared distance d from the tangent, on either side. A parabola that is d off at 2
-// standard deviations is 6.25 d off at 5, which is 2.6 standard deviations of 2 * 3 d^2. Source:
-// chosen by hand; map calibrate-parallel.
-inline constexpr double kTangentDistanceWeight = 3;
 
 // Bias of the residuals (residual_bias.hpp).
 // Cells, columns by rows, and rings; a group of corners takes part from the first number on, and

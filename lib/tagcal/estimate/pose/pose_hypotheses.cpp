@@ -6,8 +6,6 @@
 #include <numeric>
 
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/pose/focal_profile.hpp"
-#include "tagcal/estimate/pose/near_frontal.hpp"
 #include "tagcal/estimate/pose/pose_profile.hpp"
 #include "tagcal/solvers/numeric/small_cholesky.hpp"
 
@@ -24,26 +22,20 @@ void change_origin(const Eigen::Vector3d& from_origin, Eigen::Matrix<double, N, 
   covariance.template middleCols<3>(3) += covariance.template leftCols<3>() * a.transpose();
 }
 
-// Removes duplicate minima, deflates the information of near-frontal planes, and adds the mirrored
-// pose if its minimum is missing. (With the focal length, the rule of the focal length refuses a
-// plane that may face the camera.)
-PosesOfView distinct_minima(const PoseProblem& problem, ViewSums& sums, const PoseMinima<6>& fit) {
-  PosesOfView poses;
-  for (const PoseMinimum<6>& pose : fit.poses)
-    if (std::none_of(poses.begin(), poses.end(), [&](const PoseMinimum<6>& other) {
-          return is_same_minimum(other, pose, fit.noise.sigma_px);
-        }))
-      poses.push_back(pose);
-  if (problem.spread().shape != PointShape::plane) return poses;
-  const bool both_minima = poses.size() > 1;
-  std::optional<PoseMinimum<6>> mirrored;
-  for (PoseMinimum<6>& pose : poses) {
-    NearFrontalPose frontal = near_frontal_pose(sums, pose, fit.noise.sigma_px, both_minima);
-    pose.information = frontal.information;
-    mirrored = frontal.mirrored;
+// The minima of a fit without duplicates.
+template <int N>
+Solutions<PoseMinimum<N>, 4> distinct_minima(const PoseMinima<N>& fit) {
+  if constexpr (N == 7) {
+    return fit.poses;
+  } else {
+    Solutions<PoseMinimum<N>, 4> poses;
+    for (const PoseMinimum<N>& pose : fit.poses)
+      if (std::none_of(poses.begin(), poses.end(), [&](const PoseMinimum<N>& other) {
+            return is_same_minimum(other, pose, fit.noise.sigma_px);
+          }))
+        poses.push_back(pose);
+    return poses;
   }
-  if (mirrored && !both_minima) poses.push_back(*mirrored);
-  return poses;
 }
 
 // RMS of the residuals in pixels, not whitened.
@@ -56,30 +48,6 @@ double rms_px(const PoseProblem& problem, const Lens& lens, const PoseMinimum<N>
     cost = std::accumulate(squares.begin(), squares.end(), 0.0);
   }
   return std::sqrt(cost / static_cast<double>(problem.size()));
-}
-
-Solutions<PoseMinimum<7>, 4> distinct_minima(const PoseProblem&, ViewSums&,
-                                             const PoseMinima<7>& fit) {
-  return fit.poses;
-}
-
-// True for four points in a plane whose triangles have similar areas, and that are about as wide as
-// long.
-bool is_like_a_tag(const PoseProblem& problem) {
-  constexpr double kAlike = policy::kLikeATag;
-  const std::span<const Eigen::Vector3d> p = problem.view().points;
-  if (p.size() != 4 || problem.spread().shape != PointShape::plane) return false;
-  double smallest = std::numeric_limits<double>::infinity(), largest = 0, diameter = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector3d a = p[(i + 1) % 4] - p[i], b = p[(i + 2) % 4] - p[i];
-    const double area = a.cross(b).squaredNorm();
-    smallest = std::min(smallest, area);
-    largest = std::max(largest, area);
-    diameter = std::max({diameter, a.squaredNorm(), b.squaredNorm()});
-  }
-  // For a square, `area` (of a parallelogram, squared) is a quarter of the diagonal to the fourth.
-  return smallest > kAlike * kAlike * largest &&
-         smallest > kAlike * kAlike * diameter * diameter / 4;
 }
 
 // Returns the solution in the target's frame. `of_step` is the covariance of the solution's step,
@@ -106,23 +74,15 @@ std::vector<PoseHypothesis> hypotheses_of(
     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance) {
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
   ViewSums sums(lens, problem.view());
-  auto poses = distinct_minima(problem, sums, fit);
+  const auto poses = distinct_minima<N>(fit);
   std::vector<PoseHypothesis> hypotheses;
   hypotheses.reserve(poses.size());
   double sum = 0;
-  for (std::size_t i = 0; i < poses.size(); ++i) {  // PoseProfile may append
-    const PoseMinimum<N>& solution = poses[i];
+  for (const PoseMinimum<N>& solution : poses) {
     SmallCholesky<N> cholesky;
     if (!cholesky.compute(solution.information)) continue;
-    Eigen::Matrix<double, N, N> of_step = variance * cholesky.inverse();
-    if constexpr (N == 6)
-      if (may_be_curved(of_step)) {
-        PoseProfile profile(sums, fit.noise.sigma_px, poses);
-        of_step += is_like_a_tag(problem) ? profile.curvature_widening(solution, of_step)
-                                          : profile.widening(solution, of_step);
-      }
-    if constexpr (N == 7)
-      of_step += shorter_focal_widening(problem, lens, solution, of_step, fit.noise.sigma_px);
+    Eigen::Matrix<double, N, N> of_step = widened_covariance(
+        sums, problem.view().points, fit.noise.sigma_px, solution, variance * cholesky.inverse());
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     const double excess = solution.cost - fit.best().cost;

@@ -7,9 +7,9 @@
 namespace tagcal::internal {
 
 // Returns the poses of a fit in the target's frame, with covariances and probabilities by
-// likelihood. Poses with singular information are dropped. near_frontal.hpp, pose_profile.hpp and
-// focal_profile.hpp widen the covariance where the linear one is too small. `covariance` becomes
-// that of (omega, tau, log f) of the first pose.
+// likelihood. Poses with singular information are dropped. pose_profile.hpp widens the covariance
+// where the linear one is too small. `covariance` becomes that of (omega, tau, log f) of the first
+// pose.
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
     const PoseProblem& problem, const Lens& lens, const PoseMinima<N>& fit,

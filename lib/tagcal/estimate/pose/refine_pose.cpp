@@ -25,26 +25,6 @@ constexpr double kLastDecrease = 1e-14;  // numeric: convergence
 
 constexpr int kMaxGaussNewton = 12;
 
-// The rotation of the quaternion (1, omega / 2): equal to the exponential to second order.
-[[gnu::always_inline]] inline Matrix3d small_rotation(const Vector3d& omega) {
-  const double x = omega.x() / 2, y = omega.y() / 2, z = omega.z() / 2;
-  const double s = 2 / (1 + x * x + y * y + z * z);
-  Matrix3d r;
-  r << 1 - s * (y * y + z * z), s * (x * y - z), s * (x * z + y),  //
-      s * (x * y + z), 1 - s * (x * x + z * z), s * (y * z - x),   //
-      s * (x * z - y), s * (y * z + x), 1 - s * (x * x + y * y);
-  return r;
-}
-
-template <int N>
-ViewState moved(const ViewState& state, const Step<N>& step) {
-  ViewState next;
-  next.rotation.noalias() = small_rotation(step.template head<3>()) * state.rotation;
-  next.translation = state.translation + step.template segment<3>(3);
-  if constexpr (N == 7) next.focal_px = state.focal_px * std::exp(step[6]);
-  return next;
-}
-
 enum class Outcome { converged, ruled_out, failed };
 
 // Scales the Gauss-Newton steps. With J'J as the Hessian they are too short (or too long) by a

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,6 +30,27 @@ struct ViewState {
 };
 ViewState state_of(const Pose& camera_from_target, double focal_px = 0);
 Pose pose_of(const ViewState& state);
+
+// The rotation of the quaternion (1, omega / 2): equal to the exponential to second order.
+[[gnu::always_inline]] inline Eigen::Matrix3d small_rotation(const Eigen::Vector3d& omega) {
+  const double x = omega.x() / 2, y = omega.y() / 2, z = omega.z() / 2;
+  const double s = 2 / (1 + x * x + y * y + z * z);
+  Eigen::Matrix3d r;
+  r << 1 - s * (y * y + z * z), s * (x * y - z), s * (x * z + y),  //
+      s * (x * y + z), 1 - s * (x * x + z * z), s * (y * z - x),   //
+      s * (x * z - y), s * (y * z + x), 1 - s * (x * x + y * y);
+  return r;
+}
+
+// The state after a step (omega, tau) and, for N = 7, of log f.
+template <int N>
+ViewState moved(const ViewState& state, const Eigen::Matrix<double, N, 1>& step) {
+  ViewState next;
+  next.rotation.noalias() = small_rotation(step.template head<3>()) * state.rotation;
+  next.translation = state.translation + step.template segment<3>(3);
+  if constexpr (N == 7) next.focal_px = state.focal_px * std::exp(step[6]);
+  return next;
+}
 
 // J'J (its upper triangle), J'r and r'r of the whitened residuals r = projected - observed, with J
 // by (omega, tau) of `retract` and, for N = 7, by log f.
