@@ -149,20 +149,6 @@ void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts
     add_start(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
 }
 
-// Adds the P3P poses for several focal lengths: four or five points determine the focal length
-// poorly, and all minima are needed.
-void add_p3p_of_several_focals(const PointSubset& chosen, double guess_px, ViewSums& sums,
-                               InitialPoses<7>& starts) {
-  const auto four = four_spread(chosen.points(), PointShape::space);
-  for (const double ratio : {0.35, 1.0, 3.0}) {  // numeric: tried values
-    InlineBuffer<Vector3d, kFew> rays(chosen.pixels().size());
-    const double focal = ratio * guess_px;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      rays[i] = Vector3d(chosen.pixels()[i].x(), chosen.pixels()[i].y(), focal);
-    add_p3p(chosen.points(), rays.span(), four, focal, sums, starts);
-  }
-}
-
 // Adds the weak-perspective poses, at the distance that the guessed focal length gives them.
 void add_weak_perspective(const PointSubset& chosen, double focal_px, ViewSums& sums,
                           InitialPoses<7>& starts) {
@@ -249,11 +235,11 @@ InitialPoses<7> initial_poses_with_focal(const PoseProblem& problem, const Lens&
             plane_pose_and_focal(chosen.points_in_plane().span(), chosen.pixels()))
       add_start(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
   if (problem.spread().thickness > kFlat) add_p4pf(chosen, sums, starts);
-  if (problem.spread().shape == PointShape::space && problem.size() <= kVeryFew)
-    add_p3p_of_several_focals(chosen, parameters(guess)[kFx], sums, starts);
+  // Four or five points in space determine the focal length poorly, and all minima are needed.
+  const bool few = problem.spread().shape == PointShape::space && problem.size() <= kVeryFew;
   constexpr double kSquare = policy::kPoorStartRmsPx * policy::kPoorStartRmsPx;
   const double poor = kSquare * static_cast<double>(problem.size());
-  if (starts.empty() || starts.front().cost > poor)
+  if (few || starts.empty() || starts.front().cost > poor)
     add_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
   return starts;
 }
