@@ -169,7 +169,7 @@ bool in_front(const Problem& problem, const Rows& rows) {
 // Gauss-Newton on the four quadrics in the three unknowns, weighted at the start. Returns false if
 // it does not converge.
 bool polish(const Problem& problem, const Quadrics& quadrics, Candidate& candidate) {
-  constexpr int kMaxSteps = 15;
+  constexpr int kMaxSteps = 8;
   const Quadrics weighted = weights_of(candidate.rows).asDiagonal() * quadrics;
   Vector3d xi = candidate.xi;
   for (int i = 0; i < kMaxSteps; ++i) {

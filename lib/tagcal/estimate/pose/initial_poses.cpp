@@ -69,13 +69,17 @@ class PointSubset {
 };
 
 template <int N>
+bool has_less_cost(const InitialPose<N>& a, const InitialPose<N>& b) {
+  return a.cost < b.cost;
+}
+
+template <int N>
 void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) {
   InitialPose<N> start{state};
   start.has_equations = sums.at(start.state, start.equations);
   if (!start.has_equations) return;
   start.cost = start.equations.cost;
-  starts.insert(start,
-                [](const InitialPose<N>& a, const InitialPose<N>& b) { return a.cost < b.cost; });
+  starts.insert(start, has_less_cost<N>);
 }
 
 // Returns four points far from one another: the furthest from the centre, from the first one, from
@@ -137,6 +141,7 @@ bool is_poor_quadrangle(std::span<const Vector3d> points, const std::array<std::
   return !(smallest > policy::kPoorQuadrangle * largest);
 }
 
+// Adds the solutions for four of the points; of more than a few points only the best one.
 void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts) {
   const auto four = four_spread(chosen.points(), PointShape::space);
   std::array<Vector3d, 4> points;
@@ -145,8 +150,12 @@ void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts
     points[k] = chosen.points()[four[k]];
     pixels[k] = chosen.pixels()[four[k]];
   }
+  InitialPoses<7> found;
   for (const PoseAndFocal& solution : p4pf(points, pixels))
-    add_start(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
+    add_start(state_of(solution.camera_from_target, solution.focal_px), sums, found);
+  const bool all = chosen.points().size() <= kVeryFew;
+  for (std::size_t i = 0; i < (all ? found.size() : std::min<std::size_t>(1, found.size())); ++i)
+    starts.insert(found[i], has_less_cost<7>);
 }
 
 // Adds the weak-perspective poses, at the distance that the guessed focal length gives them.
@@ -187,8 +196,7 @@ InitialPoses<6> refined_on(ViewSums& some, const InitialPoses<6>& starts) {
   for (const InitialPose<6>& start : starts) {
     const auto solution = refine_pose<6>(some, start, options);
     if (!solution) continue;
-    result.insert({solution->state, solution->cost},
-                  [](const InitialPose<6>& a, const InitialPose<6>& b) { return a.cost < b.cost; });
+    result.insert({solution->state, solution->cost}, has_less_cost<6>);
     const double freedom = 2 * static_cast<double>(some.num_points()) - 6;
     options.ruled_out_cost = result.front().cost * (1 + policy::kExcludedCost / freedom);
   }

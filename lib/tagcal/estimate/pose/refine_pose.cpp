@@ -229,10 +229,7 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
   else if (!sums.at(start.state, equations))
     return std::nullopt;
   const Outcome outcome = gauss_newton(sums, options, equations, *best);
-  // A second hypothesis that fails above the limit slides along a valley, usually to the first one.
-  if (outcome == Outcome::ruled_out ||
-      (outcome == Outcome::failed && best->cost > options.ruled_out_cost))
-    return std::nullopt;
+  if (outcome == Outcome::ruled_out) return std::nullopt;
   best->converged =
       outcome == Outcome::converged || levenberg_marquardt(sums, options.max_iterations, *best);
   return best;
