@@ -153,9 +153,8 @@ void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts
   InitialPoses<7> found;
   for (const PoseAndFocal& solution : p4pf(points, pixels))
     add_start(state_of(solution.camera_from_target, solution.focal_px), sums, found);
-  const bool all = chosen.points().size() <= kVeryFew;
-  for (std::size_t i = 0; i < (all ? found.size() : std::min<std::size_t>(1, found.size())); ++i)
-    starts.insert(found[i], has_less_cost<7>);
+  while (chosen.points().size() > kVeryFew && found.size() > 1) found.pop_back();
+  for (const InitialPose<7>& start : found) starts.insert(start, has_less_cost<7>);
 }
 
 // Adds the weak-perspective poses, at the distance that the guessed focal length gives them.
