@@ -139,16 +139,11 @@ Quadrics quadrics_of(const Problem& m) {
   return q;
 }
 
-// A solution makes the rows orthogonal to this, radians, and r1 and r2 equal to this share.
-constexpr double kLargestError = 0.1;
-
 struct Candidate {
   Vector3d xi;
   Rows rows;
   double error = 0;  // sum of squares of the three angles and the share
 };
-
-Rows rows_at(const Problem& m, const Vector3d& xi) { return {m.r1(xi), m.r2(xi), m.r3(xi)}; }
 
 // Weights that turn the quadrics into angles: of the first two, of the last two.
 Eigen::Vector4d weights_of(const Rows& rows) {
@@ -157,43 +152,34 @@ Eigen::Vector4d weights_of(const Rows& rows) {
   return {tilt, tilt, scale, scale / 2};
 }
 
-double error_of(const Rows& rows, const Eigen::Vector4d& weights) {
+Candidate candidate_at(const Problem& problem, const Vector3d& xi) {
+  const Rows rows = {problem.r1(xi), problem.r2(xi), problem.r3(xi)};
   const auto& [r1, r2, r3] = rows;
-  return Eigen::Vector4d(r3.dot(r1), r3.dot(r2), r1.dot(r2), (r1 + r2).dot(r1 - r2))
-      .cwiseProduct(weights)
-      .squaredNorm();
+  const Eigen::Vector4d e(r3.dot(r1), r3.dot(r2), r1.dot(r2), (r1 + r2).dot(r1 - r2));
+  return {xi, rows, e.cwiseProduct(weights_of(rows)).squaredNorm()};
 }
 
-// True if every point is in front of the camera by more than `depth` of the centroid's depth, and
-// the rows are a right-handed triple with more than `volume` of the volume of orthogonal rows.
-bool in_front(const Problem& problem, const Rows& rows, double depth, double volume) {
-  const auto& [r1, r2, r3] = rows;
-  const double orthogonal = std::sqrt(r1.squaredNorm() * r2.squaredNorm() * r3.squaredNorm());
-  return r1.cross(r2).dot(r3) > volume * orthogonal &&
+// True if every point is in front of the camera, and the rows are a right-handed triple.
+bool in_front(const Problem& problem, const Rows& rows) {
+  return rows.r1.cross(rows.r2).dot(rows.r3) > 0 &&
          std::all_of(problem.shape.p.begin(), problem.shape.p.end(),
-                     [&, &r3 = r3](const Vector3d& p) { return 1 + r3.dot(p) > depth; });
+                     [&rows](const Vector3d& p) { return 1 + rows.r3.dot(p) > 0; });
 }
 
-// Gauss-Newton on the four quadrics in the three unknowns. Returns false, as early as possible, if
-// it does not lead to a solution.
+// Gauss-Newton on the four quadrics in the three unknowns, weighted at the start. Returns false if
+// it does not converge.
 bool polish(const Problem& problem, const Quadrics& quadrics, Candidate& candidate) {
   constexpr int kMaxSteps = 8;
-  auto& [xi, rows, error] = candidate;
-  rows = rows_at(problem, xi);
-  // Far from a solution, or near one behind the camera or mirrored.
-  if (!in_front(problem, rows, -0.5, -0.2)) return false;
-  const Eigen::Vector4d weights = weights_of(rows);
-  if (!(error_of(rows, weights) < 1)) return false;
-  const Quadrics weighted = weights.asDiagonal() * quadrics;
+  const Quadrics weighted = weights_of(candidate.rows).asDiagonal() * quadrics;
+  Vector3d xi = candidate.xi;
   for (int i = 0; i < kMaxSteps; ++i) {
     const auto [step, error_before] = step_at(weighted, xi);
-    if (i == 2 && !(error_before < 0.1)) return false;
     xi -= step;
-    if (step.squaredNorm() < 1e-14 + 1e-5 * error_before) break;
+    if (!(step.squaredNorm() < 1e-14 + 1e-5 * error_before)) continue;
+    candidate = candidate_at(problem, xi);
+    return true;
   }
-  rows = rows_at(problem, xi);
-  error = error_of(rows, weights_of(rows));
-  return error < kLargestError * kLargestError && in_front(problem, rows, 0, 0);
+  return false;
 }
 
 PoseAndFocal pose_of(const Problem& problem, const Rows& rows) {
@@ -248,16 +234,17 @@ Reduction reduce(const Quadrics& quadrics, Resultant& resultant) {
   return pivot < 1e-3 || resultant.is_degenerate() ? Reduction::poor : Reduction::good;
 }
 
-// Adds a candidate, or keeps the better one of two that are equal to 1 %.
-void add(Solutions<Candidate, 6>& found, const Candidate& candidate) {
+// Adds a candidate in front of the camera; of two that are equal to 1 % the better one stays.
+void add(const Problem& problem, const Candidate& candidate, Solutions<Candidate, 6>& found) {
+  const auto better = [](const Candidate& a, const Candidate& b) { return a.error < b.error; };
+  if (!(candidate.error < 1 && in_front(problem, candidate.rows))) return;
   Candidate* const same = std::find_if(found.begin(), found.end(), [&](const Candidate& other) {
     return (other.xi - candidate.xi).squaredNorm() < 1e-4 * (1 + candidate.xi.squaredNorm());
   });
-  if (same != found.end()) {
-    if (candidate.error < same->error) *same = candidate;
-  } else if (!found.full()) {
-    found.push_back(candidate);
-  }
+  if (same == found.end())
+    found.insert(candidate, better);
+  else if (better(candidate, *same))
+    *same = candidate;
 }
 
 }  // namespace
@@ -279,9 +266,11 @@ Solutions<PoseAndFocal, 6> p4pf(std::span<const Vector3d, 4> points,
   const auto [low, high] = range_of_z(problem);
   Solutions<Candidate, 6> found;
   for (const double z : roots_and_near_roots(resultant.determinant, low, high)) {
-    Candidate candidate;
-    if (unknowns_at(resultant, z, candidate.xi) && polish(problem, quadrics, candidate))
-      add(found, candidate);
+    Vector3d xi;
+    if (!unknowns_at(resultant, z, xi)) continue;
+    Candidate candidate = candidate_at(problem, xi);
+    add(problem, candidate, found);
+    if (polish(problem, quadrics, candidate)) add(problem, candidate, found);
   }
   for (const Candidate& candidate : found) {
     const PoseAndFocal solution = pose_of(problem, candidate.rows);

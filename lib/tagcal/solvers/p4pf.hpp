@@ -24,11 +24,14 @@ struct PoseAndFocal {
 // Eliminating two unknowns leaves a polynomial of degree 6 in the third. The focal length is then
 // |r1| / |r3|.
 // There are eight equations for seven unknowns: without noise there is usually one solution; with
-// noise the solutions fit the points approximately. They minimise the squares of the angles between
-// the rows and of |r1| / |r2| - 1, none above 0.1. Empty for points in a plane (a height below 1e-7
-// of the size, or lost in the rounding of the coordinates), pixels at one place, or input that is
-// not finite; also if an equation degenerates: two points at the principal point, and the other two
-// in orthogonal directions from it and from the first.
+// noise the solutions fit the points approximately. They are the roots of the polynomial, and the
+// minima of the squares of the angles between the rows and of |r1| / |r2| - 1 that Gauss-Newton
+// steps reach from them: the six of least squares, below 1. Both are needed to start a
+// refinement, because one minimum of these squares may stand for two of the reprojection error.
+// Empty for points in a plane (a height below 1e-7 of the size, or lost in the rounding of the
+// coordinates), pixels at one place, or input that is not finite; also if an equation degenerates:
+// two points at the principal point, and the other two in orthogonal directions from it and from
+// the first.
 Solutions<PoseAndFocal, 6> p4pf(std::span<const Eigen::Vector3d, 4> points,
                                 std::span<const Eigen::Vector2d, 4> pixels_from_centre);
 

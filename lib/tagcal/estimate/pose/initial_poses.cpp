@@ -72,13 +72,17 @@ class PointSubset {
 };
 
 template <int N>
+bool has_less_cost(const InitialPose<N>& a, const InitialPose<N>& b) {
+  return a.cost < b.cost;
+}
+
+template <int N>
 void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) {
   InitialPose<N> start{state};
   start.has_equations = sums.at(start.state, start.equations);
   if (!start.has_equations) return;
   start.cost = start.equations.cost;
-  starts.insert(start,
-                [](const InitialPose<N>& a, const InitialPose<N>& b) { return a.cost < b.cost; });
+  starts.insert(start, has_less_cost<N>);
 }
 
 // Returns four points far from one another: the furthest from the centre, from the first one, from
@@ -115,10 +119,9 @@ std::array<std::size_t, 4> four_spread(std::span<const Vector3d> points, PointSh
 
 // Adds the P3P poses of each three of four points, the first three first. Stops once a start costs
 // at most `enough`.
-template <int N>
 void add_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays,
-             const std::array<std::size_t, 4>& four, double focal_px, ViewSums& sums,
-             InitialPoses<N>& starts, double enough = 0) {
+             const std::array<std::size_t, 4>& four, ViewSums& sums, InitialPoses<6>& starts,
+             double enough = 0) {
   for (const std::size_t skipped : {3, 2, 1, 0}) {
     if (!starts.empty() && starts.front().cost <= enough) return;
     std::array<Vector3d, 3> some_points, some_rays;
@@ -127,8 +130,7 @@ void add_p3p(std::span<const Vector3d> points, std::span<const Vector3d> rays,
       some_points[k] = points[i];
       some_rays[k] = rays[i];
     }
-    for (const Pose& pose : p3p(some_points, some_rays))
-      add_start(state_of(pose, focal_px), sums, starts);
+    for (const Pose& pose : p3p(some_points, some_rays)) add_start(state_of(pose), sums, starts);
   }
 }
 
@@ -159,7 +161,7 @@ void add_plane(const PointSubset& chosen, ViewSums& sums, InitialPoses<6>& start
   if (chosen.points().size() <= kVeryFew) {
     const auto four = four_spread(chosen.points(), PointShape::plane);
     if (starts.empty() || is_poor_quadrangle(chosen.points(), four))
-      add_p3p(chosen.points(), chosen.rays(), four, 0, sums, starts);
+      add_p3p(chosen.points(), chosen.rays(), four, sums, starts);
   }
   if (starts.empty()) add_pnp(chosen, sums, starts);
 }
@@ -181,12 +183,13 @@ double cost_of_largest_noise(const ViewPoints& view) {
 void add_space(const PointSubset& chosen, ViewSums& sums, InitialPoses<6>& starts) {
   const auto four = four_spread(chosen.points(), PointShape::space);
   const double enough = cost_of_largest_noise(chosen.view());
-  add_p3p(chosen.points(), chosen.rays(), four, 0, sums, starts, enough);
+  add_p3p(chosen.points(), chosen.rays(), four, sums, starts, enough);
   const bool is_poor = starts.empty() || starts.front().cost > enough;
   if (is_poor && (starts.empty() || chosen.points().size() > kVeryFew))
     add_pnp(chosen, sums, starts);
 }
 
+// Adds the solutions for four of the points; of more than a few points only the best one.
 void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts) {
   const auto four = four_spread(chosen.points(), PointShape::space);
   std::array<Vector3d, 4> points;
@@ -195,22 +198,11 @@ void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts
     points[k] = chosen.points()[four[k]];
     pixels[k] = chosen.pixels()[four[k]];
   }
+  InitialPoses<7> found;
   for (const PoseAndFocal& solution : p4pf(points, pixels))
-    add_start(state_of(solution.camera_from_target, solution.focal_px), sums, starts);
-}
-
-// Adds the P3P poses for several focal lengths: four or five points determine the focal length
-// poorly, and all minima are needed.
-void add_p3p_of_several_focals(const PointSubset& chosen, double guess_px, ViewSums& sums,
-                               InitialPoses<7>& starts) {
-  const auto four = four_spread(chosen.points(), PointShape::space);
-  for (const double ratio : {0.35, 1.0, 3.0}) {  // numeric: tried values
-    InlineBuffer<Vector3d, kFew> rays(chosen.pixels().size());
-    const double focal = ratio * guess_px;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      rays[i] = Vector3d(chosen.pixels()[i].x(), chosen.pixels()[i].y(), focal);
-    add_p3p(chosen.points(), rays.span(), four, focal, sums, starts);
-  }
+    add_start(state_of(solution.camera_from_target, solution.focal_px), sums, found);
+  while (chosen.points().size() > kVeryFew && found.size() > 1) found.pop_back();
+  for (const InitialPose<7>& start : found) starts.insert(start, has_less_cost<7>);
 }
 
 // Adds the weak-perspective poses, at the distance that the guessed focal length gives them.
@@ -251,8 +243,7 @@ InitialPoses<6> refined_on(ViewSums& some, const InitialPoses<6>& starts) {
   for (const InitialPose<6>& start : starts) {
     const auto solution = refine_pose<6>(some, start, options);
     if (!solution) continue;
-    result.insert({solution->state, solution->cost},
-                  [](const InitialPose<6>& a, const InitialPose<6>& b) { return a.cost < b.cost; });
+    result.insert({solution->state, solution->cost}, has_less_cost<6>);
     const double freedom = 2 * static_cast<double>(some.num_points()) - 6;
     options.ruled_out_cost = result.front().cost * (1 + policy::kExcludedCost / freedom);
   }
@@ -290,11 +281,11 @@ InitialPoses<7> initial_poses_with_focal(const PoseProblem& problem, const Lens&
             plane_pose_and_focal(chosen.points_in_plane().span(), chosen.pixels()))
       add_start(state_of(solution->camera_from_target, solution->focal_px), sums, starts);
   if (problem.spread().thickness > kFlat) add_p4pf(chosen, sums, starts);
-  if (problem.spread().shape == PointShape::space && problem.size() <= kVeryFew)
-    add_p3p_of_several_focals(chosen, parameters(guess)[kFx], sums, starts);
+  // Four or five points in space determine the focal length poorly, and all minima are needed.
+  const bool few = problem.spread().shape == PointShape::space && problem.size() <= kVeryFew;
   constexpr double kSquare = policy::kPoorStartRmsPx * policy::kPoorStartRmsPx;
   const double poor = kSquare * static_cast<double>(problem.size());
-  if (starts.empty() || starts.front().cost > poor)
+  if (few || starts.empty() || starts.front().cost > poor)
     add_weak_perspective(chosen, parameters(guess)[kFx], sums, starts);
   return starts;
 }
