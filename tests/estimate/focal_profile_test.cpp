@@ -81,13 +81,15 @@ TEST(FocalProfile, DoesNotWidenAKnownFocalLength) {
 
 // Views (of 3,000 each) whose tilt is noise: the linear covariance gives 6 % for a focal length
 // that is wrong by 30 %.
-TEST(FocalProfile, RefusesAPlaneTiltedByNoise) {
+TEST(FocalProfile, ClaimsLittleForAPlaneTiltedByNoise) {
   for (const auto& [seed, trial] : {std::pair(2, 1351), {3, 954}, {4, 1696}}) {
     Random random(static_cast<std::uint64_t>(seed),
                   (std::uint64_t{13} << 32) + static_cast<std::uint64_t>(trial));
     const PoseTask task = board_task(2, 0.1, random);
     const auto estimate = estimate_pose_and_focal(task.correspondences, task.camera.image_size);
-    EXPECT_EQ(estimate.status, Status::focal_not_observable) << seed;
+    if (!is_answer(estimate.status)) continue;
+    const double focal_px = parameters(task.camera.lens)[0];
+    EXPECT_LT(std::abs(estimate.focal_px - focal_px), 4 * estimate.sigma_focal_px) << seed;
   }
 }
 

@@ -271,14 +271,14 @@ TEST(RealCorners, AutoBendsTheBoardAsTheModelThatItChooses) {
     const Calibration asked = calibrated(w.set, options);
     ASSERT_TRUE(chosen.board_warp && asked.board_warp) << w.set;
     EXPECT_FALSE(chosen.steps.empty()) << w.set;
-    // The solvers come from different starts, and stop within a thousandth of what is claimed. The
+    // The solvers come from different starts, and stop within a hundredth of what is claimed. The
     // bends of two models differ by a tenth.
     const Eigen::Vector2d sigma_mm = asked.board_warp->sigma_mm;
     EXPECT_LT((chosen.board_warp->bend_mm - asked.board_warp->bend_mm).norm(),
-              1e-3 * sigma_mm.minCoeff())
+              1e-2 * sigma_mm.minCoeff())
         << w.set;
     EXPECT_LT(difference_px(*asked.camera, chosen, kInfinitelyFar),
-              1e-3 * asked.projection.front().region_px)
+              1e-2 * asked.projection.front().region_px)
         << w.set;
   }
 }

@@ -17,8 +17,11 @@ namespace tagcal::internal {
 // by a curve (a turn by a changes the scale by a^2 / 2; focal length and distance). The profile
 // therefore steps along a linear function of the parameters, minimises the cost over the others
 // (Bates & Watts, Nonlinear Regression Analysis, 1988; Venzon & Moolgavkar, Applied Statistics
-// 1988), and goes on while the cost hardly rises. If a step e raises the cost by p sigma^2, but
-// m = e' C^-1 e > p, adding (1 / p - 1 / m) e e' to C gives e the Mahalanobis distance sqrt(p).
+// 1988), and goes on while the cost hardly rises. A step of t standard deviations is e = t u + d,
+// with the tangent u of the linear covariance and an offset d across it, and raises the cost by
+// p sigma^2. C is widened along d, so that d has a Mahalanobis distance of at most 1, or the square
+// root of 1 and of what the cost rises beyond t^2; then along e, so that e has at most sqrt(p):
+// adding (1 / most - 1 / m) v v' to C reduces a squared distance v' C^-1 v = m to `most`.
 //
 // A Likelihood has the types State, Step, Matrix, Equations (information J'J, gradient J'r, cost)
 // and Solver (compute(information), solve(Step)), and
@@ -60,20 +63,22 @@ class ProfileLikelihood {
       step += (next - reached) * direction.tangent;
       reached = next;
       rise = (minimise_across(direction.function, step) - cost_) / variance_;
-      add(step, std::max(rise, policy::kProfileLeastRise));
+      const double tangent_rise = reached * reached;
+      widen(step - reached * direction.tangent, 1 + std::max(0.0, rise - tangent_rise));
+      widen(step, std::max(rise, policy::kProfileLeastRise));
     }
   }
 
   const Matrix& covariance() const { return covariance_; }
 
  private:
-  // Gives a step the Mahalanobis distance sqrt(rise) if its own is larger.
-  void add(const Step& step, double rise) {
+  // Gives a step the squared Mahalanobis distance `most` if its own is larger.
+  void widen(const Step& step, double most) {
     const Step row = information_ * step;
     const double distance_square = step.dot(row);
-    if (!(distance_square > rise)) return;
-    covariance_ += (1 / rise - 1 / distance_square) * step * step.transpose();
-    information_ -= (1 - rise / distance_square) / distance_square * row * row.transpose();
+    if (!(distance_square > most)) return;
+    covariance_ += (1 / most - 1 / distance_square) * step * step.transpose();
+    information_ -= (1 - most / distance_square) / distance_square * row * row.transpose();
   }
 
   // Minimises the cost over the steps with the same value of the linear function. Returns the
