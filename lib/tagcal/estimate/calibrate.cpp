@@ -101,26 +101,6 @@ std::optional<CalibrationFit> fit_with_model_error(const Model& model, Calibrati
   return fit;
 }
 
-// Rejects outlying views under the chosen model; if there are none, under opencv5: a flexible lens
-// adapts to an outlying view and masks it. The second test is for flexible lenses, and for fits
-// with many outliers.
-bool reject_outlying_or_masked_views(CalibrationInput& input, const CalibrationFit& chosen,
-                                     const CalibrateOptions& options) {
-  if (reject_outlying_views(input, chosen, options)) return true;
-  const Model& usual = input.models->named("opencv5");
-  const bool is_flexible = chosen.bundle.model->num_free() > usual.num_free() ||
-                           chosen.bundle.model->lens_type() == LensType::fisheye;
-  if (!is_flexible &&
-      policy::is_above(chosen.num_inliers(), policy::kNearlyAllInliers, chosen.num_corners))
-    return false;
-  const std::optional<CalibrationFit> fit = fit_model(usual, input, options);
-  CalibrationInput without = input;
-  if (!fit || !reject_outlying_views(without, *fit, options)) return false;
-  if (is_flexible && explains_rejected(chosen, without, options)) return false;
-  input = std::move(without);
-  return true;
-}
-
 // Rejects outlying views and chooses the model in turn.
 std::optional<ModelChoice> choose_model_robustly(CalibrationInput& input,
                                                  const CalibrateOptions& options) {
@@ -130,7 +110,7 @@ std::optional<ModelChoice> choose_model_robustly(CalibrationInput& input,
   best.tolerance_px = 0;
   std::optional<ModelChoice> choice = choose_with_model_error(input, best);
   for (int round = 0; choice && options.reject_outliers && round < kRejectionRounds; ++round) {
-    if (!reject_outlying_or_masked_views(input, choice->fit, best)) break;
+    if (!reject_outlying_views(input, choice->fit, best)) break;
     choice = choose_with_model_error(input, best);
   }
   if (choice && options.tolerance_px > 0) choice = choose_model(input, options);
