@@ -43,8 +43,9 @@ double score(const Candidate& candidate, const ModelLadder& ladder) {
 bool is_eligible(const Candidate& candidate, const ModelLadder& ladder) {
   if (!candidate.is_usable() || !candidate.is_fisheye()) return candidate.is_usable();
   return std::all_of(
-      ladder.candidates.begin(), ladder.candidates.end(),
-      [&](const Candidate& other) { return score(candidate, ladder) <= score(other, ladder); });
+      ladder.candidates.begin(), ladder.candidates.end(), [&](const Candidate& other) {
+        return other.is_estimated || score(candidate, ladder) <= score(other, ladder);
+      });
 }
 
 const Candidate* lowest_score(const ModelLadder& ladder) {
@@ -299,29 +300,38 @@ std::optional<ModelChoice> choose_on_all_views(const CalibrationInput& input,
   return choice;
 }
 
-// One kind of lens is better by strong evidence.
-bool is_kind_certain(const ModelLadder& ladder, const Candidate& winner) {
-  return std::ranges::none_of(ladder.candidates, [&](const Candidate& other) {
-    return other.is_fisheye() != winner.is_fisheye() &&
-           score(other, ladder) < score(winner, ladder) + policy::kStrongEvidence;
-  });
+// The best candidate of the other kind of lens, if `best` is not better by strong evidence.
+const Candidate* rival_kind(const ModelLadder& ladder, const Candidate& best) {
+  const Candidate* rival = nullptr;
+  for (const Candidate& other : ladder.candidates)
+    if (other.is_fisheye() != best.is_fisheye() && other.is_usable() &&
+        score(other, ladder) < score(best, ladder) + policy::kStrongEvidence &&
+        (!rival || other.bic < rival->bic))
+      rival = &other;
+  return rival;
+}
+
+std::optional<CalibrationFit> fit_from(const Candidate& start, const CalibrationInput& input,
+                                       CalibrateOptions options) {
+  options.start = Camera{start.bundle.lens(), input.image_size};
+  return fit_model(start.model(), input, options);
 }
 
 // Fits the winner of a few views to all of them, and those models that may still win. No value if
-// the few views leave a doubt: no model is determined, or the kind of lens is not certain.
+// the few views determine no model, or all of them leave a doubt.
 std::optional<ModelChoice> choose_from_few_views(const CalibrationInput& input,
                                                  const CalibrateOptions& options) {
   const LensFits fits = fit_lenses(spread_views(input, policy::kChoiceViews), options);
   if (!fits.any()) return std::nullopt;
   const ModelLadder few = fit_ladder(fits, options);
   const Candidate* best = lowest_score(few);
-  if (!best || better_but_undetermined(few, *best) || !is_kind_certain(few, *best))
-    return std::nullopt;
-  CalibrateOptions from_best = options;
-  from_best.start = Camera{best->bundle.lens(), input.image_size};
-  const std::optional<CalibrationFit> fit = fit_model(best->model(), input, from_best);
+  if (!best || better_but_undetermined(few, *best)) return std::nullopt;
+  const auto fit = fit_from(*best, input, options);
   if (!fit) return std::nullopt;
-  ModelChoice choice = choose(fit_contenders(few, *best, *fit, options), input, options);
+  const Candidate* rival = rival_kind(few, *best);
+  const auto rival_fit = rival ? fit_from(*rival, input, options) : std::nullopt;
+  ModelChoice choice = choose(
+      fit_contenders(few, *best, *fit, rival_fit ? &*rival_fit : nullptr, options), input, options);
   if (choice.status != Status::ok) return std::nullopt;
   choice.fit.start_seconds = fits.start_seconds() + fit->start_seconds;
   return choice;

@@ -178,7 +178,8 @@ void estimate_others(ModelLadder& ladder, const ModelLadder& few, std::size_t be
   for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
     Candidate& candidate = ladder.candidates[i];
     if (!candidate.is_estimated) continue;
-    const double more = ratio * (few.candidates[i].chi_square - few.candidates[best].chi_square);
+    const double few_more = few.candidates[i].chi_square - few.candidates[best].chi_square;
+    const double more = few_more > 0 ? ratio * few_more : few_more;  // noise does not grow
     candidate.chi_square = base.chi_square + more;
     candidate.bic =
         base.bic + more +
@@ -228,7 +229,7 @@ ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* 
 }
 
 ModelLadder fit_contenders(const ModelLadder& few, const Candidate& best, const CalibrationFit& fit,
-                           const CalibrateOptions& options) {
+                           const CalibrationFit* rival, const CalibrateOptions& options) {
   ModelLadder ladder;
   ladder.num_residuals = 2 * fit.num_corners;
   ladder.whitened = fit.whitened;
@@ -236,6 +237,8 @@ ModelLadder fit_contenders(const ModelLadder& few, const Candidate& best, const 
   for (const Candidate& candidate : few.candidates) {
     if (&candidate == &best) {
       ladder.candidates.push_back({fit.bundle, fit.summary, &fit});
+    } else if (rival && candidate.model().name() == rival->bundle.model->name()) {
+      ladder.candidates.push_back({rival->bundle, rival->summary, rival});
     } else if (is_contender(candidate, best, ladder.num_residuals, gain)) {
       ladder.candidates.push_back(
           solved_from(fit.bundle, candidate.model(), options.max_iterations));

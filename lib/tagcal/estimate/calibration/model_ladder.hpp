@@ -51,9 +51,10 @@ ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* 
 
 // The ladder of all views. `few`: that of a part of them; `fit`: of the model of few's `best`, to
 // all views. Fits those of its kind of lens that may win: models within policy::kStrongEvidence of
-// BIC on the few views, and larger ones that come as near by a Gauss-Newton step on all views. The
-// others are estimated: their differences in chi-square grow with the number of corners.
+// BIC on the few views, and larger ones that come as near by a Gauss-Newton step on all views.
+// `rival`: a fit of the other kind to all views, or null. The others are estimated: their
+// differences in chi-square grow with the number of corners.
 ModelLadder fit_contenders(const ModelLadder& few, const Candidate& best, const CalibrationFit& fit,
-                           const CalibrateOptions& options);
+                           const CalibrationFit* rival, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal
