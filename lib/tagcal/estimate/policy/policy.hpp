@@ -326,9 +326,6 @@ inline constexpr double kOutlyingRejectedCorrelated = 0.3;
 // the target is wrong, not the views. Source: none; chosen by hand.
 inline constexpr std::size_t kLeastComparedViews = 4;
 inline constexpr Share kMostOutlyingViews{1, 3};
-// With more than this share of inliers no second model looks for outlying views. Source: none;
-// chosen by hand, to save time on good data.
-inline constexpr Share kNearlyAllInliers{49, 50};
 
 // Noise beyond the corners' covariances counts if chi-square exceeds this quantile (p = 3e-5) and
 // this many times its mean; it is final once it changes by less than the last factor. Source: none;
