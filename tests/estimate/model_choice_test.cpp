@@ -183,6 +183,23 @@ TEST(Selection, ExactCornersWithATailArePinholes) {
   }
 }
 
+// More views than are compared: the losers are not fitted to all of them, and the steps say so.
+TEST(Selection, ManyViewsAreComparedOnAPartOfThemFirst) {
+  for (const auto& [model, lens] : truths()) {
+    if (model == "opencv8") continue;
+    WorldOptions options = model == "fisheye4" ? near() : few_views();
+    options.num_views = 50;
+    const Calibration c = calibrate(make_world(lens, 4, options));
+    EXPECT_EQ(c.status, Status::ok) << model;
+    EXPECT_EQ(c.model, model) << ladder_of(c);
+    EXPECT_EQ(c.views.size(), 50u);
+    ASSERT_EQ(c.steps.size(), 9u);
+    const char* loser = model == "fisheye4" ? "f" : "fisheye4";
+    EXPECT_NE(step_of(c, loser).sentence.find("estimated from a part"), std::string::npos) << model;
+    EXPECT_GT(step_of(c, loser).bic, step_of(c, model).bic) << model;
+  }
+}
+
 TEST(Selection, AnAskedModelHasNoSteps) {
   CalibrateOptions options;
   options.model = "f";

@@ -54,26 +54,6 @@ Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions
   return report_weak(*weak, options, std::move(refusal));
 }
 
-// Rejects outlying views under the chosen model; if there are none, under opencv5: a flexible lens
-// adapts to an outlying view and masks it. The second test is for flexible lenses, and for fits
-// with many outliers.
-bool reject_outlying_or_masked_views(CalibrationInput& input, const CalibrationFit& chosen,
-                                     const CalibrateOptions& options) {
-  if (reject_outlying_views(input, chosen, options)) return true;
-  const Model& usual = input.models->named("opencv5");
-  const bool is_flexible = chosen.bundle.model->num_free() > usual.num_free() ||
-                           chosen.bundle.model->lens_type() == LensType::fisheye;
-  if (!is_flexible &&
-      policy::is_above(chosen.num_inliers(), policy::kNearlyAllInliers, chosen.num_corners))
-    return false;
-  const std::optional<CalibrationFit> fit = fit_model(usual, input, options);
-  CalibrationInput without = input;
-  if (!fit || !reject_outlying_views(without, *fit, options)) return false;
-  if (is_flexible && explains_rejected(chosen, without, options)) return false;
-  input = std::move(without);
-  return true;
-}
-
 // Fits the model that the user named, or chooses one.
 std::optional<ModelChoice> fit_or_choose(const CalibrationInput& input,
                                          const CalibrateOptions& options) {
@@ -81,12 +61,6 @@ std::optional<ModelChoice> fit_or_choose(const CalibrationInput& input,
   std::optional<CalibrationFit> fit = fit_model(input.models->named(options.model), input, options);
   if (!fit) return std::nullopt;
   return ModelChoice{std::move(*fit), false, Status::ok, "", {}, {}};
-}
-
-bool reject(CalibrationInput& input, const CalibrationFit& fit, const CalibrateOptions& options) {
-  if (!options.reject_outliers) return false;
-  return is_auto(options) ? reject_outlying_or_masked_views(input, fit, options)
-                          : reject_outlying_views(input, fit, options);
 }
 
 // Fits, estimates the error of lens and target, and rejects outlying views, until nothing changes.
@@ -105,7 +79,9 @@ std::optional<ModelChoice> fit_robustly(CalibrationInput& input, const Calibrate
         solved->status == Status::ok && update_model_error(input, solved->fit);
     if (!is_error_changed && !is_auto(options) && !alternative)
       alternative = alternative_lens(solved->fit, input);
-    if (!is_error_changed && !reject(input, solved->fit, best)) break;
+    const bool is_rejected = !is_error_changed && options.reject_outliers &&
+                             reject_outlying_views(input, solved->fit, best);
+    if (!is_error_changed && !is_rejected) break;
     solved = fit_or_choose(input, best);
   }
   if (solved && options.tolerance_px > 0) solved = choose_model(input, options);

@@ -11,7 +11,6 @@ namespace tagcal::internal {
 namespace {
 
 constexpr int kIterations = 100;
-constexpr std::size_t kMaxViews = 20;  // a limit of work
 
 bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
   const Lens lens = bundle.lens();
@@ -36,20 +35,22 @@ std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& m
 
 }  // namespace
 
+CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {
+  const std::size_t n = input.views.size();
+  if (n <= count) return input;
+  CalibrationInput few{input.image_size, input.models,   {},
+                       input.bent_board, input.whitened, input.model_error_px};
+  for (std::size_t i = 0; i < count; ++i) few.views.push_back(input.views[i * n / count]);
+  return few;
+}
+
 std::optional<AlternativeLens> alternative_lens(const CalibrationFit& fit,
                                                 const CalibrationInput& input) {
   const bool is_fisheye = fit.bundle.model->lens_type() == LensType::fisheye;
   if (is_fisheye ? !within_perspective_field(fit.bundle) : !is_wide(fit.bundle, input))
     return std::nullopt;
-  const std::size_t n = input.views.size(), count = std::min(n, kMaxViews);
-  AlternativeLens alternative{fit, {}, count == n};
-  alternative.input.image_size = input.image_size;
-  alternative.input.models = input.models;
-  alternative.input.whitened = input.whitened;
-  alternative.input.model_error_px = input.model_error_px;
-  for (std::size_t i = 0; i < count; ++i)  // evenly spread
-    alternative.input.views.push_back(input.views[i * n / count]);
-  return alternative;
+  return AlternativeLens{fit, spread_views(input, policy::kChoiceViews),
+                         input.views.size() <= policy::kChoiceViews};
 }
 
 std::optional<std::string> alternative_lens_test(const AlternativeLens& alternative,

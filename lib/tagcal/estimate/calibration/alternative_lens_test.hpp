@@ -14,6 +14,9 @@ struct AlternativeLens {
   bool all_views = true;
 };
 
+// The input with at most `count` of its views, evenly spread.
+CalibrationInput spread_views(const CalibrationInput& input, std::size_t count);
+
 // The views for a trial of the other kind of lens: of opencv5 instead of a fisheye, if all corners
 // are within 80 degrees of the axis; of fisheye4 instead of a perspective, if a corner is at
 // policy::kWideFocalLengths from the principal point, where the two lenses differ. No value if no

@@ -7,7 +7,9 @@
 
 #include "tagcal/estimate/bundle/convergence.hpp"
 #include "tagcal/estimate/bundle/residual_bias.hpp"
+#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/model_ladder.hpp"
+#include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
@@ -25,18 +27,15 @@ std::string number(double value) {
   return text;
 }
 
-// Added to the BIC of a fisheye. Zero against the rational lens, which is as flexible.
-double handicap(const ModelLadder& ladder) {
-  const Candidate* best = nullptr;
-  for (const Candidate& candidate : ladder.candidates)
-    if (!candidate.is_fisheye() && candidate.is_usable() && (!best || candidate.bic < best->bic))
-      best = &candidate;
-  const bool is_rational = best && best->model().name() == "opencv8";
-  return is_rational ? 0 : policy::kFisheyeHandicap * std::log(ladder.num_residuals);
-}
-
+// BIC, with the handicap of a fisheye; it has none against the rational lens, which is as flexible.
 double score(const Candidate& candidate, const ModelLadder& ladder) {
-  return candidate.bic + (candidate.is_fisheye() ? handicap(ladder) : 0);
+  if (!candidate.is_fisheye()) return candidate.bic;
+  const Candidate* best = nullptr;
+  for (const Candidate& other : ladder.candidates)
+    if (!other.is_fisheye() && other.is_usable() && (!best || other.bic < best->bic)) best = &other;
+  const bool is_rational = best && best->model().name() == "opencv8";
+  return candidate.bic +
+         (is_rational ? 0 : policy::kFisheyeHandicap * std::log(ladder.num_residuals));
 }
 
 // The fisheye can be chosen only if its score beats every perspective model, observable or not:
@@ -44,8 +43,9 @@ double score(const Candidate& candidate, const ModelLadder& ladder) {
 bool is_eligible(const Candidate& candidate, const ModelLadder& ladder) {
   if (!candidate.is_usable() || !candidate.is_fisheye()) return candidate.is_usable();
   return std::all_of(
-      ladder.candidates.begin(), ladder.candidates.end(),
-      [&](const Candidate& other) { return score(candidate, ladder) <= score(other, ladder); });
+      ladder.candidates.begin(), ladder.candidates.end(), [&](const Candidate& other) {
+        return other.is_estimated || score(candidate, ladder) <= score(other, ladder);
+      });
 }
 
 const Candidate* lowest_score(const ModelLadder& ladder) {
@@ -86,14 +86,8 @@ bool agrees_everywhere(const ProjectionUncertainty& large, const LensDifference&
   return true;
 }
 
-bool can_replace(const Candidate& small, const Candidate& large, const Comparison& at,
-                 double tolerance_px, double& difference_px) {
-  const Camera a{large.bundle.lens(), large.bundle.image_size};
-  const Camera b{small.bundle.lens(), small.bundle.image_size};
-  const auto d = lens_difference(a, b, at.samples, at.distance_m);
-  if (!d) return false;
-  difference_px = d->rms_px;
-  return d->rms_px <= tolerance_px || agrees_everywhere(uncertainty(large, at), *d);
+Camera camera_of(const Candidate& candidate) {
+  return {candidate.bundle.lens(), candidate.bundle.image_size};
 }
 
 // The smallest perspective that can replace the winner; sets the differences of all to the winner.
@@ -102,24 +96,26 @@ const Candidate* smallest_equivalent(const ModelLadder& ladder, const Candidate&
                                      std::vector<std::optional<double>>& differences) {
   if (winner.is_fisheye()) return &winner;
   const Comparison at(winner.bundle);
-  const Candidate* smallest = nullptr;
-  for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
+  const ProjectionUncertainty sigma = uncertainty(winner, at);
+  const Candidate* smallest = &winner;
+  for (std::size_t i = ladder.candidates.size(); i-- > 0;) {
     const Candidate& candidate = ladder.candidates[i];
     if (&candidate == &winner || !candidate.is_usable() || candidate.is_fisheye()) continue;
-    double difference = 0;
-    const bool is_equivalent = can_replace(candidate, winner, at, tolerance_px, difference);
-    differences[i] = difference;
-    const bool is_smaller = candidate.model().num_free() < winner.model().num_free();
-    if (is_equivalent && is_smaller && !smallest) smallest = &candidate;
+    const auto d =
+        lens_difference(camera_of(winner), camera_of(candidate), at.samples, at.distance_m);
+    if (!d) continue;
+    differences[i] = d->rms_px;
+    if (candidate.model().num_free() < winner.model().num_free() &&
+        (d->rms_px <= tolerance_px || agrees_everywhere(sigma, *d)))
+      smallest = &candidate;
   }
-  return smallest ? smallest : &winner;
+  return smallest;
 }
 
 // A perspective that is better than the winner by strong evidence, but is not determined.
 const Candidate* better_but_undetermined(const ModelLadder& ladder, const Candidate& winner) {
   for (const Candidate& candidate : ladder.candidates) {
-    const bool is_determined = candidate.observability.status == Status::ok;
-    if (is_determined || !candidate.summary.converged || candidate.is_fisheye() ||
+    if (candidate.is_determined() || !candidate.summary.converged || candidate.is_fisheye() ||
         winner.is_fisheye())
       continue;
     if (candidate.bic < winner.bic - policy::kStrongEvidence) return &candidate;
@@ -146,7 +142,7 @@ ModelStep weak_step(const ModelLadder& ladder, bool taken) {
 // Why a model was taken or not, against `last`: the last one taken, or the chosen one (null: none).
 std::string step_sentence(const Candidate& candidate, const Candidate* last,
                           const ModelLadder& ladder, bool taken) {
-  if (candidate.observability.status != Status::ok)
+  if (!candidate.is_determined())
     return "not taken, the data do not determine it: " + candidate.observability.reason;
   if (!candidate.summary.converged) return "not taken: the solver did not converge";
   if (candidate.has_pole) return "not taken: its distortion has a pole inside the image";
@@ -160,6 +156,7 @@ std::string step_sentence(const Candidate& candidate, const Candidate* last,
                      std::to_string(ladder.num_residuals) + " residuals";
   if (more > 0)
     text += ", with " + std::to_string(more) + (more == 1 ? " parameter more" : " parameters more");
+  if (candidate.is_estimated) text += ", estimated from a part of the views";
   return text + (taken ? ": taken" : ": not needed");
 }
 
@@ -200,46 +197,53 @@ void add_weight(ModelStep& step, double weight) {
     step.sentence += "; has " + percent(weight) + " of the weight in the standard deviations";
 }
 
-// Fits opencv8 with the rejected corners taken back, except gross outliers: right corners may be
-// outliers of opencv5 only. Keeps it if it has more inliers and a lower truncated chi-square, which
-// outliers to which it adapts do not give.
-CalibrationFit with_rational_corners(const CalibrationFit& fit, double sigma,
-                                     const CalibrationInput& input,
-                                     const CalibrateOptions& options) {
-  if (!options.reject_outliers || fit.outliers.empty() || fit.whitened) return fit;
-  CalibrationFit generous = fit;
-  std::erase_if(generous.outliers,
-                [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
-  Bundle rational = fit.bundle;
-  rational.model = &input.models->named("opencv8");
-  rational.free_values = rational.model->free_values(fit.bundle.lens());
-  std::optional<CalibrationFit> more = refit(rational, generous, input, options);
-  const bool is_better = more && more->num_inliers() > fit.num_inliers() &&
-                         more->truncated_chi_square(sigma) < fit.truncated_chi_square(sigma);
-  return is_better ? std::move(*more) : fit;
+double noise_of_residuals(const CalibrationFit& fit) {
+  return std::sqrt(fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle)));
 }
 
-struct PerspectiveFits {
-  std::optional<CalibrationFit> chosen;
-  std::optional<CalibrationFit> other;
+// The fits of both kinds of lens, with rejection of outliers.
+struct LensFits {
+  std::optional<CalibrationFit> perspective, fisheye;
+
+  bool any() const { return perspective || fisheye; }
+  double start_seconds() const {
+    return (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
+  }
 };
 
-// The fit whose inliers all perspectives share: opencv5; or f, if the data do not determine opencv5
-// and f has about as many inliers.
-PerspectiveFits fit_perspectives(const CalibrationInput& input, const CalibrateOptions& options) {
+// The fit whose inliers all perspectives share: opencv5; opencv8, if it has more of them and
+// explains all corners better; f, if the data do not determine opencv5 and f has about as many.
+std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
+                                              const CalibrateOptions& options) {
   std::optional<CalibrationFit> large = fit_model(input.models->named("opencv5"), input, options);
-  if (large && large->summary.converged) {
-    const int freedom = std::max(1, degrees_of_freedom(large->bundle));
-    const double sigma = std::sqrt(large->summary.cost / freedom);
-    if (observability(large->bundle, sigma).status == Status::ok)
-      return {with_rational_corners(*large, sigma, input, options), std::nullopt};
+  const double sigma = large ? noise_of_residuals(*large) : 0;
+  if (large && large->summary.converged &&
+      observability(large->bundle, sigma).status == Status::ok) {
+    if (!options.reject_outliers || large->outliers.empty() || large->whitened) return large;
+    CalibrationFit generous = *large;  // with all corners but gross outliers
+    std::erase_if(generous.outliers,
+                  [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
+    const Bundle rational = with_model(large->bundle, input.models->named("opencv8"));
+    auto more = refit(rational, generous, input, options);
+    const bool is_better = more && more->num_inliers() > large->num_inliers() &&
+                           more->truncated_chi_square(sigma) < large->truncated_chi_square(sigma);
+    return is_better ? more : large;
   }
-  std::optional<CalibrationFit> small = fit_model(input.models->named("f"), input, options);
+  auto small = fit_model(input.models->named("f"), input, options);
   const bool has_few_inliers =
       small && large &&
       policy::is_below(small->num_inliers(), policy::kSmallModelInliers, large->num_inliers());
-  if (small && !has_few_inliers) std::swap(small, large);
-  return {std::move(large), std::move(small)};
+  return small && !has_few_inliers ? small : large;
+}
+
+LensFits fit_lenses(const CalibrationInput& input, const CalibrateOptions& options) {
+  return {fit_perspective(input, options),
+          fit_model(input.models->named("fisheye4"), input, options)};
+}
+
+ModelLadder fit_ladder(const LensFits& fits, const CalibrateOptions& options) {
+  return internal::fit_ladder(fits.perspective ? &*fits.perspective : nullptr,
+                              fits.fisheye ? &*fits.fisheye : nullptr, options);
 }
 
 void add_supported_models(ModelChoice& choice, const ModelLadder& ladder, const Candidate& chosen,
@@ -267,36 +271,83 @@ void set_status(ModelChoice& choice, const ModelLadder& ladder, const Candidate&
   }
 }
 
-}  // namespace
-
-std::optional<ModelChoice> choose_model(const CalibrationInput& input,
-                                        const CalibrateOptions& options) {
-  const auto begin = Clock::now();
-  const PerspectiveFits perspectives = fit_perspectives(input, options);
-  const auto& perspective = perspectives.chosen;
-  const auto fisheye = fit_model(input.models->named("fisheye4"), input, options);
-  if (!perspective && !fisheye) return std::nullopt;
-  const auto pointer = [](const std::optional<CalibrationFit>& fit) {
-    return fit ? &*fit : nullptr;
-  };
-  const ModelLadder ladder =
-      fit_ladder({pointer(perspective), pointer(fisheye), pointer(perspectives.other)}, options);
+// The choice by the three rules. The ladder's fits must be to `input`.
+ModelChoice choose(const ModelLadder& ladder, const CalibrationInput& input,
+                   const CalibrateOptions& options) {
   std::vector<std::optional<double>> differences(ladder.candidates.size());
   const Candidate* winner = lowest_score(ladder);
   const Candidate* chosen =
       winner ? smallest_equivalent(ladder, *winner, options.tolerance_px, differences) : nullptr;
   const Candidate& basis = chosen ? *chosen : ladder.candidates.front();
-  std::optional<CalibrationFit> fit = refit(basis.bundle, *basis.fit, input, options);
-  if (fit) continue_until_converged(fit->bundle, fit->summary, options.max_iterations);
-  ModelChoice choice{fit ? std::move(*fit) : *basis.fit, chosen == nullptr, Status::ok, "", {}, {}};
+  ModelChoice choice{*basis.fit, chosen == nullptr, Status::ok, "", {}, {}};
+  if (basis.bundle.free_values != basis.fit->bundle.free_values) {
+    if (auto fit = refit(basis.bundle, *basis.fit, input, options)) choice.fit = std::move(*fit);
+  }
+  continue_until_converged(choice.fit.bundle, choice.fit.summary, options.max_iterations);
   choice.fit.bic = basis.bic;
-  choice.fit.start_seconds =
-      (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
-  choice.fit.solve_seconds =
-      std::chrono::duration<double>(Clock::now() - begin).count() - choice.fit.start_seconds;
   choice.steps = model_steps(ladder, chosen, winner, differences);
   if (chosen) add_supported_models(choice, ladder, *chosen, options);
   set_status(choice, ladder, basis, winner);
+  return choice;
+}
+
+std::optional<ModelChoice> choose_on_all_views(const CalibrationInput& input,
+                                               const CalibrateOptions& options) {
+  const LensFits fits = fit_lenses(input, options);
+  if (!fits.any()) return std::nullopt;
+  ModelChoice choice = choose(fit_ladder(fits, options), input, options);
+  choice.fit.start_seconds = fits.start_seconds();
+  return choice;
+}
+
+// The best candidate of the other kind of lens, if `best` is not better by strong evidence.
+const Candidate* rival_kind(const ModelLadder& ladder, const Candidate& best) {
+  const Candidate* rival = nullptr;
+  for (const Candidate& other : ladder.candidates)
+    if (other.is_fisheye() != best.is_fisheye() && other.is_usable() &&
+        score(other, ladder) < score(best, ladder) + policy::kStrongEvidence &&
+        (!rival || other.bic < rival->bic))
+      rival = &other;
+  return rival;
+}
+
+std::optional<CalibrationFit> fit_from(const Candidate& start, const CalibrationInput& input,
+                                       CalibrateOptions options) {
+  options.start = Camera{start.bundle.lens(), input.image_size};
+  return fit_model(start.model(), input, options);
+}
+
+// Fits the winner of a few views to all of them, and those models that may still win. No value if
+// the few views determine no model, or all of them leave a doubt.
+std::optional<ModelChoice> choose_from_few_views(const CalibrationInput& input,
+                                                 const CalibrateOptions& options) {
+  const LensFits fits = fit_lenses(spread_views(input, policy::kChoiceViews), options);
+  if (!fits.any()) return std::nullopt;
+  const ModelLadder few = fit_ladder(fits, options);
+  const Candidate* best = lowest_score(few);
+  if (!best || better_but_undetermined(few, *best)) return std::nullopt;
+  const auto fit = fit_from(*best, input, options);
+  if (!fit) return std::nullopt;
+  const Candidate* rival = rival_kind(few, *best);
+  const auto rival_fit = rival ? fit_from(*rival, input, options) : std::nullopt;
+  ModelChoice choice = choose(
+      fit_contenders(few, *best, *fit, rival_fit ? &*rival_fit : nullptr, options), input, options);
+  if (choice.status != Status::ok) return std::nullopt;
+  choice.fit.start_seconds = fits.start_seconds() + fit->start_seconds;
+  return choice;
+}
+
+}  // namespace
+
+std::optional<ModelChoice> choose_model(const CalibrationInput& input,
+                                        const CalibrateOptions& options) {
+  const auto begin = Clock::now();
+  std::optional<ModelChoice> choice;
+  if (input.views.size() > policy::kChoiceViews) choice = choose_from_few_views(input, options);
+  if (!choice) choice = choose_on_all_views(input, options);
+  if (choice)
+    choice->fit.solve_seconds =
+        std::chrono::duration<double>(Clock::now() - begin).count() - choice->fit.start_seconds;
   return choice;
 }
 

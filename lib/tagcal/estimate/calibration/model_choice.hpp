@@ -33,9 +33,10 @@ struct ModelChoice {
 //      deviation at every node of the image; or, with a tolerance, the smallest whose projection
 //      differs by less, RMS over the seen region at the median distance, after the best relative
 //      pose.
-// The other models that the data support are in `supported`. The status is not_observable if a
-// model that the data do not determine is better by policy::kStrongEvidence of BIC. No value if no
-// view has a consensus.
+// More than policy::kChoiceViews views are compared on that many first; then the three rules decide
+// on all views among the models that may still win (fit_contenders). The other models that the data
+// support are in `supported`. The status is not_observable if a model that the data do not
+// determine is better by policy::kStrongEvidence of BIC. No value if no view has a consensus.
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options);
 

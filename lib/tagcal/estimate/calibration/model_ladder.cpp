@@ -44,12 +44,12 @@ double truncated_chi_square(const CalibrationFit& fit, const TruncatedSquare& tr
 double noise_square(const std::vector<Candidate>& candidates, const CalibrateOptions& options) {
   int most = 0;
   for (const Candidate& candidate : candidates)
-    most = std::max(most, num_corners(candidate.bundle));
+    if (!candidate.is_estimated) most = std::max(most, num_corners(candidate.bundle));
   double lowest = kInfinity;
   for (const Candidate& candidate : candidates) {
     const int freedom = degrees_of_freedom(candidate.bundle);
     const int inliers = num_corners(candidate.bundle);
-    if (freedom < policy::kEnoughDegreesOfFreedom ||
+    if (candidate.is_estimated || freedom < policy::kEnoughDegreesOfFreedom ||
         policy::is_below(inliers, policy::kComparableInliers, most))
       continue;
     lowest = std::min(lowest, candidate.summary.cost / freedom);
@@ -59,13 +59,14 @@ double noise_square(const std::vector<Candidate>& candidates, const CalibrateOpt
   return std::max(lowest, policy::kExactNoisePx * policy::kExactNoisePx);
 }
 
-Candidate candidate_from(const Bundle& start, const Model& model, int max_iterations) {
+Candidate solved_from(const Bundle& start, const Model& model, int max_iterations) {
   Candidate candidate;
-  candidate.bundle = start;
-  candidate.bundle.model = &model;
-  candidate.bundle.free_values = model.free_values(start.lens());
+  candidate.bundle = with_model(start, model);
   candidate.summary = solve(candidate.bundle, max_iterations);
   continue_until_converged(candidate.bundle, candidate.summary, max_iterations);
+  // A solver that stopped at the fold of a lens is at no minimum.
+  if (stuck_at_domain_limit(candidate.bundle, candidate.summary))
+    candidate.summary.converged = false;
   return candidate;
 }
 
@@ -89,16 +90,6 @@ void refuse_larger_models(std::vector<Candidate>& candidates) {
   }
 }
 
-std::vector<Candidate> fit_nested_from(const CalibrationFit& fit, const CalibrateOptions& options) {
-  const Model& model = *fit.bundle.model;
-  const bool fisheye = model.lens_type() == LensType::fisheye;
-  const Bundle start = fisheye ? with_model(fit.bundle, model.sibling("f")) : fit.bundle;
-  std::vector<Candidate> candidates =
-      fit_nested(start, model.sibling("opencv8"), options.max_iterations);
-  for (Candidate& candidate : candidates) candidate.fit = &fit;
-  return candidates;
-}
-
 TruncatedSquare truncated_square(const ModelLadder& ladder, const CalibrateOptions& options) {
   const double least = least_sigma(ladder.whitened, options);
   return {ladder.noise_square, policy::kOutlierSigmas * policy::kOutlierSigmas *
@@ -118,65 +109,87 @@ void score(Candidate& candidate, const ModelLadder& ladder, const TruncatedSquar
 void score_all(ModelLadder& ladder, const CalibrateOptions& options) {
   ladder.noise_square = noise_square(ladder.candidates, options);
   const TruncatedSquare truncate = truncated_square(ladder, options);
-  for (Candidate& candidate : ladder.candidates) score(candidate, ladder, truncate);
+  for (Candidate& candidate : ladder.candidates)
+    if (!candidate.is_estimated) score(candidate, ladder, truncate);
 }
 
-// Fits the ladder again from another fit's poses; keeps candidates with a lower BIC.
-void retry_from(ModelLadder& ladder, const CalibrationFit& from, const CalibrateOptions& options) {
+// Fits the perspectives again from the fisheye's poses and inliers, if it has the lowest BIC: both
+// kinds of lens describe the same cameras up to some field of view, so the perspectives may be at
+// secondary minima.
+void retry_from_fisheye(ModelLadder& ladder, const CalibrateOptions& options) {
+  const Candidate fisheye = ladder.candidates.back();
+  if (!fisheye.is_fisheye() || !within_perspective_field(fisheye.bundle) ||
+      std::ranges::any_of(ladder.candidates,
+                          [&](const Candidate& other) { return other.bic < fisheye.bic; }))
+    return;
   const TruncatedSquare truncate = truncated_square(ladder, options);
-  bool any = false;
-  std::size_t i = 0;
-  for (Candidate& other : fit_nested_from(from, options)) {
-    Candidate& candidate = ladder.candidates[i++];
+  std::vector<Candidate> others =
+      fit_nested(with_model(fisheye.bundle, fisheye.model().sibling("f")),
+                 fisheye.model().sibling("opencv8"), options.max_iterations);
+  for (std::size_t i = 0; i + 1 < ladder.candidates.size(); ++i) {
+    Candidate &candidate = ladder.candidates[i], &other = others[i];
+    other.fit = fisheye.fit;
     score(other, ladder, truncate);
-    if (!other.summary.converged || (candidate.summary.converged && other.bic >= candidate.bic))
-      continue;
-    candidate = std::move(other);
-    any = true;
+    if (other.summary.converged && (!candidate.summary.converged || other.bic < candidate.bic))
+      candidate = std::move(other);
   }
-  if (any) score_all(ladder, options);
+  score_all(ladder, options);
 }
 
-double lowest_bic(const ModelLadder& ladder, bool of_fisheye) {
-  double lowest = kInfinity;
-  for (const Candidate& candidate : ladder.candidates)
-    if (candidate.is_fisheye() == of_fisheye) lowest = std::min(lowest, candidate.bic);
-  return lowest;
+// Sets what decides whether a candidate can be used.
+void test_candidates(ModelLadder& ladder, const CalibrateOptions& options) {
+  const double sigma = ladder.whitened || options.sigma_px <= 0 ? ladder.sigma() : options.sigma_px;
+  for (Candidate& candidate : ladder.candidates) {
+    if (candidate.is_estimated) continue;
+    candidate.observability = observability(candidate.bundle, sigma);
+    candidate.has_pole = has_pole({candidate.bundle.lens(), candidate.bundle.image_size});
+  }
+  refuse_larger_models(ladder.candidates);
 }
 
-// BIC prefers the larger model, even with one more parameter than it has.
-bool is_far_worse(const Candidate& small, const Candidate& large) {
-  const double noise_square = large.summary.cost / std::max(1, degrees_of_freedom(large.bundle));
-  const int more = large.model().num_free() - small.model().num_free();
-  return small.summary.cost - large.summary.cost >
-         (more + 1) * std::log(2.0 * num_corners(large.bundle)) * noise_square;
+// The decrease of chi-square by the largest model that contains the fit's, to first order; that of
+// the models between is no larger.
+double gain_of_largest(const CalibrationFit& fit) {
+  if (fit.bundle.model->lens_type() != LensType::perspective) return 0;
+  const auto nested = nested_information(fit.bundle);
+  if (!nested) return kInfinity;
+  Eigen::MatrixXd information = nested->halves[0] + nested->halves[1];
+  information.diagonal() *= 1 + policy::kUnobservablePrecision;
+  const auto inverse = exact_inverse(information);
+  if (!inverse) return kInfinity;
+  const Eigen::VectorXd gradient = nested->gradients[0] + nested->gradients[1];
+  const double variance = fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle));
+  return gradient.dot(*inverse * gradient) / variance;
 }
 
-// Fits the candidates again, from the largest down: from `from`, if that is its model, and from the
-// next larger one. A candidate whose start has the poses of a much too small model may have missed
-// its minimum. Continues a trial whose cost is lower after a few steps.
-void retry_from_larger_models(std::vector<Candidate>& candidates, const Bundle& from,
-                              int max_iterations) {
-  constexpr int kFewSteps = 5;  // iterations, as a limit of work: a better basin shows at once
-  for (std::size_t i = candidates.size(); i-- > 0;) {
-    Candidate& candidate = candidates[i];
-    const auto try_from = [&](const Bundle& start) {
-      Bundle trial = with_model(start, candidate.model());
-      if (cost_of(start) >= candidate.summary.cost ||
-          solve(trial, kFewSteps).cost >= candidate.summary.cost)
-        return;
-      Candidate other = candidate_from(trial, candidate.model(), max_iterations);
-      if (other.summary.converged && !stuck_at_domain_limit(other.bundle, other.summary))
-        candidate = std::move(other);
-    };
-    if (from.model == &candidate.model()) try_from(from);
-    if (i + 1 < candidates.size() && candidates[i + 1].summary.converged &&
-        is_far_worse(candidate, candidates[i + 1]))
-      try_from(candidates[i + 1].bundle);
+// The BIC of a candidate on all views may come near that of `best`. `gain`: gain_of_largest.
+bool is_contender(const Candidate& candidate, const Candidate& best, int num_residuals,
+                  double gain) {
+  if (candidate.is_fisheye() != best.is_fisheye()) return false;
+  const int more = candidate.model().num_free() - best.model().num_free();
+  return candidate.bic < best.bic + policy::kStrongEvidence ||
+         (more > 0 && gain > more * std::log(num_residuals) - policy::kStrongEvidence);
+}
+
+// Estimates chi-square and BIC of the candidates that were not fitted to all views.
+void estimate_others(ModelLadder& ladder, const ModelLadder& few, std::size_t best) {
+  const double ratio = static_cast<double>(ladder.num_residuals) / few.num_residuals;
+  const Candidate& base = ladder.candidates[best];
+  for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
+    Candidate& candidate = ladder.candidates[i];
+    if (!candidate.is_estimated) continue;
+    const double few_more = few.candidates[i].chi_square - few.candidates[best].chi_square;
+    const double more = few_more > 0 ? ratio * few_more : few_more;  // noise does not grow
+    candidate.chi_square = base.chi_square + more;
+    candidate.bic =
+        base.bic + more +
+        (candidate.model().num_free() - base.model().num_free()) * std::log(ladder.num_residuals);
   }
 }
 
 }  // namespace
+
+double ModelLadder::sigma() const { return whitened ? 1 : std::sqrt(noise_square); }
 
 std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_iterations) {
   std::vector<Candidate> candidates;
@@ -184,47 +197,60 @@ std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_
   double lowest = kInfinity;
   for (const Model* model : from.model->siblings()) {
     if (model->lens_type() != LensType::perspective || model->num_free() > top.num_free()) continue;
-    candidates.push_back(candidate_from(below, *model, max_iterations));
-    const Candidate& candidate = candidates.back();
+    candidates.push_back(solved_from(below, *model, max_iterations));
+    Candidate& candidate = candidates.back();
+    if (!candidate.summary.converged ||
+        cost_of(with_model(from, *model)) < candidate.summary.cost) {
+      Candidate other = solved_from(from, *model, max_iterations);
+      if (other.summary.converged) candidate = std::move(other);
+    }
     if (!candidate.summary.converged || candidate.summary.cost >= lowest) continue;
     lowest = candidate.summary.cost;
     below = candidate.bundle;
   }
-  // A fit at the fold of its lens may have started from a smaller model on the wrong side of it.
-  for (std::size_t i = candidates.size(); i-- > 0;) {
-    if (!stuck_at_domain_limit(candidates[i].bundle, candidates[i].summary)) continue;
-    candidates[i].summary.converged = false;
-    if (i + 1 == candidates.size() || !candidates[i + 1].summary.converged) continue;
-    Candidate again =
-        candidate_from(candidates[i + 1].bundle, candidates[i].model(), max_iterations);
-    if (again.summary.converged && !stuck_at_domain_limit(again.bundle, again.summary))
-      candidates[i] = std::move(again);
-  }
-  retry_from_larger_models(candidates, from, max_iterations);
   return candidates;
 }
 
-ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options) {
-  const CalibrationFit *perspective = fits.perspective, *fisheye = fits.fisheye;
+ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
+                       const CalibrateOptions& options) {
   ModelLadder ladder;
-  if (perspective) ladder.candidates = fit_nested_from(*perspective, options);
+  if (perspective)
+    ladder.candidates = fit_nested(
+        perspective->bundle, perspective->bundle.model->sibling("opencv8"), options.max_iterations);
+  for (Candidate& candidate : ladder.candidates) candidate.fit = perspective;
   if (fisheye) ladder.candidates.push_back({fisheye->bundle, fisheye->summary, fisheye});
   const CalibrationFit& any = perspective ? *perspective : *fisheye;
   ladder.num_residuals = 2 * any.num_corners;
   ladder.whitened = any.whitened;
   score_all(ladder, options);
-  if (perspective && fits.other_perspective) retry_from(ladder, *fits.other_perspective, options);
-  // Polynomials and the fisheye describe the same cameras up to some field of view: if the fisheye
-  // has the lower BIC, the perspectives may be at secondary minima.
-  if (perspective && fisheye && lowest_bic(ladder, true) < lowest_bic(ladder, false) &&
-      within_perspective_field(fisheye->bundle))
-    retry_from(ladder, *fisheye, options);
-  const double sigma = options.sigma_px > 0 ? options.sigma_px : std::sqrt(ladder.noise_square);
-  for (Candidate& candidate : ladder.candidates) {
-    candidate.observability = observability(candidate.bundle, ladder.whitened ? 1.0 : sigma);
-    candidate.has_pole = has_pole({candidate.bundle.lens(), candidate.bundle.image_size});
+  retry_from_fisheye(ladder, options);
+  test_candidates(ladder, options);
+  return ladder;
+}
+
+ModelLadder fit_contenders(const ModelLadder& few, const Candidate& best, const CalibrationFit& fit,
+                           const CalibrationFit* rival, const CalibrateOptions& options) {
+  ModelLadder ladder;
+  ladder.num_residuals = 2 * fit.num_corners;
+  ladder.whitened = fit.whitened;
+  const double gain = gain_of_largest(fit);
+  for (const Candidate& candidate : few.candidates) {
+    if (&candidate == &best) {
+      ladder.candidates.push_back({fit.bundle, fit.summary, &fit});
+    } else if (rival && candidate.model().name() == rival->bundle.model->name()) {
+      ladder.candidates.push_back({rival->bundle, rival->summary, rival});
+    } else if (is_contender(candidate, best, ladder.num_residuals, gain)) {
+      ladder.candidates.push_back(
+          solved_from(fit.bundle, candidate.model(), options.max_iterations));
+      ladder.candidates.back().fit = &fit;
+    } else {
+      ladder.candidates.push_back(candidate);
+      ladder.candidates.back().is_estimated = true;
+    }
   }
-  refuse_larger_models(ladder.candidates);
+  score_all(ladder, options);
+  estimate_others(ladder, few, static_cast<std::size_t>(&best - few.candidates.data()));
+  test_candidates(ladder, options);
   return ladder;
 }
 

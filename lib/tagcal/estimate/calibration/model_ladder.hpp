@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,7 @@
 
 namespace tagcal::internal {
 
-// A fitted model of the ladder.
+// A model of the ladder.
 struct Candidate {
   Bundle bundle;
   BundleSummary summary;
@@ -18,12 +19,14 @@ struct Candidate {
   double chi_square = 0;  // squared residuals / noise_square; outliers count up to the bound
   double bic = std::numeric_limits<double>::infinity();  // all corners count up to the bound
   bool has_pole = false;                                 // inside the image
+  bool is_estimated = false;  // fitted to a part of the views; chi_square and bic are for all
 
   const Model& model() const { return *bundle.model; }
   bool is_fisheye() const { return model().lens_type() == LensType::fisheye; }
+  bool is_determined() const { return observability.status == Status::ok; }
   // Only usable candidates can be chosen.
   bool is_usable() const {
-    return observability.status == Status::ok && summary.converged && !has_pole;
+    return is_determined() && summary.converged && !has_pole && !is_estimated;
   }
 };
 
@@ -33,23 +36,25 @@ struct ModelLadder {
   double noise_square = 1;  // of one (whitened) coordinate
   int num_residuals = 0;
   bool whitened = false;
+
+  double sigma() const;  // 1 if whitened
 };
 
 // The nested perspective models up to `top` on the same corners. Each starts from the best smaller
-// one, so that a fit that stopped at the fold of a lens is no start of another; or from `from`, if
-// that has the lower cost.
+// one; and from `from`, if it did not converge, or if `from` has a lower cost as that model.
 std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_iterations);
 
-// The fits from which a ladder starts; null if missing, but not both of the first two. They must
-// outlive the ladder.
-struct LadderFits {
-  const CalibrationFit* perspective = nullptr;
-  const CalibrationFit* fisheye = nullptr;
-  const CalibrationFit* other_perspective = nullptr;  // a second start
-};
+// f, f+c, ... opencv8 on the inliers of `perspective`, and the fisheye as it is. One of the fits
+// may be null; they must outlive the ladder.
+ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
+                       const CalibrateOptions& options);
 
-// f, f+c, ... opencv8 on the inliers of `perspective`, or of another fit from whose poses a
-// candidate reaches a lower BIC; and the fisheye as it is.
-ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options);
+// The ladder of all views. `few`: that of a part of them; `fit`: of the model of few's `best`, to
+// all views. Fits those of its kind of lens that may win: models within policy::kStrongEvidence of
+// BIC on the few views, and larger ones that come as near by a Gauss-Newton step on all views.
+// `rival`: a fit of the other kind to all views, or null. The others are estimated: their
+// differences in chi-square grow with the number of corners.
+ModelLadder fit_contenders(const ModelLadder& few, const Candidate& best, const CalibrationFit& fit,
+                           const CalibrationFit* rival, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -1,5 +1,6 @@
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tagcal/estimate/calibration/calibration_seed.hpp"
@@ -100,6 +101,28 @@ double distance_square(const Bundle& plain, const Bundle& solved,
   return inverse ? difference.dot(*inverse * difference) : 0;
 }
 
+// The part of a large model's information that belongs to a model nested in it: with the matrix P
+// of its parameters' effect on those of the large one, P' S P. The bends of a board stay as they
+// are.
+BundleInformation restricted(const BundleInformation& information, const Model& large,
+                             const Model& model) {
+  const Eigen::Index bends = information.halves[0].cols() - large.num_free();
+  Eigen::MatrixXd p = Eigen::MatrixXd::Zero(large.num_free() + bends, model.num_free() + bends);
+  p.bottomRightCorner(bends, bends).setIdentity();
+  for (std::size_t i = 0; i < large.free().size(); ++i)
+    for (std::size_t j = 0; j < model.free().size(); ++j)
+      if (std::ranges::count(model.free()[j].lens_parameters,
+                             large.free()[i].lens_parameters.front()) > 0)
+        p(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = 1;
+  BundleInformation result = information;
+  for (Eigen::MatrixXd& half : result.halves) half = p.transpose() * half * p;
+  for (Eigen::VectorXd& gradient : result.gradients) gradient = p.transpose() * gradient;
+  for (Eigen::MatrixXd& pose : result.pose_by_parameters) pose *= p;
+  return result;
+}
+
+bool is_centre(const FreeParameter& free) { return free.kind() == ParameterKind::principal_point; }
+
 }  // namespace
 
 std::optional<Observability> simpler_model_test(const Bundle& solved,
@@ -143,20 +166,43 @@ Bundle with_model(const Bundle& bundle, const Model& model) {
   return result;
 }
 
+std::optional<BundleInformation> nested_information(const Bundle& solved) {
+  return bundle_information(with_model(solved, solved.model->sibling("opencv8")));
+}
+
+std::optional<LargerModelStep> step_to_larger_model(const Bundle& solved,
+                                                    const BundleInformation& nested,
+                                                    const Model& larger, double sigma) {
+  LargerModelStep result{with_model(solved, larger), {}, {}, 0};
+  BundleInformation information = restricted(nested, solved.model->sibling("opencv8"), larger);
+  const ImageSize& size = solved.image_size;
+  const double spread_px = policy::kCentreSpread * std::hypot(size.width, size.height);
+  const bool is_new = std::ranges::none_of(solved.model->free(), is_centre);
+  for (int i = 0; i < larger.num_free(); ++i)
+    if (is_new && is_centre(larger.free()[static_cast<std::size_t>(i)]))
+      information.halves[0](i, i) += std::pow(sigma / spread_px, 2);
+  auto covariance = covariance_of(result.bundle, information, sigma);
+  if (!covariance) return std::nullopt;
+  result.covariance = std::move(*covariance);
+  // The gradient by the bends of a board is zero: the solved bundle has estimated them.
+  const Eigen::VectorXd gradient =
+      (information.gradients[0] + information.gradients[1]).head(larger.num_free());
+  result.step = -result.covariance.parameters * gradient / (sigma * sigma);
+  result.chi_square = result.covariance.decrement;
+  return result;
+}
+
 std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
   const Model& usual = solved.model->sibling("opencv5");
   if (solved.model->lens_type() != LensType::perspective ||
       solved.model->num_free() >= usual.num_free())
     return std::nullopt;
-  const auto information = bundle_information(with_model(solved, usual));
-  if (!information) return std::nullopt;
-  const auto inverse = exact_inverse(information->halves[0] + information->halves[1]);
-  if (!inverse) return std::nullopt;
-  const Eigen::VectorXd gradient = information->gradients[0] + information->gradients[1];
-  const double decrease = gradient.dot(*inverse * gradient);
+  const auto nested = nested_information(solved);
+  const auto step = nested ? step_to_larger_model(solved, *nested, usual, sigma) : std::nullopt;
+  if (!step) return std::nullopt;
   // numeric: no division by zero for exact corners
   const double cost = std::max(cost_of(solved), 1e-300);
-  return LargerLens{decrease / (sigma * sigma), decrease / cost};
+  return LargerLens{step->chi_square, step->chi_square * sigma * sigma / cost};
 }
 
 }  // namespace tagcal::internal

@@ -25,6 +25,26 @@ bool within_perspective_field(const Bundle& bundle);
 // The same poses, with the lens in the parameters of another model.
 Bundle with_model(const Bundle& bundle, const Model& model);
 
+// The normal equations of a solved perspective, its poses eliminated, by the parameters of opencv8:
+// those of every nested model are parts of them.
+std::optional<BundleInformation> nested_information(const Bundle& solved);
+
+// A Gauss-Newton step from a solved bundle to a model that contains its own: what the larger model
+// would gain, without a fit (score test: Rao, Proc. Camb. Phil. Soc. 1948).
+struct LargerModelStep {
+  Bundle bundle;                // the same state, in the parameters of the larger model
+  BundleCovariance covariance;  // of the larger model there
+  Eigen::VectorXd step;         // of its free parameters
+  double chi_square = 0;        // decrease of the sum of squares, in units of sigma^2
+};
+
+// `nested`: nested_information of the bundle. The principal point has a prior
+// (policy::kCentreSpread) if only the larger model has it free. No value if the data do not
+// determine the larger model.
+std::optional<LargerModelStep> step_to_larger_model(const Bundle& solved,
+                                                    const BundleInformation& nested,
+                                                    const Model& larger, double sigma);
+
 // The gain of opencv5 over a solved perspective with fewer parameters, to first order.
 struct LargerLens {
   double chi_square = 0;  // decrease of the sum of squares, in units of sigma^2

@@ -85,53 +85,41 @@ double total_weight(std::span<const SupportedModel> others) {
   return sum;
 }
 
-// A prior of the principal point about the image centre.
-void add_centre_prior(BundleInformation& information, const Bundle& bundle, double sigma) {
-  const double spread_px =
-      policy::kCentreSpread * std::hypot(bundle.image_size.width, bundle.image_size.height);
-  const auto& free = bundle.model->free();
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const int k = free[i].lens_parameters.front();
-    const auto at = static_cast<Index>(i);
-    if (k == kCx || k == kCy) information.halves[0](at, at) += std::pow(sigma / spread_px, 2);
+// A usable candidate, and the normal equations of the models that contain it.
+struct Base {
+  const Candidate* candidate = nullptr;
+  std::optional<BundleInformation> information;
+
+  void set(const Candidate* other) {
+    if (candidate == other) return;
+    candidate = other;
+    information = other ? nested_information(other->bundle) : std::nullopt;
   }
-}
+};
 
-// A candidate that is not usable may still be the true model: its estimate to first order about the
-// largest usable candidate that it contains. The step to its minimum is added to the covariance.
-std::optional<SupportedModel> linearised(const ModelLadder& ladder, const Candidate& candidate,
-                                         double& chi_square) {
-  const Candidate* base = nullptr;
-  for (const Candidate& other : ladder.candidates)
-    if (other.is_usable() && contains(candidate.model(), other.model())) base = &other;
-  if (!base) return std::nullopt;
-  const double sigma = ladder.whitened ? 1 : std::sqrt(ladder.noise_square);
-  SupportedModel result{with_model(base->bundle, candidate.model()), {}, {}, 0};
-  auto information = bundle_information(result.bundle);
-  if (!information) return std::nullopt;
-  if (candidate.observability.status != Status::ok)
-    add_centre_prior(*information, result.bundle, sigma);
-  const auto covariance = covariance_of(result.bundle, *information, sigma);
-  if (!covariance) return std::nullopt;
-  result.covariance = *covariance;
-  // The gradient by the bends of a board is zero: the usable candidate has estimated them.
-  const VectorXd gradient =
-      (information->gradients[0] + information->gradients[1]).head(candidate.model().num_free()) /
-      (sigma * sigma);
-  const VectorXd step = result.covariance.parameters * gradient;
-  chi_square = base->chi_square - covariance->decrement;
-  if (candidate.observability.status == Status::ok)
-    chi_square = std::min(chi_square, candidate.chi_square);
-  result.covariance.parameters += step * step.transpose();
-  return result;
-}
-
+// A candidate and its chi-square. One that is not usable may still be the true model: its estimate
+// is to first order about the largest usable candidate that it contains (`base`, which is set),
+// with the step to its minimum added to the covariance.
 std::optional<SupportedModel> supported_model(const ModelLadder& ladder, const Candidate& candidate,
-                                              double& chi_square) {
+                                              Base& base, double& chi_square) {
   chi_square = candidate.chi_square;
-  if (candidate.is_usable() && candidate.observability.covariance)
-    return SupportedModel{candidate.bundle, {}, *candidate.observability.covariance, 0};
-  return linearised(ladder, candidate, chi_square);
+  if (candidate.is_usable())
+    return SupportedModel{candidate.bundle, candidate.fit->views,
+                          *candidate.observability.covariance, 0};
+  const Candidate* largest = nullptr;
+  for (const Candidate& other : ladder.candidates)
+    if (other.is_usable() && contains(candidate.model(), other.model())) largest = &other;
+  base.set(largest);
+  if (!base.information) return std::nullopt;
+  auto step =
+      step_to_larger_model(largest->bundle, *base.information, candidate.model(), ladder.sigma());
+  if (!step) return std::nullopt;
+  chi_square = largest->chi_square - step->chi_square;
+  if (candidate.is_determined() && !candidate.is_estimated)
+    chi_square = std::min(chi_square, candidate.chi_square);
+  step->covariance.parameters += step->step * step->step.transpose();
+  return SupportedModel{std::move(step->bundle), largest->fit->views, std::move(step->covariance),
+                        0};
 }
 
 }  // namespace
@@ -144,12 +132,12 @@ std::vector<SupportedModel> supported_models(const ModelLadder& ladder, const Ca
   const double own = aic(chosen.chi_square, chosen.model());
   std::vector<SupportedModel> supported;
   double least = own;
+  Base base;
   for (const Candidate& candidate : ladder.candidates) {
     if (&candidate == &chosen || contains(chosen.model(), candidate.model())) continue;
     double chi_square = 0;
-    std::optional<SupportedModel> other = supported_model(ladder, candidate, chi_square);
+    std::optional<SupportedModel> other = supported_model(ladder, candidate, base, chi_square);
     if (!other) continue;
-    other->views = candidate.fit->views;
     other->weight = aic(chi_square, candidate.model());
     least = std::min(least, other->weight);
     supported.push_back(std::move(*other));

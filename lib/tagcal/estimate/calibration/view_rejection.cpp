@@ -208,17 +208,4 @@ bool reject_outlying_views(CalibrationInput& input, const CalibrationFit& fit,
   return !outlying.empty();
 }
 
-bool explains_rejected(const CalibrationFit& fit, const CalibrationInput& without,
-                       const CalibrateOptions& options) {
-  if (fit.num_inliers() < fit.num_corners) return false;
-  const std::optional<CalibrationFit> rest = fit_model(*fit.bundle.model, without, options);
-  if (!rest) return false;
-  const int freedom = degrees_of_freedom(rest->bundle),
-            more = degrees_of_freedom(fit.bundle) - freedom;
-  if (freedom < policy::kEnoughDegreesOfFreedom || more <= 0) return false;
-  const double square = rest->summary.cost / freedom;
-  return fit.summary.cost - rest->summary.cost <=
-         square * chi_square_quantile(more, policy::kQuantile1e3);
-}
-
 }  // namespace tagcal::internal

@@ -17,10 +17,4 @@ namespace tagcal::internal {
 bool reject_outlying_views(CalibrationInput& input, const CalibrationFit& fit,
                            const CalibrateOptions& options);
 
-// A fit explains the views that were rejected under another lens: all of its corners are inliers,
-// and its sum of squares without these views (`without`) is lower by no more than noise (p = 0.001;
-// Chow, Econometrica 1960). Then the other lens was wrong, not the views.
-bool explains_rejected(const CalibrationFit& fit, const CalibrationInput& without,
-                       const CalibrateOptions& options);
-
 }  // namespace tagcal::internal

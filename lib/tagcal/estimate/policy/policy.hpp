@@ -300,9 +300,6 @@ inline constexpr double kOutlyingRejectedCorrelated = 0.3;
 // the target is wrong, not the views. Source: none; chosen by hand.
 inline constexpr std::size_t kLeastComparedViews = 4;
 inline constexpr Share kMostOutlyingViews{1, 3};
-// With more than this share of inliers no second model looks for outlying views. Source: none;
-// chosen by hand, to save time on good data.
-inline constexpr Share kNearlyAllInliers{49, 50};
 
 // Noise beyond the corners' covariances counts if chi-square exceeds this quantile (p = 3e-5) and
 // this many times its mean; it is final once it changes by less than the last factor. Source: none;
@@ -323,6 +320,9 @@ inline constexpr double kGrossSigmas = 100;
 // px. The noise of exact corners in BIC, which must not be zero. Source: none; chosen by hand, far
 // above the rounding of a pixel (1e-13) and below any real noise.
 inline constexpr double kExactNoisePx = 1e-6;
+// Views on which models are compared first, evenly spread: a limit of work. Their evidence grows
+// with the number of views, so what has lost by kStrongEvidence there is not fitted to all.
+inline constexpr std::size_t kChoiceViews = 20;
 // Parameters by which BIC is raised for a fisheye against polynomials: where both describe the same
 // images, the ordinary lens is meant. Source: study model_confusion (docs/how_sure.md).
 inline constexpr int kFisheyeHandicap = 3;
