@@ -77,7 +77,7 @@ TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorner
   const double side_px = 2 * mean_half_side(start);
   const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 &&
                        !options.camera && !options.is_whole;
-  if (is_bent && side_px > policy::kTagMaxWholePx && !options.lens_follows)
+  if (is_bent && side_px > policy::kTagMaxWholePx)
     return fit_strongly_bent(image, pattern, start, options);
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, options);

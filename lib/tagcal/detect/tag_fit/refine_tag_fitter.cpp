@@ -190,7 +190,6 @@ bool TagFitter::is_bent_beyond_whole() const {
   if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole ||
       2 * scale_ < policy::kTagMinPartsPx)
     return false;
-  if (2 * scale_ > policy::kTagMaxWholePx) return true;
   const double third_order = third_order_px();
   if (third_order < policy::kTagThirdOrderPx) return false;
   // The information of all rows, from that of every row_step_-th.

@@ -31,12 +31,10 @@ class PoseFitter {
         rays_(view_.size()),
         residuals_(problem.lens, view_) {
     for (std::size_t i = 0; i < view_.size(); ++i)
-      if (find_rays(problem.lens, view_.pixels.subspan(i, 1), {&rays_[i], 1}) &&
-          !std::ranges::binary_search(problem.known, i))
-        usable_.push_back(i);
+      if (find_rays(problem.lens, view_.pixels.subspan(i, 1), {&rays_[i], 1})) usable_.push_back(i);
   }
 
-  // Correspondences whose pixel has a ray, without the known ones.
+  // Correspondences whose pixel has a ray.
   std::span<const std::size_t> usable() const { return usable_; }
   std::size_t sample_size() const { return N == 6 ? 3 : 4; }
 

@@ -13,7 +13,7 @@ struct RansacProblem {
   double sigma_px = 1;          // noise per coordinate; whitened: 1
   std::uint64_t seed = 0;
   double least_share = 0;  // of inliers below which the search may miss a consensus
-  std::span<const std::size_t> known = {};  // inliers of another pose, ascending: not sampled
+  std::span<const std::size_t> known = {};  // inliers of another pose, ascending
 };
 
 using PoseConsensus = Consensus<ViewState>;
