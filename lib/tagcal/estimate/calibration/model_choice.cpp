@@ -204,6 +204,7 @@ double noise_of_residuals(const CalibrationFit& fit) {
 // The fits of both kinds of lens, with rejection of outliers.
 struct LensFits {
   std::optional<CalibrationFit> perspective, fisheye;
+  std::optional<CalibrationFit> other_perspective;  // a second start, if opencv5 is undetermined
 
   bool any() const { return perspective || fisheye; }
   double start_seconds() const {
@@ -213,13 +214,13 @@ struct LensFits {
 
 // The fit whose inliers all perspectives share: opencv5; opencv8, if it has more of them and
 // explains all corners better; f, if the data do not determine opencv5 and f has about as many.
-std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
-                                              const CalibrateOptions& options) {
+LensFits fit_perspective(const CalibrationInput& input, const CalibrateOptions& options) {
   std::optional<CalibrationFit> large = fit_model(input.models->named("opencv5"), input, options);
   const double sigma = large ? noise_of_residuals(*large) : 0;
   if (large && large->summary.converged &&
       observability(large->bundle, sigma).status == Status::ok) {
-    if (!options.reject_outliers || large->outliers.empty() || large->whitened) return large;
+    if (!options.reject_outliers || large->outliers.empty() || large->whitened)
+      return {std::move(large), {}, {}};
     CalibrationFit generous = *large;  // with all corners but gross outliers
     std::erase_if(generous.outliers,
                   [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
@@ -227,23 +228,28 @@ std::optional<CalibrationFit> fit_perspective(const CalibrationInput& input,
     auto more = refit(rational, generous, input, options);
     const bool is_better = more && more->num_inliers() > large->num_inliers() &&
                            more->truncated_chi_square(sigma) < large->truncated_chi_square(sigma);
-    return is_better ? more : large;
+    return {is_better ? std::move(more) : std::move(large), {}, {}};
   }
   auto small = fit_model(input.models->named("f"), input, options);
   const bool has_few_inliers =
       small && large &&
       policy::is_below(small->num_inliers(), policy::kSmallModelInliers, large->num_inliers());
-  return small && !has_few_inliers ? small : large;
+  if (small && !has_few_inliers) std::swap(small, large);
+  return {std::move(large), {}, std::move(small)};
 }
 
 LensFits fit_lenses(const CalibrationInput& input, const CalibrateOptions& options) {
-  return {fit_perspective(input, options),
-          fit_model(input.models->named("fisheye4"), input, options)};
+  LensFits fits = fit_perspective(input, options);
+  fits.fisheye = fit_model(input.models->named("fisheye4"), input, options);
+  return fits;
 }
 
 ModelLadder fit_ladder(const LensFits& fits, const CalibrateOptions& options) {
-  return internal::fit_ladder(fits.perspective ? &*fits.perspective : nullptr,
-                              fits.fisheye ? &*fits.fisheye : nullptr, options);
+  const auto pointer = [](const std::optional<CalibrationFit>& fit) {
+    return fit ? &*fit : nullptr;
+  };
+  return internal::fit_ladder(
+      {pointer(fits.perspective), pointer(fits.fisheye), pointer(fits.other_perspective)}, options);
 }
 
 void add_supported_models(ModelChoice& choice, const ModelLadder& ladder, const Candidate& chosen,

@@ -70,6 +70,30 @@ Candidate solved_from(const Bundle& start, const Model& model, int max_iteration
   return candidate;
 }
 
+// BIC prefers the larger model, even with one more parameter than it has.
+bool is_far_worse(const Candidate& small, const Candidate& large) {
+  const double noise_square = large.summary.cost / std::max(1, degrees_of_freedom(large.bundle));
+  const int more = large.model().num_free() - small.model().num_free();
+  return small.summary.cost - large.summary.cost >
+         (more + 1) * std::log(2.0 * num_corners(large.bundle)) * noise_square;
+}
+
+// Fits candidates that are far worse than the next larger one again from its poses, from the
+// largest down: the poses of a much too small model may have led to a secondary minimum. Continues
+// a trial whose cost is lower after a few steps.
+void retry_from_larger_models(std::vector<Candidate>& candidates, int max_iterations) {
+  constexpr int kFewSteps = 5;  // iterations, as a limit of work: a better basin shows at once
+  for (std::size_t i = candidates.size() - 1; i-- > 0;) {
+    Candidate& candidate = candidates[i];
+    const Candidate& larger = candidates[i + 1];
+    if (!larger.summary.converged || !is_far_worse(candidate, larger)) continue;
+    Bundle trial = with_model(larger.bundle, candidate.model());
+    if (solve(trial, kFewSteps).cost >= candidate.summary.cost) continue;
+    Candidate other = solved_from(trial, candidate.model(), max_iterations);
+    if (other.summary.converged) candidate = std::move(other);
+  }
+}
+
 // A model whose focal length is not observable refuses all larger ones, because they contain it, if
 // its BIC is not higher. A fisheye is refused by models without distortion only: its coefficients,
 // too, can make the focal length look observable.
@@ -113,27 +137,29 @@ void score_all(ModelLadder& ladder, const CalibrateOptions& options) {
     if (!candidate.is_estimated) score(candidate, ladder, truncate);
 }
 
-// Fits the perspectives again from the fisheye's poses and inliers, if it has the lowest BIC: both
-// kinds of lens describe the same cameras up to some field of view, so the perspectives may be at
-// secondary minima.
-void retry_from_fisheye(ModelLadder& ladder, const CalibrateOptions& options) {
-  const Candidate fisheye = ladder.candidates.back();
-  if (!fisheye.is_fisheye() || !within_perspective_field(fisheye.bundle) ||
-      std::ranges::any_of(ladder.candidates,
-                          [&](const Candidate& other) { return other.bic < fisheye.bic; }))
-    return;
+// Fits the perspectives again from `start`, on the inliers of `fit`; keeps those with a lower BIC.
+void retry_from(ModelLadder& ladder, const Bundle& start, const CalibrationFit& fit,
+                const CalibrateOptions& options) {
   const TruncatedSquare truncate = truncated_square(ladder, options);
   std::vector<Candidate> others =
-      fit_nested(with_model(fisheye.bundle, fisheye.model().sibling("f")),
-                 fisheye.model().sibling("opencv8"), options.max_iterations);
-  for (std::size_t i = 0; i + 1 < ladder.candidates.size(); ++i) {
+      fit_nested(start, start.model->sibling("opencv8"), options.max_iterations);
+  for (std::size_t i = 0; i < others.size(); ++i) {
     Candidate &candidate = ladder.candidates[i], &other = others[i];
-    other.fit = fisheye.fit;
+    other.fit = &fit;
     score(other, ladder, truncate);
     if (other.summary.converged && (!candidate.summary.converged || other.bic < candidate.bic))
       candidate = std::move(other);
   }
   score_all(ladder, options);
+}
+
+// Both kinds of lens describe the same cameras up to some field of view. If the fisheye has the
+// lowest BIC, the perspectives may be at secondary minima.
+bool is_fisheye_best(const ModelLadder& ladder) {
+  const Candidate& fisheye = ladder.candidates.back();
+  return fisheye.is_fisheye() && within_perspective_field(fisheye.bundle) &&
+         std::ranges::none_of(ladder.candidates,
+                              [&](const Candidate& other) { return other.bic < fisheye.bic; });
 }
 
 // Sets what decides whether a candidate can be used.
@@ -208,11 +234,12 @@ std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_
     lowest = candidate.summary.cost;
     below = candidate.bundle;
   }
+  if (!candidates.empty()) retry_from_larger_models(candidates, max_iterations);
   return candidates;
 }
 
-ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
-                       const CalibrateOptions& options) {
+ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options) {
+  const CalibrationFit *perspective = fits.perspective, *fisheye = fits.fisheye;
   ModelLadder ladder;
   if (perspective)
     ladder.candidates = fit_nested(
@@ -223,7 +250,11 @@ ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* 
   ladder.num_residuals = 2 * any.num_corners;
   ladder.whitened = any.whitened;
   score_all(ladder, options);
-  retry_from_fisheye(ladder, options);
+  if (perspective && fits.other_perspective)
+    retry_from(ladder, fits.other_perspective->bundle, *fits.other_perspective, options);
+  if (perspective && is_fisheye_best(ladder))
+    retry_from(ladder, with_model(fisheye->bundle, fisheye->bundle.model->sibling("f")), *fisheye,
+               options);
   test_candidates(ladder, options);
   return ladder;
 }

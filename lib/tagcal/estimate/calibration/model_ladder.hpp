@@ -41,13 +41,21 @@ struct ModelLadder {
 };
 
 // The nested perspective models up to `top` on the same corners. Each starts from the best smaller
-// one; and from `from`, if it did not converge, or if `from` has a lower cost as that model.
+// one; from `from`, if it did not converge, or if `from` has a lower cost as that model; and from
+// the next larger one, if that is far better.
 std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_iterations);
 
-// f, f+c, ... opencv8 on the inliers of `perspective`, and the fisheye as it is. One of the fits
-// may be null; they must outlive the ladder.
-ModelLadder fit_ladder(const CalibrationFit* perspective, const CalibrationFit* fisheye,
-                       const CalibrateOptions& options);
+// The fits from which a ladder starts; null if missing, but not both of the first two. They must
+// outlive the ladder.
+struct LadderFits {
+  const CalibrationFit* perspective = nullptr;
+  const CalibrationFit* fisheye = nullptr;
+  const CalibrationFit* other_perspective = nullptr;  // a second start
+};
+
+// f, f+c, ... opencv8 on the inliers of `perspective`, or of another fit from whose poses a
+// candidate reaches a lower BIC; and the fisheye as it is.
+ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options);
 
 // The ladder of all views. `few`: that of a part of them; `fit`: of the model of few's `best`, to
 // all views. Fits those of its kind of lens that may win: models within policy::kStrongEvidence of
