@@ -32,7 +32,7 @@ typedef unsigned Bits __attribute__((vector_size(kRegisterBytes)));
 template <typename Pack>
 constexpr int kLanes = sizeof(Pack) / sizeof(double);
 
-// What a comparison of packs gives: bool, or all bits of each lane.
+// Result of a comparison of packs: bool, or all bits of each lane.
 template <typename Pack>
 using Mask = decltype(Pack{} < Pack{});
 

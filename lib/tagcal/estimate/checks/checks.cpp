@@ -195,7 +195,7 @@ Result fold_in_image(const Solved& s) {
                      " nodes of the grid over the image, so do not use the lens there");
 }
 
-// What the data determine.
+// Limits of what the data determine.
 
 Result corners_rejected(const Solved& s) {
   const CalibrationFit& fit = *s.solution.fit;

@@ -8,7 +8,7 @@
 
 namespace tagcal::internal {
 
-// What a check sees: a solution, the evidence about it, and the answer without findings.
+// The input of a check: a solution, the evidence about it, and the answer without findings.
 struct Solved {
   Solution solution;
   Evidence evidence;              // empty for model weak

@@ -27,7 +27,7 @@ struct Solution {
   const AlternativeLens* alternative = nullptr;  // the trial that the fit needs; or null
 };
 
-// What the residuals of a fit say about the noise, the model, the board and the target.
+// Evidence of the residuals of a fit about the noise, the model, the board and the target.
 struct Evidence {
   double sigma = 0;  // of `noise_of`
   // At least `least_sigma`: below it the rounding of a file would count as lack of fit.

@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What the fit itself says.
+// Fills in the parts of an answer that need the fit only.
 Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options) {
   Calibration c;
   c.model = fit.bundle.model->name();

@@ -321,7 +321,8 @@ inline constexpr double kGrossSigmas = 100;
 // above the rounding of a pixel (1e-13) and below any real noise.
 inline constexpr double kExactNoisePx = 1e-6;
 // Views on which models are compared first, evenly spread: a limit of work. Their evidence grows
-// with the number of views, so what has lost by kStrongEvidence there is not fitted to all.
+// with the number of views, so what has lost by kStrongEvidence there is not fitted to all. Source:
+// none; chosen by hand, checked by study model_confusion.
 inline constexpr std::size_t kChoiceViews = 20;
 // Parameters by which BIC is raised for a fisheye against polynomials: where both describe the same
 // images, the ordinary lens is meant. Source: study model_confusion (docs/how_sure.md).

@@ -23,7 +23,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kFew = 48;     // points up to which the closed forms use all,
-constexpr std::size_t kSubset = 32;  // and so many of more
+constexpr std::size_t kSubset = 32;  // points of a larger problem that the starts use
 constexpr std::size_t kVeryFew = 5;  // points up to which minimal solvers give better starts
 
 // A subset of the points for the closed forms. Multiples of the golden ratio select it, so that it

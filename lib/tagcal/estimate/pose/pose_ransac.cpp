@@ -153,7 +153,7 @@ bool may_be_chance(const ViewPoints& view, const PoseConsensus& consensus,
     return square <= kAround * kAround * tolerance_square;
   };
   const double around = static_cast<double>(std::ranges::count_if(squares, is_around)) - k;
-  const double nearby = around + 0.5;  // numeric: half a corner where there is none
+  const double nearby = around + 0.5;  // numeric: counts half a corner more, for a density above 0
   const double share = std::min(1.0, std::max(area / image, nearby / (n * (kAround - 1))));
   const double s = static_cast<double>(sample_size);
   if (k <= s) return true;

@@ -82,7 +82,7 @@ class RansacSampler {
   // Number of samples that miss a consensus with this share of inliers with probability
   // kMissedConsensus.
   int count_for(double share) const {
-    constexpr int kMost = 50000;
+    constexpr int kMost = 50000;  // samples, as a limit of work
     if (share <= 0) return kMost;
     const double good = std::pow(share, static_cast<double>(size_));
     if (good >= 1) return 1;

@@ -3,7 +3,7 @@
 namespace tagcal::internal {
 namespace {
 
-// Where the tail begins and the area of a layer, for 256 layers (Marsaglia & Tsang 2000).
+// Start of the tail and area of a layer, for 256 layers (Marsaglia & Tsang 2000).
 constexpr double kTail = 3.6541528853610088;
 constexpr double kArea = 4.92867323399e-3;
 
