@@ -79,11 +79,12 @@ TagParameters bent_parameters() {
 // Pixels of a row that know of the geometry, at most one block.
 void fill(TagBlock& block, TagModel& model, const TagParameters& parameters, const TagRow& row) {
   model.set(parameters);
-  int begin = 0, end = 60;
-  model.set_row(row, 3, begin, end);
+  const std::vector<float> levels(60 + kTagPack);
+  std::array<TagFlatSums, 2> flat{};
+  model.select(row, levels.data(), 3, 0, 60, flat.data());
   model.start(block, true, false);
-  for (int c = begin; c < end; ++c)
-    if (model.seen(c) == TagModel::Seen::both) model.add(block, c, 0);
+  for (int c = 0; c < 60; ++c)
+    if (model.seen(c) >= kSeenLine) model.add(block, c, 1);
 }
 
 constexpr double kTestScale = 25;
@@ -104,11 +105,12 @@ TEST(RefineTag, Derivatives) {
     // Minus the level, of the same pixels.
     const auto residual = [&](const TagParameters& at) {
       model.set(at);
-      int begin = 0, end = 60;
-      model.set_row(row, 1, begin, end);
+      const std::vector<float> levels(60 + kTagPack);
+      std::array<TagFlatSums, 2> flat{};
+      model.select(row, levels.data(), 1, 0, 60, flat.data());
       model.start(moved, true, false);
       for (int n = 0; n < block.size; ++n)
-        model.add(moved, static_cast<int>(std::lround((block.raw_x[n] + 1.2F) * kTestScale)), 0);
+        model.add(moved, static_cast<int>(std::lround((block.raw_x[n] + 1.2F) * kTestScale)), 1);
       model.evaluate(moved);
       return Eigen::VectorXf(
           Eigen::Map<Eigen::VectorXf>(moved.derivatives[kTagResidual], block.size));
@@ -168,6 +170,7 @@ TEST(RefineTag, Profiles) {
   }
   table.columns.lines[0].by_1 = 20;
   table.columns.lines[1].by_1 = 0;
+  table.cells[0] = 2;  // white from the line on
   TagBlock block{};
   for (const TagKernels* kernels : {&kPortableTagKernels, &fastest_tag_kernels()}) {
     block.size = 45;
@@ -175,7 +178,6 @@ TEST(RefineTag, Profiles) {
     for (int n = 0; n < block.size; ++n) {
       block.x[n] = static_cast<float>(n) / 6 - 3.7F;
       block.column[n] = block.row[n] = 1;
-      block.cells[0][n] = 2;  // white from the line on
     }
     kernels->evaluate(table, block);
     for (int n = 0; n < block.size; ++n) {

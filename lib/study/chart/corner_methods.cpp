@@ -65,7 +65,7 @@ CornerMethod our_method(const std::string& name, const std::string& settings, Re
     if (lens_is_known) options.camera = &search->task.view.camera;
     {
       const std::scoped_lock lock(family_lock());
-      search->finders = board_finders(search->boards, options, 1);
+      search->finders = board_finders(search->boards, options);
     }
     return prepare_task<std::optional<CornerAnswer>>(
         search, [](const auto& s) { return found_by(*s->finders.front(), s->task.view.image); });

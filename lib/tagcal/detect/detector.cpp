@@ -23,11 +23,11 @@ struct PictureReport {
   TagCount count;
 };
 
-// The state of one thread, which may start `threads` - 1 others for its work.
+// The state of one thread.
 class Worker {
  public:
-  Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options, int threads)
-      : camera_(options.camera), finders_(board_finders(boards, options, threads)) {}
+  Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
+      : camera_(options.camera), finders_(board_finders(boards, options)) {}
 
   View detect(const Image8& image, const std::string& name, PictureReport& report) {
     check_size(image.size(), name);
@@ -92,7 +92,7 @@ class Worker {
 View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
             const DetectOptions& options, std::vector<std::string>* warnings) {
   PictureReport report;
-  View view = Worker(boards, options, threads_of(options.threads)).detect(image, name, report);
+  View view = Worker(boards, options).detect(image, name, report);
   if (warnings) warnings->insert(warnings->end(), report.warnings.begin(), report.warnings.end());
   return view;
 }
@@ -103,10 +103,9 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   // Workers are created before any thread starts: an unknown family throws here, and AprilTag's
   // families must be created by one thread.
   std::vector<Worker> workers;
-  const int threads = threads_of(options.threads);
-  const int num_workers = std::clamp(static_cast<int>(images.size()), 1, threads);
-  for (int i = 0; i < num_workers; ++i)
-    workers.emplace_back(boards, options, threads / num_workers);
+  const int num_workers =
+      std::clamp(static_cast<int>(images.size()), 1, threads_of(options.threads));
+  for (int i = 0; i < num_workers; ++i) workers.emplace_back(boards, options);
   DetectResult result;
   result.views.resize(images.size());
   std::vector<PictureReport> reports(images.size());

@@ -134,7 +134,7 @@ class Explainer {
 
  private:
   void explain_board(const Board& board) {
-    BoardFinder finder({&board}, {}, 1);
+    BoardFinder finder({&board}, {});
     const SeenBoards seen = finder.find(image_);
     const Completion& completion = seen.completions.front();
     report(completion, seen.repeated);

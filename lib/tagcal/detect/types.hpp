@@ -23,7 +23,7 @@ enum class Refinement {
 };
 
 struct DetectOptions {
-  int threads = 0;      // for pictures in parallel, or within a single one; 0: one per core
+  int threads = 0;      // for pictures in parallel; 0: one per core
   int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
   Refinement refinement = Refinement::fit;
   // The camera of all pictures, if it is known; it must outlive the search. Tags are fitted under

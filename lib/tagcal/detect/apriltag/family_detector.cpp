@@ -9,7 +9,6 @@
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
-#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -48,11 +47,10 @@ bool is_whole(const FoundTag& tag, const ImageSize& size) {
       tag.fitted || tag.by_corner ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
 }
 
-FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads)
+FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options)
     : wanted_(wanted),
       family_(create_family(wanted.family, wanted.border_bits)),
       max_hamming_(std::clamp(options.max_hamming, 0, 2)),
-      threads_(threads),
       refinement_(options.refinement),
       camera_(options.camera) {
   for (const int shrink : policy::kTagShrinksPx) {
@@ -71,7 +69,8 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
 
 std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
   std::vector<FoundTag> found;
-  find(image, {{0, 0, image.size()}, 0}, found);
+  for (std::size_t pass = 0; pass < num_passes(); ++pass)
+    find(image, {{0, 0, image.size()}, 0, pass}, found);
   return found;
 }
 
@@ -85,39 +84,24 @@ void FamilyDetector::find(const Image8& image, const Search& search, std::vector
   if (is_doubled) scaled.push_back(doubled(from));
   for (int i = 0; i < search.halvings; ++i) scaled.push_back(halved(i > 0 ? scaled.back() : from));
   const Image8& searched = scaled.empty() ? from : scaled.back();
-  num_quads_ = 0;
   if (std::min(searched.width(), searched.height()) < policy::kTagMinPictureSidePx) return;
-  const std::vector<std::vector<Sighting>> sightings = look(searched);
+  const Pass& pass = passes_[search.pass];
   const Eigen::Vector2d offset(search.box.left, search.box.top);
-  for (std::size_t i = 0; i < passes_.size(); ++i) {
-    num_quads_ = std::max(num_quads_, static_cast<int>(passes_[i].detector->nquads));
-    for (const Sighting& seen : sightings[i]) {
-      Quad corners =
-          is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, passes_[i].shrink > 0);
-      for (Eigen::Vector2d& corner : corners) corner += offset;
-      add(image, {seen.id, corners}, search.halvings <= 0 && passes_[i].shrink == 0, found);
-    }
+  for (const Sighting& seen : look(searched, pass)) {
+    Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, pass.shrink > 0);
+    for (Eigen::Vector2d& corner : corners) corner += offset;
+    add(image, {seen.id, corners}, search.halvings <= 0 && pass.shrink == 0, found);
   }
+  num_quads_ = std::max(num_quads_, static_cast<int>(pass.detector->nquads));
 }
 
-// The sightings of each pass.
-std::vector<std::vector<FamilyDetector::Sighting>> FamilyDetector::look(
-    const Image8& searched) const {
-  std::vector<std::vector<Sighting>> sightings(passes_.size());
-  const double noise = noise_of(searched);
-  parallel_for(passes_.size(), threads_, [&](std::size_t i) {
-    sightings[i] = look(searched, passes_[i], noise, max_hamming_);
-  });
-  return sightings;
-}
-
-std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched, const Pass& pass,
-                                                           double noise, int max_hamming) {
+std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched,
+                                                           const Pass& pass) const {
   Image8 shrunk;
   if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
   const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
   pass.detector->qtp.min_white_black_diff =
-      std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise)),
+      std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise_of(searched))),
                  policy::kTagLeastRange, policy::kTagMostRange);
   // AprilTag does not write into the picture that it is given.
   image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
@@ -127,7 +111,7 @@ std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searche
   for (int i = 0; i < zarray_size(detections.get()); ++i) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(detections.get(), i, &detection);
-    if (detection->hamming > max_hamming) continue;
+    if (detection->hamming > max_hamming_) continue;
     Sighting seen{detection->id, {}};
     for (std::size_t c = 0; c < 4; ++c) {
       constexpr double kCentre = 1.0 / 2;  // of AprilTag's first pixel

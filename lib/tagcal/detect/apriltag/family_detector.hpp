@@ -40,28 +40,32 @@ struct FoundTag {
 // be the rest of a cut one, so it needs a wider margin.
 bool is_whole(const FoundTag& tag, const ImageSize& size);
 
-// A part of a picture to search, after halving it `halvings` times (-1: after doubling it).
+// A part of a picture to search, after halving it `halvings` times (-1: after doubling it), in one
+// of the detector's passes.
 struct Search {
   PixelBox box;
   int halvings = 0;
+  std::size_t pass = 0;
 };
 
-// AprilTag's detector for one family and border. Not thread-safe; the number of threads that it
-// uses itself does not change the answer.
+// AprilTag's detector for one family and border. Not thread-safe.
 class FamilyDetector {
  public:
-  FamilyDetector(const Wanted& wanted, const DetectOptions& options, int threads = 1);
+  FamilyDetector(const Wanted& wanted, const DetectOptions& options);
 
   const Wanted& wanted() const { return wanted_; }
 
   // All tags of the family that lie whole in the picture, wanted or not. Precondition: 8x8 or more.
   std::vector<FoundTag> find(const Image8& image);
 
+  // The search of one picture takes so many passes, in each of which black is shrunk more.
+  std::size_t num_passes() const { return passes_.size(); }
+
   // Adds new tags to `found`. Tags seen in a halved picture are added only if their edges can be
   // fitted in the picture itself.
   void find(const Image8& image, const Search& search, std::vector<FoundTag>& found);
 
-  // Number of four-sided black shapes in the last picture, tags or not.
+  // Largest number of four-sided black shapes in a picture that was searched, tags or not.
   int num_quads() const { return num_quads_; }
 
   // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
@@ -89,9 +93,7 @@ class FamilyDetector {
     Quad corners;
   };
 
-  static std::vector<Sighting> look(const Image8& searched, const Pass& pass, double noise,
-                                    int max_hamming);
-  std::vector<std::vector<Sighting>> look(const Image8& searched) const;
+  std::vector<Sighting> look(const Image8& searched, const Pass& pass) const;
   void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const Image8& image, bool lens_follows) const;
   bool fit(FoundTag& tag, const Image8& image, const KnownTagOptions& known) const;
@@ -100,7 +102,6 @@ class FamilyDetector {
   Wanted wanted_;
   FamilyHandle family_;
   int max_hamming_;
-  int threads_;
   Refinement refinement_;
   const Camera* camera_;
   double gamma_ = 1;

@@ -1,5 +1,6 @@
 #include "tagcal/detect/board_search/board_finder.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -54,68 +55,55 @@ bool shows_nothing(const SeenBoards& seen) {
                              [](const Completion& completion) { return completion.tags.empty(); });
 }
 
-// The part of the picture where missing tags may be; no box if nothing is missing.
-class MissingPart {
- public:
-  explicit MissingPart(const ImageSize& size) : size_(size) {}
-
-  void add(const MissingTag& tag) {
-    if (!may_be_there(tag)) return;
-    if (!tag.expected) {
-      low_ = {0, 0};
-      high_ = {size_.width, size_.height};
-      return;
-    }
-    double longest = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      longest = std::max(longest, ((*tag.expected)[(i + 1) % 4] - (*tag.expected)[i]).norm());
-    const double margin = policy::kBoardSearchMarginSides * longest;
-    for (const Eigen::Vector2d& corner : *tag.expected) {
-      low_ = low_.cwiseMin((corner.array() - margin).matrix());
-      high_ = high_.cwiseMax((corner.array() + margin).matrix());
+// The part of the picture where missing tags may be; no value if nothing is missing.
+std::optional<PixelBox> missing_part(const ImageSize& size, const SeenBoards& seen) {
+  Eigen::AlignedBox2d box;
+  const Eigen::AlignedBox2d all(Eigen::Vector2d::Zero(), Eigen::Vector2d(size.width, size.height));
+  for (const Completion& completion : seen.completions) {
+    for (const MissingTag& tag : completion.missing) {
+      if (!may_be_there(tag)) continue;
+      if (!tag.expected) return PixelBox{0, 0, size};
+      double longest = 0;
+      for (std::size_t i = 0; i < 4; ++i)
+        longest = std::max(longest, ((*tag.expected)[(i + 1) % 4] - (*tag.expected)[i]).norm());
+      const double margin = policy::kBoardSearchMarginSides * longest;
+      for (const Eigen::Vector2d& corner : *tag.expected) {
+        box.extend((corner.array() - margin).matrix());
+        box.extend((corner.array() + margin).matrix());
+      }
     }
   }
-
-  std::optional<PixelBox> box() const {
-    const Eigen::Vector2d low = low_.cwiseMax(0);
-    const Eigen::Vector2d high = high_.cwiseMin(Eigen::Vector2d(size_.width, size_.height));
-    if (!((high - low).minCoeff() >= 1)) return std::nullopt;
-    if ((high - low).prod() > policy::kBoardMaxPartShare * size_.width * size_.height)
-      return PixelBox{0, 0, size_};
-    const Eigen::Vector2i first = low.cast<int>();
-    const Eigen::Vector2i size = high.cast<int>() - first;
-    return PixelBox{first.x(), first.y(), {size.x(), size.y()}};
-  }
-
- private:
-  ImageSize size_;
-  Eigen::Vector2d low_ = Eigen::Vector2d::Constant(1e9);
-  Eigen::Vector2d high_ = Eigen::Vector2d::Constant(-1e9);
-};
+  box = box.intersection(all);
+  if (box.isEmpty() || box.sizes().minCoeff() < 1) return std::nullopt;
+  if (box.volume() > policy::kBoardMaxPartShare * all.volume()) return PixelBox{0, 0, size};
+  const Eigen::Vector2i first = box.min().cast<int>();
+  const Eigen::Vector2i sides = box.max().cast<int>() - first;
+  return PixelBox{first.x(), first.y(), {sides.x(), sides.y()}};
+}
 
 }  // namespace
 
-BoardFinder::BoardFinder(std::vector<const Board*> boards, const DetectOptions& options,
-                         int threads)
+BoardFinder::BoardFinder(std::vector<const Board*> boards, const DetectOptions& options)
     : boards_(std::move(boards)),
       max_hamming_(options.max_hamming),
       halves_(options.refinement != Refinement::stock),
       is_fitted_(options.refinement == Refinement::fit),
-      detector_(wanted_of(boards_), options, threads),
+      detector_(wanted_of(boards_), options),
       family_(tag_family(wanted().family, wanted().border_bits)) {}
 
 SeenBoards BoardFinder::find(const Image8& image) {
   SeenBoards seen;
-  std::optional<PixelBox> part = PixelBox{0, 0, image.size()};
-  for (int halvings = halves_ ? halvings_for(image.size()) : 0; part && halvings >= 0; --halvings) {
-    search(image, {*part, halvings}, seen);
-    MissingPart missing(image.size());
-    for (const Completion& completion : seen.completions)
-      for (const MissingTag& tag : completion.missing) missing.add(tag);
-    part = missing.box();
+  const PixelBox all{0, 0, image.size()};
+  std::optional<PixelBox> part = all;
+  for (int halvings = halves_ ? halvings_for(image.size()) : 0; halvings >= 0; --halvings) {
+    for (std::size_t pass = 0; part && pass < detector_.num_passes(); ++pass) {
+      search(image, {*part, halvings, pass}, seen);
+      part = missing_part(image.size(), seen);
+    }
   }
   const bool small = image.width() * image.height() <= policy::kBoardMaxDoubledPixels;
-  if (halves_ && small && shows_nothing(seen)) search(image, {{0, 0, image.size()}, -1}, seen);
+  for (std::size_t pass = 0; pass < detector_.num_passes(); ++pass)
+    if (halves_ && small && shows_nothing(seen)) search(image, {all, -1, pass}, seen);
   if (is_fitted_) {
     std::vector<FoundTag*> tags;
     for (Completion& completion : seen.completions)
@@ -169,7 +157,7 @@ void BoardFinder::complete(const Image8& image, const std::vector<FoundTag>& tag
 }
 
 std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<PlacedBoard>& boards,
-                                                        const DetectOptions& options, int threads) {
+                                                        const DetectOptions& options) {
   std::map<std::pair<std::string, int>, std::vector<const Board*>> by_family;
   for (const PlacedBoard& placed : boards) {
     const Board& board = placed.board;
@@ -177,7 +165,7 @@ std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<Placed
   }
   std::vector<std::unique_ptr<BoardFinder>> finders;
   for (auto& [family, of_family] : by_family)
-    finders.push_back(std::make_unique<BoardFinder>(std::move(of_family), options, threads));
+    finders.push_back(std::make_unique<BoardFinder>(std::move(of_family), options));
   return finders;
 }
 

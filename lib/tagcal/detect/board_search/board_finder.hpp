@@ -25,7 +25,7 @@ struct SeenBoards {
 class BoardFinder {
  public:
   // The boards must outlive it and be of one family and border. Throws Error as tag_family() does.
-  BoardFinder(std::vector<const Board*> boards, const DetectOptions& options, int threads);
+  BoardFinder(std::vector<const Board*> boards, const DetectOptions& options);
 
   const Wanted& wanted() const { return detector_.wanted(); }
   const TagFamily& family() const { return family_; }
@@ -46,9 +46,8 @@ class BoardFinder {
   TagFamily family_;
 };
 
-// One finder for each family and border of the boards, which must outlive the finders. Each may use
-// `threads` threads.
+// One finder for each family and border of the boards, which must outlive the finders.
 std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<PlacedBoard>& boards,
-                                                        const DetectOptions& options, int threads);
+                                                        const DetectOptions& options);
 
 }  // namespace tagcal::internal

@@ -24,16 +24,31 @@ constexpr int kSweeps = 3;  // over all corners, for each step
 constexpr double kSlopeInformation = 1e-3;  // numeric: holds slopes that the cells do not determine
 constexpr double kLevelInformation = 1e-9;  // numeric: keeps the system regular without cells
 
-double level_at(const Image8& image, const Vector2d& place) {
-  const double x = std::clamp(place.x(), 0.0, image.width() - 1.0);
-  const double y = std::clamp(place.y(), 0.0, image.height() - 1.0);
-  const int x0 = std::min(static_cast<int>(x), image.width() - 2);
-  const int y0 = std::min(static_cast<int>(y), image.height() - 2);
-  const double u = x - x0, v = y - y0;
-  const std::uint8_t* above = image.row(y0) + x0;
-  const std::uint8_t* below = image.row(y0 + 1) + x0;
-  return (1 - v) * ((1 - u) * above[0] + u * above[1]) + v * ((1 - u) * below[0] + u * below[1]);
-}
+// Grey levels between the pixels of a picture, and beyond its edge those of the edge.
+class LevelAt {
+ public:
+  explicit LevelAt(const Image8& image)
+      : first_(image.row(0)),
+        stride_(image.width()),
+        last_x_(std::nextafter(image.width() - 1.0, 0.0)),
+        last_y_(std::nextafter(image.height() - 1.0, 0.0)) {}
+
+  double operator()(const Vector2d& place) const {
+    const double x = std::min(std::max(place.x(), 0.0), last_x_);
+    const double y = std::min(std::max(place.y(), 0.0), last_y_);
+    const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+    const double u = x - x0, v = y - y0;
+    const std::uint8_t* above = first_ + y0 * stride_ + x0;
+    const std::uint8_t* below = above + stride_;
+    const double upper = above[0] + u * (above[1] - above[0]);
+    return upper + v * (below[0] + u * (below[1] - below[0]) - upper);
+  }
+
+ private:
+  const std::uint8_t* first_;
+  std::ptrdiff_t stride_;
+  double last_x_, last_y_;
+};
 
 // Pixels from cells, the origin at the tag's centre.
 std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_border) {
@@ -48,22 +63,28 @@ std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_bord
 }
 
 // The level of each cell: mean of four samples `spread` from its centre, or at its centre for 0.
+// The samples are placed by the homography's derivative at the centre.
 std::vector<double> cell_levels(const Image8& image, const Matrix3d& pixels, int width,
                                 double spread) {
+  const LevelAt level_at(image);
   std::vector<double> levels;
   levels.reserve(static_cast<std::size_t>(width * width));
   const double first = (1.0 - width) / 2;
-  const auto level = [&](double x, double y) {
-    return level_at(image, (pixels * Vector3d(x, y, 1)).hnormalized());
-  };
+  const Vector3d across = pixels.col(0), down = pixels.col(1);
   for (int row = 0; row < width; ++row) {
     for (int column = 0; column < width; ++column) {
-      const double x = first + column, y = first + row;
-      levels.push_back(spread == 0
-                           ? level(x, y)
-                           : (level(x - spread, y - spread) + level(x + spread, y - spread) +
-                              level(x - spread, y + spread) + level(x + spread, y + spread)) /
-                                 4);
+      const Vector3d p = (first + column) * across + (first + row) * down + pixels.col(2);
+      const double scale = 1 / p.z();
+      const Vector2d at = scale * p.head<2>();
+      if (spread == 0) {
+        levels.push_back(level_at(at));
+        continue;
+      }
+      const Vector2d u = spread * scale * (across.head<2>() - across.z() * at);
+      const Vector2d v = spread * scale * (down.head<2>() - down.z() * at);
+      levels.push_back((level_at(at - u - v) + level_at(at + u - v) + level_at(at - u + v) +
+                        level_at(at + u + v)) /
+                       4);
     }
   }
   return levels;

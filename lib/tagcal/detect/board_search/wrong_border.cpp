@@ -30,8 +30,8 @@ std::vector<PlacedBoard> with_other_border(const std::vector<PlacedBoard>& board
 // The finders of one thread, which only count tags: refined sides are accurate enough.
 class OtherReader {
  public:
-  OtherReader(const std::vector<PlacedBoard>& boards, int threads)
-      : finders_(board_finders(boards, {.refinement = Refinement::edges}, threads)) {}
+  explicit OtherReader(const std::vector<PlacedBoard>& boards)
+      : finders_(board_finders(boards, {.refinement = Refinement::edges})) {}
 
   std::size_t count(const Image8& image) {
     if (std::min(image.width(), image.height()) < policy::kTagMinPictureSidePx) return 0;
@@ -97,7 +97,7 @@ std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& i
   const auto look_at = [&](const std::vector<std::size_t>& pictures) {
     std::vector<OtherReader> readers;
     const int num_readers = std::clamp(static_cast<int>(pictures.size()), 1, threads);
-    for (int i = 0; i < num_readers; ++i) readers.emplace_back(others, threads / num_readers);
+    for (int i = 0; i < num_readers; ++i) readers.emplace_back(others);
     parallel_for(pictures.size(), readers, [&](OtherReader& reader, std::size_t i) {
       read[pictures[i]] = reader.count(images[pictures[i]].load());
     });

@@ -80,6 +80,7 @@ bool TagFitter::cut(const Image<T>& image) {
     const T* row = image.row(patch_.y0 + y) + patch_.x0;
     patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
   }
+  patch_.levels.resize(patch_.levels.size() + kTagPack);
   spans_.resize(static_cast<std::size_t>(patch_.height));
   if (view_)
     places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),

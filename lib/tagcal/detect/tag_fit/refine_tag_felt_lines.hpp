@@ -73,10 +73,20 @@ inline Pack cell(BitPack bits, int i) {
   return __builtin_bit_cast(Pack, -(bits >> i & 1U) & 0x3f800000U);
 }
 
+// For the felt rows of cells, from the one before the first felt row line on, bit i: cell i is
+// white, counted from the cell before the first felt column line.
+template <int kFelt>
+inline void load_cells(const TagTable& table, const TagBlock& block, int at, BitPack* cells) {
+  const IntPack column = load<IntPack>(&block.column[at]) - 1;
+  const IntPack row = load<IntPack>(&block.row[at]) - 1;
+  for (int j = 0; j <= kFelt; ++j)
+    cells[j] = gather(table.cells, row + j) >> __builtin_bit_cast(BitPack, column);
+}
+
 // Share of white by the products of steps, as if rows and columns were at right angles, and its
 // derivatives.
 template <int kFelt>
-inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* rows) {
+inline Pack blend(const BitPack* cells, FeltLine* columns, FeltLine* rows) {
   Pack white = {}, last = {};
   Pack widths[kFelt + 1];
   for (int i = 0; i <= kFelt; ++i) {
@@ -86,7 +96,7 @@ inline Pack blend(const TagBlock& block, int at, FeltLine* columns, FeltLine* ro
   for (int i = 0; i < kFelt; ++i) columns[i].by_distance = columns[i].border = Pack{};
   BitPack above = {};
   for (int j = 0; j <= kFelt; ++j) {
-    const BitPack bits = load<BitPack>(&block.cells[j][at]), changes = bits ^ (bits >> 1);
+    const BitPack bits = cells[j], changes = bits ^ (bits >> 1);
     const Pack before = j == 0 ? splat<Pack>(1.0F) : rows[j - 1].step;
     const Pack weight = j == kFelt ? before : before - rows[j].step;
     Pack left = cell(bits, 0), sum = left;

@@ -28,37 +28,16 @@ struct TagPatch {
   int y0 = 0;
   int width = 0;
   int height = 0;
-  std::vector<float> levels;
+  std::vector<float> levels;  // row by row, and room for a pack
 
-  float at(int x, int y) const {
-    return levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                  static_cast<std::size_t>(x)];
-  }
+  const float* row(int y) const { return levels.data() + static_cast<std::ptrdiff_t>(y) * width; }
+  float at(int x, int y) const { return row(y)[x]; }
 };
 
 // Pixels [begin, end) of a row.
 struct PixelSpan {
   int begin = 0;
   int end = 0;
-};
-
-// Sums over pixels of one colour, whose derivatives by the geometry are zero.
-struct FlatSums {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-  double level = 0, x_level = 0, y_level = 0, square_level = 0;
-
-  void add(double px, double py, double value) {
-    n += 1;
-    x += px;
-    y += py;
-    xx += px * px;
-    xy += px * py;
-    yy += py * py;
-    level += value;
-    x_level += px * value;
-    y_level += py * value;
-    square_level += value * value;
-  }
 };
 
 // The fit of one region of a tag.
@@ -89,7 +68,8 @@ class TagFitter {
   PixelSpan in_picture(int row) const;
   void collect();
   void collect_row(int row);
-  void add_block();
+  void add_span(TagBlock& block, PixelSpan span);
+  void add_block(TagBlock& block);
   void add_flat(bool white);
   // Bring the parameters into the basin of the full iteration. False if a step is not finite.
   bool fit_windows();
@@ -119,8 +99,9 @@ class TagFitter {
   TagPatch patch_;
   ImageSize size_;  // of the picture
 
-  // At the present parameters: a block of pixels that depend on the geometry, and sums over all.
-  TagBlock block_{};
+  // At the present parameters: blocks of pixels that depend on the geometry, by one line of each
+  // direction and by several, and sums over all.
+  std::array<TagBlock, 2> blocks_{};
   TagProducts products_;
   TagInformation information_;
   TagParameters gradient_;
@@ -128,8 +109,8 @@ class TagFitter {
   TagParameters prior_mean_ = TagParameters::Zero();
   double squares_ = 0;
   double variance_ = 1;
-  std::array<FlatSums, 2> flat_;  // black, white
-  std::vector<PixelSpan> spans_;  // of known pixels, row by row
+  std::array<TagFlatSums, 2> flat_;  // black, white
+  std::vector<PixelSpan> spans_;     // of known pixels, row by row
   bool are_spans_fixed_ = false;
   double spans_spread_ = 0;  // the spread for which the spans were selected
   double window_px_ = 0;     // half side of the window about the region's corner; 0: the region

@@ -107,14 +107,15 @@ inline void evaluate_all(const TagTable& table, TagBlock& block) {
       feel<kStretched>(table, table.columns.lines + i, block.column + at, pixel, columns[i]);
       feel<kStretched>(table, table.rows.lines + i, block.row + at, pixel, rows[i]);
     }
-    Pack white = blend<kFelt>(block, at, columns, rows);
+    BitPack cells[kFelt + 1];
+    load_cells<kFelt>(table, block, at, cells);
+    Pack white = blend<kFelt>(cells, columns, rows);
     ByGeometry by;
     const Pack per_tag = 1.0F + table.last_x * pixel.x + table.last_y * pixel.y;
     shift_borders<kFelt>(table, per_tag, columns, by.shifts);
     shift_borders<kFelt>(table, per_tag, rows, by.shifts);
     for (int j = 0; j < kFelt; ++j) {
-      const BitPack upper = load<BitPack>(&block.cells[j][at]);
-      const BitPack lower = load<BitPack>(&block.cells[j + 1][at]);
+      const BitPack upper = cells[j], lower = cells[j + 1];
       for (int i = 0; i < kFelt; ++i) {
         const Pack a = cell(upper, i), b = cell(upper, i + 1), c = cell(lower, i),
                    d = cell(lower, i + 1), contrast = d - c - b + a;
@@ -157,7 +158,6 @@ void evaluate(const TagTable& table, TagBlock& block) {
     for (float* values : all_values) values[i] = values[0];
     block.column[i] = block.column[0];
     block.row[i] = block.row[0];
-    for (int j = 0; j <= block.num_felt; ++j) block.cells[j][i] = block.cells[j][0];
   }
   if (block.is_stretched)
     evaluate_with<true>(table, block);
@@ -168,25 +168,113 @@ void evaluate(const TagTable& table, TagBlock& block) {
     for (int i = block.size; i < padded; ++i) block.derivatives[k][i] = 0;
 }
 
-void locate(const TagLocateJob& job) {
-  const TagLine* const lines = job.axis->lines;
-  const int last_line = job.axis->count - 1;
-  for (int c = job.from; c < job.to; c += kFloatLanes) {
-    const Pack x = load<Pack>(job.x + c), y = load<Pack>(job.y + c);
-    const auto distance = [&](int i) {
-      return lines[i].by_x * x + lines[i].by_y * y + lines[i].by_1;
-    };
-    IntPack first = 1 - IntPack{}, last = first;
-    for (int i = 1; i < last_line; ++i) {
-      const Pack d = distance(i);
-      first -= d >= job.reach;
-      last -= d > -job.reach;
-    }
-    const IntPack is_known = (distance(0) >= job.unknown) & (distance(last_line) <= -job.unknown);
-    store(job.first + c, first);
-    store(job.last + c, last);
-    store(job.is_known + c, is_known & load<IntPack>(job.is_known + c));
+// Moves places by the bends, as bend_basis() has them.
+inline void bend(const float* b, Pack& x, Pack& y) {
+  const Pack xx = x * x, xy = x * y, yy = y * y;
+  const Pack by_x =
+      yy * b[0] + xx * b[2] + xy * b[3] + x * (xx * b[4] + xy * b[5] + yy * b[6]) + y * yy * b[7];
+  const Pack by_y =
+      xx * b[1] - xy * b[2] - yy * b[3] + x * (xx * b[8] + xy * b[9] + yy * b[10]) + y * yy * b[11];
+  x += by_x;
+  y += by_y;
+}
+
+inline Pack distance(const TagLine& line, Pack x, Pack y) {
+  return line.by_x * x + line.by_y * y + line.by_1;
+}
+
+// All bits set where the outermost lines are farther than `reach`, else none.
+inline IntPack is_within(const TagAxis& axis, Pack x, Pack y, float reach) {
+  return (distance(axis.lines[0], x, y) >= reach) &
+         (distance(axis.lines[axis.count - 1], x, y) <= -reach);
+}
+
+// The lines of a direction that are felt: the first of the inner ones, and their number. (Lines
+// that cross, after a poor start, are not reached in their order.)
+struct FeltRange {
+  IntPack first = 1 - IntPack{}, last = first;
+
+  void add(Pack distance, float reach) {
+    first -= distance >= reach;
+    last -= distance > -reach;
   }
+  IntPack count() const { return last > first ? last - first : IntPack{}; }
+};
+
+inline FeltRange felt_columns(const TagAxis& axis, Pack x, Pack y, float reach) {
+  FeltRange range;
+  for (int i = 1; i < axis.count - 1; ++i) range.add(distance(axis.lines[i], x, y), reach);
+  return range;
+}
+
+// What is known of pixels (kSeen..) by the cells about the lines that are felt.
+inline IntPack seen(const TagTable& table, Pack x, Pack y, float reach, const FeltRange& columns,
+                    FeltRange& rows) {
+  const BitPack shift = __builtin_bit_cast(BitPack, columns.first - 1);
+  const BitPack all = (splat<BitPack>(2U) << __builtin_bit_cast(BitPack, columns.count())) - 1U;
+  BitPack any_white = {}, all_white = all, unknown = {};
+  IntPack is_below = IntPack{} == 0;  // the line above the row of cells
+  for (int j = 0; j < table.rows.count - 1; ++j) {
+    const Pack d = distance(table.rows.lines[j + 1], x, y);
+    const bool is_last = j + 2 == table.rows.count;
+    const IntPack is_reached = is_below & (is_last ? IntPack{} == 0 : d < reach);
+    if (!is_last) rows.add(d, reach);
+    is_below = d > -reach;
+    if (!any_set(is_reached)) continue;
+    const BitPack is_there = __builtin_bit_cast(BitPack, is_reached);
+    const BitPack white = splat<BitPack>(table.cells[j]) >> shift;
+    any_white |= white & is_there;
+    all_white &= white | ~is_there;
+    unknown |= splat<BitPack>(table.unknown[j]) >> shift & is_there;
+  }
+  const IntPack lines =
+      (columns.count() > 1) | (rows.count() > 1) ? kSeenLines - IntPack{} : kSeenLine - IntPack{};
+  const IntPack cells = (any_white & all) == 0U ? kSeenBlack - IntPack{} : lines;
+  return (unknown & all) != 0U ? IntPack{} : all_white == all ? kSeenWhite - IntPack{} : cells;
+}
+
+// Adds the pixels that a mask selects.
+inline void add_flat(IntPack mask, Pack x, Pack y, Pack r, Pack* sums) {
+  const Pack zero = {};
+  x = mask ? x : zero;
+  y = mask ? y : zero;
+  r = mask ? r : zero;
+  const Pack terms[] = {
+      mask ? splat<Pack>(1.0F) : zero, x, y, x * x, x * y, y * y, r, x * r, y * r, r * r};
+  for (const Pack& term : terms) *sums++ += term;
+}
+
+void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
+  Pack sums[2][12] = {};  // as in TagFlatSums
+  IntPack lane;
+  for (int i = 0; i < kFloatLanes; ++i) lane[i] = i;
+  for (int c = row.from; c < row.to; c += kFloatLanes) {
+    const Pack raw_x = load<Pack>(row.x + c), raw_y = load<Pack>(row.y + c);
+    Pack x = raw_x, y = raw_y;
+    if (table.is_bent) bend(table.bends, x, y);
+    const IntPack is_known = (lane < row.to - c) & is_within(table.columns, x, y, row.unknown) &
+                             is_within(table.rows, x, y, row.unknown);
+    store(row.seen + c, IntPack{});
+    if (!any_set(is_known)) continue;
+    const FeltRange columns = felt_columns(table.columns, x, y, row.reach);
+    FeltRange rows;
+    const IntPack kind = is_known & seen(table, x, y, row.reach, columns, rows);
+    store(row.bent_x + c, x);
+    store(row.bent_y + c, y);
+    store(row.column + c, columns.first);
+    store(row.row + c, rows.first);
+    const IntPack of_columns = columns.count(), of_rows = rows.count();
+    store(row.num_felt + c, of_columns > of_rows ? of_columns : of_rows);
+    store(row.seen + c, kind);
+    const IntPack is_black = kind == kSeenBlack, is_white = kind == kSeenWhite;
+    if (!any_set(is_black | is_white)) continue;
+    const Pack above_black = load<Pack>(row.level + c) - table.black;
+    const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
+    add_flat(is_black, raw_x, raw_y, above_black, sums[0]);
+    add_flat(is_white, raw_x, raw_y, above_black - contrast, sums[1]);
+  }
+  for (int colour = 0; colour < 2; ++colour)
+    for (int i = 0; i < 12; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
 }
 
 // Products of two columns with four, in single precision over a block.

@@ -44,18 +44,35 @@ struct TagTable {
   float last_x, last_y;  // the homography's last row without its 1
   // Grey = light^gamma; light and grey of black, in units of those of white.
   float gamma, black_light, black_grey;
+  float bends[12];  // numeric: of places, as bend_basis() has them
+  bool is_bent;     // some of them are not zero
+  // For each row of cells, bit i: cell i is white, or unknown. Rows of zeros follow.
+  std::uint32_t cells[2 * kMaxTagLines], unknown[2 * kMaxTagLines];
 };
 
-// Finds the lines that are felt along a row of pixels.
-struct TagLocateJob {
-  const TagAxis* axis;
-  const float *x, *y;  // places
-  int from, to;        // up to kTagPack - 1 more are read and written
-  float reach;         // spreads within which a line is felt
-  float unknown;       // spreads within which the unknown beyond the outermost lines is felt
-  // Results: lines [first, last) are felt; is_known has all bits set if the outermost lines are
-  // farther than `unknown`, else none (it is combined with its old value by and).
-  std::int32_t *first, *last, *is_known;
+// What is known of a pixel: nothing, or that the cells that influence it are all black, all white,
+// or both, which is felt across one line of each direction or across several.
+constexpr std::int32_t kSeenNothing = 0, kSeenBlack = 1, kSeenWhite = 2, kSeenLine = 3,
+                       kSeenLines = 4;
+
+// A row of pixels. Up to kTagPack - 1 more than [from, to) are read and written.
+struct TagPixelRow {
+  int from, to;
+  const float *x, *y;  // places before they are bent
+  const float* level;
+  const float *xx, *xy, *yy;  // as in RowPlaces
+  float reach;                // spreads within which a line is felt
+  float unknown;              // spreads within which the unknown beyond the outermost lines is felt
+  // Results: bent places; of the columns and rows of lines the first that is felt; the number of
+  // lines that are felt, of the direction that has more; what is known (kSeen..).
+  float *bent_x, *bent_y;
+  std::int32_t *column, *row, *num_felt, *seen;
+};
+
+// Sums over pixels of one colour, whose derivatives by the geometry are zero: of 1, x, y, xx, xy,
+// yy, and of the residual r times 1, x, y and r.
+struct TagFlatSums {
+  double n, x, y, xx, xy, yy, r, xr, yr, rr, unused[2];
 };
 
 // Columns of derivatives: by the homography, by the spread's logarithm, by the grey levels (black,
@@ -66,15 +83,12 @@ constexpr int kTagColumns = 28;  // with the bends
 
 // Pixels whose derivatives by the geometry are not zero.
 struct alignas(64) TagBlock {
-  float x[kTagBlock], y[kTagBlock];          // places, bent
-  float raw_x[kTagBlock], raw_y[kTagBlock];  // places before they are bent
-  float level[kTagBlock];
-  // Stretch of the places against pixels by a known lens, as in RowPlaces.
-  float xx[kTagBlock], xy[kTagBlock], yy[kTagBlock];
-  std::int32_t column[kTagBlock], row[kTagBlock];  // first lines that are felt
-  // Bit i: cell i is white, counted from the cell before the first felt column line, in each row of
-  // cells from the one before the first felt row line on.
-  std::uint32_t cells[kMaxTagLines + 1][kTagBlock];
+  static constexpr int kRoom = kTagBlock + kTagPack;  // pixels are added by whole packs
+  float x[kRoom], y[kRoom];                           // places, bent
+  float raw_x[kRoom], raw_y[kRoom];                   // places before they are bent
+  float level[kRoom];
+  float xx[kRoom], xy[kRoom], yy[kRoom];      // as in RowPlaces, if a lens is known
+  std::int32_t column[kRoom], row[kRoom];     // first lines that are felt
   float derivatives[kTagColumns][kTagBlock];  // results
   int size;
   int num_felt;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
@@ -83,7 +97,9 @@ struct alignas(64) TagBlock {
 };
 
 struct TagKernels {
-  void (*locate)(const TagLocateJob& job);
+  // Finds what is known of the pixels of a row, and adds those of one colour to the sums of black
+  // and of white.
+  void (*select)(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat);
   // Computes share of white and derivatives; zeros up to a whole pack of pixels.
   void (*evaluate)(const TagTable& table, TagBlock& block);
   // Adds the products of the block's columns to the lower triangle of kTagColumns^2 sums.

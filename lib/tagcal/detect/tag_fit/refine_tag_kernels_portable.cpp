@@ -4,12 +4,12 @@
 
 namespace tagcal::internal {
 
-constinit const TagKernels kPortableTagKernels = {locate, evaluate, add_products};
+constinit const TagKernels kPortableTagKernels = {select, evaluate, add_products};
 
 const TagKernels& fastest_tag_kernels() {
   static const TagKernels* const kernels = [] {
 #if defined(__x86_64__)
-    if (kAvx2TagKernels.locate && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    if (kAvx2TagKernels.select && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
       return &kAvx2TagKernels;
 #endif
     return &kPortableTagKernels;

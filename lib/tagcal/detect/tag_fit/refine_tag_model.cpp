@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace tagcal::internal {
 namespace {
@@ -36,8 +37,8 @@ TagModel::TagModel(const TagGrid& grid, double scale, double gamma)
     : scale_(scale), gamma_(gamma), column_lines_(grid.columns), row_lines_(grid.rows) {
   const std::size_t n = grid.columns.size() - 1;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
-    if (grid.cells[i] == TagPattern::white) cells_[i / n] |= 1U << (i % n);
-    if (grid.cells[i] == TagPattern::unknown) unknown_[i / n] |= 1U << (i % n);
+    if (grid.cells[i] == TagPattern::white) table_.cells[i / n] |= 1U << (i % n);
+    if (grid.cells[i] == TagPattern::unknown) table_.unknown[i / n] |= 1U << (i % n);
   }
 }
 
@@ -62,6 +63,8 @@ void TagModel::set(const TagParameters& parameters) {
       std::abs(parameters[kShift]) + std::abs(parameters[kShift + 1]) > kFirstOrder * spread_;
   table_.last_x = static_cast<float>(parameters[kM3]);
   table_.last_y = static_cast<float>(parameters[kM3 + 1]);
+  for (int k = 0; k < kNumBends; ++k) table_.bends[k] = static_cast<float>(parameters[kBend + k]);
+  table_.is_bent = (parameters.segment<kNumBends>(kBend).array() != 0).any();
   set_axis(table_.columns, column_lines_, kM1);
   set_axis(table_.rows, row_lines_, kM2);
   set_num_terms(largest_cosine(Eigen::Matrix2d::Identity()));
@@ -108,28 +111,60 @@ void TagModel::start(TagBlock& block, bool is_bent, bool is_stretched) const {
   block.is_stretched = is_stretched;
 }
 
-Eigen::Vector2f TagModel::place(int c) const {
-  if (row_.straight.x != nullptr) return {row_.straight.x[c], row_.straight.y[c]};
-  return {static_cast<float>(row_.left + c * row_.step), static_cast<float>(row_.y)};
+void TagModel::select(const TagRow& row, const float* levels, double reach, int begin, int end,
+                      TagFlatSums* flat) {
+  const auto size = static_cast<std::size_t>(std::max(0, end) + kTagPack);
+  if (x_.size() < size) {
+    for (std::vector<float>* places : {&x_, &y_, &bent_x_, &bent_y_}) places->resize(size);
+    for (std::vector<std::int32_t>* values : {&columns_, &rows_, &num_felt_, &seen_})
+      values->resize(size);
+  }
+  const RowPlaces& straight = row.straight;
+  if (straight.x == nullptr) {
+    for (int c = begin; c < end; ++c)
+      x_[static_cast<std::size_t>(c)] = static_cast<float>(row.left + c * row.step);
+    std::fill(y_.begin() + begin, y_.begin() + std::max(begin, end), static_cast<float>(row.y));
+  }
+  const double stretch = std::max(1.0, straight.stretch);
+  row_ = {begin,
+          end,
+          straight.x == nullptr ? x_.data() : straight.x,
+          straight.x == nullptr ? y_.data() : straight.y,
+          levels,
+          straight.xx,
+          straight.xy,
+          straight.yy,
+          static_cast<float>(kTagReach * stretch),
+          static_cast<float>(reach * stretch),
+          bent_x_.data(),
+          bent_y_.data(),
+          columns_.data(),
+          rows_.data(),
+          num_felt_.data(),
+          seen_.data()};
+  fastest_tag_kernels().select(table_, row_, flat);
 }
 
-void TagModel::add(TagBlock& block, int c, float level) const {
-  const auto k = static_cast<std::size_t>(c);
-  const int n = block.size++;
-  block.x[n] = bent_x_[k];
-  block.y[n] = bent_y_[k];
-  const Eigen::Vector2f raw = place(c);
-  block.raw_x[n] = raw.x();
-  block.raw_y[n] = raw.y();
-  block.level[n] = level;
-  block.column[n] = columns_.first[k];
-  block.row[n] = rows_.first[k];
-  block.num_felt = std::max(
-      {block.num_felt, columns_.last[k] - columns_.first[k], rows_.last[k] - rows_.first[k]});
-  if (!block.is_stretched) return;
-  block.xx[n] = row_.straight.xx[c];
-  block.xy[n] = row_.straight.xy[c];
-  block.yy[n] = row_.straight.yy[c];
+void TagModel::add(TagBlock& block, int c, int count) const {
+  const auto copy = [&](const auto* from, auto* to) {
+    for (int i = 0; i < count; i += kTagPack)
+      std::memcpy(to + block.size + i, from + c + i, kTagPack * sizeof *from);
+  };
+  copy(row_.bent_x, block.x);
+  copy(row_.bent_y, block.y);
+  copy(row_.x, block.raw_x);
+  copy(row_.y, block.raw_y);
+  copy(row_.level, block.level);
+  copy(row_.column, block.column);
+  copy(row_.row, block.row);
+  if (block.is_stretched) {
+    copy(row_.xx, block.xx);
+    copy(row_.xy, block.xy);
+    copy(row_.yy, block.yy);
+  }
+  block.num_felt =
+      std::max(block.num_felt, *std::max_element(row_.num_felt + c, row_.num_felt + c + count));
+  block.size += count;
 }
 
 void TagModel::evaluate(TagBlock& block) {
@@ -143,10 +178,6 @@ void TagModel::evaluate(TagBlock& block) {
     set_num_terms(largest);
   }
   block.num_felt = lines_taken(block.num_felt);
-  for (int n = 0; n < block.size; ++n)
-    for (int j = 0; j <= block.num_felt; ++j)
-      block.cells[j][n] =
-          cells_[static_cast<std::size_t>(block.row[n] - 1 + j)] >> (block.column[n] - 1);
   fastest_tag_kernels().evaluate(table_, block);
 }
 

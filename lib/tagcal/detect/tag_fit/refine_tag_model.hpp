@@ -66,46 +66,36 @@ class TagModel {
   const TagParameters& parameters() const { return parameters_; }
   double spread() const { return spread_; }
 
-  // Selects a row: shrinks [begin, end) to the pixels at least `reach` spreads inside the outermost
-  // lines, beyond which the pattern is unknown.
-  void set_row(const TagRow& row, double reach, int& begin, int& end);
+  // Selects pixels [begin, end) of a row, of the given levels: those at least `reach` spreads
+  // inside the outermost lines, beyond which the pattern is unknown. Adds pixels of one colour to
+  // the sums of black and of white.
+  void select(const TagRow& row, const float* levels, double reach, int begin, int end,
+              TagFlatSums* flat);
 
-  // The colours whose cells influence pixel c of the row.
-  enum class Seen { black, white, both, unknown };
-  Seen seen(int c) const;
+  // What is known of pixel c of the row (kSeen..).
+  std::int32_t seen(int c) const { return seen_[static_cast<std::size_t>(c)]; }
 
   // Evaluation of pixels in blocks, which may mix rows: start() empties a block, add() appends
-  // pixel c of the row, evaluate() computes share of white and derivatives of all.
+  // `count` pixels of the row from c on, evaluate() computes share of white and derivatives of all.
   void start(TagBlock& block, bool is_bent, bool is_stretched) const;
-  void add(TagBlock& block, int c, float level) const;
-  // Place of pixel c of the row before it is bent.
-  Eigen::Vector2f place(int c) const;
+  void add(TagBlock& block, int c, int count) const;
   void evaluate(TagBlock& block);
 
  private:
   void set_axis(TagAxis& axis, const std::vector<double>& lines, int row_of_m) const;
   double largest_cosine(const Eigen::Matrix2d& squares) const;
   void set_num_terms(double largest_cosine);
-  void bend_row(int begin, int end);
-  void bend_straight_row(const Eigen::Matrix<float, tag_parameter::kNumBends, 1>& bends, int begin,
-                         int end);
 
   double scale_;
   double gamma_;
   std::vector<double> column_lines_, row_lines_;  // on the tag
-  // For each row of cells, bit i: cell i is white, or unknown. Rows of zeros follow.
-  std::array<std::uint32_t, 2 * kMaxTagLines> cells_{}, unknown_{};
   TagParameters parameters_;
   double spread_ = 1;
   TagTable table_{};
-  TagRow row_;
-  struct Felt {
-    std::vector<std::int32_t> first, last;
-  };
+  TagPixelRow row_{};
   // By pixels of the row:
-  Felt columns_, rows_;
-  std::vector<std::int32_t> is_known_;
-  std::vector<float> bent_x_, bent_y_;
+  std::vector<float> x_, y_, bent_x_, bent_y_;
+  std::vector<std::int32_t> columns_, rows_, num_felt_, seen_;
 };
 
 }  // namespace tagcal::internal

@@ -57,6 +57,27 @@ inline void add_sums(const Pack* packs, double* sums) {
 #endif
 }
 
+inline bool any_set(IntPack mask) {
+#ifdef __AVX2__
+  return _mm256_testz_si256(__builtin_bit_cast(__m256i, mask), __builtin_bit_cast(__m256i, mask)) ==
+         0;
+#else
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+#endif
+}
+
+inline BitPack gather(const std::uint32_t* values, IntPack index) {
+#ifdef __AVX2__
+  return __builtin_bit_cast(
+      BitPack, _mm256_i32gather_epi32(reinterpret_cast<const int*>(values),
+                                      __builtin_bit_cast(__m256i, index), sizeof *values));
+#else
+  BitPack result;
+  for (int i = 0; i < kFloatLanes; ++i) result[i] = values[index[i]];
+  return result;
+#endif
+}
+
 // A line for each pixel of a pack.
 struct LinePack {
   Pack by_x, by_y, by_1, at, inv_length;

@@ -11,11 +11,11 @@ using namespace tag_parameter;
 // Computes the normal equations at the model's parameters.
 void TagFitter::collect() {
   num_pixels_ = 0;
-  for (FlatSums& sums : flat_) sums = {};
+  flat_ = {};
   products_.setZero();
-  model_.start(block_, num_bends_ > 0, places_.has_value());
+  for (TagBlock& block : blocks_) model_.start(block, num_bends_ > 0, places_.has_value());
   for (int row = 0; row < patch_.height; row += row_step_) collect_row(row);
-  add_block();
+  for (TagBlock& block : blocks_) add_block(block);
   const auto lower = products_.triangularView<Eigen::Lower>();
   const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
   // The residual's column stands between those of the parameters.
@@ -34,11 +34,21 @@ void TagFitter::collect() {
   for (const bool white : {false, true}) add_flat(white);
 }
 
-void TagFitter::add_block() {
-  if (block_.size == 0) return;
-  model_.evaluate(block_);
-  fastest_tag_kernels().add_products(block_, products_.data());
-  block_.size = block_.num_felt = 0;
+void TagFitter::add_span(TagBlock& block, PixelSpan span) {
+  num_pixels_ += span.end - span.begin;
+  while (span.begin < span.end) {
+    const int count = std::min(span.end - span.begin, kTagBlock - block.size);
+    model_.add(block, span.begin, count);
+    span.begin += count;
+    if (block.size == kTagBlock) add_block(block);
+  }
+}
+
+void TagFitter::add_block(TagBlock& block) {
+  if (block.size == 0) return;
+  model_.evaluate(block);
+  fastest_tag_kernels().add_products(block, products_.data());
+  block.size = block.num_felt = 0;
 }
 
 PixelSpan TagFitter::in_window(int row) const {
@@ -69,36 +79,29 @@ void TagFitter::collect_row(int row) {
     const PixelSpan window = in_window(row), picture = in_picture(row);
     span = {std::max(window.begin, picture.begin), std::min(window.end, picture.end)};
   }
-  int begin = span.begin, end = span.end;
-  model_.set_row(place, policy::kTagUnknownReach / (are_spans_fixed_ ? 2 : 1), begin, end);
-  span = {begin, std::max(begin, end)};
-  for (int c = begin; c < end; ++c) {
-    const TagModel::Seen seen = model_.seen(c);
-    if (seen == TagModel::Seen::unknown) continue;
-    ++num_pixels_;
-    if (seen == TagModel::Seen::both) {
-      model_.add(block_, c, patch_.at(c, row));
-      if (block_.size == kTagBlock) add_block();
-    } else {
-      const Eigen::Vector2d at = model_.place(c).cast<double>();
-      flat_[seen == TagModel::Seen::white ? 1 : 0].add(at.x(), at.y(), patch_.at(c, row));
-    }
+  if (span.begin >= span.end) return;
+  model_.select(place, patch_.row(row), policy::kTagUnknownReach / (are_spans_fixed_ ? 2 : 1),
+                span.begin, span.end, flat_.data());
+  while (span.begin < span.end && model_.seen(span.begin) == kSeenNothing) ++span.begin;
+  while (span.begin < span.end && model_.seen(span.end - 1) == kSeenNothing) --span.end;
+  for (PixelSpan same = {span.begin, span.begin}; same.begin < span.end; same.begin = same.end) {
+    const std::int32_t seen = model_.seen(same.begin);
+    while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
+    if (seen == kSeenLine) add_span(blocks_[0], same);
+    if (seen == kSeenLines) add_span(blocks_[1], same);
   }
 }
 
 // Adds pixels of one colour, which depend on the grey levels only.
 void TagFitter::add_flat(bool white) {
-  const FlatSums& s = flat_[white ? 1 : 0];
+  const TagFlatSums& s = flat_[white ? 1 : 0];
+  num_pixels_ += static_cast<int>(s.n);
   const Eigen::Vector4d share(1, white, white, white);
   Eigen::Matrix4d places;
   places << s.n, s.n, s.x, s.y, s.n, s.n, s.x, s.y, s.x, s.x, s.xx, s.xy, s.y, s.y, s.xy, s.yy;
-  const Eigen::Matrix4d part = share.asDiagonal() * places * share.asDiagonal();
-  const Eigen::Vector4d levels =
-      share.cwiseProduct(Eigen::Vector4d(s.level, s.level, s.x_level, s.y_level));
-  const Eigen::Vector4d now = model_.parameters().segment<4>(kBlack);
-  information_.block<4, 4>(kBlack, kBlack) += part;
-  gradient_.segment<4>(kBlack) += levels - part * now;
-  squares_ += s.square_level - 2 * now.dot(levels) + now.dot(part * now);
+  information_.block<4, 4>(kBlack, kBlack) += share.asDiagonal() * places * share.asDiagonal();
+  gradient_.segment<4>(kBlack) += share.cwiseProduct(Eigen::Vector4d(s.r, s.r, s.xr, s.yr));
+  squares_ += s.rr;
 }
 
 }  // namespace tagcal::internal
