@@ -36,7 +36,7 @@ std::string with_exif(const std::string& jpeg, const std::string& tiff) {
          segment + jpeg.substr(2);
 }
 
-// After the header (33 bytes) or before the end (12 bytes). Readers do not mind a wrong checksum
+// After the header (33 bytes) or before the end (12 bytes); libpng reads past a wrong checksum
 // here.
 std::string with_chunk(const std::string& png, const std::string& tiff, bool after_header) {
   const std::string chunk =

@@ -9,7 +9,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 
-// Calls that can fail are in member functions with setjmp and without local
+// As with libpng, calls that can fail are in member functions with setjmp and without local
 // objects. The library's own handlers would print and exit.
 namespace tagcal::internal {
 namespace {
