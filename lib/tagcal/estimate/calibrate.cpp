@@ -7,7 +7,6 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/convergence.hpp"
 #include "tagcal/estimate/calibration/alternative_lens_test.hpp"
-#include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/calibration/model_ladder.hpp"
@@ -166,8 +165,7 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
-  check_start(options);
-  check_fixed(options);
+  check_lens_options(options);
   if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
     throw Error("board_warp: model weak has no perspective, which a bend needs to be visible");
   if (!(options.tolerance_px >= 0))
