@@ -64,12 +64,7 @@ std::optional<std::string> alternative_lens_test(const AlternativeLens& alternat
   const auto other = fit_from(*own, model, alternative.input, options);
   if (!other) return std::nullopt;
   const double other_chi_square = other->truncated_chi_square(sigma);
-  double chi_square = own->truncated_chi_square(sigma);
-  if (chi_square - other_chi_square < policy::kOtherLensChiSquare) return std::nullopt;
-  // The own lens gets the corners that the other one has regained: it may have rejected them only
-  // because of its start.
-  const auto again = fit_from(*other, *own->bundle.model, alternative.input, options);
-  if (again) chi_square = std::min(chi_square, again->truncated_chi_square(sigma));
+  const double chi_square = own->truncated_chi_square(sigma);
   if (chi_square - other_chi_square < policy::kOtherLensChiSquare) return std::nullopt;
   return std::string(model.name()) + ", another kind of lens, would explain " +
          percent((chi_square - other_chi_square) / chi_square) +

@@ -109,58 +109,18 @@ void solve_robustly(BundleState& state, const CalibrationInput& input,
   });
 }
 
-// Estimates a new pose for views with few inliers: their start may come from a lens far from the
-// one that is known now. Keeps a pose with more inliers; returns true if any view gets one.
-bool reseed_views(BundleState& state, const CalibrationInput& input) {
-  const double bound = policy::kReseedSigmas * state.sigma;
-  const Lens lens = state.bundle.lens();
-  bool any = false;
-  for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const std::ptrdiff_t count = state.selection.num_inliers(v);
-    if (policy::is_above(count, policy::kReseedInliers, std::ssize(state.squares[v]))) continue;
-    CalibrationView view = input.views[v];
-    if (state.bundle.bent_board) state.bundle.bent_board->bend(view.problem, state.bundle.bend_m);
-    const std::optional<Pose> pose = consensus_pose(view, lens);
-    if (!pose) continue;
-    int within = 0;
-    for (const Vector2d& r : residuals_px(view.problem.correspondences, lens, *pose))
-      within += r.norm() <= bound;
-    if (within <= count) continue;
-    state.selection.pose[v] = pose;
-    any = true;
-  }
-  if (!any) return false;
-  set_squares(state, input);
-  update_inliers(state, bound);
-  return true;
-}
-
-// Right corners are outliers if the lens was fitted without them and is free there.
-template <int kTimes>  // outlier bounds; 0: all corners
-bool take_back(BundleState& state, const CalibrationInput&) {
-  return update_inliers(state,
-                        kTimes > 0 ? kTimes * policy::kOutlierSigmas * state.sigma : kInfinity);
-}
-
-// A lens between two contradictory groups of corners has larger residuals: a lower truncated loss
-// counts only if sigma does not grow.
-bool is_better(const BundleState& trial, const BundleState& state) {
+// Solves again with all corners: right ones are outliers if the lens was fitted without them and is
+// free there. The better fit has the lower truncated loss.
+void retry_with_all(BundleState& state, const CalibrationInput& input,
+                    const CalibrateOptions& options) {
+  BundleState trial = state;
+  if (!update_inliers(trial, kInfinity)) return;
+  solve_robustly(trial, input, options);
+  state.num_iterations = trial.num_iterations;
   const double bound = policy::kOutlierSigmas * state.sigma;
-  return !trial.bundle.views.empty() && trial.summary.converged >= state.summary.converged &&
-         trial.sigma < policy::kRetrySigmaGrowth * state.sigma &&
-         truncated_loss(trial, bound) < truncated_loss(state, bound);
-}
-
-// Solves, then tries changes of the selection, each followed by a solution until it is stable.
-void retry_selections(BundleState& state, const CalibrationInput& input,
-                      const CalibrateOptions& options) {
-  for (const auto change : {reseed_views, take_back<2>, take_back<8>, take_back<0>}) {
-    BundleState trial = state;
-    if (!change(trial, input)) continue;
-    solve_robustly(trial, input, options);
-    state.num_iterations = trial.num_iterations;
-    if (is_better(trial, state)) state = std::move(trial);
-  }
+  if (!trial.bundle.views.empty() && trial.summary.converged >= state.summary.converged &&
+      truncated_loss(trial, bound) < truncated_loss(state, bound))
+    state = std::move(trial);
 }
 
 // The fit of a model from a start.
@@ -170,7 +130,7 @@ std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
   BundleState state{{std::move(selection), {}, 0}, start, {}, {}, 0};
   solve_robustly(state, input, options);
   if (state.bundle.views.empty()) return std::nullopt;
-  if (options.reject_outliers) retry_selections(state, input, options);
+  if (options.reject_outliers) retry_with_all(state, input, options);
   CalibrationFit fit{state.bundle, {}, {}, input.whitened, state.summary};
   fit.findings = input.findings;
   fit.num_iterations = state.num_iterations;

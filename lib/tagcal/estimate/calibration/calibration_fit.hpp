@@ -67,10 +67,9 @@ void update_until_stable(RobustState& state, bool whitened, const CalibrateOptio
 void list_outliers(const CalibrationInput& input, const RobustState& state,
                    const std::function<Lens(std::size_t)>& lens, CalibrationFit& fit);
 
-// Finds a start, then solves and updates the inliers in turn until they are stable. Then tries new
-// poses for views with few inliers, and takes back rejected corners, those within ten and forty
-// standard deviations and all of them; a retry is kept if its truncated chi-square is lower. No
-// value if no view has a consensus.
+// Finds a start, then solves and updates the inliers in turn until they are stable; and the same
+// once more from all corners, kept if its truncated chi-square is lower. No value if no view has a
+// consensus.
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
 
