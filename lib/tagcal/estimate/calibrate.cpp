@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/convergence.hpp"
-#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
-#include "tagcal/estimate/calibration/model_ladder.hpp"
+#include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"

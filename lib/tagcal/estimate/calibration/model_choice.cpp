@@ -7,7 +7,6 @@
 
 #include "tagcal/estimate/bundle/convergence.hpp"
 #include "tagcal/estimate/bundle/residual_bias.hpp"
-#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/model_ladder.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
