@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/convergence.hpp"
-#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
-#include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
-#include "tagcal/estimate/calibration/model_ladder.hpp"
+#include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
@@ -88,62 +85,17 @@ std::optional<ModelChoice> fit_robustly(CalibrationInput& input, const Calibrate
   return solved;
 }
 
-// Looks for a better minimum than `fit`: fits the nested models from its poses and from those of a
-// fisheye, each from the next smaller one. No value if none explains the corners better.
-std::optional<CalibrationFit> fit_from_other_starts(const CalibrationFit& fit, const Model& model,
-                                                    const CalibrationInput& input,
-                                                    const CalibrateOptions& options) {
-  std::vector<CalibrationFit> starts = {fit};
-  if (auto fisheye = fit_model(input.models->named("fisheye4"), input, options)) {
-    fisheye->bundle = with_model(fisheye->bundle, input.models->named("f"));
-    if (solve(fisheye->bundle, options.max_iterations).converged)
-      starts.push_back(std::move(*fisheye));
-  }
-  const double sigma = std::sqrt(fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle)));
-  std::optional<CalibrationFit> best;
-  for (const CalibrationFit& start : starts) {
-    const std::vector<Candidate> candidates =
-        fit_nested(start.bundle, model, options.max_iterations);
-    const auto same =
-        std::ranges::find(candidates, &model, [](const Candidate& c) { return c.bundle.model; });
-    if (same == candidates.end()) continue;
-    auto other = refit(same->bundle, start, input, options);
-    if (!other || !other->summary.converged) continue;
-    if (!best || other->truncated_chi_square(sigma) < best->truncated_chi_square(sigma))
-      best = std::move(other);
-  }
-  const bool is_better = best && (!fit.summary.converged || best->truncated_chi_square(sigma) <
-                                                                fit.truncated_chi_square(sigma));
-  return is_better ? best : std::nullopt;
-}
-
-// Solves the fit of a model by name to the end, and replaces it by one from other starts if it may
-// be at a secondary minimum. Returns the evidence for it.
-Evidence find_best_minimum(const Solution& solution, CalibrationFit& fit) {
-  const CalibrateOptions& options = *solution.options;
-  const Model& model = *fit.bundle.model;
-  continue_until_converged(fit.bundle, fit.summary, options.max_iterations);
-  Evidence evidence = gather_evidence(solution);
-  if (model.lens_type() != LensType::perspective || !evidence.may_be_secondary_minimum())
-    return evidence;
-  auto other = fit_from_other_starts(fit, model, *solution.input, options);
-  if (!other) return evidence;
-  fit = std::move(*other);
-  continue_until_converged(fit.bundle, fit.summary, options.max_iterations);
-  return gather_evidence(solution);
-}
-
 // The answer of a solved model; that of model weak, if it does not determine the focal length.
 Calibration report_solved(ModelChoice& solved, Solution solution) {
   const CalibrateOptions& options = *solution.options;
+  continue_until_converged(solved.fit.bundle, solved.fit.summary, options.max_iterations);
   solution.fit = &solved.fit;
   solution.supported = solved.supported;
   if (solved.status != Status::ok)
     solution.refusal = finding(refusal_code(solved.status), solved.reason);
-  if (!is_auto(options)) return report(solution, find_best_minimum(solution, solved.fit));
   if (solved.weak) return calibrate_weak(*solution.input, options, solution.refusal);
   Calibration c = report(solution, gather_evidence(solution));
-  if (c.status != Status::focal_not_observable) return c;
+  if (!is_auto(options) || c.status != Status::focal_not_observable) return c;
   // Close to the bound of the focal length the noise of this fit differs from that of the ladder.
   return calibrate_weak(*solution.input, options,
                         *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
@@ -166,8 +118,7 @@ Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& opt
 }  // namespace
 
 void check_options(const CalibrateOptions& options) {
-  check_start(options);
-  check_fixed(options);
+  check_lens_options(options);
   if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
     throw Error("board_warp: model weak has no perspective, which a bend needs to be visible");
   if (!(options.tolerance_px >= 0))

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,10 +39,37 @@ struct CalibrationFit {
   double truncated_chi_square(double sigma) const;
 };
 
-// Finds a start, then solves and updates the inliers (within policy::kOutlierSigmas) in turn until
-// they are stable. Then tries again with the rejected corners within ten and forty standard
-// deviations, and with all of them; a retry is kept if its truncated chi-square is lower. No value
-// if no view has a consensus.
+// The inliers, and the pose of each view (none: the view is not used).
+struct Selection {
+  std::vector<std::optional<Pose>> pose;
+  std::vector<std::vector<std::uint8_t>> inlier;
+
+  std::ptrdiff_t num_inliers(std::size_t view) const;
+  bool uses(std::size_t view) const;
+};
+
+// That of a start; with all corners, if options.reject_outliers is false.
+Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& options);
+
+// Inliers and the solution to them.
+struct RobustState {
+  Selection selection;
+  std::vector<std::vector<double>> squares;  // squared whitened residuals of all corners, per view
+  double sigma = 0;                          // robust, of the inliers' coordinates
+};
+
+// Solves and takes the corners within policy::kOutlierSigmas as inliers, in turn until they are
+// stable. `solve` sets the poses and squares of the state; it returns false if no view is left.
+void update_until_stable(RobustState& state, bool whitened, const CalibrateOptions& options,
+                         const std::function<bool()>& solve);
+
+// Lists in `fit` the corners and views that it does not use. `lens`: of a view.
+void list_outliers(const CalibrationInput& input, const RobustState& state,
+                   const std::function<Lens(std::size_t)>& lens, CalibrationFit& fit);
+
+// Finds a start, then solves and updates the inliers in turn until they are stable; and the same
+// once more from all corners, kept if its truncated chi-square is lower. No value if no view has a
+// consensus.
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
 

@@ -29,4 +29,12 @@ struct CalibrationInput {
 // is false.
 CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options);
 
+// The model is chosen, not given by its name.
+bool is_auto(const CalibrateOptions& options);
+
+SeedOptions seed_options(const CalibrateOptions& options);
+
+// Throws Error for a start or for fixed parameters that no data set can be calibrated with.
+void check_lens_options(const CalibrateOptions& options);
+
 }  // namespace tagcal::internal

@@ -76,7 +76,7 @@ std::vector<Vector3d> rays_of(const std::vector<Correspondence>& correspondences
 
 std::optional<SeedView> seed_inliers(const CalibrationView& view, std::size_t index,
                                      const Lens& lens, std::vector<std::uint8_t>& inlier,
-                                     bool keep_all = false) {
+                                     bool keep_all) {
   std::vector<Correspondence> all;
   std::vector<Vector3d> points;
   for (const std::size_t i : view.seed) {
@@ -302,15 +302,6 @@ std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageS
   start.free_values = model.free_values(
       is_equidistant ? with_radial_distortion(model, lens, seeds, start.camera_from_world) : lens);
   return start;
-}
-
-std::optional<Pose> consensus_pose(const CalibrationView& view, const Lens& lens) {
-  std::vector<std::uint8_t> inlier;
-  const std::optional<SeedView> seed = seed_inliers(view, 0, lens, inlier);
-  if (!seed) return std::nullopt;
-  const std::optional<RefinedPose> pose = seed_pose(*seed, lens, 30);
-  if (!pose) return std::nullopt;
-  return pose->camera_from_target;
 }
 
 }  // namespace tagcal::internal

@@ -45,8 +45,4 @@ std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageS
                                                 const std::vector<CalibrationView>& views,
                                                 const SeedOptions& options = {});
 
-// The pose of one view under a known lens, from the inliers of one projective map. No value without
-// a consensus.
-std::optional<Pose> consensus_pose(const CalibrationView& view, const Lens& lens);
-
 }  // namespace tagcal::internal

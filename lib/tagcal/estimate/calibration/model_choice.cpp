@@ -7,7 +7,6 @@
 
 #include "tagcal/estimate/bundle/convergence.hpp"
 #include "tagcal/estimate/bundle/residual_bias.hpp"
-#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/model_ladder.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
@@ -201,55 +200,30 @@ double noise_of_residuals(const CalibrationFit& fit) {
   return std::sqrt(fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle)));
 }
 
-// The fits of both kinds of lens, with rejection of outliers.
-struct LensFits {
-  std::optional<CalibrationFit> perspective, fisheye;
-  std::optional<CalibrationFit> other_perspective;  // a second start, if opencv5 is undetermined
-
-  bool any() const { return perspective || fisheye; }
-  double start_seconds() const {
-    return (perspective ? perspective->start_seconds : 0) + (fisheye ? fisheye->start_seconds : 0);
+// opencv5; or, if the data do not determine it, f before it if that has about as many inliers.
+std::vector<CalibrationFit> fit_perspectives(const CalibrationInput& input,
+                                             const CalibrateOptions& options) {
+  std::vector<CalibrationFit> fits;
+  for (const char* model : {"opencv5", "f"}) {
+    auto fit = fit_model(input.models->named(model), input, options);
+    if (!fit) continue;
+    if (fit->summary.converged && fits.empty() &&
+        observability(fit->bundle, noise_of_residuals(*fit)).status == Status::ok)
+      return {std::move(*fit)};
+    fits.push_back(std::move(*fit));
   }
-};
-
-// The fit whose inliers all perspectives share: opencv5; opencv8, if it has more of them and
-// explains all corners better; f, if the data do not determine opencv5 and f has about as many.
-LensFits fit_perspective(const CalibrationInput& input, const CalibrateOptions& options) {
-  std::optional<CalibrationFit> large = fit_model(input.models->named("opencv5"), input, options);
-  const double sigma = large ? noise_of_residuals(*large) : 0;
-  if (large && large->summary.converged &&
-      observability(large->bundle, sigma).status == Status::ok) {
-    if (!options.reject_outliers || large->outliers.empty() || large->whitened)
-      return {std::move(large), {}, {}};
-    CalibrationFit generous = *large;  // with all corners but gross outliers
-    std::erase_if(generous.outliers,
-                  [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
-    const Bundle rational = with_model(large->bundle, input.models->named("opencv8"));
-    auto more = refit(rational, generous, input, options);
-    const bool is_better = more && more->num_inliers() > large->num_inliers() &&
-                           more->truncated_chi_square(sigma) < large->truncated_chi_square(sigma);
-    return {is_better ? std::move(more) : std::move(large), {}, {}};
-  }
-  auto small = fit_model(input.models->named("f"), input, options);
-  const bool has_few_inliers =
-      small && large &&
-      policy::is_below(small->num_inliers(), policy::kSmallModelInliers, large->num_inliers());
-  if (small && !has_few_inliers) std::swap(small, large);
-  return {std::move(large), {}, std::move(small)};
-}
-
-LensFits fit_lenses(const CalibrationInput& input, const CalibrateOptions& options) {
-  LensFits fits = fit_perspective(input, options);
-  fits.fisheye = fit_model(input.models->named("fisheye4"), input, options);
+  if (fits.size() == 2 &&
+      !policy::is_below(fits[1].num_inliers(), policy::kSmallModelInliers, fits[0].num_inliers()))
+    std::swap(fits[0], fits[1]);
   return fits;
 }
 
-ModelLadder fit_ladder(const LensFits& fits, const CalibrateOptions& options) {
-  const auto pointer = [](const std::optional<CalibrationFit>& fit) {
-    return fit ? &*fit : nullptr;
-  };
-  return internal::fit_ladder(
-      {pointer(fits.perspective), pointer(fits.fisheye), pointer(fits.other_perspective)}, options);
+// The fits of both kinds of lens, with rejection of outliers. No value if no view has a consensus.
+std::optional<LensFits> fit_lenses(const CalibrationInput& input, const CalibrateOptions& options) {
+  LensFits fits{fit_perspectives(input, options),
+                fit_model(input.models->named("fisheye4"), input, options)};
+  if (fits.perspectives.empty() && !fits.fisheye) return std::nullopt;
+  return fits;
 }
 
 void add_supported_models(ModelChoice& choice, const ModelLadder& ladder, const Candidate& chosen,
@@ -299,11 +273,9 @@ ModelChoice choose(const ModelLadder& ladder, const CalibrationInput& input,
 
 std::optional<ModelChoice> choose_on_all_views(const CalibrationInput& input,
                                                const CalibrateOptions& options) {
-  const LensFits fits = fit_lenses(input, options);
-  if (!fits.any()) return std::nullopt;
-  ModelChoice choice = choose(fit_ladder(fits, options), input, options);
-  choice.fit.start_seconds = fits.start_seconds();
-  return choice;
+  const std::optional<LensFits> fits = fit_lenses(input, options);
+  if (!fits) return std::nullopt;
+  return choose(fit_ladder(*fits, false, options), input, options);
 }
 
 // The best candidate of the other kind of lens, if `best` is not better by strong evidence.
@@ -327,9 +299,9 @@ std::optional<CalibrationFit> fit_from(const Candidate& start, const Calibration
 // the few views determine no model, or all of them leave a doubt.
 std::optional<ModelChoice> choose_from_few_views(const CalibrationInput& input,
                                                  const CalibrateOptions& options) {
-  const LensFits fits = fit_lenses(spread_views(input, policy::kChoiceViews), options);
-  if (!fits.any()) return std::nullopt;
-  const ModelLadder few = fit_ladder(fits, options);
+  const auto fits = fit_lenses(spread_views(input, policy::kChoiceViews), options);
+  if (!fits) return std::nullopt;
+  const ModelLadder few = fit_ladder(*fits, true, options);
   const Candidate* best = lowest_score(few);
   if (!best || better_but_undetermined(few, *best)) return std::nullopt;
   const auto fit = fit_from(*best, input, options);
@@ -339,7 +311,6 @@ std::optional<ModelChoice> choose_from_few_views(const CalibrationInput& input,
   ModelChoice choice = choose(
       fit_contenders(few, *best, *fit, rival_fit ? &*rival_fit : nullptr, options), input, options);
   if (choice.status != Status::ok) return std::nullopt;
-  choice.fit.start_seconds = fits.start_seconds() + fit->start_seconds;
   return choice;
 }
 

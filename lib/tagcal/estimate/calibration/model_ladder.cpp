@@ -86,12 +86,62 @@ void retry_from_larger_models(std::vector<Candidate>& candidates, int max_iterat
   for (std::size_t i = candidates.size() - 1; i-- > 0;) {
     Candidate& candidate = candidates[i];
     const Candidate& larger = candidates[i + 1];
-    if (!larger.summary.converged || !is_far_worse(candidate, larger)) continue;
+    if (larger.is_estimated || !larger.summary.converged || !is_far_worse(candidate, larger))
+      continue;
     Bundle trial = with_model(larger.bundle, candidate.model());
     if (solve(trial, kFewSteps).cost >= candidate.summary.cost) continue;
     Candidate other = solved_from(trial, candidate.model(), max_iterations);
     if (other.summary.converged) candidate = std::move(other);
   }
+}
+
+// The decrease of chi-square by the largest model that contains the bundle's, to first order; that
+// of the models between is no larger.
+double gain_of_largest(const Bundle& bundle, const BundleSummary& summary) {
+  if (bundle.model->lens_type() != LensType::perspective) return 0;
+  const auto nested = nested_information(bundle);
+  if (!nested) return kInfinity;
+  Eigen::MatrixXd information = nested->halves[0] + nested->halves[1];
+  information.diagonal() *= 1 + policy::kUnobservablePrecision;
+  const auto inverse = exact_inverse(information);
+  if (!inverse) return kInfinity;
+  const Eigen::VectorXd gradient = nested->gradients[0] + nested->gradients[1];
+  const double variance = summary.cost / std::max(1, degrees_of_freedom(bundle));
+  return gradient.dot(*inverse * gradient) / variance;
+}
+
+// The BIC of a larger model may come near that of a smaller one. `gain`: gain_of_largest.
+bool may_win(const Model& larger, const Model& smaller, int num_residuals, double gain) {
+  const int more = larger.num_free() - smaller.num_free();
+  return more > 0 && gain > more * std::log(num_residuals) - policy::kStrongEvidence;
+}
+
+// The nested perspective models on the same corners. Each starts from the best smaller one, or from
+// `from` if that start does not converge; and from the next larger one, if that is far better. If
+// `may_estimate`, a model that cannot win against the last one fitted stays as it starts.
+std::vector<Candidate> fit_nested(const Bundle& from, bool may_estimate, int max_iterations) {
+  std::vector<Candidate> candidates;
+  Candidate best{from, {false, kInfinity}};
+  double gain = kInfinity;
+  for (const Model* model : from.model->siblings()) {
+    if (model->lens_type() != LensType::perspective) continue;
+    Candidate& candidate = candidates.emplace_back(best);
+    if (std::isfinite(gain) && !may_win(*model, best.model(), 2 * num_corners(from), gain)) {
+      candidate.bundle = with_model(best.bundle, *model);
+      candidate.is_estimated = true;
+      continue;
+    }
+    candidate = solved_from(best.bundle, *model, max_iterations);
+    if (!candidate.summary.converged) {
+      Candidate other = solved_from(from, *model, max_iterations);
+      if (other.summary.converged) candidate = std::move(other);
+    }
+    if (!candidate.summary.converged || candidate.summary.cost >= best.summary.cost) continue;
+    best = candidate;
+    if (may_estimate) gain = gain_of_largest(best.bundle, best.summary);
+  }
+  retry_from_larger_models(candidates, max_iterations);
+  return candidates;
 }
 
 // A model whose focal length is not observable refuses all larger ones, because they contain it, if
@@ -133,22 +183,27 @@ void score(Candidate& candidate, const ModelLadder& ladder, const TruncatedSquar
 void score_all(ModelLadder& ladder, const CalibrateOptions& options) {
   ladder.noise_square = noise_square(ladder.candidates, options);
   const TruncatedSquare truncate = truncated_square(ladder, options);
-  for (Candidate& candidate : ladder.candidates)
-    if (!candidate.is_estimated) score(candidate, ladder, truncate);
+  for (Candidate& candidate : ladder.candidates) score(candidate, ladder, truncate);
 }
 
-// Fits the perspectives again from `start`, on the inliers of `fit`; keeps those with a lower BIC.
-void retry_from(ModelLadder& ladder, const Bundle& start, const CalibrationFit& fit,
-                const CalibrateOptions& options) {
-  const TruncatedSquare truncate = truncated_square(ladder, options);
-  std::vector<Candidate> others =
-      fit_nested(start, start.model->sibling("opencv8"), options.max_iterations);
-  for (std::size_t i = 0; i < others.size(); ++i) {
-    Candidate &candidate = ladder.candidates[i], &other = others[i];
-    other.fit = &fit;
-    score(other, ladder, truncate);
-    if (other.summary.converged && (!candidate.summary.converged || other.bic < candidate.bic))
-      candidate = std::move(other);
+// Fits the perspectives from `start` on the inliers of `fit`; keeps those with a lower BIC than the
+// ladder's.
+void fit_from(ModelLadder& ladder, const Bundle& start, const CalibrationFit& fit,
+              const CalibrateOptions& options) {
+  std::vector<Candidate> others = fit_nested(start, ladder.may_estimate, options.max_iterations);
+  for (Candidate& other : others) other.fit = &fit;
+  if (ladder.candidates.empty() || ladder.candidates.front().is_fisheye()) {
+    ladder.candidates.insert(ladder.candidates.begin(), std::make_move_iterator(others.begin()),
+                             std::make_move_iterator(others.end()));
+  } else {
+    const TruncatedSquare truncate = truncated_square(ladder, options);
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      Candidate& candidate = ladder.candidates[i];
+      score(others[i], ladder, truncate);
+      if (others[i].summary.converged &&
+          (!candidate.summary.converged || others[i].bic < candidate.bic))
+        candidate = std::move(others[i]);
+    }
   }
   score_all(ladder, options);
 }
@@ -173,28 +228,12 @@ void test_candidates(ModelLadder& ladder, const CalibrateOptions& options) {
   refuse_larger_models(ladder.candidates);
 }
 
-// The decrease of chi-square by the largest model that contains the fit's, to first order; that of
-// the models between is no larger.
-double gain_of_largest(const CalibrationFit& fit) {
-  if (fit.bundle.model->lens_type() != LensType::perspective) return 0;
-  const auto nested = nested_information(fit.bundle);
-  if (!nested) return kInfinity;
-  Eigen::MatrixXd information = nested->halves[0] + nested->halves[1];
-  information.diagonal() *= 1 + policy::kUnobservablePrecision;
-  const auto inverse = exact_inverse(information);
-  if (!inverse) return kInfinity;
-  const Eigen::VectorXd gradient = nested->gradients[0] + nested->gradients[1];
-  const double variance = fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle));
-  return gradient.dot(*inverse * gradient) / variance;
-}
-
 // The BIC of a candidate on all views may come near that of `best`. `gain`: gain_of_largest.
 bool is_contender(const Candidate& candidate, const Candidate& best, int num_residuals,
                   double gain) {
-  if (candidate.is_fisheye() != best.is_fisheye()) return false;
-  const int more = candidate.model().num_free() - best.model().num_free();
-  return candidate.bic < best.bic + policy::kStrongEvidence ||
-         (more > 0 && gain > more * std::log(num_residuals) - policy::kStrongEvidence);
+  return candidate.is_fisheye() == best.is_fisheye() &&
+         (candidate.bic < best.bic + policy::kStrongEvidence ||
+          may_win(candidate.model(), best.model(), num_residuals, gain));
 }
 
 // Estimates chi-square and BIC of the candidates that were not fitted to all views.
@@ -217,44 +256,19 @@ void estimate_others(ModelLadder& ladder, const ModelLadder& few, std::size_t be
 
 double ModelLadder::sigma() const { return whitened ? 1 : std::sqrt(noise_square); }
 
-std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_iterations) {
-  std::vector<Candidate> candidates;
-  Bundle below = from;
-  double lowest = kInfinity;
-  for (const Model* model : from.model->siblings()) {
-    if (model->lens_type() != LensType::perspective || model->num_free() > top.num_free()) continue;
-    candidates.push_back(solved_from(below, *model, max_iterations));
-    Candidate& candidate = candidates.back();
-    if (!candidate.summary.converged ||
-        cost_of(with_model(from, *model)) < candidate.summary.cost) {
-      Candidate other = solved_from(from, *model, max_iterations);
-      if (other.summary.converged) candidate = std::move(other);
-    }
-    if (!candidate.summary.converged || candidate.summary.cost >= lowest) continue;
-    lowest = candidate.summary.cost;
-    below = candidate.bundle;
-  }
-  if (!candidates.empty()) retry_from_larger_models(candidates, max_iterations);
-  return candidates;
-}
-
-ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options) {
-  const CalibrationFit *perspective = fits.perspective, *fisheye = fits.fisheye;
+ModelLadder fit_ladder(const LensFits& fits, bool may_estimate, const CalibrateOptions& options) {
   ModelLadder ladder;
-  if (perspective)
-    ladder.candidates = fit_nested(
-        perspective->bundle, perspective->bundle.model->sibling("opencv8"), options.max_iterations);
-  for (Candidate& candidate : ladder.candidates) candidate.fit = perspective;
-  if (fisheye) ladder.candidates.push_back({fisheye->bundle, fisheye->summary, fisheye});
-  const CalibrationFit& any = perspective ? *perspective : *fisheye;
+  ladder.may_estimate = may_estimate;
+  const CalibrationFit& any = fits.fisheye ? *fits.fisheye : fits.perspectives.front();
   ladder.num_residuals = 2 * any.num_corners;
   ladder.whitened = any.whitened;
+  if (fits.fisheye)
+    ladder.candidates.push_back({fits.fisheye->bundle, fits.fisheye->summary, &*fits.fisheye});
+  for (const CalibrationFit& fit : fits.perspectives) fit_from(ladder, fit.bundle, fit, options);
   score_all(ladder, options);
-  if (perspective && fits.other_perspective)
-    retry_from(ladder, fits.other_perspective->bundle, *fits.other_perspective, options);
-  if (perspective && is_fisheye_best(ladder))
-    retry_from(ladder, with_model(fisheye->bundle, fisheye->bundle.model->sibling("f")), *fisheye,
-               options);
+  if (fits.perspectives.size() > 0 && is_fisheye_best(ladder))
+    fit_from(ladder, with_model(fits.fisheye->bundle, fits.fisheye->bundle.model->sibling("f")),
+             *fits.fisheye, options);
   test_candidates(ladder, options);
   return ladder;
 }
@@ -264,7 +278,7 @@ ModelLadder fit_contenders(const ModelLadder& few, const Candidate& best, const 
   ModelLadder ladder;
   ladder.num_residuals = 2 * fit.num_corners;
   ladder.whitened = fit.whitened;
-  const double gain = gain_of_largest(fit);
+  const double gain = gain_of_largest(fit.bundle, fit.summary);
   for (const Candidate& candidate : few.candidates) {
     if (&candidate == &best) {
       ladder.candidates.push_back({fit.bundle, fit.summary, &fit});

@@ -36,26 +36,21 @@ struct ModelLadder {
   double noise_square = 1;  // of one (whitened) coordinate
   int num_residuals = 0;
   bool whitened = false;
+  bool may_estimate = false;  // models that cannot win are not fitted
 
   double sigma() const;  // 1 if whitened
 };
 
-// The nested perspective models up to `top` on the same corners. Each starts from the best smaller
-// one; from `from`, if it did not converge, or if `from` has a lower cost as that model; and from
-// the next larger one, if that is far better.
-std::vector<Candidate> fit_nested(const Bundle& from, const Model& top, int max_iterations);
-
-// The fits from which a ladder starts; null if missing, but not both of the first two. They must
-// outlive the ladder.
-struct LadderFits {
-  const CalibrationFit* perspective = nullptr;
-  const CalibrationFit* fisheye = nullptr;
-  const CalibrationFit* other_perspective = nullptr;  // a second start
+// The robust fits from which a ladder starts; not none. They must outlive the ladder.
+struct LensFits {
+  std::vector<CalibrationFit> perspectives;  // one of them decides the inliers: the first
+  std::optional<CalibrationFit> fisheye;
 };
 
-// f, f+c, ... opencv8 on the inliers of `perspective`, or of another fit from whose poses a
-// candidate reaches a lower BIC; and the fisheye as it is.
-ModelLadder fit_ladder(const LadderFits& fits, const CalibrateOptions& options);
+// f, f+c, ... opencv8 on the inliers of the first perspective fit, or of another fit from whose
+// poses a candidate reaches a lower BIC; and the fisheye as it is. If `may_estimate`, models that
+// cannot win (a score test) are not fitted.
+ModelLadder fit_ladder(const LensFits& fits, bool may_estimate, const CalibrateOptions& options);
 
 // The ladder of all views. `few`: that of a part of them; `fit`: of the model of few's `best`, to
 // all views. Fits those of its kind of lens that may win: models within policy::kStrongEvidence of

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/calibration/calibration_seed.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -12,12 +14,16 @@ namespace {
 constexpr int kIterations = 100;
 constexpr std::size_t kFewViews = 8;
 
-// The bundle of `count` views, evenly spread.
+// Indices of at most `count` of n views, evenly spread.
+std::vector<std::size_t> spread_indices(std::size_t n, std::size_t count) {
+  std::vector<std::size_t> indices(std::min(n, count));
+  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i * n / indices.size();
+  return indices;
+}
+
 Bundle spread_views(const Bundle& bundle, std::size_t count) {
   Bundle spread = bundle.without_views();
-  const std::size_t n = bundle.views.size();
-  for (std::size_t i = 0; i < std::min(count, n); ++i) {
-    const std::size_t v = i * n / std::min(count, n);
+  for (const std::size_t v : spread_indices(bundle.views.size(), count)) {
     spread.views.push_back(bundle.views[v]);
     spread.camera_from_target.push_back(bundle.camera_from_target[v]);
   }
@@ -123,6 +129,27 @@ BundleInformation restricted(const BundleInformation& information, const Model& 
 
 bool is_centre(const FreeParameter& free) { return free.kind() == ParameterKind::principal_point; }
 
+bool is_wide(const Bundle& bundle, const CalibrationInput& input) {
+  const Lens lens = bundle.lens();
+  const auto p = parameters(lens);
+  const Eigen::Vector2d centre(p[kCx], p[kCy]);
+  for (const CalibrationView& view : input.views)
+    for (const Correspondence& c : view.problem.correspondences)
+      if ((c.pixel - centre).norm() > policy::kWideFocalLengths * p[kFx]) return true;
+  return false;
+}
+
+// A fit of another kind of lens that starts from the poses and the inliers of `fit`.
+std::optional<CalibrationFit> fit_from(const CalibrationFit& fit, const Model& model,
+                                       const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
+  Bundle bundle = with_model(fit.bundle, fit.bundle.model->sibling("f"));
+  if (model.lens_type() == LensType::perspective) solve(bundle, kIterations);
+  bundle = with_model(bundle, model);
+  if (!solve(bundle, kIterations).converged) return std::nullopt;
+  return refit(bundle, fit, input, options);
+}
+
 }  // namespace
 
 std::optional<Observability> simpler_model_test(const Bundle& solved,
@@ -203,6 +230,41 @@ std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
   // numeric: no division by zero for exact corners
   const double cost = std::max(cost_of(solved), 1e-300);
   return LargerLens{step->chi_square, step->chi_square * sigma * sigma / cost};
+}
+
+CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {
+  CalibrationInput few{input.image_size, input.models,   {},
+                       input.bent_board, input.whitened, input.model_error_px};
+  for (const std::size_t v : spread_indices(input.views.size(), count))
+    few.views.push_back(input.views[v]);
+  return few;
+}
+
+std::optional<AlternativeLens> alternative_lens(const CalibrationFit& fit,
+                                                const CalibrationInput& input) {
+  const bool is_fisheye = fit.bundle.model->lens_type() == LensType::fisheye;
+  if (is_fisheye ? !within_perspective_field(fit.bundle) : !is_wide(fit.bundle, input))
+    return std::nullopt;
+  return AlternativeLens{fit, spread_views(input, policy::kChoiceViews),
+                         input.views.size() <= policy::kChoiceViews};
+}
+
+std::optional<std::string> alternative_lens_test(const AlternativeLens& alternative,
+                                                 const CalibrateOptions& options, double sigma) {
+  std::optional<CalibrationFit> own = alternative.fit;
+  if (!alternative.all_views)
+    own = refit(alternative.fit.bundle, alternative.fit, alternative.input, options);
+  if (!own) return std::nullopt;
+  const bool is_fisheye = own->bundle.model->lens_type() == LensType::fisheye;
+  const Model& model = own->bundle.model->sibling(is_fisheye ? "opencv5" : "fisheye4");
+  const auto other = fit_from(*own, model, alternative.input, options);
+  if (!other) return std::nullopt;
+  const double other_chi_square = other->truncated_chi_square(sigma);
+  const double chi_square = own->truncated_chi_square(sigma);
+  if (chi_square - other_chi_square < policy::kOtherLensChiSquare) return std::nullopt;
+  return std::string(model.name()) + ", another kind of lens, would explain " +
+         percent((chi_square - other_chi_square) / chi_square) +
+         " of the sum of the squared residuals: take it, or auto";
 }
 
 }  // namespace tagcal::internal

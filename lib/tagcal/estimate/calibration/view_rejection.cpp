@@ -78,14 +78,14 @@ std::vector<Vector2d> residuals_of(const FittedView& fitted, const CalibrationVi
                       fitted.camera_from_world);
 }
 
-// The residuals of a view's corners, or of its inliers only, are spatially correlated.
+// The residuals of a view's inliers are spatially correlated.
 bool is_spatially_correlated(const FittedView& fitted, const CalibrationView& view,
-                             const Bundle& bundle, bool inliers_only) {
+                             const Bundle& bundle) {
   const auto& correspondences = view.problem.correspondences;
   const auto all = residuals_of(fitted, view, bundle);
   std::vector<Vector2d> pixels, residuals;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!all[i].allFinite() || (inliers_only && !fitted.inlier[i])) continue;
+    if (!fitted.inlier[i]) continue;
     pixels.push_back(correspondences[i].pixel);
     residuals.push_back(all[i]);
   }
@@ -110,19 +110,16 @@ MedianView median_view(const std::vector<FittedView>& views, double least_sigma)
 bool is_outlying(const FittedView& fitted, const CalibrationView& view, const Bundle& bundle,
                  const MedianView& usual) {
   if (fitted.rms > policy::kOutlyingRms * usual.rms &&
-      is_spatially_correlated(fitted, view, bundle, true))
+      is_spatially_correlated(fitted, view, bundle))
     return true;
-  const double more_rejected = fitted.rejected_share() - usual.rejected_share;
-  if (more_rejected > policy::kOutlyingRejected) return true;
-  return more_rejected > policy::kOutlyingRejectedCorrelated &&
-         is_spatially_correlated(fitted, view, bundle, false);
+  return fitted.rejected_share() - usual.rejected_share > policy::kOutlyingRejected;
 }
 
 // Spatially correlated residuals in many views come from the model or the target.
 bool is_model_wrong(const std::vector<FittedView>& views, const CalibrationInput& input,
                     const Bundle& bundle) {
   const auto count = std::count_if(views.begin(), views.end(), [&](const FittedView& v) {
-    return is_spatially_correlated(v, input.views[v.view], bundle, true);
+    return is_spatially_correlated(v, input.views[v.view], bundle);
   });
   return policy::is_above(static_cast<std::size_t>(count), policy::kMostOutlyingViews,
                           views.size());

@@ -8,8 +8,7 @@ namespace tagcal::internal {
 // exposure: their inliers alone would bias the model. A view is outlying if
 //   - the RMS of its inliers is policy::kOutlyingRms medians and its residuals are spatially
 //     correlated (residual_test.hpp): large noise alone is no reason; or
-//   - policy::kOutlyingRejected more of its largest board's corners than usual are rejected, or
-//     policy::kOutlyingRejectedCorrelated more with spatially correlated residuals.
+//   - policy::kOutlyingRejected more of its largest board's corners than usual are rejected.
 // If more than a third of the views are outlying, the model is wrong, and none is rejected. Rejects
 // a board of a view if most of its corners are outliers and those of the largest board are not: its
 // pose differs from the data set's. Rejected corners stand in input.rejected with their residuals

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tagcal/estimate/calibration/held_parameters.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/solvers/weak_perspective.hpp"
@@ -133,100 +131,30 @@ State refined(const CentredView& centred, State state) {
   return state;
 }
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// The views and inliers of a robust fit.
-struct RobustWeakFit {
-  const CalibrationInput& input;
-  const CalibrateOptions& options;
-  std::vector<std::optional<Pose>> perspective_pose;
-  std::vector<std::vector<std::uint8_t>> inlier;
-  std::vector<std::optional<WeakView>> views;
-  std::vector<std::vector<Vector2d>> residuals;
-  std::vector<std::vector<double>> squares;
-
-  void fit_view(std::size_t v) {
-    const Vector2d centre = image_centre(input.image_size);
-    const ViewProblem& all = input.views[v].problem;
-    const double unknown = std::numeric_limits<double>::quiet_NaN();
-    residuals[v].assign(all.correspondences.size(), {unknown, unknown});
-    squares[v].assign(all.correspondences.size(), kInfinity);
-    views[v].reset();
-    if (perspective_pose[v])
-      views[v] = fit_weak_view(chosen(all, inlier[v]), centre, *perspective_pose[v]);
-    if (!views[v]) return;
-    const double s = views[v]->scale_px_per_m;
-    residuals[v] = residuals_px(all.correspondences, Parallel({s, s, centre.x(), centre.y()}),
-                                views[v]->camera_from_target);
-    if (!is_plausible(v)) {
-      views[v].reset();
-      return;
-    }
-    for (std::size_t i = 0; i < residuals[v].size(); ++i)
-      squares[v][i] = whitened_square(all, i, residuals[v][i]);
+// The residuals are small against their extent in the image, which those of random pixels are not.
+bool is_plausible(const ViewProblem& view, const std::vector<Vector2d>& residuals) {
+  Vector2d sum = Vector2d::Zero();
+  double square = 0, residual = 0;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    sum += view.correspondences[i].pixel;
+    square += view.correspondences[i].pixel.squaredNorm();
+    residual += residuals[i].squaredNorm();
   }
+  const double extent = square - sum.squaredNorm() / static_cast<double>(residuals.size());
+  return residual < policy::kWeakResidualShare * extent;
+}
 
-  // The residuals of the inliers are small against their extent in the image, which those of random
-  // pixels are not.
-  bool is_plausible(std::size_t v) const {
-    Vector2d sum = Vector2d::Zero();
-    double square = 0, residual = 0, count = 0;
-    for (std::size_t i = 0; i < residuals[v].size(); ++i) {
-      if (!inlier[v][i]) continue;
-      const Vector2d& pixel = input.views[v].problem.correspondences[i].pixel;
-      sum += pixel;
-      square += pixel.squaredNorm();
-      residual += residuals[v][i].squaredNorm();
-      ++count;
-    }
-    return residual < policy::kWeakResidualShare * (square - sum.squaredNorm() / count);
-  }
+Lens lens_of(const WeakView& view, const Vector2d& centre) {
+  return Parallel({view.scale_px_per_m, view.scale_px_per_m, centre.x(), centre.y()});
+}
 
-  // Robust standard deviation of the inliers; infinite without any.
-  double sigma() const {
-    std::vector<double> all;
-    for (std::size_t v = 0; v < squares.size(); ++v)
-      for (std::size_t i = 0; i < squares[v].size(); ++i)
-        if (inlier[v][i] && std::isfinite(squares[v][i])) all.push_back(squares[v][i]);
-    return all.empty() ? kInfinity : std::sqrt(robust_variance(all));
-  }
-
-  bool update_inliers() {
-    const double bound =
-        policy::kOutlierSigmas * std::max(least_sigma(input.whitened, options), sigma());
-    bool changed = false;
-    for (std::size_t v = 0; v < squares.size(); ++v) {
-      for (std::size_t i = 0; i < squares[v].size(); ++i) {
-        const std::uint8_t in = squares[v][i] <= bound * bound;
-        changed |= in != inlier[v][i];
-        inlier[v][i] = in;
-      }
-    }
-    return changed;
-  }
-};
-
-void collect(const RobustWeakFit& robust, WeakFit& weak) {
-  CalibrationFit& fit = weak.fit;
-  for (std::size_t v = 0; v < robust.views.size(); ++v) {
-    const CalibrationView& view = robust.input.views[v];
-    fit.num_corners += static_cast<int>(view.ids.size());
-    if (const auto& solved = robust.views[v]) {
-      fit.bundle.views.push_back(chosen(view.problem, robust.inlier[v]));
-      fit.bundle.camera_from_target.push_back(solved->camera_from_target);
-      fit.views.push_back(view.index);
-      fit.images.push_back(view.image);
-      fit.summary.cost += solved->cost;
-      weak.views.push_back(*solved);
-    } else {
-      add(fit.findings, code::view_rejected,
-          view.name() + ": rejected, its corners are not consistent with one pose");
-    }
-    for (std::size_t i = 0; i < view.ids.size(); ++i)
-      if (!robust.views[v] || !robust.inlier[v][i])
-        fit.outliers.push_back(
-            {view.image, view.ids[i], robust.residuals[v][i].norm(), view.index, view.corners[i]});
-  }
+std::optional<WeakView> fit_inliers(const ViewProblem& inliers, const Vector2d& centre,
+                                    const std::optional<Pose>& perspective_pose) {
+  auto fit = perspective_pose ? fit_weak_view(inliers, centre, *perspective_pose) : std::nullopt;
+  if (fit && !is_plausible(inliers, residuals_px(inliers.correspondences, lens_of(*fit, centre),
+                                                 fit->camera_from_target)))
+    return std::nullopt;
+  return fit;
 }
 
 }  // namespace
@@ -260,33 +188,47 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
 }
 
 std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
-  constexpr int kMaxRounds = 15;
   const auto begin = std::chrono::steady_clock::now();
   const auto start = calibration_seed(input.models->named("f"), input.image_size, input.views,
                                       seed_options(options));
   if (!start) return std::nullopt;
+  const Vector2d centre = image_centre(input.image_size);
   const std::size_t n = input.views.size();
-  RobustWeakFit robust{input,
-                       options,
-                       start->camera_from_world,
-                       start->inlier,
-                       std::vector<std::optional<WeakView>>(n),
-                       std::vector<std::vector<Vector2d>>(n),
-                       std::vector<std::vector<double>>(n)};
-  if (!options.reject_outliers)
-    for (auto& view : robust.inlier) std::fill(view.begin(), view.end(), 1);
-  for (int round = 0; round < kMaxRounds; ++round) {
-    for (std::size_t v = 0; v < n; ++v) robust.fit_view(v);
-    if (!options.reject_outliers || !robust.update_inliers()) break;
-  }
+  std::vector<std::optional<WeakView>> views(n);
+  RobustState state{selection_of(*start, options), std::vector<std::vector<double>>(n), 0};
+  update_until_stable(state, input.whitened, options, [&] {
+    for (std::size_t v = 0; v < n; ++v) {
+      const ViewProblem& all = input.views[v].problem;
+      views[v] =
+          fit_inliers(chosen(all, state.selection.inlier[v]), centre, start->camera_from_world[v]);
+      state.selection.pose[v].reset();
+      if (views[v]) state.selection.pose[v] = views[v]->camera_from_target;
+      state.squares[v].assign(all.correspondences.size(), std::numeric_limits<double>::infinity());
+      if (views[v])
+        state.squares[v] =
+            whitened_squares(all, lens_of(*views[v], centre), views[v]->camera_from_target);
+    }
+    return true;
+  });
   WeakFit weak;
-  weak.fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
-  weak.fit.whitened = input.whitened;
-  weak.fit.findings = input.findings;
-  weak.fit.summary.converged = true;
-  collect(robust, weak);
+  CalibrationFit& fit = weak.fit;
+  fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
+  fit.whitened = input.whitened;
+  fit.findings = input.findings;
+  fit.summary.converged = true;
+  for (std::size_t v = 0; v < n; ++v) {
+    if (!state.selection.uses(v)) continue;
+    fit.bundle.views.push_back(chosen(input.views[v].problem, state.selection.inlier[v]));
+    fit.bundle.camera_from_target.push_back(views[v]->camera_from_target);
+    fit.views.push_back(input.views[v].index);
+    fit.images.push_back(input.views[v].image);
+    fit.summary.cost += views[v]->cost;
+    weak.views.push_back(*views[v]);
+  }
   if (weak.views.empty()) return std::nullopt;
-  weak.fit.solve_seconds =
+  list_outliers(
+      input, state, [&](std::size_t v) { return lens_of(*views[v], centre); }, fit);
+  fit.solve_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return weak;
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/checks/untested_assumptions.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"

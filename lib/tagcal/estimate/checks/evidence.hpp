@@ -8,7 +8,6 @@
 #include "tagcal/estimate/bundle/flat_board.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/bundle/residual_bias.hpp"
-#include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/supported_models.hpp"

@@ -274,13 +274,6 @@ inline constexpr double kLmedsLensRad = 1e-3;
 // chosen by hand, to save time on good data.
 inline constexpr double kLmedsGoodMedianRad = 0.01;
 
-// A view with at most this share of inliers gets a new pose under the lens that is known by then,
-// from corners within this many standard deviations. Source: none; chosen by hand.
-inline constexpr Share kReseedInliers{1, 2};
-inline constexpr double kReseedSigmas = 2 * kOutlierSigmas;
-// A fit with rejected corners taken back is kept if sigma grows by less than this factor. Source:
-// none; chosen by hand (rejected corners of wide fisheyes: CHANGELOG).
-inline constexpr double kRetrySigmaGrowth = 1.05;
 // A weak view is plausible if its squared residuals are below this share of the squared extent of
 // its corners: 0.2^2, a fifth of their extent. Source: none; chosen by hand, against random pixels
 // (tests/estimate/weak_calibration_test.cpp).
@@ -291,11 +284,10 @@ inline constexpr double kWeakResidualShare = 0.04;
 inline constexpr Share kMovedBoardRejected{1, 2};
 inline constexpr Share kStillBoardRejected{1, 3};
 // A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
-// by this share of rejected corners above the median share; or by the lower one, if its residuals
-// are spatially correlated. Source: none; chosen by hand (docs/how_sure.md).
+// by this share of rejected corners above the median share. Source: none; chosen by hand
+// (docs/how_sure.md).
 inline constexpr double kOutlyingRms = 1.3;
 inline constexpr double kOutlyingRejected = 0.4;
-inline constexpr double kOutlyingRejectedCorrelated = 0.3;
 // Views that a median needs, and the share of outlying or correlated views above which the model or
 // the target is wrong, not the views. Source: none; chosen by hand.
 inline constexpr std::size_t kLeastComparedViews = 4;
@@ -314,9 +306,6 @@ inline constexpr Share kComparableInliers{9, 10};
 // Model f provides the common inliers, if opencv5 is not determined and f has at least this share
 // of its inliers. Source: none; chosen by hand.
 inline constexpr Share kSmallModelInliers{19, 20};
-// Standard deviations. Rejected corners that are nearer than this are tried with the rational lens.
-// Source: none; chosen by hand.
-inline constexpr double kGrossSigmas = 100;
 // px. The noise of exact corners in BIC, which must not be zero. Source: none; chosen by hand, far
 // above the rounding of a pixel (1e-13) and below any real noise.
 inline constexpr double kExactNoisePx = 1e-6;
