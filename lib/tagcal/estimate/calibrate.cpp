@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/bundle/convergence.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/held_parameters.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"

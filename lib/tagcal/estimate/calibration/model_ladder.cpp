@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/estimate/bundle/convergence.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"

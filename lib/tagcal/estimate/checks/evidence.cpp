@@ -5,8 +5,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "tagcal/estimate/bundle/profile_covariance.hpp"
-#include "tagcal/estimate/checks/split_half_check.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -34,14 +32,11 @@ void widen_by_profile(Evidence& evidence, const Bundle& bundle) {
 // Adds the effect of a free bend to the covariance of a flat board that the residuals contradict:
 // the variance of the bend and the square of its estimate.
 void widen_by_bend(Evidence& evidence) {
-  const auto inverse =
-      exact_inverse(evidence.information->halves[0] + evidence.information->halves[1]);
+  const auto inverse = exact_inverse(evidence.information->sum());
   if (!inverse) return;
   BundleCovariance& covariance = *evidence.observability.covariance;
   const Eigen::Index k = covariance.parameters.cols();
-  const Eigen::VectorXd gradient =
-      evidence.information->gradients[0] + evidence.information->gradients[1];
-  const Eigen::Vector2d bend = (*inverse * gradient).tail<2>();
+  const Eigen::Vector2d bend = evidence.bend->bend_mm / 1e3;
   // A change of the bend changes the parameters by C_pb C_bb^-1.
   const Eigen::MatrixXd by_bend =
       inverse->topRightCorner(k, 2) * inverse->bottomRightCorner<2, 2>().inverse();
@@ -129,8 +124,9 @@ Evidence gather_evidence(const Solution& solution) {
   Observability& seen = evidence.observability;
   seen = observability(fit.bundle, evidence.information, sigma);
   const double share = sigma / evidence.floored_sigma;
+  const double decrement = seen.covariance ? seen.covariance->decrement : 0;
   evidence.at_minimum =
-      fit.summary.converged && share * share * seen.decrement <= policy::kLargestDecrement;
+      fit.summary.converged && share * share * decrement <= policy::kLargestDecrement;
   if (seen.covariance) {
     widen_by_profile(evidence, fit.bundle);
     find_lack_of_fit(evidence, solution);

@@ -5,9 +5,8 @@
 #include <span>
 
 #include "tagcal/estimate/bundle/covariance.hpp"
-#include "tagcal/estimate/bundle/flat_board.hpp"
+#include "tagcal/estimate/bundle/lack_of_fit.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/bundle/residual_bias.hpp"
 #include "tagcal/estimate/calibration/alternative_lens_test.hpp"
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"

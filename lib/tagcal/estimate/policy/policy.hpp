@@ -11,10 +11,8 @@ namespace tagcal::internal::policy {
 
 // ---- Probabilities, as quantiles of the normal distribution (one-sided)
 
-// p = 0.001.
-inline constexpr double kQuantile1e3 = 3.09;
-// p = 0.0001.
-inline constexpr double kQuantile1e4 = 3.72;
+// p = 0.0001: what a check of a calibration calls significant.
+inline constexpr double kSignificant = 3.72;
 
 // ---- Noise
 
@@ -169,9 +167,10 @@ inline constexpr std::size_t kTagsPerShiftedTag = 3;
 // coefficients reach 5, a solver that stopped at the fold of a lens hundreds. Source: study
 // focal_refusal.
 inline constexpr double kLargestDecrement = 30;
-// A bundle without convergence has ended all the same if a round of iterations moves its corners by
-// less than this share of their standard deviation (RMS). Source: none; chosen by hand.
-inline constexpr double kStationaryShare = 0.1;
+// A bundle without convergence has ended all the same if a round of iterations lowers its cost by
+// less than this share of sigma^2 for each parameter: its corners have moved by less than a tenth of
+// their standard deviation. Source: none; chosen by hand.
+inline constexpr double kStationaryDecrease = 0.01;
 // An eigenvalue of the information below this is made of rounding (the scaled information has a
 // unit diagonal): its eigenvector is unobservable. Source: none; chosen by hand, some 1e5 times the
 // rounding of a double.
@@ -187,7 +186,7 @@ inline constexpr double kUnobservablePrecision = 1e-12;
 // chosen by hand.
 inline constexpr double kComponentOfDirection = 0.1;
 
-// The profile likelihood of a calibration (profile_covariance.hpp).
+// The profile likelihood of a calibration (covariance.hpp).
 // Standard deviation over the focal length up to which a linear covariance is trusted. Source:
 // none; chosen by hand (study calibration_nees confirms that covariance).
 inline constexpr double kLinearShare = 0.01;
@@ -195,17 +194,9 @@ inline constexpr double kLinearShare = 0.01;
 // calibrate-parallel has what it leads to).
 inline constexpr double kProfileBundleSigmas = 2;
 
-// Bias of the residuals (residual_bias.hpp).
-// Cells, columns by rows, and rings; a group of corners takes part from the first number on, and
-// the test is made from the second number of groups on. Source: none; chosen by hand.
-inline constexpr int kBiasColumns = 12;
-inline constexpr int kBiasRows = 8;
-inline constexpr int kBiasRings = 16;
+// Bias of the residuals (lack_of_fit.hpp).
+// Corners of a cell or ring from which on it takes part. Source: none; chosen by hand.
 inline constexpr int kLeastBiasCorners = 8;
-inline constexpr int kLeastBiasGroups = 4;
-// Degrees of freedom within the groups, for each one of their means, that the test needs. Source:
-// none; chosen by hand.
-inline constexpr double kBiasFreedomRatio = 2;
 // px. A smaller bias (RMS), also by the size of the tags, is no finding. Source: none; chosen by
 // hand.
 inline constexpr double kLeastBiasPx = 0.02;
@@ -378,7 +369,7 @@ inline constexpr double kSmallModelChiSquare = 45;
 // Fewest views for the split-half check: three in each half. Source: none; chosen by hand.
 inline constexpr std::size_t kSplitHalfFewestViews = 6;
 // The halves disagree if their difference exceeds this many of its standard deviations and the
-// chi-square of the parameters is beyond p = 0.001 (after mrcal's cross-validation;
+// chi-square of the parameters is significant (after mrcal's cross-validation;
 // docs/how_sure.md, study `warnings`).
 inline constexpr double kHalvesDisagree = 2;
 
@@ -398,18 +389,13 @@ inline constexpr int kTargetFewestViews = 3;
 // Share of the trace of a shift's information that damps the direction along the line of sight,
 // which the views do not determine. Source: none; chosen by hand.
 inline constexpr double kTargetShiftDamping = 1e-3;
-// Cosine of the angle to the optical axis, below which the scale of a lens without distortion does
-// not describe the image. Source: none; chosen by hand.
-inline constexpr double kTargetLeastCosine = 0.1;
-// Normal quantile beyond which shifts and sizes of tags are significant (p = 3e-7).
-inline constexpr double kTargetQuantile = 5;
 // The target is wrong if shifts explain this share of the squared residuals (boards of paper: 0.25
 // to 0.33) and this much in px RMS (boards of paper: 0.10 to 0.12; docs/real_corners.md).
 inline constexpr double kTargetShareFound = 0.2;
 inline constexpr double kTargetShiftFoundPx = 0.125;
-// The answer is refused if they explain this share, most of the residuals, and this much in px RMS.
-// Source: none; chosen by hand.
-inline constexpr double kTargetShareRefused = 0.5;
+// The answer is refused if they explain kMostOfResiduals, and this much in px RMS. One shift must
+// explain as much of a rejected corner to count as the target's error. Source: none; chosen by hand.
+inline constexpr double kMostOfResiduals = 0.5;
 inline constexpr double kTargetShiftRefusedPx = 0.25;
 // It is refused, too, if more than this share of all tags is outlying. Source: none; chosen by
 // hand.
@@ -417,9 +403,6 @@ inline constexpr double kTagsShareRefused = 0.25;
 // A tag is outlying if its shift is this many times that of the median tag. Source: none; chosen by
 // hand.
 inline constexpr double kOutlyingTagRatio = 4;
-// Share of the squared residuals of a rejected corner that one shift must explain to count as the
-// target's error. Source: none; chosen by hand.
-inline constexpr double kOneShiftShare = 0.5;
 // Share of a tag's size that ink or light may add: with more than a cell of ten on either side the
 // pattern cannot be read.
 inline constexpr double kLargestTagScale = 0.2;
