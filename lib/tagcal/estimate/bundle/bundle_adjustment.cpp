@@ -6,7 +6,6 @@
 #include <memory>
 #include <mutex>
 
-#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/refine_pose.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -175,8 +174,8 @@ std::optional<FlatBoard> flat_board(const Dataset& dataset) {
     high = high.cwiseMax(p.position);
   }
   const Eigen::Vector3d size = high - low;
-  if (!(size.x() > 0 && size.y() > 0) || size.z() > policy::kFlatBoard * size.x())
-    return std::nullopt;
+  const double rounding_m = 1e-6 * size.x();  // numeric: of positions in a file
+  if (!(size.x() > 0 && size.y() > 0) || size.z() > rounding_m) return std::nullopt;
   return FlatBoard{dataset.boards[0].world_from_board, (low + high).head<2>() / 2,
                    size.head<2>() / 2};
 }

@@ -104,7 +104,8 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
   const MatrixXd unit = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::LDLT<MatrixXd> ldlt(unit);
-  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > policy::kSingularPivot).all())
+  constexpr double kRounding = 1e-15;  // numeric: a few times that of a double
+  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > kRounding).all())
     return std::nullopt;
   const MatrixXd inverse = ldlt.solve(MatrixXd::Identity(unit.rows(), unit.cols()));
   return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());

@@ -72,7 +72,7 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
                                               const FlatBoard* board = nullptr);
 
 // The inverse of a symmetric positive definite matrix of any scale; no value if the matrix is
-// singular up to rounding (policy::kSingularPivot).
+// singular up to rounding.
 std::optional<Eigen::MatrixXd> exact_inverse(const Eigen::MatrixXd& information);
 
 // Standard deviation (px per coordinate) of the projection of infinitely far points, less the part

@@ -33,8 +33,8 @@ class GroupedResiduals {
     total_ += whitened.squaredNorm();
   }
 
-  // F test of the groups' means against the noise within the groups. `coordinates`: those of each
-  // mean (2, or 1 for radial parts); `freedom`: of the sum of all squares.
+  // Chi-square test of the groups' means against the noise within the groups. `coordinates`: those
+  // of each mean (2, or 1 for radial parts); `freedom`: of the sum of all squares.
   ResidualBias bias(int coordinates, double freedom, double least_sigma) const {
     double between = 0, square_px = 0, k = 0;
     int corners = 0;
@@ -49,11 +49,12 @@ class GroupedResiduals {
     const double rest = freedom - k;
     if (k == 0 || rest < k) return bias;  // too few to know the noise within the groups
     const double variance = std::max((total_ - between) / rest, least_sigma * least_sigma);
-    const double ratio = between / k / variance;
-    if (ratio <= 1) return bias;
-    bias.rms_px = std::sqrt((1 - 1 / ratio) * square_px / corners);
-    bias.disagree = variance_ratio_score(ratio, k, rest) > policy::kSignificant &&
-                    bias.rms_px > policy::kLeastBiasPx;
+    const double chi_square = between / variance;
+    // The second factor is the uncertainty of the variance, which has `rest` degrees of freedom.
+    const double bound = chi_square_quantile(k, policy::kSignificant) *
+                         (1 + policy::kSignificant * std::sqrt(2 / rest));
+    if (chi_square > k) bias.rms_px = std::sqrt((1 - k / chi_square) * square_px / corners);
+    bias.disagree = chi_square > bound && bias.rms_px > policy::kLeastBiasPx;
     if (bias.disagree) bias.inflation = std::max(1.0, between / k / (total_ / freedom));
     return bias;
   }
@@ -122,7 +123,7 @@ std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             const BundleInformation& information, double sigma,
                                             std::span<const Vector2d> samples, double distance_m) {
   const Eigen::Index k = solved.model->num_free();
-  if (solved.views.size() < policy::kSplitHalfFewestViews || k == 0) return std::nullopt;
+  if (std::ssize(solved.views) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
   const auto first = exact_inverse(information.halves[0].topLeftCorner(k, k)),
              second = exact_inverse(information.halves[1].topLeftCorner(k, k));
   if (!first || !second) return std::nullopt;
@@ -140,7 +141,7 @@ std::optional<HalvesCheck> split_half_check(const Bundle& solved,
   const auto inverse = exact_inverse(covariance);
   check.disagree = check.ratio > policy::kHalvesDisagree && inverse &&
                    difference.dot(*inverse * difference) >
-                       chi_square_quantile(static_cast<double>(k), policy::kSignificant);
+                       chi_square_quantile(static_cast<double>(k), policy::kQuantile1e3);
   return check;
 }
 

@@ -70,7 +70,8 @@ class UnobservableDirections {
   bool has_component(Eigen::Index k) const {
     for (Eigen::Index i = 0; i < spectrum_.eigenvalues().size(); ++i) {
       if (i > 0 && spectrum_.eigenvalues()[i] > policy::kUnobservableEigenvalue) break;
-      if (std::abs(spectrum_.eigenvectors()(k, i)) > policy::kComponentOfDirection) return true;
+      // numeric: smaller components are not worth a name
+      if (std::abs(spectrum_.eigenvectors()(k, i)) > 0.1) return true;
     }
     return false;
   }
@@ -87,10 +88,11 @@ bool is_finite(const std::optional<BundleInformation>& information) {
 }
 
 // Covariance of an information with unobservable directions, whose diagonal is raised so little
-// (policy::kUnobservablePrecision) that a projection that depends on them is refused.
+// (policy::kUnobservableEigenvalue) that a projection that depends on them is refused.
 std::optional<BundleCovariance> covariance_with_unobservable(BundleInformation information,
                                                              const Bundle& bundle, double sigma) {
-  information.halves[0].diagonal() += policy::kUnobservablePrecision * information.sum().diagonal();
+  information.halves[0].diagonal() +=
+      policy::kUnobservableEigenvalue * information.sum().diagonal();
   auto covariance = covariance_of(bundle, information, sigma);
   if (covariance) covariance->decrement = 0;  // unobservable directions have no Gauss-Newton step
   return covariance;

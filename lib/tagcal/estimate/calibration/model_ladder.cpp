@@ -56,7 +56,7 @@ double noise_square(const std::vector<Candidate>& candidates, const CalibrateOpt
   }
   const double assumed = options.sigma_px > 0 ? options.sigma_px : policy::kAssumedSigmaPx;
   if (!std::isfinite(lowest)) return assumed * assumed;
-  return std::max(lowest, policy::kExactNoisePx * policy::kExactNoisePx);
+  return std::max(lowest, policy::kLeastPoseSigmaPx * policy::kLeastPoseSigmaPx);
 }
 
 Candidate solved_from(const Bundle& start, const Model& model, int max_iterations) {
@@ -180,7 +180,7 @@ double gain_of_largest(const CalibrationFit& fit) {
   const auto nested = nested_information(fit.bundle);
   if (!nested) return kInfinity;
   Eigen::MatrixXd information = nested->halves[0] + nested->halves[1];
-  information.diagonal() *= 1 + policy::kUnobservablePrecision;
+  information.diagonal() *= 1 + policy::kUnobservableEigenvalue;
   const auto inverse = exact_inverse(information);
   if (!inverse) return kInfinity;
   const Eigen::VectorXd gradient = nested->gradients[0] + nested->gradients[1];

@@ -46,8 +46,8 @@ struct Sums {
     gradient -= information * shift;
   }
   Vector3d shift() const {
-    const double damping =
-        policy::kTargetShiftDamping * information.trace() + 1e-300;  // numeric: no division by zero
+    // Damps the line of sight, which the views do not determine, and keeps from a division by zero.
+    const double damping = 1e-3 * information.trace() + 1e-300;  // numeric: see above
     return (information + damping * Matrix3d::Identity()).ldlt().solve(gradient);
   }
   double explained(const Vector3d& shift) const {
@@ -172,7 +172,7 @@ std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
     total.square += corner.inliers.square;
     const bool out = corner.outliers.count > corner.inliers.count;
     const Sums& sums = out ? corner.outliers : corner.inliers;
-    if (sums.count < policy::kTargetFewestViews) continue;
+    if (sums.count < policy::kFewestComparedViews) continue;
     const Vector3d shift = sums.shift();
     const double explained = std::max(0.0, sums.explained(shift));
     if (out && explained < policy::kMostOfResiduals * sums.square) continue;
@@ -229,7 +229,7 @@ double largest_chi_square(int k) { return chi_square_quantile(k, policy::kOutlie
 
 std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit,
                                         const FlatBoard* board) {
-  if (std::ssize(fit.views) < policy::kTargetFewestViews) return std::nullopt;
+  if (std::ssize(fit.views) < policy::kFewestComparedViews) return std::nullopt;
   Matrix3d axes = Matrix3d::Identity();
   if (board) {
     axes = board->world_from_board.rotation().toRotationMatrix();
@@ -263,9 +263,9 @@ std::optional<TargetError> target_error(const CalibrationInput& input, const Cal
             tag.mm() > policy::kOutlyingTagRatio * median_mm);
   };
   const auto wrong = static_cast<double>(std::ranges::count_if(tags, is_outlying));
-  error.gross =
-      (all && error.share > policy::kMostOfResiduals && shift_px > policy::kTargetShiftRefusedPx) ||
-      wrong > policy::kTagsShareRefused * static_cast<double>(tags.size());
+  error.gross = (all && error.share > policy::kMostOfResiduals &&
+                 shift_px > 2 * policy::kTargetShiftFoundPx) ||
+                wrong > policy::kTagsShareRefused * static_cast<double>(tags.size());
   std::erase_if(tags, [&](const TagShift& tag) {
     return !is_outlying(tag) && !(all && 2 * tag.mm() > largest_mm);
   });
