@@ -88,11 +88,10 @@ bool is_finite(const std::optional<BundleInformation>& information) {
 }
 
 // Covariance of an information with unobservable directions, whose diagonal is raised so little
-// (policy::kUnobservableEigenvalue) that a projection that depends on them is refused.
+// (policy::kUnobservablePrecision) that a projection that depends on them is refused.
 std::optional<BundleCovariance> covariance_with_unobservable(BundleInformation information,
                                                              const Bundle& bundle, double sigma) {
-  information.halves[0].diagonal() +=
-      policy::kUnobservableEigenvalue * information.sum().diagonal();
+  information.halves[0].diagonal() += policy::kUnobservablePrecision * information.sum().diagonal();
   auto covariance = covariance_of(bundle, information, sigma);
   if (covariance) covariance->decrement = 0;  // unobservable directions have no Gauss-Newton step
   return covariance;

@@ -17,7 +17,7 @@ namespace tagcal::internal {
 // Condition numbers and pseudo-inverses do not tell. Single coefficients are not judged: if some
 // are unobservable but the projection does not depend on them (k1 and k4 of a rational lens for a
 // camera without distortion), the status is ok, `open` names them, and the covariance gives them a
-// hundred thousands of times the standard deviations that they had alone.
+// million times the standard deviations that they had alone.
 struct Observability {
   Status status = Status::ok;  // or degenerate, focal_not_observable, not_observable
   std::string reason;          // a sentence, if the status is not ok

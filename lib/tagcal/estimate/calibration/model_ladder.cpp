@@ -180,7 +180,7 @@ double gain_of_largest(const CalibrationFit& fit) {
   const auto nested = nested_information(fit.bundle);
   if (!nested) return kInfinity;
   Eigen::MatrixXd information = nested->halves[0] + nested->halves[1];
-  information.diagonal() *= 1 + policy::kUnobservableEigenvalue;
+  information.diagonal() *= 1 + policy::kUnobservablePrecision;
   const auto inverse = exact_inverse(information);
   if (!inverse) return kInfinity;
   const Eigen::VectorXd gradient = nested->gradients[0] + nested->gradients[1];

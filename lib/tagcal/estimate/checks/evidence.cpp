@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
@@ -120,7 +121,9 @@ bool Evidence::is_model_small() const {
 }
 
 bool Evidence::is_board_bent() const {
-  return bend_chi_square > chi_square_quantile(2, policy::kSignificant) && !is_model_small();
+  // A chi-square of two degrees of freedom exceeds x with the probability exp(-x / 2).
+  const double p = std::erfc(policy::kSignificant / std::numbers::sqrt2) / 2;
+  return bend_chi_square > -2 * std::log(p) && !is_model_small();
 }
 
 double Evidence::inflation() const {

@@ -171,10 +171,13 @@ inline constexpr double kLargestDecrement = 30;
 // of their standard deviation. Source: none; chosen by hand.
 inline constexpr double kStationaryDecrease = 0.01;
 // An eigenvalue of the information below this is made of rounding (the scaled information has a
-// unit diagonal): its eigenvector is unobservable. As much is then added to the diagonal: standard
-// deviations along it become 3e5 times those of its parameters alone, so that any projection that
-// depends on it is refused. Source: none; chosen by hand, some 1e5 times the rounding of a double.
+// unit diagonal): its eigenvector is unobservable. Source: none; chosen by hand, some 1e5 times the
+// rounding of a double.
 inline constexpr double kUnobservableEigenvalue = 1e-11;
+// Added to the scaled information's diagonal where directions are unobservable: their standard
+// deviations become 1e6 times those of their parameters alone, so that any projection that depends
+// on them is refused. Source: none; chosen by hand.
+inline constexpr double kUnobservablePrecision = 1e-12;
 
 // The profile likelihood of a calibration (covariance.hpp).
 // Standard deviation over the focal length up to which a linear covariance is trusted. Source:
