@@ -3,9 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "fresh_noise.hpp"
-#include "tagcal/estimate/bundle/residual_bias.hpp"
+#include "tagcal/estimate/bundle/lack_of_fit.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/checks/split_half_check.hpp"
 
 namespace tagcal {
 using namespace internal;

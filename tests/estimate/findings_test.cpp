@@ -24,25 +24,25 @@ std::set<std::string> documented_codes() {
 }
 
 TEST(Findings, EveryCodeIsInTheDocumentation) {
-  std::set<std::string> codes;
-  for (const FindingCode& code : kFindingCodes)
-    EXPECT_TRUE(codes.emplace(code.name).second) << code.name << " stands twice";
-  EXPECT_EQ(codes, documented_codes());
-}
-
-// Every defined code is in the list of all codes.
-TEST(Findings, EveryDefinedCodeIsListed) {
   std::ifstream header(TAGCAL_SOURCE_DIR "/lib/tagcal/estimate/findings/finding_codes.hpp");
+  const std::regex definition(R"re(inline constexpr FindingCode ([a-z_]+)\{"([a-z_]+)", ?)re");
+  std::set<std::string> codes;
   std::size_t defined = 0;
-  for (std::string line; std::getline(header, line);)
+  for (std::string line; std::getline(header, line);) {
     defined += line.starts_with("inline constexpr FindingCode ");
-  EXPECT_EQ(defined, kFindingCodes.size());
+    std::smatch name;
+    if (!std::regex_search(line, name, definition)) continue;
+    EXPECT_EQ(name[1], name[2]);
+    EXPECT_TRUE(codes.emplace(name[2]).second) << name[2] << " stands twice";
+  }
+  EXPECT_EQ(codes.size(), defined);
+  EXPECT_EQ(codes, documented_codes());
 }
 
 TEST(Findings, EveryStatusThatIsNoAnswerHasACode) {
   for (const Status status : {Status::focal_not_observable, Status::not_observable,
                               Status::degenerate, Status::no_consensus, Status::not_converged}) {
-    EXPECT_EQ(refusal_code(status).name, status_name(status));
+    EXPECT_TRUE(documented_codes().contains(std::string(refusal_code(status).name)));
     EXPECT_EQ(refusal_code(status).severity, Severity::refusal);
   }
 }

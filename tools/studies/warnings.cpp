@@ -18,7 +18,7 @@ namespace tagcal {
 namespace {
 
 // The columns of the table.
-constexpr std::array<std::pair<const char*, internal::FindingCode>, 10> kKinds = {
+constexpr std::array<std::pair<const char*, internal::FindingCode>, 9> kKinds = {
     {{"halves", internal::code::halves_disagree},
      {"bent", internal::code::board_bent},
      {"field", internal::code::residuals_biased},
@@ -26,7 +26,6 @@ constexpr std::array<std::pair<const char*, internal::FindingCode>, 10> kKinds =
      {"target", internal::code::tags_misplaced},
      {"outliers", internal::code::corners_rejected},
      {"weak", internal::code::direction_weak},
-     {"focal", internal::code::focal_weak},
      {"trade", internal::code::coefficients_correlated},
      {"gap", internal::code::extrapolated}}};
 constexpr std::array<const char*, 4> kOfModel = {"halves", "bent", "field", "small"};

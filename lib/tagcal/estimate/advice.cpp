@@ -97,8 +97,8 @@ struct BoardPoints {
 };
 
 Vector2d pixel_of(const Candidate& c, const ImageSize& size) {
-  return image_centre(size) + Vector2d(policy::kAdvisedOffset * c.column * size.width,
-                                       policy::kAdvisedOffset * c.row * size.height);
+  constexpr double kOffset = 0.3;  // numeric: tried places, as a share of the image
+  return image_centre(size) + kOffset * Vector2d(c.column * size.width, c.row * size.height);
 }
 
 std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const BoardPoints& board) {
@@ -173,8 +173,8 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
   current.model = &Model::named("f");
   current.camera.lens = pinhole(focal, focal, centre.x(), centre.y());
   current.information = MatrixXd::Zero(1, 1);
-  current.distance_m =
-      policy::kAdvisedDistance * board.size * focal / std::min(size.width, size.height);
+  // numeric: two thirds of the shorter side, as the middle of the tried distances
+  current.distance_m = 1.5 * board.size * focal / std::min(size.width, size.height);
   return current;
 }
 

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/bundle/convergence.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"

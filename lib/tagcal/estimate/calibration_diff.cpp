@@ -7,7 +7,6 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
-#include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -29,7 +28,8 @@ std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
   for (int i = 0; i < 50; ++i) {
     std::erase_if(view.correspondences,
                   [&](const Correspondence& c) { return !in_domain(lens, pose * c.point); });
-    if (view.correspondences.size() < policy::kLeastComparedPoints) return std::nullopt;
+    constexpr std::size_t kFewest = 6;  // two a degree of freedom
+    if (view.correspondences.size() < kFewest) return std::nullopt;
     const auto r = reprojection(view, lens, {}, pose);
     if (!r) return std::nullopt;
     const auto by_turn = r->by_pose.leftCols<3>();

@@ -43,7 +43,7 @@ std::string_view severity_name(Severity severity);  // "note", "warning" or "ref
 
 // A fact that an estimate reports about its data, target, model or solver (docs/findings.md).
 struct Finding {
-  std::string code;  // such as "focal_weak"; stable between versions
+  std::string code;  // such as "direction_weak"; stable between versions
   Severity severity = Severity::warning;
   std::string sentence;  // what was found, what it means, what to do
 };

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
-#include "tagcal/estimate/bundle/flat_board.hpp"
 
 namespace tagcal::internal {
 
@@ -15,8 +14,8 @@ namespace tagcal::internal {
 struct BundleCovariance {
   Eigen::MatrixXd parameters;  // of the model's free parameters (k x k)
   std::vector<Matrix6> poses;  // of each pose, (omega, tau): `retract`
-  // Decrease of the cost by a Gauss-Newton step, over sigma^2. A large one means that the bundle is
-  // at no minimum (policy::kLargestDecrement).
+  // Decrease of the cost by a Gauss-Newton step, over sigma^2; 0 with unobservable coefficients. A
+  // large one means that the bundle is at no minimum (policy::kLargestDecrement).
   double decrement = 0;
 };
 
@@ -24,6 +23,9 @@ struct BundleCovariance {
 // poses, as the sums over two halves: views of even and of odd number. The two bends of a board are
 // the last parameters: of the bundle's, else of `held_flat`, whose bends are not estimated.
 struct BundleInformation {
+  Eigen::MatrixXd sum() const { return halves[0] + halves[1]; }
+  Eigen::VectorXd gradient() const { return gradients[0] + gradients[1]; }
+
   std::array<Eigen::MatrixXd, 2> halves;            // S of each half
   std::array<Eigen::VectorXd, 2> gradients;         // of half the cost
   std::vector<Matrix6> pose_inverse;                // (A'A)^-1 per view
@@ -39,6 +41,15 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle,
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma);
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
                                               const BundleInformation& information, double sigma);
+
+// The covariance of a bundle's parameters, widened by the profile likelihood
+// (profile_likelihood.hpp) of the least known of focal length and principal point, to either side.
+// Focal length, principal point and poses are correlated along a curve, a bent valley of the cost,
+// of which the information describes the tangent only. `information` is that of the solved bundle,
+// `covariance` that of its parameters for noise of `sigma`. Not widened if the parameters are well
+// determined (policy::kLinearShare).
+Eigen::MatrixXd profile_covariance(const Bundle& solved, const BundleInformation& information,
+                                   const Eigen::MatrixXd& covariance, double sigma);
 
 // The bend of the board, with its uncertainty: that of the bundle, after a Gauss-Newton step of all
 // parameters. A flat board that is held gets the bend that the residuals show. `information`
@@ -61,7 +72,7 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
                                               const FlatBoard* board = nullptr);
 
 // The inverse of a symmetric positive definite matrix of any scale; no value if the matrix is
-// singular up to rounding (policy::kSingularPivot).
+// singular up to rounding.
 std::optional<Eigen::MatrixXd> exact_inverse(const Eigen::MatrixXd& information);
 
 // Standard deviation (px per coordinate) of the projection of infinitely far points, less the part

@@ -70,7 +70,8 @@ class UnobservableDirections {
   bool has_component(Eigen::Index k) const {
     for (Eigen::Index i = 0; i < spectrum_.eigenvalues().size(); ++i) {
       if (i > 0 && spectrum_.eigenvalues()[i] > policy::kUnobservableEigenvalue) break;
-      if (std::abs(spectrum_.eigenvectors()(k, i)) > policy::kComponentOfDirection) return true;
+      // numeric: smaller components are not worth a name
+      if (std::abs(spectrum_.eigenvectors()(k, i)) > 0.1) return true;
     }
     return false;
   }
@@ -79,7 +80,7 @@ class UnobservableDirections {
 };
 
 Eigen::MatrixXd parameter_block(const BundleInformation& information, Eigen::Index k) {
-  return (information.halves[0] + information.halves[1]).topLeftCorner(k, k);
+  return information.sum().topLeftCorner(k, k);
 }
 
 bool is_finite(const std::optional<BundleInformation>& information) {
@@ -90,10 +91,10 @@ bool is_finite(const std::optional<BundleInformation>& information) {
 // (policy::kUnobservablePrecision) that a projection that depends on them is refused.
 std::optional<BundleCovariance> covariance_with_unobservable(BundleInformation information,
                                                              const Bundle& bundle, double sigma) {
-  const Eigen::VectorXd diagonal =
-      information.halves[0].diagonal() + information.halves[1].diagonal();
-  information.halves[0].diagonal() += policy::kUnobservablePrecision * diagonal;
-  return covariance_of(bundle, information, sigma);
+  information.halves[0].diagonal() += policy::kUnobservablePrecision * information.sum().diagonal();
+  auto covariance = covariance_of(bundle, information, sigma);
+  if (covariance) covariance->decrement = 0;  // unobservable directions have no Gauss-Newton step
+  return covariance;
 }
 
 constexpr std::string_view kTiltMore =
@@ -131,11 +132,34 @@ void find_covariance(Observability& result, const Bundle& bundle,
   result.covariance = result.open.empty()
                           ? covariance_of(bundle, *information, sigma)
                           : covariance_with_unobservable(*information, bundle, sigma);
-  // Unobservable directions have no Gauss-Newton step.
-  if (result.covariance && result.open.empty()) result.decrement = result.covariance->decrement;
+}
+
+// The observability for the noise that the residuals show.
+Observability observability_of(const Bundle& bundle, const BundleSummary& summary) {
+  const double square = summary.cost / std::max(1, degrees_of_freedom(bundle));
+  return observability(bundle, std::max(policy::kLeastSigmaPx, std::sqrt(square)));
 }
 
 }  // namespace
+
+void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations) {
+  constexpr int kMaxRounds = 10;
+  const double k = bundle.num_parameters(), freedom = std::max(1, degrees_of_freedom(bundle));
+  for (int round = 0; round < kMaxRounds && !summary.converged; ++round) {
+    if (observability_of(bundle, summary).status != Status::ok) return;
+    const BundleSummary more = solve(bundle, max_iterations);
+    const double decrease = summary.cost - more.cost;
+    summary.num_iterations += more.num_iterations;
+    summary.cost = more.cost;
+    summary.converged =
+        more.converged || decrease < policy::kStationaryDecrease * k * more.cost / freedom;
+  }
+}
+
+bool stuck_at_domain_limit(const Bundle& bundle, const BundleSummary& summary) {
+  const Observability seen = observability_of(bundle, summary);
+  return seen.covariance && seen.covariance->decrement > policy::kLargestDecrement;
+}
 
 SeenRegion seen_region(const Bundle& bundle) {
   std::vector<Eigen::Vector2d> pixels;

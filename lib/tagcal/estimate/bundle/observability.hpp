@@ -23,7 +23,6 @@ struct Observability {
   std::string reason;          // a sentence, if the status is not ok
   double focal_share = 0;      // sd(f) / f
   double projection_px = 0;    // standard deviation of the projection at infinity, RMS over corners
-  double decrement = 0;        // of the covariance; 0 with unobservable coefficients
   std::vector<std::string> open;               // unobservable coefficients
   std::optional<BundleCovariance> covariance;  // none if the information has no inverse
 };
@@ -38,6 +37,16 @@ double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covaria
 
 // Sets `focal_share` from the covariance, and refuses the focal length above policy::kFocalRefused.
 void judge_focal_length(Observability& result, const Bundle& bundle);
+
+// Continues a bundle whose solver ran out of iterations, in rounds of `max_iterations`, until the
+// solver converges, or until a round lowers the cost by less than policy::kStationaryDecrease of
+// the noise's part of it: along correlated coefficients the cost has a long flat valley in which no
+// corner moves. `converged` is true then, too. Stops at once if the parameters are unobservable.
+void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations);
+
+// True if the solver stopped at no minimum: a point would leave the domain of the lens, and a
+// Gauss-Newton step would lower the cost by more than policy::kLargestDecrement.
+bool stuck_at_domain_limit(const Bundle& bundle, const BundleSummary& summary);
 
 SeenRegion seen_region(const Bundle& bundle);
 double median_distance_m(const Bundle& bundle);  // from the camera to the corners

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tagcal/estimate/bundle/convergence.hpp"
-#include "tagcal/estimate/bundle/residual_bias.hpp"
+#include "tagcal/estimate/bundle/lack_of_fit.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/model_ladder.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/weak_calibration.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/estimate/bundle/convergence.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
@@ -56,7 +56,7 @@ double noise_square(const std::vector<Candidate>& candidates, const CalibrateOpt
   }
   const double assumed = options.sigma_px > 0 ? options.sigma_px : policy::kAssumedSigmaPx;
   if (!std::isfinite(lowest)) return assumed * assumed;
-  return std::max(lowest, policy::kExactNoisePx * policy::kExactNoisePx);
+  return std::max(lowest, policy::kLeastPoseSigmaPx * policy::kLeastPoseSigmaPx);
 }
 
 Candidate solved_from(const Bundle& start, const Model& model, int max_iterations) {

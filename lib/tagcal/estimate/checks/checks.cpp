@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tagcal/estimate/checks/untested_assumptions.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/internal/text.hpp"
@@ -47,7 +46,7 @@ Result noise_understated(const Solved& s) {
   if (s.answer.sigma_from_residuals || freedom < policy::kEnoughDegreesOfFreedom)
     return std::nullopt;
   const double ratio = std::sqrt(s.solution.fit->summary.cost / freedom) / s.answer.sigma_px;
-  if (!(ratio > policy::kNoiseUnderstated)) return std::nullopt;
+  if (!(ratio > policy::kMuchLargerSd)) return std::nullopt;
   return finding(
       code::noise_understated,
       "the residuals are " + percent(ratio) +
@@ -110,32 +109,23 @@ Result tag_scale(const Solved& s) {
   return s.evidence.target ? s.evidence.target->tag_scale : std::nullopt;
 }
 
-// The bend that the answer has, or else a significant one that the residuals show.
-std::optional<BoardWarp> bend_of(const Solved& s) {
-  if (s.answer.board_warp) return s.answer.board_warp;
-  return s.evidence.is_board_bent() ? s.evidence.bend : std::nullopt;
-}
-
-std::string bend_text(const BoardWarp& bend) {
-  return number(bend.bend_mm.x()) + " mm along x and " + number(bend.bend_mm.y()) + " mm along y";
-}
-
+// The bend that the answer has, or else a significant one that the residuals show. A bend that is
+// in the answer is a finding only if it is impossible.
 Result board_bent(const Solved& s) {
-  const auto bend = bend_of(s);
-  if (s.answer.board_warp || !bend || is_impossible(*bend, *s.solution.board)) return std::nullopt;
+  const auto& bend = s.answer.board_warp ? s.answer.board_warp : s.evidence.bend;
+  if (!s.answer.board_warp && !s.evidence.is_board_bent()) return std::nullopt;
+  const std::string by =
+      number(bend->bend_mm.x()) + " mm along x and " + number(bend->bend_mm.y()) + " mm along y";
+  if (is_impossible(*bend, *s.solution.board))
+    return finding(code::board_bend_impossible,
+                   "the corners fit a board bent by " + by +
+                       ", more than a board can bend: the model is too small, or the target is "
+                       "not as its file says");
+  if (s.answer.board_warp) return std::nullopt;
   return finding(code::board_bent,
-                 "the corners fit a bent board better, by " + bend_text(*bend) +
+                 "the corners fit a bent board better, by " + by +
                      ": try --board-warp, or a larger model; the standard deviations include what "
                      "the bend changes");
-}
-
-Result board_bend_impossible(const Solved& s) {
-  const auto bend = bend_of(s);
-  if (!bend || !is_impossible(*bend, *s.solution.board)) return std::nullopt;
-  return finding(code::board_bend_impossible,
-                 "the corners fit a board bent by " + bend_text(*bend) +
-                     ", more than a board can bend: the model is too small, or the target is not "
-                     "as its file says");
 }
 
 // The model.
@@ -198,7 +188,7 @@ Result fold_in_image(const Solved& s) {
 
 Result corners_rejected(const Solved& s) {
   const CalibrationFit& fit = *s.solution.fit;
-  if (!policy::is_below(fit.num_inliers(), policy::kInliersOfUsualFit, fit.num_corners))
+  if (!policy::is_below(fit.num_inliers(), policy::kComparableInliers, fit.num_corners))
     return std::nullopt;
   return finding(code::corners_rejected,
                  percent(1 - static_cast<double>(fit.num_inliers()) / fit.num_corners) +
@@ -212,14 +202,6 @@ Result coefficients_correlated(const Solved& s) {
                  listed(s.evidence.observability.open) +
                      " are correlated: the projection is determined, their single values are not; "
                      "a smaller model fits as well");
-}
-
-Result focal_weak(const Solved& s) {
-  const double share = s.evidence.observability.focal_share;
-  if (!(share > policy::kFocalWeak)) return std::nullopt;
-  return finding(code::focal_weak,
-                 "the focal length is weakly determined: its standard deviation is " +
-                     percent(share) + " of it; take views with more tilt");
 }
 
 Result direction_weak(const Solved& s) {
@@ -312,10 +294,8 @@ constexpr std::array kChecks = {
     Check{noise_understated},
     Check{model_too_small},
     Check{board_bent},
-    Check{board_bend_impossible},
     Check{corners_rejected, kAnswersOnly},
     Check{coefficients_correlated, kAnswersOnly},
-    Check{focal_weak, kAnswersOnly},
     Check{direction_weak},
     Check{extrapolated, kAnswersOnly},
     Check{principal_point_untested, kAnswersOnly},

@@ -11,7 +11,7 @@ namespace tagcal::internal {
 // The input of a check: a solution, the evidence about it, and the answer without findings.
 struct Solved {
   Solution solution;
-  Evidence evidence;              // empty for model weak
+  Evidence evidence;              // of the noise alone for model weak
   const WeakFit* weak = nullptr;  // of model weak
   Calibration answer;
 };

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 
-#include "tagcal/estimate/bundle/profile_covariance.hpp"
-#include "tagcal/estimate/checks/split_half_check.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -34,14 +36,11 @@ void widen_by_profile(Evidence& evidence, const Bundle& bundle) {
 // Adds the effect of a free bend to the covariance of a flat board that the residuals contradict:
 // the variance of the bend and the square of its estimate.
 void widen_by_bend(Evidence& evidence) {
-  const auto inverse =
-      exact_inverse(evidence.information->halves[0] + evidence.information->halves[1]);
+  const auto inverse = exact_inverse(evidence.information->sum());
   if (!inverse) return;
   BundleCovariance& covariance = *evidence.observability.covariance;
   const Eigen::Index k = covariance.parameters.cols();
-  const Eigen::VectorXd gradient =
-      evidence.information->gradients[0] + evidence.information->gradients[1];
-  const Eigen::Vector2d bend = (*inverse * gradient).tail<2>();
+  const Eigen::Vector2d bend = evidence.bend->bend_mm / 1e3;
   // A change of the bend changes the parameters by C_pb C_bb^-1.
   const Eigen::MatrixXd by_bend =
       inverse->topRightCorner(k, 2) * inverse->bottomRightCorner<2, 2>().inverse();
@@ -71,7 +70,7 @@ void find_lack_of_fit(Evidence& evidence, const Solution& solution) {
   const Bundle& bundle = solution.fit->bundle;
   evidence.bias = residual_bias(bundle, least_sigma(solution.fit->whitened, *solution.options));
   evidence.halves = split_half_check(bundle, *evidence.information, evidence.floored_sigma,
-                                     seen_region(bundle).samples(), median_distance_m(bundle));
+                                     evidence.seen.samples(), evidence.distance_m);
   evidence.larger = larger_lens(bundle, evidence.floored_sigma);
   if (!solution.board) return;
   evidence.bend = board_warp(bundle, *evidence.information, evidence.sigma);
@@ -94,14 +93,37 @@ std::optional<TargetError> find_target_error(const Evidence& evidence, const Sol
   return error;
 }
 
+// Largest standard deviation of the projection at infinity over the corners of the image that the
+// lens sees.
+double worst_corner_px(const UncertainLens& lens, const ImageSize& size,
+                       std::span<const Eigen::Vector2d> samples) {
+  double worst = 0;
+  const ProjectionUncertainty known =
+      projection_uncertainty(lens, {size, 2, 2}, samples, kInfinitelyFar);
+  for (const double sigma : known.sigma_px.reshaped())
+    if (sigma > worst) worst = sigma;
+  return worst;
+}
+
+template <typename... Numbers>
+std::string formatted(const char* format, Numbers... numbers) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
 }  // namespace
 
 bool Evidence::is_model_small() const {
-  return larger && larger->chi_square >= std::max(policy::kSmallModelChiSquare, bend_chi_square);
+  // opencv5 has at most eight parameters more.
+  const double by_chance = chi_square_quantile(8, policy::kOutlierSigmas);
+  return larger && larger->chi_square >= std::max(by_chance, bend_chi_square);
 }
 
 bool Evidence::is_board_bent() const {
-  return bend_chi_square > policy::kBentBoardChiSquare && !is_model_small();
+  // A chi-square of two degrees of freedom exceeds x with the probability exp(-x / 2).
+  const double p = std::erfc(policy::kSignificant / std::numbers::sqrt2) / 2;
+  return bend_chi_square > -2 * std::log(p) && !is_model_small();
 }
 
 double Evidence::inflation() const {
@@ -109,28 +131,32 @@ double Evidence::inflation() const {
   return std::max(bias.inflation, by_halves);
 }
 
-Noise noise_of(const CalibrationFit& fit, const CalibrateOptions& options) {
+Evidence noise_of(const CalibrationFit& fit, const CalibrateOptions& options) {
   const int freedom = degrees_of_freedom(fit.bundle);
-  if (options.sigma_px > 0) return {options.sigma_px};
-  if (fit.whitened) return {1};
-  if (freedom >= policy::kEnoughDegreesOfFreedom)
-    return {std::sqrt(fit.summary.cost / freedom), true};
-  return {policy::kAssumedSigmaPx};
+  Evidence evidence;
+  evidence.sigma_from_residuals =
+      !(options.sigma_px > 0) && !fit.whitened && freedom >= policy::kEnoughDegreesOfFreedom;
+  evidence.sigma = options.sigma_px > 0            ? options.sigma_px
+                   : fit.whitened                  ? 1
+                   : evidence.sigma_from_residuals ? std::sqrt(fit.summary.cost / freedom)
+                                                   : policy::kAssumedSigmaPx;
+  evidence.floored_sigma = std::max(evidence.sigma, least_sigma(fit.whitened, options));
+  evidence.seen = seen_region(fit.bundle);
+  return evidence;
 }
 
 Evidence gather_evidence(const Solution& solution) {
   const auto begin = std::chrono::steady_clock::now();
   const CalibrationFit& fit = *solution.fit;
-  const double sigma = noise_of(fit, *solution.options).sigma;
-  Evidence evidence;
-  evidence.sigma = sigma;
-  evidence.floored_sigma = std::max(sigma, least_sigma(fit.whitened, *solution.options));
+  Evidence evidence = noise_of(fit, *solution.options);
+  evidence.distance_m = median_distance_m(fit.bundle);
   evidence.information = bundle_information(fit.bundle, solution.board);
   Observability& seen = evidence.observability;
-  seen = observability(fit.bundle, evidence.information, sigma);
-  const double share = sigma / evidence.floored_sigma;
+  seen = observability(fit.bundle, evidence.information, evidence.sigma);
+  const double share = evidence.sigma / evidence.floored_sigma;
+  const double decrement = seen.covariance ? seen.covariance->decrement : 0;
   evidence.at_minimum =
-      fit.summary.converged && share * share * seen.decrement <= policy::kLargestDecrement;
+      fit.summary.converged && share * share * decrement <= policy::kLargestDecrement;
   if (seen.covariance) {
     widen_by_profile(evidence, fit.bundle);
     find_lack_of_fit(evidence, solution);
@@ -140,6 +166,52 @@ Evidence gather_evidence(const Solution& solution) {
   evidence.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return evidence;
+}
+
+std::optional<std::string> untested_principal_point(const Bundle& solved, double sigma) {
+  if (solved.model->name() != "f" || !solved.model->held().empty()) return std::nullopt;
+  const auto nested = nested_information(solved);
+  const auto centred = covariance_of(solved, sigma);
+  const auto open =
+      nested ? step_to_larger_model(solved, *nested, Model::named("f+c"), sigma) : std::nullopt;
+  if (!open || !centred) return std::nullopt;
+  const double px = std::sqrt(centred->parameters(0, 0));
+  const double open_px = std::sqrt(open->covariance.parameters(0, 0));
+  if (open_px < policy::kMuchLargerSd * px) return std::nullopt;
+  return formatted(
+      "the principal point is taken to be the centre of the image, and the views do "
+      "not determine it: with model f+c the standard deviation of the focal length "
+      "would be %.2g px, not %.2g px",
+      open_px, px);
+}
+
+std::optional<std::string> extrapolated_corners(const Bundle& solved, double sigma,
+                                                const UncertainLens& lens,
+                                                std::span<const Eigen::Vector2d> samples) {
+  const ImageSize& size = solved.image_size;
+  const double own_px = worst_corner_px(lens, size, samples);
+  if (own_px > policy::kImageCornerShare * std::hypot(size.width, size.height))
+    return formatted(
+        "the standard deviation of the projection is %.2g px at the corners of the "
+        "image: the lens is extrapolated there",
+        own_px);
+  const Model& usual = lens.model->sibling("opencv5");
+  if (lens.model->lens_type() != LensType::perspective ||
+      lens.model->num_free() >= usual.num_free())
+    return std::nullopt;
+  const Bundle larger = with_model(solved, usual);
+  const auto covariance = covariance_of(larger, sigma);
+  if (!covariance) return std::nullopt;
+  const double open_px =
+      worst_corner_px({larger.model, larger.lens(), covariance->parameters}, size, samples);
+  if (open_px < std::max(policy::kImageCornerPx, policy::kMuchLargerSd * own_px))
+    return std::nullopt;
+  return "the views do not show whether the lens has more distortion than model " +
+         std::string(lens.model->name()) +
+         formatted(
+             ": with model opencv5 the standard deviation of the projection at the corners "
+             "of the image is %.2g px, not %.2g px; the lens is extrapolated there",
+             open_px, own_px);
 }
 
 bool is_impossible(const BoardWarp& bend, const FlatBoard& board) {

@@ -3,11 +3,11 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "tagcal/estimate/bundle/covariance.hpp"
-#include "tagcal/estimate/bundle/flat_board.hpp"
+#include "tagcal/estimate/bundle/lack_of_fit.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/bundle/residual_bias.hpp"
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 #include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/supported_models.hpp"
@@ -28,13 +28,17 @@ struct Solution {
 
 // Evidence of the residuals of a fit about the noise, the model, the board and the target.
 struct Evidence {
-  double sigma = 0;  // of `noise_of`
+  // Noise per (whitened) coordinate: as stated, that of the corners, that of the residuals, or
+  // policy::kAssumedSigmaPx.
+  double sigma = 0;
+  bool sigma_from_residuals = false;
   // At least `least_sigma`: below it the rounding of a file would count as lack of fit.
   double floored_sigma = 0;
   std::optional<BundleInformation> information;  // with the bends of the board
   Observability observability;
-  bool at_minimum =
-      false;  // the solver converged, and no Gauss-Newton step lowers the cost further
+  bool at_minimum = false;  // converged, and no Gauss-Newton step lowers the cost further
+  SeenRegion seen;          // the corners
+  double distance_m = 0;    // their median
 
   // Lack of fit; unset if the observability has no covariance.
   ResidualBias bias;
@@ -60,19 +64,29 @@ struct Evidence {
   double inflation() const;
 };
 
-// The noise behind a fit's covariance.
-struct Noise {
-  // Per (whitened) coordinate: as stated, that of the corners, that of the residuals, or
-  // policy::kAssumedSigmaPx.
-  double sigma = 0;
-  bool from_residuals = false;
-};
-Noise noise_of(const CalibrationFit& fit, const CalibrateOptions& options);
+// Evidence of the noise alone.
+Evidence noise_of(const CalibrationFit& fit, const CalibrateOptions& options);
 
 // Collects the evidence for a fit with its noise, and widens the covariance by all that it assumed:
 // the linear approximation (profile likelihood), independent residuals (inflation), a flat board,
 // and the model (the other supported ones).
 Evidence gather_evidence(const Solution& solution);
+
+// A model fixes some parameters, and its standard deviations take them as exact. The next two
+// return a sentence if the views cannot test such an assumption and it matters.
+
+// For a solved bundle of model f, which fixes the principal point at the centre of the image: with
+// a free principal point (with the spread that cameras have as its prior) the standard deviation of
+// the focal length would be policy::kMuchLargerSd times as large. No value for another model.
+std::optional<std::string> untested_principal_point(const Bundle& solved, double sigma);
+
+// The standard deviation of the projection at the corners of the image (at infinity) exceeds 0.5 %
+// of its diagonal; or, for a perspective smaller than opencv5, it would exceed half a pixel and 1.5
+// times its value with opencv5's coefficients free. The views show distortion only where their
+// corners are. `samples`: as those of `projection_uncertainty`.
+std::optional<std::string> extrapolated_corners(const Bundle& solved, double sigma,
+                                                const UncertainLens& lens,
+                                                std::span<const Eigen::Vector2d> samples);
 
 // The bend is larger than policy::kLargestBoardBend allows.
 bool is_impossible(const BoardWarp& bend, const FlatBoard& board);

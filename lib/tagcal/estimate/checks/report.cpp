@@ -16,17 +16,17 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // Fills in the parts of an answer that need the fit only.
-Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options) {
+Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options,
+                      const Evidence& evidence) {
   Calibration c;
   c.model = fit.bundle.model->name();
   c.outliers = fit.outliers;
   c.findings = fit.findings;
   c.num_iterations = fit.num_iterations;
-  const Noise noise = noise_of(fit, options);
-  c.sigma_px = noise.sigma;
-  c.sigma_from_residuals = noise.from_residuals;
+  c.sigma_px = evidence.sigma;
+  c.sigma_from_residuals = evidence.sigma_from_residuals;
   c.sigma_of_corners = fit.whitened && !(options.sigma_px > 0);
-  c.seen = seen_region(fit.bundle);
+  c.seen = evidence.seen;
   c.seconds.start = fit.start_seconds;
   c.seconds.solve = fit.solve_seconds;
   return c;
@@ -76,7 +76,7 @@ void fill_projection(Calibration& c, const Solution& solution, const Evidence& e
   c.weak_directions = weak_directions(lens, samples);
   if (evidence.observability.status != Status::ok) return;
   std::vector<double> distances = solution.options->distances_m;
-  if (distances.empty()) distances = {kInfinitelyFar, median_distance_m(bundle)};
+  if (distances.empty()) distances = {kInfinitelyFar, evidence.distance_m};
   for (const double distance : distances) {
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
     add_model_uncertainty(c.projection.back(), *c.camera, solution.supported, samples);
@@ -114,10 +114,10 @@ void add_findings(std::span<const Check> table, Solved& solved) {
 
 Calibration report(const Solution& solution, Evidence evidence) {
   const auto begin = Clock::now();
-  const double evidence_seconds = evidence.seconds;
   const CalibrationFit& fit = *solution.fit;
-  Solved solved{solution, std::move(evidence), nullptr, answer_of(fit, *solution.options)};
+  Solved solved{solution, std::move(evidence), nullptr, {}};
   Calibration& c = solved.answer;
+  c = answer_of(fit, *solution.options, solved.evidence);
   c.camera = Camera{fit.bundle.lens(), fit.bundle.image_size};
   fill_parameters(c, *fit.bundle.model, solved.evidence);
   fill_views(c, fit, solved.evidence.observability.covariance);
@@ -131,7 +131,7 @@ Calibration report(const Solution& solution, Evidence evidence) {
     c.board_warp.reset();
   }
   c.seconds.covariance =
-      evidence_seconds + std::chrono::duration<double>(Clock::now() - begin).count();
+      solved.evidence.seconds + std::chrono::duration<double>(Clock::now() - begin).count();
   return std::move(solved.answer);
 }
 
@@ -143,8 +143,9 @@ Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options,
   solution.fit = &weak.fit;
   solution.options = &options;
   solution.refusal = std::move(refusal);
-  Solved solved{std::move(solution), {}, &weak, answer_of(weak.fit, options)};
+  Solved solved{std::move(solution), noise_of(weak.fit, options), &weak, {}};
   Calibration& c = solved.answer;
+  c = answer_of(weak.fit, options, solved.evidence);
   c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};
   c.sigmas.assign(Parallel::kNumParameters, 0.0);
   double sum = 0;

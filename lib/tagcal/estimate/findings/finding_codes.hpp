@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,7 +55,6 @@ inline constexpr FindingCode pole_in_image{"pole_in_image", Severity::warning};
 inline constexpr FindingCode fold_in_image{"fold_in_image", Severity::warning};
 
 // Limits of what the data determine.
-inline constexpr FindingCode focal_weak{"focal_weak", Severity::warning};
 inline constexpr FindingCode direction_weak{"direction_weak", Severity::warning};
 inline constexpr FindingCode coefficients_correlated{"coefficients_correlated", Severity::note};
 inline constexpr FindingCode extrapolated{"extrapolated", Severity::warning};
@@ -65,41 +63,6 @@ inline constexpr FindingCode principal_point_untested{"principal_point_untested"
 inline constexpr FindingCode tilt_unknown{"tilt_unknown", Severity::warning};
 
 }  // namespace code
-
-inline constexpr std::array kFindingCodes = {code::degenerate,
-                                             code::no_consensus,
-                                             code::not_converged,
-                                             code::focal_not_observable,
-                                             code::not_observable,
-                                             code::target_unseen,
-                                             code::input,
-                                             code::view_unusable,
-                                             code::view_repeated,
-                                             code::view_mirrored,
-                                             code::view_rejected,
-                                             code::board_moved,
-                                             code::corners_rejected,
-                                             code::covariance_missing,
-                                             code::noise_assumed,
-                                             code::noise_understated,
-                                             code::tags_misplaced,
-                                             code::tag_scale,
-                                             code::board_bent,
-                                             code::board_bend_impossible,
-                                             code::model_too_small,
-                                             code::other_lens,
-                                             code::perspective_seen,
-                                             code::residuals_biased,
-                                             code::residuals_correlated,
-                                             code::halves_disagree,
-                                             code::pole_in_image,
-                                             code::fold_in_image,
-                                             code::focal_weak,
-                                             code::direction_weak,
-                                             code::coefficients_correlated,
-                                             code::extrapolated,
-                                             code::principal_point_untested,
-                                             code::tilt_unknown};
 
 inline Finding finding(const FindingCode& code, std::string sentence) {
   return {std::string(code.name), code.severity, std::move(sentence)};
@@ -110,6 +73,6 @@ inline void add(std::vector<Finding>& findings, const FindingCode& code, std::st
 }
 
 // Code of a status without an answer. Precondition: !is_answer(status).
-FindingCode refusal_code(Status status);
+inline FindingCode refusal_code(Status status) { return {status_name(status), Severity::refusal}; }
 
 }  // namespace tagcal::internal

@@ -13,8 +13,8 @@ namespace tagcal::internal::policy {
 
 // p = 0.001.
 inline constexpr double kQuantile1e3 = 3.09;
-// p = 0.0001.
-inline constexpr double kQuantile1e4 = 3.72;
+// p = 0.0001: what a check of a calibration calls significant.
+inline constexpr double kSignificant = 3.72;
 
 // ---- Noise
 
@@ -35,9 +35,6 @@ inline constexpr double kAssumedSigmaPx = 0.5;
 
 // sd(f) / f above which a focal length is refused (the design's rule: docs/how_sure.md).
 inline constexpr double kFocalRefused = 0.10;
-// sd(f) / f above which a finding calls the focal length weak: half of kFocalRefused. Source: none;
-// chosen by hand.
-inline constexpr double kFocalWeak = 0.05;
 // Standard deviation of the projection at infinity, over half the diagonal of the image, from which
 // a model is refused. Source: none; chosen by hand (study focal_refusal counts what it lets pass).
 inline constexpr double kProjectionRefused = 0.02;
@@ -122,7 +119,7 @@ inline constexpr double kConvergedDecrease = 1e-3;
 
 // The test of the residuals (residual_test.hpp).
 // px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
-// failed the test in 3 % of exact views.
+// failed the test in 3 % of exact views. Also the noise of exact corners in BIC.
 inline constexpr double kLeastPoseSigmaPx = 1e-6;
 // Points from which the largest residual is compared with the median of all. Source: none; chosen
 // by hand.
@@ -169,25 +166,20 @@ inline constexpr std::size_t kTagsPerShiftedTag = 3;
 // coefficients reach 5, a solver that stopped at the fold of a lens hundreds. Source: study
 // focal_refusal.
 inline constexpr double kLargestDecrement = 30;
-// A bundle without convergence has ended all the same if a round of iterations moves its corners by
-// less than this share of their standard deviation (RMS). Source: none; chosen by hand.
-inline constexpr double kStationaryShare = 0.1;
+// A bundle without convergence has ended all the same if a round of iterations lowers its cost by
+// less than this share of sigma^2 for each parameter: its corners have moved by less than a tenth
+// of their standard deviation. Source: none; chosen by hand.
+inline constexpr double kStationaryDecrease = 0.01;
 // An eigenvalue of the information below this is made of rounding (the scaled information has a
 // unit diagonal): its eigenvector is unobservable. Source: none; chosen by hand, some 1e5 times the
 // rounding of a double.
 inline constexpr double kUnobservableEigenvalue = 1e-11;
-// A pivot of the scaled information down to this is made of rounding: no inverse. Source: the
-// rounding of a double, 2e-16, a few times.
-inline constexpr double kSingularPivot = 1e-15;
 // Added to the scaled information's diagonal where directions are unobservable: their standard
 // deviations become 1e6 times those of their parameters alone, so that any projection that depends
 // on them is refused. Source: none; chosen by hand.
 inline constexpr double kUnobservablePrecision = 1e-12;
-// A component of a unit eigenvector above this names its parameter as unobservable. Source: none;
-// chosen by hand.
-inline constexpr double kComponentOfDirection = 0.1;
 
-// The profile likelihood of a calibration (profile_covariance.hpp).
+// The profile likelihood of a calibration (covariance.hpp).
 // Standard deviation over the focal length up to which a linear covariance is trusted. Source:
 // none; chosen by hand (study calibration_nees confirms that covariance).
 inline constexpr double kLinearShare = 0.01;
@@ -195,42 +187,20 @@ inline constexpr double kLinearShare = 0.01;
 // calibrate-parallel has what it leads to).
 inline constexpr double kProfileBundleSigmas = 2;
 
-// Bias of the residuals (residual_bias.hpp).
-// Cells, columns by rows, and rings; a group of corners takes part from the first number on, and
-// the test is made from the second number of groups on. Source: none; chosen by hand.
-inline constexpr int kBiasColumns = 12;
-inline constexpr int kBiasRows = 8;
-inline constexpr int kBiasRings = 16;
+// Bias of the residuals (lack_of_fit.hpp).
+// Corners of a cell or ring from which on it takes part. Source: none; chosen by hand.
 inline constexpr int kLeastBiasCorners = 8;
-inline constexpr int kLeastBiasGroups = 4;
-// Degrees of freedom within the groups, for each one of their means, that the test needs. Source:
-// none; chosen by hand.
-inline constexpr double kBiasFreedomRatio = 2;
 // px. A smaller bias (RMS), also by the size of the tags, is no finding. Source: none; chosen by
 // hand.
 inline constexpr double kLeastBiasPx = 0.02;
 
-// A board is flat if its points are within this share of its width. Source: none; chosen by hand.
-inline constexpr double kFlatBoard = 1e-6;
-
 // Parts of the image without corners (seen_region.cpp): a corner of the image counts as seen if the
 // point at this share of width and height from it is in the hull. Source: none; chosen by hand.
 inline constexpr double kCornerInset = 0.2;
-// Points below which the grid over a seen region is too coarse, and the hull gives its own samples.
-// Source: none; chosen by hand.
-inline constexpr std::size_t kLeastRegionSamples = 12;
-// Points that two lenses must both see to be compared: two a degree of freedom. Source: none;
-// chosen by hand.
-inline constexpr std::size_t kLeastComparedPoints = 6;
 
 // The advised view (advice.cpp). Of views that leave at most this many times the least variance,
 // the one that fills most gaps. Source: none; chosen by hand (docs/how_sure.md).
 inline constexpr double kNearlyLeastVariance = 2;
-// Places of the board's centre beside the image's: this share of width and height. Distance without
-// a focal length: board diameters, times the focal length over the shorter side. Source: none;
-// chosen by hand.
-inline constexpr double kAdvisedOffset = 0.3;
-inline constexpr double kAdvisedDistance = 1.5;
 
 // ---- Calibration: start, rejection, choice of the model (calibration/)
 
@@ -300,15 +270,12 @@ inline constexpr double kModelErrorQuantile = 4;
 inline constexpr double kModelErrorRatio = 1.1;
 inline constexpr double kModelErrorChange = 0.02;
 
-// Fits are compared by their noise if each has at least this share of the other's inliers. Source:
-// none; chosen by hand.
+// Fits are compared by their noise if each has at least this share of the other's inliers; with
+// fewer of all corners a finding gives the share that was rejected. Source: none; chosen by hand.
 inline constexpr Share kComparableInliers{9, 10};
 // Model f provides the common inliers, if opencv5 is not determined and f has at least this share
 // of its inliers. Source: none; chosen by hand.
 inline constexpr Share kSmallModelInliers{19, 20};
-// px. The noise of exact corners in BIC, which must not be zero. Source: none; chosen by hand, far
-// above the rounding of a pixel (1e-13) and below any real noise.
-inline constexpr double kExactNoisePx = 1e-6;
 // Views on which models are compared first, evenly spread: a limit of work. Their evidence grows
 // with the number of views, so what has lost by kStrongEvidence there is not fitted to all. Source:
 // none; chosen by hand, checked by study model_confusion.
@@ -346,34 +313,22 @@ inline constexpr double kLargerLensShare = 0.1;
 
 // ---- Checks of a calibration (checks/)
 
-// With fewer inliers than this share of the corners a finding gives the share that was rejected.
-// Source: none; chosen by hand.
-inline constexpr Share kInliersOfUsualFit{9, 10};
+// Factor by which a standard deviation is much larger: the residuals beyond the stated noise, or a
+// result without an untested assumption of its model (docs/how_sure.md). Source: none; chosen by
+// hand.
+inline constexpr double kMuchLargerSd = 1.5;
 
-// The stated noise counts as understated if the residuals exceed it by this factor. Source: none;
-// chosen by hand.
-inline constexpr double kNoiseUnderstated = 1.5;
-
-// Chi-square (two degrees of freedom, p = 0.0001) above which a board counts as bent
-// (docs/how_sure.md, study `warnings`: 487 of 500 boards bent by 0.5 mm, 1 of 1,000 flat ones).
-inline constexpr double kBentBoardChiSquare = 18.4;
 // Share of a board's diagonal by which no board bends (docs/how_sure.md). In docs/real_corners.md a
 // model that is too small fits a bend of 15 mm to a flat board.
 inline constexpr double kLargestBoardBend = 0.01;
-// Chi-square (eight degrees of freedom at most, p = 4e-7) by which opencv5 must lower the squared
-// residuals for a smaller model to count as too small (docs/how_sure.md, study `warnings`).
-inline constexpr double kSmallModelChiSquare = 45;
-
-// Fewest views for the split-half check: three in each half. Source: none; chosen by hand.
-inline constexpr std::size_t kSplitHalfFewestViews = 6;
+// Fewest views of a comparison: of a half, of the errors of a target and of its corners. Source:
+// none; chosen by hand.
+inline constexpr int kFewestComparedViews = 3;
 // The halves disagree if their difference exceeds this many of its standard deviations and the
 // chi-square of the parameters is beyond p = 0.001 (after mrcal's cross-validation;
 // docs/how_sure.md, study `warnings`).
 inline constexpr double kHalvesDisagree = 2;
 
-// An untested assumption of a model is a finding if a standard deviation would grow by this factor
-// without it (docs/how_sure.md).
-inline constexpr double kMuchLargerSd = 1.5;
 // px. Standard deviation of the projection at the corners of the image, without the assumption: up
 // to it the assumption is no finding (docs/how_sure.md, map calibrate-extrapolation).
 inline constexpr double kImageCornerPx = 0.5;
@@ -382,33 +337,20 @@ inline constexpr double kImageCornerPx = 0.5;
 inline constexpr double kImageCornerShare = 0.005;
 
 // Errors of the target (checks/target_error.hpp, docs/how_sure.md).
-// Fewest views, of a calibration and of a corner. Source: none; chosen by hand.
-inline constexpr int kTargetFewestViews = 3;
-// Share of the trace of a shift's information that damps the direction along the line of sight,
-// which the views do not determine. Source: none; chosen by hand.
-inline constexpr double kTargetShiftDamping = 1e-3;
-// Cosine of the angle to the optical axis, below which the scale of a lens without distortion does
-// not describe the image. Source: none; chosen by hand.
-inline constexpr double kTargetLeastCosine = 0.1;
-// Normal quantile beyond which shifts and sizes of tags are significant (p = 3e-7).
-inline constexpr double kTargetQuantile = 5;
 // The target is wrong if shifts explain this share of the squared residuals (boards of paper: 0.25
 // to 0.33) and this much in px RMS (boards of paper: 0.10 to 0.12; docs/real_corners.md).
 inline constexpr double kTargetShareFound = 0.2;
 inline constexpr double kTargetShiftFoundPx = 0.125;
-// The answer is refused if they explain this share, most of the residuals, and this much in px RMS.
-// Source: none; chosen by hand.
-inline constexpr double kTargetShareRefused = 0.5;
-inline constexpr double kTargetShiftRefusedPx = 0.25;
+// The answer is refused if they explain this share, and twice kTargetShiftFoundPx. One shift must
+// explain as much of a rejected corner to count as the target's error. Source: none; chosen by
+// hand.
+inline constexpr double kMostOfResiduals = 0.5;
 // It is refused, too, if more than this share of all tags is outlying. Source: none; chosen by
 // hand.
 inline constexpr double kTagsShareRefused = 0.25;
 // A tag is outlying if its shift is this many times that of the median tag. Source: none; chosen by
 // hand.
 inline constexpr double kOutlyingTagRatio = 4;
-// Share of the squared residuals of a rejected corner that one shift must explain to count as the
-// target's error. Source: none; chosen by hand.
-inline constexpr double kOneShiftShare = 0.5;
 // Share of a tag's size that ink or light may add: with more than a cell of ten on either side the
 // pattern cannot be read.
 inline constexpr double kLargestTagScale = 0.2;

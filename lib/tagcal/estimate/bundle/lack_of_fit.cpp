@@ -1,0 +1,148 @@
+#include "tagcal/estimate/bundle/lack_of_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr int kColumns = 12, kRows = 8;  // of the grid over the image
+constexpr std::size_t kRings = 16;
+
+// Residuals by groups of corners. A radial part stands in x; y is 0 then.
+class GroupedResiduals {
+ public:
+  explicit GroupedResiduals(std::size_t num_groups) : groups_(num_groups) {}
+
+  void add(std::size_t group, const Vector2d& whitened, const Vector2d& px) {
+    Group& sums = groups_[group];
+    ++sums.count;
+    sums.whitened += whitened;
+    sums.px += px;
+    total_ += whitened.squaredNorm();
+  }
+
+  // Chi-square test of the groups' means against the noise within the groups. `coordinates`: those
+  // of each mean (2, or 1 for radial parts); `freedom`: of the sum of all squares.
+  ResidualBias bias(int coordinates, double freedom, double least_sigma) const {
+    double between = 0, square_px = 0, k = 0;
+    int corners = 0;
+    for (const Group& group : groups_) {
+      if (group.count < policy::kLeastBiasCorners) continue;
+      k += coordinates;
+      corners += group.count;
+      between += group.whitened.squaredNorm() / group.count;
+      square_px += group.px.squaredNorm() / group.count;
+    }
+    ResidualBias bias;
+    const double rest = freedom - k;
+    if (k == 0 || rest < k) return bias;  // too few to know the noise within the groups
+    const double variance = std::max((total_ - between) / rest, least_sigma * least_sigma);
+    const double chi_square = between / variance;
+    // The second factor is the uncertainty of the variance, which has `rest` degrees of freedom.
+    const double bound = chi_square_quantile(k, policy::kSignificant) *
+                         (1 + policy::kSignificant * std::sqrt(2 / rest));
+    if (chi_square > k) bias.rms_px = std::sqrt((1 - k / chi_square) * square_px / corners);
+    bias.disagree = chi_square > bound && bias.rms_px > policy::kLeastBiasPx;
+    if (bias.disagree) bias.inflation = std::max(1.0, between / k / (total_ / freedom));
+    return bias;
+  }
+
+ private:
+  struct Group {
+    int count = 0;
+    Vector2d whitened = Vector2d::Zero(), px = Vector2d::Zero();
+  };
+  std::vector<Group> groups_;
+  double total_ = 0;
+};
+
+std::size_t cell_of(const Vector2d& pixel, const ImageSize& size) {
+  const Vector2d from_border =
+      pixel + Vector2d::Constant(0.5);  // numeric: the image begins at -0.5
+  const int column = static_cast<int>(kColumns * from_border.x() / size.width);
+  const int row = static_cast<int>(kRows * from_border.y() / size.height);
+  return static_cast<std::size_t>(kColumns * std::clamp(row, 0, kRows - 1) +
+                                  std::clamp(column, 0, kColumns - 1));
+}
+
+// Radii that separate rings of about equal numbers of corners.
+std::vector<double> ring_bounds(const Bundle& bundle, const Vector2d& centre) {
+  constexpr std::size_t kEnoughCorners = 2000;
+  const std::size_t stride = 1 + static_cast<std::size_t>(num_corners(bundle)) / kEnoughCorners;
+  std::vector<double> radii, bounds;
+  std::size_t count = 0;
+  for (const ViewProblem& view : bundle.views)
+    for (const Correspondence& c : view.correspondences)
+      if (count++ % stride == 0) radii.push_back((c.pixel - centre).norm());
+  std::sort(radii.begin(), radii.end());
+  for (std::size_t ring = 1; ring < kRings; ++ring)
+    bounds.push_back(radii[ring * radii.size() / kRings]);
+  return bounds;
+}
+
+}  // namespace
+
+ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
+  const Lens lens = solved.lens();
+  const Vector2d centre(parameters(lens)[kCx], parameters(lens)[kCy]);
+  const std::vector<double> bounds = ring_bounds(solved, centre);
+  GroupedResiduals cells(kColumns * kRows), rings(kRings);
+  for (std::size_t v = 0; v < solved.views.size(); ++v) {
+    const ViewProblem& view = solved.views[v];
+    const auto residuals = residuals_px(view.correspondences, lens, solved.camera_from_target[v]);
+    for (std::size_t i = 0; i < residuals.size(); ++i) {
+      const Vector2d &pixel = view.correspondences[i].pixel, &px = residuals[i];
+      const Vector2d whitened = view.whitening.empty() ? px : Vector2d(view.whitening[i] * px);
+      const double radius = (pixel - centre).norm();
+      const auto ring = std::upper_bound(bounds.begin(), bounds.end(), radius) - bounds.begin();
+      const Vector2d outward = (pixel - centre).normalized();
+      cells.add(cell_of(pixel, solved.image_size), whitened, px);
+      rings.add(static_cast<std::size_t>(ring), {whitened.dot(outward), 0}, {px.dot(outward), 0});
+    }
+  }
+  const double freedom = degrees_of_freedom(solved);
+  const ResidualBias by_cell = cells.bias(2, freedom, least_sigma);
+  const ResidualBias by_ring = rings.bias(1, freedom / 2, least_sigma);
+  return {std::max(by_cell.rms_px, by_ring.rms_px), by_cell.disagree || by_ring.disagree,
+          std::max(by_cell.inflation, by_ring.inflation)};
+}
+
+std::optional<HalvesCheck> split_half_check(const Bundle& solved,
+                                            const BundleInformation& information, double sigma,
+                                            std::span<const Vector2d> samples, double distance_m) {
+  const Eigen::Index k = solved.model->num_free();
+  if (std::ssize(solved.views) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
+  const auto first = exact_inverse(information.halves[0].topLeftCorner(k, k)),
+             second = exact_inverse(information.halves[1].topLeftCorner(k, k));
+  if (!first || !second) return std::nullopt;
+  const VectorXd difference =
+      *second * information.gradients[1].head(k) - *first * information.gradients[0].head(k);
+  const MatrixXd covariance = sigma * sigma * (*first + *second);
+  const MatrixXd projection =
+      aligned_jacobian({solved.model, solved.lens(), covariance}, samples, distance_m);
+  if (projection.rows() == 0) return std::nullopt;
+  HalvesCheck check;
+  const auto rows = static_cast<double>(projection.rows());
+  check.difference_px = std::sqrt((projection * difference).squaredNorm() / rows);
+  check.predicted_px = std::sqrt((projection * covariance).cwiseProduct(projection).sum() / rows);
+  check.ratio = check.predicted_px > 0 ? check.difference_px / check.predicted_px : 0;
+  const auto inverse = exact_inverse(covariance);
+  check.disagree = check.ratio > policy::kHalvesDisagree && inverse &&
+                   difference.dot(*inverse * difference) >
+                       chi_square_quantile(static_cast<double>(k), policy::kQuantile1e3);
+  return check;
+}
+
+}  // namespace tagcal::internal
