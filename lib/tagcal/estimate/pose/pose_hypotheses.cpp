@@ -90,11 +90,6 @@ std::vector<PoseHypothesis> hypotheses_of(
     sum += hypotheses.back().probability;
   }
   for (PoseHypothesis& h : hypotheses) h.probability /= sum;
-  if constexpr (N == 6)
-    std::stable_sort(hypotheses.begin(), hypotheses.end(),
-                     [](const PoseHypothesis& a, const PoseHypothesis& b) {
-                       return a.probability > b.probability;
-                     });
   return hypotheses;
 }
 
