@@ -81,8 +81,8 @@ std::vector<PoseHypothesis> hypotheses_of(
   for (const PoseMinimum<N>& solution : poses) {
     SmallCholesky<N> cholesky;
     if (!cholesky.compute(solution.information)) continue;
-    Eigen::Matrix<double, N, N> of_step = widened_covariance(
-        sums, problem.view().points, fit.noise.sigma_px, solution, variance * cholesky.inverse());
+    Eigen::Matrix<double, N, N> of_step =
+        widened_covariance(sums, fit.noise.sigma_px, solution, variance * cholesky.inverse());
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     const double excess = solution.cost - fit.best().cost;

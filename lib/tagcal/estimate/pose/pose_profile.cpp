@@ -58,25 +58,7 @@ double squared_distance(const PoseMinimum<6>& from, const ViewState& to, double 
   return step.dot(information * step) / variance;
 }
 
-constexpr int kRounds = 3;  // numeric: Gauss-Newton steps of a minimisation
-
-// True for four points in a plane whose triangles have similar areas, and that are about as wide as
-// long. Their profile needs but one step.
-bool is_like_a_tag(std::span<const Vector3d> p) {
-  constexpr double kAlike = policy::kLikeATag;
-  if (p.size() != 4) return false;
-  double smallest = std::numeric_limits<double>::infinity(), largest = 0, diameter = 0;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Vector3d a = p[(i + 1) % 4] - p[i], b = p[(i + 2) % 4] - p[i];
-    const double area = a.cross(b).squaredNorm();
-    smallest = std::min(smallest, area);
-    largest = std::max(largest, area);
-    diameter = std::max({diameter, a.squaredNorm(), b.squaredNorm()});
-  }
-  // For a square, `area` (of a parallelogram, squared) is a quarter of the diagonal to the fourth.
-  return smallest > kAlike * kAlike * largest &&
-         smallest > kAlike * kAlike * diameter * diameter / 4;
-}
+constexpr int kRounds = 1;  // numeric: Gauss-Newton steps of a minimisation
 
 bool may_be_curved(const Matrix6d& covariance) {
   const Matrix3d turn = covariance.topLeftCorner<3, 3>();
@@ -96,27 +78,28 @@ bool is_same_minimum(const PoseMinimum<6>& a, const PoseMinimum<6>& b, double si
          squared_distance(b, a.state, variance) < kLimit;
 }
 
-Matrix6d widened_covariance(ViewSums& sums, std::span<const Vector3d> points, double sigma_px,
-                            const PoseMinimum<6>& pose, const Matrix6d& covariance) {
+Matrix6d widened_covariance(ViewSums& sums, double sigma_px, const PoseMinimum<6>& pose,
+                            const Matrix6d& covariance) {
   if (!may_be_curved(covariance)) return covariance;
-  const int rounds = is_like_a_tag(points) ? 1 : kRounds;
-  ViewLikelihood<6> likelihood(sums, rounds);
+  ViewLikelihood<6> likelihood(sums, kRounds);
   Profile<6> profile = profile_of(likelihood, sigma_px, pose, covariance);
   Eigen::SelfAdjointEigenSolver<Matrix3d> turns;
   turns.computeDirect(covariance.topLeftCorner<3, 3>());
   const Vector3d sigma = turns.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  // A turn that makes the plane face the camera raises the cost least.
+  const Vector3d normal = pose.state.rotation.col(2), sight = pose.state.translation;
+  const Vector3d facing = normal.dot(sight) * normal.cross(sight);
   for (int i = 2; i > 0 && sigma[i] * sigma[i] > policy::kCurved * sigma[0]; --i) {
     Vector6d function = Vector6d::Zero();
     function.head<3>() = turns.eigenvectors().col(i) / sigma[i];
-    const Profile<6>::Direction direction{function, covariance * function};
-    for (const double level : {policy::kProfileSigmas, -policy::kProfileSigmas})
-      profile.widen(direction, level, policy::kProfileFarthest / sigma[i]);
+    const double level = std::copysign(policy::kProfileSigmas, facing.dot(function.head<3>()));
+    profile.widen({function, covariance * function}, level, policy::kProfileFarthest / sigma[i]);
   }
   return profile.covariance();
 }
 
-Matrix7d widened_covariance(ViewSums& sums, std::span<const Vector3d>, double sigma_px,
-                            const PoseMinimum<7>& pose, const Matrix7d& covariance) {
+Matrix7d widened_covariance(ViewSums& sums, double sigma_px, const PoseMinimum<7>& pose,
+                            const Matrix7d& covariance) {
   const double sigma = std::sqrt(covariance(6, 6));
   if (!(sigma > policy::kFocalWellKnown && sigma <= policy::kFocalRefused)) return covariance;
   ViewLikelihood<7> likelihood(sums, kRounds);
