@@ -48,7 +48,7 @@ class StepLength {
   }
 
  private:
-  PredictedStep<N> last_;
+  PredictedStep<N> last_{Step<N>::Zero(), 0};
   double length_ = 0;
 };
 
