@@ -1,4 +1,4 @@
-#include "tagcal/estimate/pose/pose_profile.hpp"
+#include "tagcal/estimate/pose/pose_hypotheses.hpp"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ struct SolvedView {
   }
 
   Matrix6d widened() {
-    return widened_covariance(sums, problem.view().points, kSigmaPx, fit.best(), linear);
+    return widened_covariance(sums, kSigmaPx, fit.best(), linear);
   }
 
   PoseTask task;

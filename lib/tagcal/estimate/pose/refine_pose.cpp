@@ -17,11 +17,13 @@ using Step = Eigen::Matrix<double, N, 1>;
 // about a hundredth of a standard deviation, and the remaining error is far smaller.
 constexpr double kLastShare = 2e-4;      // numeric: convergence
 constexpr double kLastDecrease = 1e-14;  // numeric: convergence
+// The same share after the last iteration, in a flat valley.
+constexpr double kEnoughShare = 1e-3;  // numeric: convergence
 
-// Damping of the first step after one that raised the cost, its factor, and what counts as none.
-constexpr double kFirstDamping = 1e-3;  // numeric: tried values
-constexpr double kDampingFactor = 10;
+// Damping: the least, its factor, and the one at which no step lowers the cost.
 constexpr double kLeastDamping = 1e-6;  // numeric: tried values
+constexpr double kDampingFactor = 10;
+constexpr double kLargestDamping = 1e6;
 
 template <int N>
 struct PredictedStep {
@@ -87,17 +89,18 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
   std::optional<PoseMinimum<N>> best(std::in_place);
   best->state = start.state;
   best->cost = here->cost;
-  const double last_share = kLastShare / static_cast<double>(sums.num_points());
+  const double per_point = 1 / static_cast<double>(sums.num_points());
   StepLength<N> step_length;
   double damping = 0, last_decrease = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < options.max_iterations; ++i) {
+  for (int steps = 0; steps < options.max_iterations && damping < kLargestDamping;) {
     const auto predicted = step_at<N>(*here, damping);
     double length = 1;
     if (predicted && damping == 0) {
       if (ruled_out(best->cost, predicted->decrease, last_decrease, options)) return std::nullopt;
       last_decrease = predicted->decrease;
       length = step_length.next(here->gradient);
-      best->converged = last_decrease < std::max(kLastDecrease, last_share * best->cost);
+      best->converged =
+          last_decrease < std::max(kLastDecrease, kLastShare * per_point * best->cost);
     }
     const ViewState next =
         predicted ? moved<N>(best->state, length * predicted->step) : best->state;
@@ -111,13 +114,17 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
       best->state = next;
       best->cost = there.cost;
       here = &there;
+      ++steps;
       step_length.set_last(*predicted, damping == 0 ? length : 0);
       damping = damping > kLeastDamping ? damping / kDampingFactor : 0;
     } else {
-      damping = std::max(kFirstDamping, kDampingFactor * damping);
+      damping = std::max(kLeastDamping, kDampingFactor * damping);
     }
   }
   best->information = here->information;
+  if (!best->converged)
+    if (const auto left = step_at<N>(*here, 0))
+      best->converged = left->decrease < kEnoughShare * per_point * best->cost;
   return best;
 }
 
