@@ -36,7 +36,7 @@ struct SolvedView {
 
   Matrix7d widening() const {
     ViewSums sums(task.camera.lens, problem.view());
-    return widened_covariance(sums, task.sigma_px, fit.best(), linear) -
+    return widened_covariance(sums, problem.view().points, task.sigma_px, fit.best(), linear) -
            linear;
   }
 

@@ -32,7 +32,7 @@ struct SolvedView {
   }
 
   Matrix6d widened() {
-    return widened_covariance(sums, kSigmaPx, fit.best(), linear);
+    return widened_covariance(sums, problem.view().points, kSigmaPx, fit.best(), linear);
   }
 
   PoseTask task;

@@ -53,7 +53,17 @@ Profile<N> profile_of(ViewLikelihood<N>& likelihood, double sigma_px, const Pose
           covariance};
 }
 
-constexpr int kRounds = 1;  // numeric: Gauss-Newton steps of a minimisation
+constexpr int kRounds = 3;  // numeric: Gauss-Newton steps of a minimisation
+
+// True for the corners of a square about its centre, in their order. By its symmetry the cost rises
+// least towards the pose that faces the camera, and one step minimises it.
+bool is_square(std::span<const Vector3d> p) {
+  if (p.size() != 4) return false;
+  const Vector3d turned(-p[0].y(), p[0].x(), 0);
+  const double rounding = 1e-6 * turned.norm();  // numeric: rounding of the corners
+  return (p[0] + p[2]).norm() < rounding && (p[1] + p[3]).norm() < rounding &&
+         std::min((p[1] - turned).norm(), (p[1] + turned).norm()) < rounding;
+}
 
 bool may_be_curved(const Matrix6d& covariance) {
   const Matrix3d turn = covariance.topLeftCorner<3, 3>();
@@ -103,28 +113,30 @@ PoseHypothesis hypothesis_of(const PoseProblem& problem, const Lens& lens,
 
 }  // namespace
 
-Matrix6d widened_covariance(ViewSums& sums, double sigma_px, const PoseMinimum<6>& pose,
-                            const Matrix6d& covariance) {
+Matrix6d widened_covariance(ViewSums& sums, std::span<const Vector3d> points, double sigma_px,
+                            const PoseMinimum<6>& pose, const Matrix6d& covariance) {
   if (!may_be_curved(covariance)) return covariance;
-  ViewLikelihood<6> likelihood(sums, kRounds);
+  const bool square = is_square(points);
+  ViewLikelihood<6> likelihood(sums, square ? 1 : kRounds);
   Profile<6> profile = profile_of(likelihood, sigma_px, pose, covariance);
   Eigen::SelfAdjointEigenSolver<Matrix3d> turns;
   turns.computeDirect(covariance.topLeftCorner<3, 3>());
   const Vector3d sigma = turns.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  // A turn that makes the plane face the camera raises the cost least.
   const Vector3d normal = pose.state.rotation.col(2), sight = pose.state.translation;
   const Vector3d facing = normal.dot(sight) * normal.cross(sight);
   for (int i = 2; i > 0 && sigma[i] * sigma[i] > policy::kCurved * sigma[0]; --i) {
     Vector6d function = Vector6d::Zero();
     function.head<3>() = turns.eigenvectors().col(i) / sigma[i];
     const double level = std::copysign(policy::kProfileSigmas, facing.dot(function.head<3>()));
-    profile.widen({function, covariance * function}, level, policy::kProfileFarthest / sigma[i]);
+    const Profile<6>::Direction direction{function, covariance * function};
+    profile.widen(direction, level, policy::kProfileFarthest / sigma[i]);
+    if (!square) profile.widen(direction, -level, policy::kProfileFarthest / sigma[i]);
   }
   return profile.covariance();
 }
 
-Matrix7d widened_covariance(ViewSums& sums, double sigma_px, const PoseMinimum<7>& pose,
-                            const Matrix7d& covariance) {
+Matrix7d widened_covariance(ViewSums& sums, std::span<const Vector3d>, double sigma_px,
+                            const PoseMinimum<7>& pose, const Matrix7d& covariance) {
   const double sigma = std::sqrt(covariance(6, 6));
   if (!(sigma > policy::kFocalWellKnown && sigma <= policy::kFocalRefused)) return covariance;
   ViewLikelihood<7> likelihood(sums, kRounds);
@@ -147,8 +159,8 @@ std::vector<PoseHypothesis> hypotheses_of(
   for (const PoseMinimum<N>& solution : fit.poses) {
     SmallCholesky<N> cholesky;
     if (!cholesky.compute(solution.information)) continue;
-    Eigen::Matrix<double, N, N> of_step =
-        widened_covariance(sums, fit.noise.sigma_px, solution, variance * cholesky.inverse());
+    Eigen::Matrix<double, N, N> of_step = widened_covariance(
+        sums, problem.view().points, fit.noise.sigma_px, solution, variance * cholesky.inverse());
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
     const double excess = solution.cost - fit.best().cost;

@@ -124,7 +124,9 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
   best->information = here->information;
   if (!best->converged)
     if (const auto left = step_at<N>(*here, 0))
-      best->converged = left->decrease < kEnoughShare * per_point * best->cost;
+      best->converged =
+          damping >= kLargestDamping ||  // a minimum, up to rounding
+          left->decrease < std::max(kLastDecrease, kEnoughShare * per_point * best->cost);
   return best;
 }
 
