@@ -1,4 +1,4 @@
-#include "tagcal/estimate/pose/pose_profile.hpp"
+#include "tagcal/estimate/pose/pose_hypotheses.hpp"
 
 #include <gtest/gtest.h>
 

@@ -85,8 +85,8 @@ TEST(NPoint, TheFirstIsTheGlobalMinimumUnderNoise) {
       ASSERT_NO_FATAL_FAILURE(expect_proper(poses, p)) << s.name << " " << i;
       const auto e = object_space_error(p.points, p.rays);
       const auto value_of = [&](const Pose& pose) {
-        const Vector9 r = columns_of(
-            Quaterniond(e->rays_from_camera * pose.rotation_matrix() * e->frame.axes.transpose()));
+        const Vector9 r = columns_of(Quaterniond(e->rays_from_camera * pose.rotation_matrix() *
+                                                 e->frame.plane_from_target.transpose()));
         return r.dot(e->omega * r);
       };
       const double first = value_of(poses.front());

@@ -27,7 +27,7 @@ TEST(RealRoots, AreAllFound) {
     };
     const auto first = pair(), second = pair(), third = pair();
     p = one * first * second * third;
-    const auto found = roots_and_near_roots(p, -10, 11);
+    const auto found = real_roots(p, -10, 11, true);
     for (const double root : truth) {
       const bool inside = root > -10 && root < 11;
       EXPECT_TRUE(!inside || std::any_of(found.begin(), found.end(),

@@ -1,8 +1,11 @@
 #include "tagcal/estimate/pose.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
@@ -10,6 +13,37 @@
 namespace tagcal {
 using namespace internal;
 namespace {
+
+// The only place that judges a pose: by its findings and the number of its hypotheses.
+template <typename Estimate>
+Estimate judged(Estimate estimate) {
+  estimate.status = judge(estimate.findings);
+  if (estimate.status == Status::ok && estimate.hypotheses.size() > 1)
+    estimate.status = Status::ambiguous;
+  return estimate;
+}
+
+// Copies what poses with and without a focal length report of a fit.
+template <int N, typename Estimate>
+RobustPose<N> fitted(std::span<const Correspondence> correspondences, const Lens& lens,
+                     const PoseOptions& options, Estimate& estimate,
+                     Eigen::Matrix<double, N, N, Eigen::DontAlign>* covariance = nullptr) {
+  RobustPose<N> robust = fit_pose_robustly<N>(correspondences, lens, options);
+  estimate.findings = std::move(robust.findings);
+  if (!robust.fit) return robust;
+  estimate.outliers = std::move(robust.outliers);
+  estimate.sigma_px = robust.fit->noise.sigma_px;
+  estimate.hypotheses = hypotheses_of<N>(*robust.problem, lens, *robust.fit, covariance);
+  return robust;
+}
+
+// Refuses the pose of a solver that stopped at no minimum.
+template <int N>
+void check_convergence(const PoseMinima<N>& fit, std::vector<Finding>& findings) {
+  if (!fit.best().converged)
+    add(findings, code::not_converged,
+        "the solver stopped before it reached a minimum: allow more iterations");
+}
 
 // True for points so near to a line that the data do not exclude a turn by 20 degrees about it. The
 // linear covariance does not show this: the likelihood along the turn is flat, and noise decides
@@ -35,35 +69,145 @@ bool is_turn_about_line_unknown(const PoseProblem& problem, const Lens& lens,
   return false;
 }
 
+Lens plain_pinhole(double focal_px, const ImageSize& size) {
+  const Eigen::Vector2d centre = image_centre(size);
+  return pinhole(focal_px, focal_px, centre.x(), centre.y());
+}
+
+// Returns by how many sigma^2 weak perspective (an infinite focal length) fits worse. With
+// covariances this is an upper bound: the weak-perspective fit does not weight the pixels.
+double weak_perspective_excess(const PoseProblem& problem, const PoseMinima<7>& fit,
+                               const Solutions<WeakPerspectivePose, 2>& weak,
+                               const Eigen::Vector2d& centre) {
+  if (weak.empty()) return std::numeric_limits<double>::infinity();
+  const ViewPoints view = problem.view();
+  const WeakPerspectivePose& best = weak.front();
+  double cost = 0;
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const Eigen::Vector3d x = best.camera_from_target * view.points[i];
+    Eigen::Vector2d residual = best.scale_px_per_m * x.head<2>() + centre - view.pixels[i];
+    if (problem.whitened()) residual = view.whitening[i] * residual;
+    cost += residual.squaredNorm();
+  }
+  return (cost - fit.best().cost) / (fit.noise.sigma_px * fit.noise.sigma_px);
+}
+
+// Weak-perspective poses in the target's frame.
+std::vector<WeakPerspectivePose> in_target_frame(const PoseProblem& problem,
+                                                 const Solutions<WeakPerspectivePose, 2>& poses) {
+  std::vector<WeakPerspectivePose> result;
+  for (WeakPerspectivePose pose : poses) {
+    pose.camera_from_target = pose.camera_from_target * problem.spread().plane_from_target_pose();
+    const Eigen::Vector3d t = pose.camera_from_target.translation();
+    pose.camera_from_target =
+        Pose(pose.camera_from_target.rotation(), Eigen::Vector3d(t.x(), t.y(), 0));
+    result.push_back(pose);
+  }
+  return result;
+}
+
+Solutions<WeakPerspectivePose, 2> weak_poses(const PoseProblem& problem,
+                                             const Eigen::Vector2d& centre) {
+  InlineBuffer<Eigen::Vector2d, 8> pixels(problem.size());
+  for (std::size_t i = 0; i < problem.size(); ++i) pixels[i] = problem.view().pixels[i] - centre;
+  return weak_perspective_poses(problem.view().points, pixels.span());
+}
+
+// Adds the poses for the prior focal length.
+void add_poses_of_prior(std::span<const Correspondence> correspondences, const ImageSize& size,
+                        const PoseAndFocalOptions& options, PoseAndFocalEstimate& estimate) {
+  const PoseEstimate prior =
+      estimate_pose(correspondences, {plain_pinhole(options.prior_focal_px, size), size}, options);
+  estimate.findings.insert(estimate.findings.end(), prior.findings.begin(), prior.findings.end());
+  if (!is_answer(prior.status)) return;
+  estimate.hypotheses = prior.hypotheses;
+  estimate.outliers = prior.outliers;
+  estimate.sigma_px = prior.sigma_px;
+}
+
+// Describes an invalid image size or option; empty if both are valid.
+std::string defect(const ImageSize& size, const PoseAndFocalOptions& options) {
+  if (size.width <= 0 || size.height <= 0) return "the image has no size";
+  if (!(options.prior_focal_px >= 0) || std::isinf(options.prior_focal_px))
+    return "the prior focal length must be 0 (none) or more, and finite";
+  return {};
+}
+
+// Sentence for a refused focal length.
+std::string refusal(double relative_sigma, bool model_error) {
+  if (relative_sigma > policy::kFocalRefused && std::isfinite(relative_sigma))
+    return fmt::format(
+        "the view does not separate the focal length from the distance (standard deviation of the "
+        "focal length {:.0f} %): come nearer, or tilt the target by 30 degrees or more",
+        100 * relative_sigma);
+  return model_error ? "the residuals show that the lens is no pinhole: calibrate the lens"
+                     : "the view does not separate the focal length from the distance (weak "
+                       "perspective explains it as well): come nearer, or tilt the target by 30 "
+                       "degrees or more";
+}
+
+// Returns true if the focal length is observable. `weak` becomes the poses under weak perspective
+// if the decision needs them.
+bool is_focal_observable(const RobustPose<7>& robust, double relative_sigma,
+                         const Eigen::Vector2d& centre, Solutions<WeakPerspectivePose, 2>& weak) {
+  const bool by_sigma = relative_sigma <= policy::kFocalRefused && !robust.model_error;
+  if (by_sigma && relative_sigma <= policy::kFocalWellKnown) return true;
+  weak = weak_poses(*robust.problem, centre);
+  return by_sigma && weak_perspective_excess(*robust.problem, *robust.fit, weak, centre) >=
+                         policy::kWeakPerspectiveExcess;
+}
+
 }  // namespace
 
 PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, const Camera& camera,
                            const PoseOptions& options) {
-  RobustPose<6> robust = fit_pose_robustly<6>(correspondences, camera.lens, options);
   PoseEstimate estimate;
-  estimate.findings = std::move(robust.findings);
-  estimate.status = robust.status;
-  if (!robust.fit) return estimate;
-  estimate.outliers = std::move(robust.outliers);
-  estimate.sigma_px = robust.fit->noise.sigma_px;
-  estimate.hypotheses = hypotheses_of<6>(*robust.problem, camera.lens, *robust.fit);
+  const RobustPose<6> robust = fitted<6>(correspondences, camera.lens, options, estimate);
+  if (!robust.fit) return judged(std::move(estimate));
   if (estimate.hypotheses.empty()) {
-    estimate.status = Status::degenerate;
     add(estimate.findings, code::degenerate,
         "the points do not determine a pose: their information is singular");
-    return estimate;
-  }
-  if (is_turn_about_line_unknown(*robust.problem, camera.lens, *robust.fit)) {
+  } else if (is_turn_about_line_unknown(*robust.problem, camera.lens, *robust.fit)) {
     estimate.hypotheses.clear();
-    estimate.status = Status::degenerate;
     add(estimate.findings, code::degenerate,
         "the points are nearly on a line, and the noise hides the turn about it: use a wider "
         "target");
-    return estimate;
+  } else {
+    check_convergence(*robust.fit, estimate.findings);
   }
-  if (estimate.hypotheses.size() > 1) estimate.status = Status::ambiguous;
-  if (!robust.fit->best().converged) estimate.status = Status::not_converged;
-  return estimate;
+  return judged(std::move(estimate));
+}
+
+PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> correspondences,
+                                             const ImageSize& image_size,
+                                             const PoseAndFocalOptions& options) {
+  PoseAndFocalEstimate estimate;
+  if (const std::string reason = defect(image_size, options); !reason.empty()) {
+    add(estimate.findings, code::degenerate, reason);
+    return judged(std::move(estimate));
+  }
+  const double guess = options.prior_focal_px > 0 ? options.prior_focal_px
+                                                  : std::max(image_size.width, image_size.height);
+  const Lens lens = plain_pinhole(guess, image_size);
+  const RobustPose<7> robust =
+      fitted<7>(correspondences, lens, options, estimate, &estimate.covariance);
+  if (!robust.fit) return judged(std::move(estimate));
+  const double relative = estimate.hypotheses.empty() ? std::numeric_limits<double>::infinity()
+                                                      : std::sqrt(estimate.covariance(6, 6));
+  Solutions<WeakPerspectivePose, 2> weak;
+  if (is_focal_observable(robust, relative, image_centre(image_size), weak)) {
+    estimate.focal_px = estimate.hypotheses.front().focal_px;
+    estimate.sigma_focal_px = relative * estimate.focal_px;
+    check_convergence(*robust.fit, estimate.findings);
+    return judged(std::move(estimate));
+  }
+  estimate.hypotheses.clear();
+  estimate.covariance.setZero();
+  if (!robust.model_error) estimate.weak_perspective = in_target_frame(*robust.problem, weak);
+  add(estimate.findings, code::focal_not_observable, refusal(relative, robust.model_error));
+  if (options.prior_focal_px > 0)
+    add_poses_of_prior(correspondences, image_size, options, estimate);
+  return judged(std::move(estimate));
 }
 
 }  // namespace tagcal

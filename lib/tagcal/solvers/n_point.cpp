@@ -100,7 +100,7 @@ class Search {
 };
 
 void search_from_eigenvectors(const ObjectSpaceError& e, int count, Search& search) {
-  if (e.frame.extents.z() < kPlane) {
+  if (e.frame.thickness < kPlane) {
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(Matrix6d(e.omega.topLeftCorner<6, 6>()));
     for (int k = 0; k < count; ++k) {
       Vector9 v = Vector9::Zero();
@@ -115,12 +115,11 @@ void search_from_eigenvectors(const ObjectSpaceError& e, int count, Search& sear
 
 bool in_front(const ObjectSpaceError& e, const Quaterniond& rotation,
               std::span<const Vector3d> points, std::span<const Vector3d> rays) {
-  const Matrix3d camera_from_target =
-      e.rays_from_camera.transpose() * rotation.toRotationMatrix() * e.frame.axes;
+  const Matrix3d camera_from_points = e.rays_from_camera.transpose() * rotation.toRotationMatrix();
   const Vector3d t =
       e.frame.size * (e.rays_from_camera.transpose() * (e.translation_map * columns_of(rotation)));
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (!(rays[i].dot(camera_from_target * (points[i] - e.frame.centre) + t) > 0)) return false;
+    if (!(rays[i].dot(camera_from_points * e.frame.in_plane(points[i]) + t) > 0)) return false;
   return true;
 }
 

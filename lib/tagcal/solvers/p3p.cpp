@@ -1,8 +1,8 @@
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 #include <utility>
 
 #include "tagcal/solvers/numeric/conics.hpp"
@@ -38,20 +38,6 @@ struct Problem {
 // (p, r, w), or the projective point (p : r : w).
 using Unknowns = Vector3d;
 
-bool unit_ray(const Vector3d& ray, Vector3d& unit) {
-  double norm2 = ray.squaredNorm();
-  unit = ray;
-  if (!(norm2 > 1e-200 && norm2 < 1e200)) {  // keeps the square from being zero or infinite
-    const double largest = ray.cwiseAbs().maxCoeff();
-    if (!(largest > 0 && largest <= std::numeric_limits<double>::max())) return false;
-    unit = ray.unaryExpr([largest](double x) { return x / largest; });
-    norm2 = unit.squaredNorm();
-    if (!(norm2 > 0)) return false;
-  }
-  unit /= std::sqrt(norm2);
-  return true;
-}
-
 // False if the height of the triangle is below the rounding of the coordinates.
 bool has_area(const Problem& problem, double largest_coordinate) {
   const double rounding =
@@ -79,7 +65,8 @@ bool set_triangle(std::span<const Vector3d, 3> points, std::span<const Vector3d,
   const int order[3] = {(last + 1) % 3, (last + 2) % 3, last};
   for (int i = 0; i < 3; ++i) {
     problem.corner[i] = points[order[i]];
-    if (!unit_ray(rays[order[i]], problem.ray[i])) return false;
+    problem.ray[i] = rays[order[i]].stableNormalized();
+    if (!(problem.ray[i].squaredNorm() > 0.5)) return false;
   }
   const double length = std::sqrt(length2[last]);
   problem.length = length * scale;
@@ -130,17 +117,12 @@ Vector3d residual_of(const Problem& problem, const Unknowns& x) {
 // J^-1 residual
 Vector3d newton_step(const Problem& problem, const Unknowns& x, const Vector3d& residual) {
   const double s = problem.chord, p = x[0], r = x[1], w = x[2];
-  const double ap = 2 * p + problem.k02 * s * w, aw = problem.k02 * (2 * w + s * p);
-  const double br = 2 * r + problem.k12 * s * w, bw = problem.k12 * (2 * w + s * r);
-  const double cp = 2 * (p - r) + problem.k01 * s * (w + s * r);
-  const double cr = 2 * (r - p) + problem.k01 * s * (w + s * p);
-  const double cw = problem.k01 * (2 * w + s * (p + r));
-  const double det = ap * (br * cw - bw * cr) - aw * br * cp;
-  const auto [fa, fb, fc] = std::tuple(residual[0], residual[1], residual[2]);
-  return Vector3d(fa * (br * cw - bw * cr) + aw * (fb * cr - br * fc),
-                  ap * (fb * cw - bw * fc) + cp * (bw * fa - aw * fb),
-                  ap * (br * fc - fb * cr) - fa * br * cp) /
-         det;
+  Matrix3d jacobian;
+  jacobian << 2 * p + problem.k02 * s * w, 0, problem.k02 * (2 * w + s * p),  //
+      0, 2 * r + problem.k12 * s * w, problem.k12 * (2 * w + s * r),          //
+      2 * (p - r) + problem.k01 * s * (w + s * r), 2 * (r - p) + problem.k01 * s * (w + s * p),
+      problem.k01 * (2 * w + s * (p + r));
+  return jacobian.inverse() * residual;
 }
 
 // Newton's method while the error decreases. False if it does not solve the equations.

@@ -265,7 +265,7 @@ Solutions<PoseAndFocal, 6> p4pf(std::span<const Vector3d, 4> points,
   }
   const auto [low, high] = range_of_z(problem);
   Solutions<Candidate, 6> found;
-  for (const double z : roots_and_near_roots(resultant.determinant, low, high)) {
+  for (const double z : real_roots(resultant.determinant, low, high, true)) {
     Vector3d xi;
     if (!unknowns_at(resultant, z, xi)) continue;
     Candidate candidate = candidate_at(problem, xi);

@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "tagcal/solvers/numeric/point_frame.hpp"
+#include "tagcal/solvers/numeric/point_spread.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -27,7 +27,7 @@ using Eigen::Vector4d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
 constexpr double kPlane = 0.05;
-constexpr double kFlat = 1e-9;  // thickness below which the answer of the plane is exact
+constexpr double kFlat = 1e-7;  // thickness below which the answer of the plane is exact
 constexpr double kSameRad = 1e-4;
 constexpr int kMaxSteps = 40;
 constexpr double kConverged = 1e-9;
@@ -46,7 +46,7 @@ struct Pixels {
   double size = 0;
 };
 
-Pixels spread_of(std::span<const Vector2d> pixels) {
+Pixels centred(std::span<const Vector2d> pixels) {
   const auto n = static_cast<double>(pixels.size());
   Pixels spread;
   Vector2d sum = Vector2d::Zero();
@@ -59,10 +59,10 @@ Pixels spread_of(std::span<const Vector2d> pixels) {
 }
 
 Moments moments_of(std::span<const Vector3d> points, std::span<const Vector2d> pixels,
-                   const PointFrame& frame, const Pixels& spread) {
+                   const PointSpread& frame, const Pixels& spread) {
   Moments m;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vector3d x = frame(points[i]);
+    const Vector3d x = frame.in_plane(points[i]) / frame.size;
     const Vector2d u = (pixels[i] - spread.mean) / spread.size;
     m.xx.noalias() += x * x.transpose();
     m.ux.noalias() += u * x.transpose();
@@ -201,9 +201,9 @@ ScaledRotation refined(const Moments& m, ScaledRotation at) {
   return at;
 }
 
-WeakPerspectivePose posed(const ScaledRotation& a, const PointFrame& frame, const Pixels& spread) {
+WeakPerspectivePose posed(const ScaledRotation& a, const PointSpread& frame, const Pixels& spread) {
   WeakPerspectivePose pose;
-  const Matrix3d rotation = a.rotation.toRotationMatrix() * frame.axes;
+  const Matrix3d rotation = a.rotation.toRotationMatrix() * frame.plane_from_target;
   pose.scale_px_per_m = a.scale * spread.size / frame.size;
   Vector3d t = Vector3d::Zero();
   t.head<2>() = spread.mean / pose.scale_px_per_m - (rotation * frame.centre).head<2>();
@@ -212,12 +212,14 @@ WeakPerspectivePose posed(const ScaledRotation& a, const PointFrame& frame, cons
 }
 
 // Computed in the frames, so that a distant origin loses no digits.
-double rms_of(const ScaledRotation& a, const PointFrame& frame, const Pixels& spread,
+double rms_of(const ScaledRotation& a, const PointSpread& frame, const Pixels& spread,
               std::span<const Vector3d> points, std::span<const Vector2d> pixels) {
   const Matrix23d affine = affine_of(a);
   double square = 0;
   for (std::size_t i = 0; i < points.size(); ++i)
-    square += (affine * frame(points[i]) * spread.size - (pixels[i] - spread.mean)).squaredNorm();
+    square += (affine * frame.in_plane(points[i]) * (spread.size / frame.size) -
+               (pixels[i] - spread.mean))
+                  .squaredNorm();
   return std::sqrt(square / static_cast<double>(points.size()));
 }
 
@@ -228,20 +230,20 @@ Solutions<WeakPerspectivePose, 2> weak_perspective_poses(
   assert(points.size() == pixels_from_centre.size());
   Solutions<WeakPerspectivePose, 2> poses;
   if (points.size() < 4) return poses;
-  const auto frame = point_frame(points);
-  const Pixels spread = spread_of(pixels_from_centre);
-  if (!frame || !(spread.size > 0) || !std::isfinite(spread.size)) return poses;
-  const Moments m = moments_of(points, pixels_from_centre, *frame, spread);
+  const PointSpread frame = spread_of(points);
+  const Pixels spread = centred(pixels_from_centre);
+  if (!frame.is_wide() || !(spread.size > 0) || !std::isfinite(spread.size)) return poses;
+  const Moments m = moments_of(points, pixels_from_centre, frame, spread);
 
   Solutions<ScaledRotation, 3> minima;
-  const bool flat = frame->extents.z() < kFlat;
+  const bool flat = frame.thickness < kFlat;
   for (const ScaledRotation& start : plane_solutions(m))
     minima.push_back(flat ? start : refined(m, start));
-  const bool space = frame->extents.z() >= kPlane;
+  const bool space = frame.thickness >= kPlane;
   if (space) minima.push_back(refined(m, space_start(m)));
   for (const ScaledRotation& minimum : minima) {
-    WeakPerspectivePose pose = posed(minimum, *frame, spread);
-    pose.rms_px = rms_of(minimum, *frame, spread, points, pixels_from_centre);
+    WeakPerspectivePose pose = posed(minimum, frame, spread);
+    pose.rms_px = rms_of(minimum, frame, spread, points, pixels_from_centre);
     if (!pose.camera_from_target.matrix().allFinite() || !std::isfinite(pose.rms_px)) continue;
     if (poses.empty()) {
       poses.push_back(pose);

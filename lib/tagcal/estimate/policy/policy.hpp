@@ -58,8 +58,6 @@ inline constexpr double kExcludedCost = 25;
 // probability Q((d^2 + T) / 2 d), at most Q(sqrt T): 3e-5 for T = 16. (With T = 9 it is 1.3e-3, as
 // map tag-tilt-distance measured.)
 inline constexpr double kAmbiguousCost = 16;
-// |R_a - R_b|^2 below which two minima are one: an angle of 1e-4 rad. Source: none; chosen by hand.
-inline constexpr double kSameRotationSquare = 2e-8;
 // sigma^2. Two minima whose costs and squared Mahalanobis distances differ by less are one, at
 // which the solver stopped twice. Source: none; chosen by hand.
 inline constexpr double kSameMinimum = 0.1;
@@ -78,20 +76,16 @@ inline constexpr double kWeakPerspectiveExcess = 10.8;
 inline constexpr double kNarrowWidth = 0.25;
 inline constexpr double kLineTurnRad = 0.35;
 
-// The profile of a pose (pose_profile.hpp). Source of all: chosen by hand, checked by maps points,
-// line, tag-tilt-distance and focal-tilt-noise (fewer than 1 in 1,000 poses are wrong and called
-// ok).
-// A linear covariance is trusted where the variance of the least known turn is at most this times
-// the standard deviation of the best known one (radians).
+// The profile of a pose (pose_hypotheses.hpp). Source of all: chosen by hand, checked by maps
+// points, line, tag-tilt-distance and focal-tilt-noise (fewer than 1 in 1,000 poses are wrong and
+// called ok). A linear covariance is trusted where the variance of the least known turn is at most
+// this times the standard deviation of the best known one (radians).
 inline constexpr double kCurved = 0.2;
 // Standard deviations of a profile's first step; sigma^2 at which it ends; and where it ends at the
 // latest (rad, or log of a focal length).
 inline constexpr double kProfileSigmas = 5;
 inline constexpr double kProfileEnd = 9;
 inline constexpr double kProfileFarthest = 1;
-// The areas of the triangles of four corners, over those of a square, from which they count as a
-// tag. Source: none; chosen by hand.
-inline constexpr double kLikeATag = 0.8;
 // sigma^2. A covariance is widened to no smaller rise of the cost than this, also of a calibration.
 inline constexpr double kProfileLeastRise = 1;
 
@@ -113,10 +107,6 @@ inline constexpr double kPredictedDecreases = 1.5;
 // ... or where the decrease grows and exceeds this share of the cost: it slides to the first
 // minimum. Of 50,000 second poses of distant tags within the limit both rules lose 3.
 inline constexpr double kSlidingDecrease = 0.003;
-// Levenberg-Marquardt that used all of its iterations has converged where a step would lower the
-// cost by less than this share of a point's part of it. Source: none; chosen by hand.
-inline constexpr double kConvergedDecrease = 1e-3;
-
 // The test of the residuals (residual_test.hpp).
 // px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
 // failed the test in 3 % of exact views. Also the noise of exact corners in BIC.

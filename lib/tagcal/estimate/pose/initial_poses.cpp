@@ -71,10 +71,7 @@ class PointSubset {
   std::vector<Matrix2> whitening_;
 };
 
-template <int N>
-bool has_less_cost(const InitialPose<N>& a, const InitialPose<N>& b) {
-  return a.cost < b.cost;
-}
+constexpr auto has_less_cost = [](const auto& a, const auto& b) { return a.cost < b.cost; };
 
 template <int N>
 void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) {
@@ -82,7 +79,7 @@ void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) 
   start.has_equations = sums.at(start.state, start.equations);
   if (!start.has_equations) return;
   start.cost = start.equations.cost;
-  starts.insert(start, has_less_cost<N>);
+  starts.insert(start, has_less_cost);
 }
 
 // Returns four points far from one another: the furthest from the centre, from the first one, from
@@ -202,7 +199,7 @@ void add_p4pf(const PointSubset& chosen, ViewSums& sums, InitialPoses<7>& starts
   for (const PoseAndFocal& solution : p4pf(points, pixels))
     add_start(state_of(solution.camera_from_target, solution.focal_px), sums, found);
   while (chosen.points().size() > kVeryFew && found.size() > 1) found.pop_back();
-  for (const InitialPose<7>& start : found) starts.insert(start, has_less_cost<7>);
+  for (const InitialPose<7>& start : found) starts.insert(start, has_less_cost);
 }
 
 // Adds the weak-perspective poses, at the distance that the guessed focal length gives them.
@@ -243,7 +240,7 @@ InitialPoses<6> refined_on(ViewSums& some, const InitialPoses<6>& starts) {
   for (const InitialPose<6>& start : starts) {
     const auto solution = refine_pose<6>(some, start, options);
     if (!solution) continue;
-    result.insert({solution->state, solution->cost}, has_less_cost<6>);
+    result.insert({solution->state, solution->cost}, has_less_cost);
     const double freedom = 2 * static_cast<double>(some.num_points()) - 6;
     options.ruled_out_cost = result.front().cost * (1 + policy::kExcludedCost / freedom);
   }

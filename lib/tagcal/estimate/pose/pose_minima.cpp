@@ -1,25 +1,36 @@
 #include "tagcal/estimate/pose/pose_minima.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/initial_poses.hpp"
 
 namespace tagcal::internal {
 namespace {
 
-bool is_same(const ViewState& a, const ViewState& b) {
-  return (a.rotation - b.rotation).squaredNorm() < policy::kSameRotationSquare;
-}
+constexpr auto has_less_cost = [](const auto& a, const auto& b) { return a.cost < b.cost; };
 
-// Inserts a solution by its cost, unless it is there already.
 template <int N>
-void insert(const PoseMinimum<N>& solution, Solutions<PoseMinimum<N>, 4>& poses) {
-  for (const PoseMinimum<N>& other : poses)
-    if (is_same(solution.state, other.state)) return;
-  poses.insert(solution,
-               [](const PoseMinimum<N>& a, const PoseMinimum<N>& b) { return a.cost < b.cost; });
+double squared_distance(const PoseMinimum<N>& from, const ViewState& to, double variance) {
+  Eigen::Matrix<double, N, 1> step;
+  step.template head<6>() = minus(pose_of(to), pose_of(from.state));
+  if constexpr (N == 7) step[6] = std::log(to.focal_px / from.state.focal_px);
+  const auto information = from.information.template selfadjointView<Eigen::Upper>();
+  return step.dot(information * step) / variance;
 }
 
 }  // namespace
+
+template <int N>
+bool is_same_minimum(const PoseMinimum<N>& a, const PoseMinimum<N>& b, double sigma_px) {
+  constexpr double kLimit = policy::kSameMinimum;
+  const double variance = sigma_px * sigma_px;
+  return std::abs(a.cost - b.cost) < kLimit * variance &&
+         squared_distance(a, b.state, variance) < kLimit &&
+         squared_distance(b, a.state, variance) < kLimit;
+}
 
 template <int N>
 std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens& lens,
@@ -39,7 +50,16 @@ std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens&
     if (!fit->poses.empty() && !start.has_equations && start.cost > limit) continue;
     const auto solution = refine_pose<N>(sums, start, solver);
     if (!solution || (!fit->poses.empty() && solution->cost > limit)) continue;
-    insert(*solution, fit->poses);
+    PoseMinimum<N>* const same = std::ranges::find_if(fit->poses, [&](const auto& other) {
+      return is_same_minimum(other, *solution, fit->noise.sigma_px);
+    });
+    if (same == fit->poses.end()) {
+      fit->poses.insert(*solution, has_less_cost);
+    } else if (has_less_cost(*solution, *same)) {
+      *same = *solution;
+      for (auto* at = same; at > fit->poses.begin() && has_less_cost(*at, at[-1]); --at)
+        std::swap(*at, at[-1]);
+    }
     fit->noise = noise_level(problem, options, fit->best().cost, N);
     limit = fit->best().cost + policy::kAmbiguousCost * fit->noise.sigma_px * fit->noise.sigma_px;
     solver.ruled_out_cost = limit;
@@ -49,6 +69,7 @@ std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens&
   return fit;
 }
 
+template bool is_same_minimum(const PoseMinimum<6>&, const PoseMinimum<6>&, double);
 template std::optional<PoseMinima<6>> pose_minima<6>(const PoseProblem&, const Lens&,
                                                      const PoseOptions&);
 template std::optional<PoseMinima<7>> pose_minima<7>(const PoseProblem&, const Lens&,

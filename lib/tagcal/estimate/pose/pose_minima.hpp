@@ -18,6 +18,10 @@ struct PoseMinima {
   const PoseMinimum<N>& best() const { return poses.front(); }
 };
 
+// True if two minima are one, at which the solver stopped twice.
+template <int N>
+bool is_same_minimum(const PoseMinimum<N>& a, const PoseMinimum<N>& b, double sigma_px);
+
 // Refines the closed forms that suit the shape of the points (refine_pose). No value if no start
 // lies in the lens' domain. For N = 7 the lens is a pinhole whose focal length is a guess.
 // Precondition: points in a plane or in space, four or more, finite.

@@ -35,6 +35,12 @@ class PoseProblem {
   bool finite_ = true;
 };
 
+// Describes an invalid option; empty if all are valid.
+std::string defect(const PoseOptions& options, std::size_t num_points);
+
+// Describes why a problem has no answer; empty if it may have one.
+std::string defect(const PoseProblem& problem);
+
 // The noise that an estimate assumes.
 struct NoiseLevel {
   double sigma_px = 1;

@@ -85,19 +85,17 @@ class ProfileLikelihood {
   // predicted cost, infinite outside the domain.
   double minimise_across(const Step& function, Step& step) {
     State state = likelihood_.stepped(best_, step);
-    double cost = 0;
-    for (int round = 0; round < likelihood_.rounds(); ++round) {
-      typename Likelihood::Equations here;
-      typename Likelihood::Solver solver;
+    typename Likelihood::Equations here;
+    typename Likelihood::Solver solver;
+    for (int round = 1;; ++round) {
       if (!likelihood_.at(state, here) || !solver.compute(here.information))
         return std::numeric_limits<double>::infinity();
       const Step p = solver.solve(here.gradient), q = solver.solve(function);
       const Step across = q * (function.dot(p) / function.dot(q)) - p;
-      cost = here.cost + here.gradient.dot(across);
       step += across;
+      if (round == likelihood_.rounds()) return here.cost + here.gradient.dot(across);
       state = likelihood_.stepped(state, across);
     }
-    return cost;
   }
 
   Likelihood& likelihood_;

@@ -33,8 +33,8 @@ struct PoseMinimum {
 };
 
 // Returns the least-squares solution from a start, by Gauss-Newton steps (two or three evaluations
-// from a good start), and if one of them fails by Levenberg-Marquardt (ceres::TinySolver) from the
-// best point. No value if it is ruled out, or if the start is outside the lens' domain.
+// from a good start), which are damped after one that raised the cost. No value if it is ruled out,
+// or if the start is outside the lens' domain.
 template <int N>
 std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& start,
                                           const RefineOptions& options = {});

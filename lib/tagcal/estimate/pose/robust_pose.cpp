@@ -8,7 +8,6 @@
 
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/pose/pose_defect.hpp"
 #include "tagcal/estimate/pose/pose_ransac.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/estimate/pose/shifted_tag_test.hpp"
@@ -17,10 +16,9 @@ namespace tagcal::internal {
 namespace {
 
 template <int N>
-RobustPose<N> no_fit(Status status, const std::string& reason) {
+RobustPose<N> no_fit(const FindingCode& code, const std::string& reason) {
   RobustPose<N> result;
-  result.status = status;
-  add(result.findings, refusal_code(status), reason);
+  add(result.findings, code, reason);
   return result;
 }
 
@@ -85,7 +83,7 @@ RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, co
     std::erase_if(chosen, is_shifted);
     result.problem.emplace(correspondences, options, chosen);
     if (const std::string reason = defect(*result.problem); !reason.empty())
-      return no_fit<N>(Status::no_consensus, "the inliers do not determine a pose: " + reason);
+      return no_fit<N>(code::no_consensus, "the inliers do not determine a pose: " + reason);
     result.fit = pose_minima<N>(*result.problem, lens, options);
     if (!result.fit) break;
     result.outliers = complement(chosen, correspondences.size());
@@ -172,15 +170,15 @@ RobustPose<N> search(std::span<const Correspondence> correspondences, const Lens
   if (all.whitened()) sigma = 1;
   const auto consensus = pose_ransac<N>({lens, all.view(), options.groups, sigma, options.seed});
   const std::string reason = "the points do not agree on one pose: check the lens and the target";
-  if (!consensus) return no_fit<N>(Status::no_consensus, reason);
+  if (!consensus) return no_fit<N>(code::no_consensus, reason);
   RobustPose<N> result =
       fit_without_shifted_tags<N>(correspondences, lens, options, consensus->inliers);
   if (!result.fit ||
       residual_test_of(*result.problem, lens, *result.fit) == ResidualTest::inconsistent)
-    return no_fit<N>(Status::no_consensus, reason);
+    return no_fit<N>(code::no_consensus, reason);
   if (has_rival<N>(correspondences, lens, options, result))
     return no_fit<N>(
-        Status::no_consensus,
+        code::no_consensus,
         "two groups of points agree on different poses, and neither is clearly larger: "
         "check the ids of the target");
   return result;
@@ -193,19 +191,19 @@ RobustPose<N> fit_pose_robustly(std::span<const Correspondence> correspondences,
                                 const PoseOptions& options) {
   RobustPose<N> result;
   if (const std::string reason = defect(options, correspondences.size()); !reason.empty())
-    return no_fit<N>(Status::degenerate, reason);
+    return no_fit<N>(code::degenerate, reason);
   result.problem.emplace(correspondences, options);
   if (const std::string reason = defect(*result.problem); !reason.empty())
-    return no_fit<N>(Status::degenerate, reason);
+    return no_fit<N>(code::degenerate, reason);
   result.fit = pose_minima<N>(*result.problem, lens, options);
   ResidualTest residuals = result.fit ? residual_test_of(*result.problem, lens, *result.fit)
                                       : ResidualTest::inconsistent;
   if (residuals == ResidualTest::inconsistent) {
     const bool may_search = options.reject_outliers && correspondences.size() > 4;
     if (!may_search && !result.fit)
-      return no_fit<N>(Status::degenerate, "no pose puts the points in front of the camera");
+      return no_fit<N>(code::degenerate, "no pose puts the points in front of the camera");
     if (!may_search)
-      return no_fit<N>(Status::no_consensus,
+      return no_fit<N>(code::no_consensus,
                        "the residuals of the best pose are too large or too uneven for noise");
     result = search<N>(correspondences, lens, options);
     if (!result.fit) return result;

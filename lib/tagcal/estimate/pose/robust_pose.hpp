@@ -17,8 +17,7 @@ struct RobustPose {
   std::optional<PoseMinima<N>> fit;
   std::vector<std::size_t> outliers;  // ascending
   bool model_error = false;           // the residuals are correlated: a finding says so
-  Status status = Status::ok;         // otherwise the reason why there is no fit
-  std::vector<Finding> findings;
+  std::vector<Finding> findings;      // without a fit the last one is the reason
 };
 
 // Fits all correspondences; if their residuals are inconsistent, searches for the inliers (RANSAC).

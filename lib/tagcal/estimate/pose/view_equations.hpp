@@ -56,8 +56,8 @@ ViewState moved(const ViewState& state, const Eigen::Matrix<double, N, 1>& step)
 // by (omega, tau) of `retract` and, for N = 7, by log f.
 template <int N>
 struct NormalEquations {
-  Eigen::Matrix<double, N, N> information = Eigen::Matrix<double, N, N>::Zero();
-  Eigen::Matrix<double, N, 1> gradient = Eigen::Matrix<double, N, 1>::Zero();
+  Eigen::Matrix<double, N, N> information;
+  Eigen::Matrix<double, N, 1> gradient;
   double cost = 0;
 };
 

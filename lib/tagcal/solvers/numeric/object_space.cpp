@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tagcal/geometry/pose.hpp"
+#include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -23,12 +24,6 @@ using Vector10d = Eigen::Matrix<double, 10, 1>;
 using Moments = Eigen::Matrix<double, 10, 6>;
 
 constexpr double kOneRay = 1e-9;
-
-Vector3d unit(const Vector3d& ray) {
-  const double square = ray.squaredNorm();
-  if (square > 1e-200 && square < 1e200) return ray / std::sqrt(square);
-  return (ray / ray.cwiseAbs().maxCoeff()).normalized();  // NaN for a ray of length zero
-}
 
 // For a ray near z, the small elements of 1 - v v' are computed from small numbers, not as a
 // difference of large ones, so that distant targets lose no digits.
@@ -47,7 +42,7 @@ Matrix3d symmetric(const Vector6d& upper) {
 
 Matrix3d z_along_mean(std::span<const Vector3d> rays) {
   Vector3d mean = Vector3d::Zero();
-  for (const Vector3d& v : rays) mean += unit(v);
+  for (const Vector3d& v : rays) mean += v.stableNormalized();
   if (mean.norm() < 1e-3 * static_cast<double>(rays.size())) return Matrix3d::Identity();
   return rotation_between(mean, Vector3d::UnitZ()).toRotationMatrix();
 }
@@ -59,12 +54,11 @@ struct Sums {
 };
 
 Sums sums_of(std::span<const Vector3d> points, std::span<const Vector3d> rays,
-             const PointFrame& frame, const Matrix3d& rays_from_camera) {
+             const PointSpread& frame, const Matrix3d& rays_from_camera) {
   Sums sums;
-  const Matrix3d turn = frame.axes / frame.size;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vector3d x = turn * (points[i] - frame.centre);
-    const Vector3d v = rays_from_camera * unit(rays[i]);
+    const Vector3d x = frame.in_plane(points[i]) / frame.size;
+    const Vector3d v = rays_from_camera * rays[i].stableNormalized();
     Vector10d monomials;
     monomials << x.x() * x, x.y() * x.y(), x.y() * x.z(), x.z() * x.z(), x, 1;
     sums.moments.noalias() += monomials * projector(v).transpose();
@@ -83,19 +77,18 @@ Sums sums_of(std::span<const Vector3d> points, std::span<const Vector3d> rays,
 Pose ObjectSpaceError::camera_from_target(const Quaterniond& rays_from_points) const {
   const Vector3d t = frame.size * (translation_map * columns_of(rays_from_points));
   const Matrix3d rotation =
-      rays_from_camera.transpose() * rays_from_points.toRotationMatrix() * frame.axes;
+      rays_from_camera.transpose() * rays_from_points.toRotationMatrix() * frame.plane_from_target;
   return {Quaterniond(rotation).normalized(),
           rays_from_camera.transpose() * t - rotation * frame.centre};
 }
 
 std::optional<ObjectSpaceError> object_space_error(std::span<const Vector3d> points,
                                                    std::span<const Vector3d> rays) {
-  const auto frame = point_frame(points);
-  if (!frame) return std::nullopt;
   ObjectSpaceError e;
-  e.frame = *frame;
+  e.frame = spread_of(points);
+  if (!e.frame.is_wide()) return std::nullopt;
   e.rays_from_camera = z_along_mean(rays);
-  const Sums sums = sums_of(points, rays, *frame, e.rays_from_camera);
+  const Sums sums = sums_of(points, rays, e.frame, e.rays_from_camera);
   if (!sums.moments.allFinite()) return std::nullopt;
   const Matrix3d q = symmetric(sums.moments.row(9));
   const Eigen::LLT<Matrix3d> factors(q);
@@ -152,7 +145,6 @@ namespace {
 constexpr int kMaxSteps = 40;
 constexpr double kLongestStep = 1;   // rad
 constexpr double kConverged = 1e-9;  // rad; the next step would be its square
-constexpr double kSingular = 1e-14;  // a pivot relative to its diagonal element
 constexpr double kFlat = 1e-3;       // of the trace: least curvature that a long step divides by
 constexpr double kKick = 0.3;        // rad, off a saddle
 
@@ -161,17 +153,11 @@ Quaterniond turned(const Quaterniond& q, const Vector3d& w) {
   return (q * Quaterniond(1, w.x() / 2, w.y() / 2, w.z() / 2)).normalized();
 }
 
-// Solves hessian w = -gradient by L D L'; no solution unless the Hessian is positive definite.
+// No step unless the Hessian is positive definite.
 std::optional<Vector3d> newton_step(const RotationExpansion& at) {
-  const Matrix3d& h = at.hessian;
-  const Vector3d& g = at.gradient;
-  const double d1 = h(0, 0), l21 = h(1, 0) / d1, l31 = h(2, 0) / d1;
-  const double d2 = h(1, 1) - l21 * h(1, 0), e = h(2, 1) - l21 * h(2, 0);
-  const double l32 = e / d2, d3 = h(2, 2) - l31 * h(2, 0) - l32 * e;
-  if (!(d1 > 0 && d2 > kSingular * h(1, 1) && d3 > kSingular * h(2, 2))) return std::nullopt;
-  const double y2 = -g.y() + l21 * g.x(), y3 = -g.z() + l31 * g.x() - l32 * y2;
-  const double w3 = y3 / d3, w2 = y2 / d2 - l32 * w3;
-  return Vector3d(-g.x() / d1 - l21 * w2 - l31 * w3, w2, w3);
+  SmallCholesky<3> cholesky;
+  if (!cholesky.compute(at.hessian)) return std::nullopt;
+  return -cholesky.solve(at.gradient);
 }
 
 // Descends along every axis of the Hessian, whatever the sign of its curvature, and so leaves

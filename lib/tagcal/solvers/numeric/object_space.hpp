@@ -6,7 +6,7 @@
 #include <span>
 
 #include "tagcal/geometry/pose.hpp"
-#include "tagcal/solvers/numeric/point_frame.hpp"
+#include "tagcal/solvers/numeric/point_spread.hpp"
 
 // Object-space error of a pose (Lu, Hager & Mjolsness, PAMI 2000, eq. 19) with eliminated
 // translation: a quadratic form in the nine numbers of the rotation (Terzakis & Lourakis, ECCV
@@ -18,8 +18,8 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix39 = Eigen::Matrix<double, 3, 9>;
 
-// Points are in their own frame, rays in theirs (z along their mean), and r is the columns of R one
-// below the other:
+// Points are in their own frame, in units of their size, rays in theirs (z along their mean), and r
+// is the columns of R one below the other:
 //   r' omega r = min_t 1/n sum_i |(1 - v_i v_i') (R x_i + t)|^2,  t = translation_map r,
 // and the mean of v_i' (R x_i + t), the distance along the rays, is depth_map . r.
 struct ObjectSpaceError {
@@ -27,13 +27,13 @@ struct ObjectSpaceError {
   Matrix39 translation_map;
   Vector9 depth_map;
 
-  PointFrame frame;
+  PointSpread frame;
   Eigen::Matrix3d rays_from_camera;  // rotation
 
   Pose camera_from_target(const Eigen::Quaterniond& rays_from_points) const;
 };
 
-// No value if the points have no frame, the rays coincide (to within 1e-9 rad), a ray has length
+// No value if the points are not wide, the rays coincide (to within 1e-9 rad), a ray has length
 // zero, or a number is not finite.
 std::optional<ObjectSpaceError> object_space_error(std::span<const Eigen::Vector3d> points,
                                                    std::span<const Eigen::Vector3d> rays);

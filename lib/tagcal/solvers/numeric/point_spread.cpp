@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <limits>
 
 namespace tagcal::internal {
 namespace {
@@ -26,6 +27,10 @@ Vector3d principal_variances(const Matrix3d& scatter, Matrix3d& plane_from_targe
 
 Pose PointSpread::plane_from_target_pose() const {
   return {Eigen::Quaterniond(plane_from_target), -(plane_from_target * centre)};
+}
+
+bool PointSpread::is_wide() const {
+  return width > 1e-6 + 8 * std::numeric_limits<double>::epsilon() * centre.norm() / size;
 }
 
 PointSpread spread_of(std::span<const Vector3d> points) {
@@ -54,8 +59,9 @@ PointSpread spread_of(std::span<const Vector3d> points) {
   const Vector3d variance = principal_variances(scatter, spread.plane_from_target);
   const Vector3d extent = variance.cwiseMax(0.0).cwiseSqrt();  // thickness, width, length
   spread.size = std::sqrt(square) * extent(2);
+  spread.width = extent(1) / extent(2);
   spread.thickness = extent(0) / extent(2);
-  if (extent(1) < 1e-3 * extent(2))
+  if (spread.width < 1e-3)
     spread.shape = PointShape::line;
   else
     spread.shape = spread.thickness < 0.05 ? PointShape::plane : PointShape::space;

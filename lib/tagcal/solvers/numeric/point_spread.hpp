@@ -15,6 +15,7 @@ enum class PointShape { point, line, plane, space };
 struct PointSpread {
   PointShape shape = PointShape::point;
   double size = 0;       // RMS distance from the centre along the longest axis, metres
+  double width = 0;      // RMS along the second axis / size
   double thickness = 0;  // RMS distance from the best plane / size
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d plane_from_target = Eigen::Matrix3d::Identity();  // a rotation
@@ -24,6 +25,9 @@ struct PointSpread {
     return plane_from_target * ((point - reference) - from_reference);
   }
   Pose plane_from_target_pose() const;
+  // False for points on a line or at one place: a width below 1e-6, or below the rounding of the
+  // coordinates.
+  bool is_wide() const;
 
   Eigen::Vector3d reference = Eigen::Vector3d::Zero();  // centre = reference + from_reference
   Eigen::Vector3d from_reference = Eigen::Vector3d::Zero();

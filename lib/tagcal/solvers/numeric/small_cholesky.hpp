@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 
 namespace tagcal::internal {
 
@@ -38,26 +37,17 @@ class SmallCholesky {
     return positive;
   }
 
-  // U'^-1 b
-  Vector forward(Vector b) const {
+  Vector solve(Vector b) const {
 #pragma GCC unroll 8
     for (int i = 1; i < N; ++i)
 #pragma GCC unroll 8
       for (int k = 0; k < i; ++k) b[i] -= u_[k][i] * b[k];
-    return b;
-  }
-
-  // U^-1 b
-  Vector backward(Vector b) const {
+    b.array() *= Eigen::Map<const Vector>(inverse_pivot_).array();
 #pragma GCC unroll 8
     for (int i = N - 2; i >= 0; --i)
 #pragma GCC unroll 8
       for (int k = i + 1; k < N; ++k) b[i] -= u_[i][k] * b[k];
     return b;
-  }
-
-  Vector solve(const Vector& b) const {
-    return backward(forward(b).cwiseProduct(Eigen::Map<const Vector>(inverse_pivot_)));
   }
 
   // A^-1 = U^-1 D^-1 U'^-1
@@ -83,20 +73,6 @@ class SmallCholesky {
         result(i, j) = result(j, i) = sum;
       }
     return result;
-  }
-
-  // D^-1, and D^(1/2) U: the Cholesky factor R with R'R = A.
-  Eigen::Map<const Vector> inverse_pivots() const {
-    return Eigen::Map<const Vector>(inverse_pivot_);
-  }
-  Matrix factor() const {
-    Matrix r = Matrix::Zero();
-    for (int i = 0; i < N; ++i) {
-      const double root = 1 / std::sqrt(inverse_pivot_[i]);
-      r(i, i) = root;
-      for (int j = i + 1; j < N; ++j) r(i, j) = root * u_[i][j];
-    }
-    return r;
   }
 
  private:
