@@ -86,6 +86,21 @@ inline std::vector<Vector3d> random_sheet(Random& random, const std::vector<Occl
   return {other[0], other[0] + along, other[1] + aside, other[0] + aside};
 }
 
+// A rectangle of whole steps along the axes, as walls, boxes and floors have them: sheets touch,
+// lie in one plane or are seen edge-on, and edges lie in planes of others.
+constexpr double kStep = 0.25;
+
+inline Vector3d on_grid(const Vector3d& x) { return kStep * (x / kStep).array().round(); }
+
+inline std::vector<Vector3d> grid_sheet(Random& random) {
+  const Vector3d corner = on_grid(in_cube(random, 0.8));
+  const auto axis = static_cast<int>(random.index(3));
+  const Vector3d u = kStep * static_cast<double>(1 + random.index(4)) * Vector3d::Unit(axis);
+  const Vector3d v =
+      kStep * static_cast<double>(1 + random.index(4)) * Vector3d::Unit((axis + 1) % 3);
+  return {corner, corner + u, corner + u + v, corner + v};
+}
+
 // Three bars, each of which is before one and behind the other.
 inline void add_ring(std::vector<Occluder>& occluders, const Pose& pose) {
   for (int i = 0; i < 3; ++i) {
@@ -127,8 +142,10 @@ inline Scene random_scene(std::uint64_t seed, std::uint64_t index, Pose& camera_
       std::min<std::size_t>(count, static_cast<std::size_t>(random.uniform(0, 4)));
   if (count - num_boards >= 3 && random.uniform() < 0.2)
     add_ring(scene.occluders, any_pose(random, 0.5));
+  const bool grid_scene = random.uniform() < 0.2;
   while (scene.occluders.size() + num_boards < count)
-    scene.occluders.push_back({random_sheet(random, scene.occluders)});
+    scene.occluders.push_back(
+        {grid_scene ? grid_sheet(random) : random_sheet(random, scene.occluders)});
   for (std::size_t i = 0; i < scene.occluders.size(); ++i)
     scene.occluders[i].level = (i % 2 == 0 ? 0.02 : 0.55) + 0.03 * static_cast<double>(i / 2);
   for (std::size_t i = 0; i < num_boards; ++i) {
@@ -139,7 +156,8 @@ inline Scene random_scene(std::uint64_t seed, std::uint64_t index, Pose& camera_
                     static_cast<int>(10 * i)};
     scene.boards.push_back({grid_board(grid, "tag36h11", 1, false), pose});
   }
-  const Vector3d eye = in_cube(random, 1).normalized() * random.uniform(0, 3);
+  const Vector3d anywhere = in_cube(random, 1).normalized() * random.uniform(0, 3);
+  const Vector3d eye = grid_scene ? on_grid(anywhere) : anywhere;
   camera_from_world = rotation_about_z(random.uniform(-3, 3)) *
                       camera_from_world_looking_at(eye, in_cube(random, 0.3), Vector3d::UnitZ());
   return scene;
@@ -254,7 +272,9 @@ class RayCaster {
 
   static std::optional<double> distance_to(const Surface& surface, const Ray& ray) {
     const double climb = surface.normal.dot(ray.direction);
-    const double distance = surface.normal.dot(surface.corners[0] - ray.origin) / climb;
+    const double height = surface.normal.dot(surface.corners[0] - ray.origin);
+    if (std::abs(climb) < 1e-9 || std::abs(height) < 1e-9) return std::nullopt;  // edge-on
+    const double distance = height / climb;
     if (!(distance > 0) || !holds(surface, ray.origin + distance * ray.direction))
       return std::nullopt;
     return distance;

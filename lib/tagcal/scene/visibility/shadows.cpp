@@ -145,6 +145,7 @@ std::optional<std::size_t> Shadows::seen_instead(const Vector3d& x, std::size_t 
 }
 
 std::vector<Polygon> Shadows::visible_parts(Polygon polygon, std::size_t own) const {
+  if (shadows_[own][0].empty()) return {};
   std::vector<Polygon> parts = {std::move(polygon)};
   for (std::size_t i = 0; i < size(); ++i) {
     std::vector<Polygon> rest;

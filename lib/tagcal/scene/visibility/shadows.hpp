@@ -32,9 +32,11 @@ bool faces(const Sheet& sheet, const Eye& eye);
 
 // The shadow of a convex sheet, if the eye were a lamp, is an intersection of half-spaces: one
 // beyond its plane and, through the eye, one inside each of its edges (Crow, SIGGRAPH 1977). A
-// point is hidden if it is in the shadow of a sheet that it is not on. No order of the sheets is
-// needed: the rule holds for sheets that intersect or hide each other in a ring. Sheets closer than
-// a tolerance count as lying in one plane (kFlat); a sheet that is seen edge-on has no shadow.
+// point is hidden if it is in the shadow of a sheet that it is not on, and the seen area of a sheet
+// is what the shadows of the others leave (Weiler & Atherton, SIGGRAPH 1977). No order of the
+// sheets is needed: the rule holds for sheets that intersect or hide each other in a ring. Sheets
+// closer than a tolerance count as lying in one plane (kFlat). A sheet that is seen edge-on is not
+// seen and has no shadow.
 class Shadows {
  public:
   using Polygon = std::vector<Eigen::Vector3d>;
