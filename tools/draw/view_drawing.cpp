@@ -57,15 +57,13 @@ class Panel {
   // What is seen of papers, tags and occluders, then of their edges.
   std::string things(const Scene& scene) const {
     std::string svg, edges;
-    const std::vector<Sheet> all = sheets(scene, camera_from_world_);
-    const Eye at = eye(camera_.lens);
-    const Shadows shadows(all, at);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const Sheet& sheet = all[i];
+    const Shadows shadows(scene, camera_.lens, camera_from_world_);
+    for (std::size_t i = 0; i < shadows.sheets().size(); ++i) {
+      const Sheet& sheet = shadows.sheets()[i];
       const double level = sheet.panel ? scene.paper_level : scene.occluders[sheet.occluder].level;
       svg += visible_area(sheet.corners, shadows, i, grey(level));
       edges += visible_edges(sheet.corners, shadows, i);
-      if (!sheet.panel || !faces(sheet, at)) continue;
+      if (!sheet.panel || !shadows.faces(i)) continue;
       const Pose& world_from_board = scene.boards[sheet.board].world_from_board;
       for (const Tag& tag : sheet.panel->tags) {
         std::vector<Vector3d> corners;
@@ -130,7 +128,7 @@ class Panel {
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vector3d &a = corners[i], &b = corners[(i + 1) % corners.size()];
       std::vector<SegmentPart> hidden = {{1, 1}};
-      for (std::size_t other = 0; other < shadows.size(); ++other) {
+      for (std::size_t other = 0; other < shadows.sheets().size(); ++other) {
         const auto planes = shadows.shadow(other, sheet);
         const auto part = planes.empty() ? std::nullopt : clip_segment(a, b, planes);
         if (part) hidden.push_back(*part);

@@ -47,12 +47,10 @@ struct Painter {
   const TagFamilies& families;
   const Pose& camera_from_world;
   Tracer tracer;
-  Eye at;
-  std::vector<Sheet> sheets;
-  Shadows shadows{sheets, at};
+  Shadows shadows{scene, scene.camera.lens, camera_from_world};
 
   Layer layer_of(std::size_t index) const {
-    const Sheet& sheet = sheets[index];
+    const Sheet& sheet = shadows.sheets()[index];
     Layer layer;
     const std::vector<Polygon> parts = seen_parts(sheet.corners, index);
     for (const Polygon& part : parts) tracer.trace(part, layer.paper);
@@ -63,7 +61,7 @@ struct Painter {
     layer.paper_level = static_cast<float>(scene.paper_level);
     layer.ink_level = static_cast<float>(scene.ink_level);
     const bool whole = parts.size() == 1 && parts[0] == sheet.corners;
-    if (faces(sheet, at)) print(index, whole, layer.ink);
+    if (shadows.faces(index)) print(index, whole, layer.ink);
     return layer;
   }
 
@@ -77,7 +75,7 @@ struct Painter {
 
   // All cells are seen if the whole sheet is.
   void print(std::size_t index, bool whole, Outlines& ink) const {
-    const Sheet& sheet = sheets[index];
+    const Sheet& sheet = shadows.sheets()[index];
     const PlacedBoard& placed = scene.boards[sheet.board];
     const Pose camera_from_board = camera_from_world * placed.world_from_board;
     for (const Rectangle& cell : ink_cells(placed.board, *sheet.panel,
@@ -198,14 +196,10 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
   const ImageSize& size = scene.camera.image_size;
   const double blur = scene.sensor.blur_px;
   const int scale = raster_scale(blur);
-  const Painter painter{scene,
-                        families,
-                        camera_from_world,
-                        {scene.camera.lens, scale * 1.0},
-                        eye(scene.camera.lens),
-                        sheets(scene, camera_from_world)};
+  const Painter painter{scene, families, camera_from_world, {scene.camera.lens, scale * 1.0}};
   std::vector<Layer> layers;
-  for (std::size_t i = 0; i < painter.sheets.size(); ++i) layers.push_back(painter.layer_of(i));
+  for (std::size_t i = 0; i < painter.shadows.sheets().size(); ++i)
+    layers.push_back(painter.layer_of(i));
 
   const Canvas canvas(layers, static_cast<float>(scene.background_level),
                       {size.width * scale, size.height * scale});

@@ -18,33 +18,14 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-// The sheets of a scene in a camera's frame, and what they hide from it.
-struct Watcher {
-  const Scene& scene;
-  const Lens& lens;
-  const Pose& camera_from_world;
-  Eye at = eye(lens);
-  std::vector<Sheet> all = sheets(scene, camera_from_world);
-  Shadows shadows{all, at};
-
-  // `own` is the paper that the point is on, if any.
-  void look_at(const CornerId& id, const Vector3d& x_in_world, std::size_t own,
-               std::vector<Observation>& seen) const {
-    const Vector3d x = camera_from_world * x_in_world;
-    const auto pixel = project(lens, x);
-    if (!pixel || !contains(scene.camera.image_size, *pixel)) return;
-    if (!shadows.seen_instead(x, own)) seen.push_back({id, *pixel, {}});
-  }
-
-  // The paper with the tag of a point's corner.
-  std::size_t paper_of(const NamedPoint& point) const {
-    for (std::size_t i = 0; point.corner && i < all.size(); ++i)
-      if (all[i].panel && all[i].board == point.board &&
-          std::ranges::count(all[i].panel->tags, point.corner->tag_id, &Tag::id) > 0)
-        return i;
-    return Shadows::kNone;
-  }
-};
+// The paper with the tag of a point's corner.
+std::size_t paper_of(const NamedPoint& point, const std::vector<Sheet>& sheets) {
+  for (std::size_t i = 0; point.corner && i < sheets.size(); ++i)
+    if (sheets[i].panel && sheets[i].board == point.board &&
+        std::ranges::count(sheets[i].panel->tags, point.corner->tag_id, &Tag::id) > 0)
+      return i;
+  return Shadows::kNone;
+}
 
 void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& pipeline,
            FollowedPoint& f) {
@@ -52,38 +33,42 @@ void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& p
   if (!f.pixel) return;
   f.sight = Sight::outside_image;
   if (!contains(pipeline.camera.image_size, *f.pixel)) return;
-  const Watcher watcher{scene, pipeline.camera.lens, pipeline.camera_from_world};
-  const std::size_t own = watcher.paper_of(point);
-  if (const auto hider = watcher.shadows.seen_instead(f.in_camera, own)) {
-    const Sheet& sheet = watcher.all[*hider];
+  const Shadows shadows(scene, pipeline.camera.lens, pipeline.camera_from_world);
+  const std::size_t own = paper_of(point, shadows.sheets());
+  if (const auto hider = shadows.seen_instead(f.in_camera, own)) {
+    const Sheet& sheet = shadows.sheets()[*hider];
     f.sight = Sight::hidden;
     f.hidden_by = sheet.panel ? fmt::format("board {}", sheet.board)
                               : fmt::format("occluder {}", sheet.occluder);
     return;
   }
-  const bool turned = own != Shadows::kNone && !faces(watcher.all[own], watcher.at);
-  f.sight = turned ? Sight::turned_away : Sight::seen;
+  f.sight = own != Shadows::kNone && !shadows.faces(own) ? Sight::turned_away : Sight::seen;
 }
 
 }  // namespace
 
 std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world) {
-  const Watcher watcher{scene, scene.camera.lens, camera_from_world};
+  const Shadows shadows(scene, scene.camera.lens, camera_from_world);
   std::vector<Observation> seen;
-  for (std::size_t own = 0; own < watcher.all.size(); ++own) {
-    const Sheet& sheet = watcher.all[own];
-    if (!sheet.panel || !faces(sheet, watcher.at)) continue;
+  const auto look_at = [&](const CornerId& id, const Vector3d& x_in_world, std::size_t own) {
+    const Vector3d x = camera_from_world * x_in_world;
+    const auto pixel = project(scene.camera.lens, x);
+    if (!pixel || !contains(scene.camera.image_size, *pixel)) return;
+    if (!shadows.seen_instead(x, own)) seen.push_back({id, *pixel, {}});
+  };
+  for (std::size_t own = 0; own < shadows.sheets().size(); ++own) {
+    const Sheet& sheet = shadows.sheets()[own];
+    if (!sheet.panel || !shadows.faces(own)) continue;
     const Pose& world_from_board = scene.boards[sheet.board].world_from_board;
     for (const Tag& tag : sheet.panel->tags) {
       const auto corners = tag_corners(tag);
       for (int i = 0; i < 4; ++i)
-        watcher.look_at({tag.id, i}, world_from_board * corners[static_cast<std::size_t>(i)], own,
-                        seen);
+        look_at({tag.id, i}, world_from_board * corners[static_cast<std::size_t>(i)], own);
     }
   }
   for (const PlacedBoard& placed : scene.boards)
     for (const TargetPoint& point : placed.board.points)
-      watcher.look_at(point.id, placed.world_from_board * point.position, Shadows::kNone, seen);
+      look_at(point.id, placed.world_from_board * point.position, Shadows::kNone);
   std::ranges::sort(seen, {}, &Observation::id);
   return seen;
 }

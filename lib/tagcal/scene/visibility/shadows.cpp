@@ -24,29 +24,6 @@ double scene_size(const std::vector<Sheet>& sheets) {
   return largest;
 }
 
-// The side of a sheet's plane on which the eye is: 1 for the front, -1 for the back, 0 in the
-// plane.
-int side(const Sheet& sheet, const Eye& eye) {
-  const Vector3d towards = eye.towards_from(sheet.corners.front());
-  const double height = sheet.normal.dot(towards);
-  if (std::abs(height) <= kFlat * towards.norm()) return 0;
-  return height > 0 ? 1 : -1;
-}
-
-std::vector<HalfSpace> shadow_of(const Sheet& sheet, const Eye& eye, double lift_m) {
-  const int on = side(sheet, eye);
-  if (on == 0) return {};
-  const Vector3d beyond = -on * sheet.normal;
-  std::vector<HalfSpace> planes = {{beyond, beyond.dot(sheet.corners.front()) + lift_m}};
-  for (std::size_t i = 0; i < sheet.corners.size(); ++i) {
-    const Vector3d& a = sheet.corners[i];
-    const Vector3d edge = sheet.corners[(i + 1) % sheet.corners.size()] - a;
-    const Vector3d inside = on * eye.towards_from(a).cross(edge).normalized();
-    planes.push_back({inside, inside.dot(a)});
-  }
-  return planes;
-}
-
 // Returns true if no point of the polygon is above the plane.
 bool is_outside(const Polygon& polygon, const HalfSpace& plane, double tolerance_m) {
   return std::ranges::all_of(polygon,
@@ -107,20 +84,41 @@ std::vector<Polygon> with_shared_corners(const std::vector<Polygon>& parts, doub
 
 }  // namespace
 
-Eye eye(const Lens& lens) {
-  if (std::holds_alternative<Parallel>(lens)) return {-Vector3d::UnitZ(), 0};
-  return {Vector3d::Zero(), 1};
-}
-
-bool faces(const Sheet& sheet, const Eye& eye) { return side(sheet, eye) > 0; }
-
 // In a common plane, where heights are 0 to rounding, the plane of a sheet that lies on the other
 // is moved towards the eye, and that of a sheet below it away: by twice the tolerance of the cuts.
-Shadows::Shadows(const std::vector<Sheet>& sheets, const Eye& eye)
-    : eye_(eye), tolerance_m_(kFlat * scene_size(sheets)) {
-  for (const Sheet& sheet : sheets)
+Shadows::Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
+    : sheets_(internal::sheets(scene, camera_from_world)),
+      tolerance_m_(kFlat * scene_size(sheets_)) {
+  eye_ = std::holds_alternative<Parallel>(lens) ? Eye{-Vector3d::UnitZ(), 0}
+                                                : Eye{Vector3d::Zero(), 1};
+  for (const Sheet& sheet : sheets_)
     shadows_.push_back(
-        {shadow_of(sheet, eye, 2 * tolerance_m_), shadow_of(sheet, eye, -2 * tolerance_m_)});
+        {half_spaces(sheet, 2 * tolerance_m_), half_spaces(sheet, -2 * tolerance_m_)});
+}
+
+bool Shadows::faces(std::size_t sheet) const { return side(sheets_[sheet]) > 0; }
+
+// The side of a sheet's plane on which the eye is: 1 for the front, -1 for the back, 0 in the
+// plane.
+int Shadows::side(const Sheet& sheet) const {
+  const Vector3d towards = eye_.towards_from(sheet.corners.front());
+  const double height = sheet.normal.dot(towards);
+  if (std::abs(height) <= kFlat * towards.norm()) return 0;
+  return height > 0 ? 1 : -1;
+}
+
+std::vector<HalfSpace> Shadows::half_spaces(const Sheet& sheet, double lift_m) const {
+  const int on = side(sheet);
+  if (on == 0) return {};
+  const Vector3d beyond = -on * sheet.normal;
+  std::vector<HalfSpace> planes = {{beyond, beyond.dot(sheet.corners.front()) + lift_m}};
+  for (std::size_t i = 0; i < sheet.corners.size(); ++i) {
+    const Vector3d& a = sheet.corners[i];
+    const Vector3d edge = sheet.corners[(i + 1) % sheet.corners.size()] - a;
+    const Vector3d inside = on * eye_.towards_from(a).cross(edge).normalized();
+    planes.push_back({inside, inside.dot(a)});
+  }
+  return planes;
 }
 
 std::span<const HalfSpace> Shadows::shadow(std::size_t sheet, std::size_t own) const {
@@ -132,7 +130,7 @@ std::optional<std::size_t> Shadows::seen_instead(const Vector3d& x, std::size_t 
   std::optional<std::size_t> front;
   double farthest = 0;
   const Vector3d towards = eye_.towards_from(x).normalized();
-  for (std::size_t i = 0; i < size(); ++i) {
+  for (std::size_t i = 0; i < shadows_.size(); ++i) {
     const std::span<const HalfSpace> planes = shadow(i, own);
     if (planes.empty() || !contains(planes, x)) continue;
     const HalfSpace& beyond = shadows_[i][0].front();
@@ -147,7 +145,7 @@ std::optional<std::size_t> Shadows::seen_instead(const Vector3d& x, std::size_t 
 std::vector<Polygon> Shadows::visible_parts(Polygon polygon, std::size_t own) const {
   if (shadows_[own][0].empty()) return {};
   std::vector<Polygon> parts = {std::move(polygon)};
-  for (std::size_t i = 0; i < size(); ++i) {
+  for (std::size_t i = 0; i < shadows_.size(); ++i) {
     std::vector<Polygon> rest;
     for (Polygon& part : parts) subtract(std::move(part), shadow(i, own), tolerance_m_, rest);
     parts = std::move(rest);

@@ -15,21 +15,6 @@
 
 namespace tagcal::internal {
 
-// The eye in homogeneous coordinates: a point (w = 1), or for parallel rays the direction opposite
-// to them (w = 0). The ray from a point x to the eye runs along position - w x.
-struct Eye {
-  Eigen::Vector3d position;
-  double w = 1;
-
-  Eigen::Vector3d towards_from(const Eigen::Vector3d& x) const { return position - w * x; }
-};
-
-// The eye of a lens, in the camera frame.
-Eye eye(const Lens& lens);
-
-// Returns true if the front of the sheet is turned to the eye.
-bool faces(const Sheet& sheet, const Eye& eye);
-
 // The shadow of a convex sheet, if the eye were a lamp, is an intersection of half-spaces: one
 // beyond its plane and, through the eye, one inside each of its edges (Crow, SIGGRAPH 1977). A
 // point is hidden if it is in the shadow of a sheet that it is not on, and the seen area of a sheet
@@ -42,8 +27,13 @@ class Shadows {
   using Polygon = std::vector<Eigen::Vector3d>;
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-  // Sheets and eye in one frame.
-  Shadows(const std::vector<Sheet>& sheets, const Eye& eye);
+  Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world);
+
+  // The sheets of the scene, in the camera frame.
+  const std::vector<Sheet>& sheets() const { return sheets_; }
+
+  // Returns true if the front of the sheet is turned to the eye.
+  bool faces(std::size_t sheet) const;
 
   // The sheet (index) that the eye sees at the image of x instead of x, a point on the sheet `own`.
   // No value if nothing hides x.
@@ -58,9 +48,21 @@ class Shadows {
   // shadow.
   std::span<const HalfSpace> shadow(std::size_t sheet, std::size_t own) const;
 
-  std::size_t size() const { return shadows_.size(); }
-
  private:
+  // The eye in homogeneous coordinates of the camera frame: a point (w = 1), or for parallel rays
+  // the direction opposite to them (w = 0). The ray from a point x to the eye runs along
+  // position - w x.
+  struct Eye {
+    Eigen::Vector3d position;
+    double w = 1;
+
+    Eigen::Vector3d towards_from(const Eigen::Vector3d& x) const { return position - w * x; }
+  };
+
+  int side(const Sheet& sheet) const;
+  std::vector<HalfSpace> half_spaces(const Sheet& sheet, double lift_m) const;
+
+  std::vector<Sheet> sheets_;
   Eye eye_;
   double tolerance_m_ = 0;
   // Of each sheet, on those that would lie on it and on those that would lie below it in a common
