@@ -142,7 +142,9 @@ inline Scene random_scene(std::uint64_t seed, std::uint64_t index, Pose& camera_
   for (std::size_t i = 0; i < num_boards; ++i) {
     Pose pose = any_pose(random, 0.7);
     const bool on_a_desk = !scene.occluders.empty() && random.uniform() < 0.3;
-    if (on_a_desk) pose = frame_of(scene.occluders.back().corners);
+    if (on_a_desk)  // no corner of it exactly on a border of another sheet
+      pose = frame_of(scene.occluders.back().corners) *
+             Pose(Eigen::Quaterniond::Identity(), {0.0137, 0.0219, 0});
     const Grid grid{1, 1 + static_cast<int>(i), random.uniform(0.1, 0.5), 0.3,
                     static_cast<int>(10 * i)};
     scene.boards.push_back({grid_board(grid, "tag36h11", 1, false), pose});

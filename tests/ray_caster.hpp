@@ -130,14 +130,15 @@ class RayCaster {
   }
 
  private:
-  static constexpr double kSame = 1e-7;  // metres along a ray
+  static constexpr double kSame = 1e-7;    // metres along a ray
+  static constexpr double kEdgeOn = 1e-9;  // metres from the eye to a plane; sine of an angle
 
   bool is_parallel() const { return std::holds_alternative<Parallel>(camera_.lens); }
 
   static std::optional<double> distance_to(const Surface& surface, const Ray& ray) {
     const double climb = surface.normal.dot(ray.direction);
     const double height = surface.normal.dot(surface.corners[0] - ray.origin);
-    if (std::abs(climb) < 1e-9 || std::abs(height) < 1e-9) return std::nullopt;  // edge-on
+    if (std::abs(climb) < kEdgeOn || std::abs(height) < kEdgeOn) return std::nullopt;
     const double distance = height / climb;
     if (!(distance > 0) || !holds(surface, ray.origin + distance * ray.direction))
       return std::nullopt;

@@ -11,9 +11,10 @@ namespace {
 using Eigen::Vector3d;
 using Polygon = Shadows::Polygon;
 
-// Points closer than this share of the scene's size count as one point or as lying in one plane; an
-// eye at a smaller angle (radians) to a sheet sees it edge-on. Rounding of double precision stays a
-// hundred times below it up to 10^5 scene sizes from the origin (2^-53 * 10^5 = 1e-11).
+// Points closer than this share of the scene's size count as one point or as lying in one plane: so
+// does an eye in the plane of a sheet, and parallel rays at a smaller angle (radians) to it.
+// Rounding of double precision stays a hundred times below it up to 10^5 scene sizes from the
+// origin (2^-53 * 10^5 = 1e-11).
 constexpr double kFlat = 1e-9;
 
 double scene_size(const std::vector<Sheet>& sheets) {
@@ -101,9 +102,8 @@ bool Shadows::faces(std::size_t sheet) const { return side(sheets_[sheet]) > 0; 
 // The side of a sheet's plane on which the eye is: 1 for the front, -1 for the back, 0 in the
 // plane.
 int Shadows::side(const Sheet& sheet) const {
-  const Vector3d towards = eye_.towards_from(sheet.corners.front());
-  const double height = sheet.normal.dot(towards);
-  if (std::abs(height) <= kFlat * towards.norm()) return 0;
+  const double height = sheet.normal.dot(eye_.towards_from(sheet.corners.front()));
+  if (std::abs(height) <= (eye_.w == 0 ? kFlat : tolerance_m_)) return 0;
   return height > 0 ? 1 : -1;
 }
 
