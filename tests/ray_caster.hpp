@@ -123,10 +123,9 @@ class RayCaster {
   }
 
   bool faces(const Surface& surface) const {
-    const Vector3d axis = world_from_camera_.rotation() * Vector3d::UnitZ();
-    return surface.normal.dot(is_parallel()
-                                  ? Vector3d(-axis)
-                                  : world_from_camera_.translation() - surface.corners[0]) > 0;
+    const Vector3d back = -(world_from_camera_.rotation() * Vector3d::UnitZ());
+    const Vector3d to_eye = world_from_camera_.translation() - surface.corners[0];
+    return surface.normal.dot(is_parallel() ? back : to_eye) > kEdgeOn;
   }
 
  private:
