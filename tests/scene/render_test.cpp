@@ -5,7 +5,6 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/scene/print/board_ink.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -234,50 +233,6 @@ TEST(Render, NearerThingsHideFartherOnes) {
   const ImageF light = render_light(scene, {{"tag36h11", tag_family("tag36h11", 1)}}, kFrontal);
   EXPECT_NEAR(light(320, 200), 0.3, 1e-6);
   EXPECT_NEAR(light(5, 200), 0.7, 1e-6);
-}
-
-// A room around a wide fisheye: what is behind the camera shows only where the lens looks back, and
-// each pixel shows what its ray meets first.
-TEST(Render, AWideFisheyeLooksBehindItself) {
-  const double fold = 2.2;  // radians, 126 degrees
-  const Lens lenses[] = {Fisheye({130, 130, 319.5, 199.5, 0, 0, 0, 0}),
-                         Fisheye({170, 170, 319.5, 199.5, -1 / (3 * fold * fold), 0, 0, 0})};
-  const Pose pose(exp_rotation({0.2, -0.3, 0.4}), {0.1, -0.2, 0.3});
-  for (const Lens& lens : lenses) {
-    Scene scene;
-    scene.camera = {lens, kSize};
-    for (int axis = 0; axis < 3; ++axis)
-      for (const double sign : {-2.0, 2.0}) {  // six walls, and a board across the room
-        const Vector3d n = sign * Vector3d::Unit(axis), u = 2 * Vector3d::Unit((axis + 1) % 3),
-                       v = 2 * Vector3d::Unit((axis + 2) % 3);
-        scene.occluders.push_back({{n - u - v, n + u - v, n + u + v, n - u + v},
-                                   0.1 + 0.1 * static_cast<double>(scene.occluders.size())});
-      }
-    scene.occluders.push_back(
-        {{{-1.5, -1, 0.7}, {1.5, -1, 0.7}, {1.5, -1, -1.7}, {-1.5, -1, -1.7}}, 0.95});
-    scene.background_level = 0;
-    const ImageF light = render_light(scene, {}, pose);
-    const auto all = sheets(scene);
-    const auto level_at = [&](double u, double v) {
-      const auto ray = ray_in_camera(lens, {u, v});
-      if (!ray) return 0.0;
-      const Pose world_from_camera = pose.inverse();
-      const auto hit = nearest_hit(
-          all, {world_from_camera.translation(), world_from_camera.rotation() * ray->direction});
-      return hit ? scene.occluders[all[hit->sheet].occluder].level : -1.0;
-    };
-    int compared = 0;
-    for (int y = 0; y < kSize.height; y += 3)
-      for (int x = 0; x < kSize.width; x += 3) {
-        const double level = level_at(x, y);
-        const auto near_it = {level_at(x - 1, y - 1), level_at(x + 1, y - 1),
-                              level_at(x - 1, y + 1), level_at(x + 1, y + 1)};
-        if (std::ranges::any_of(near_it, [&](double l) { return l != level; })) continue;
-        ASSERT_NEAR(light(x, y), level, 1e-3) << x << " " << y;
-        ++compared;
-      }
-    EXPECT_GT(compared, 20000);
-  }
 }
 
 TEST(Render, UnknownFamilyOrTagIsAnError) {

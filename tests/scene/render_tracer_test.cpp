@@ -64,7 +64,7 @@ TEST(RenderTracer, ChordsLieWithinTheirErrorOfTheCurve) {
       for (const double scale : {1.0, 4.0}) {
         const Tracer tracer(kLenses[l], scale);
         const Polygon polygon = square(side, random);
-        ASSERT_TRUE(tracer.sees_whole(polygon));
+        ASSERT_EQ(tracer.in_domain(polygon), std::vector<Polygon>{polygon});
         Outlines outlines;
         tracer.trace(polygon, outlines);
         EXPECT_LT(farthest_from(outlines, polygon, kLenses[l], scale), 1e-4)
@@ -78,33 +78,20 @@ TEST(RenderTracer, ChordsLieWithinTheirErrorOfTheCurve) {
   }
 }
 
-TEST(RenderTracer, WhatIsSeenWholeNeedsNoClipping) {
-  Random random(2);
-  for (const Lens& lens : kLenses) {
-    const Tracer tracer(lens, 1);
-    const Polygon polygon = square(0.1, random);
-    Outlines clipped, whole;
-    tracer.trace(polygon, clipped);
-    tracer.trace_whole(polygon, whole);
-    ASSERT_EQ(clipped.edges().size(), whole.edges().size());
-    for (std::size_t i = 0; i < whole.edges().size(); ++i) {
-      EXPECT_EQ(clipped.edges()[i].from, whole.edges()[i].from);
-      EXPECT_EQ(clipped.edges()[i].to, whole.edges()[i].to);
-    }
-  }
-}
-
 TEST(RenderTracer, AcrossTheBorderOfTheDomainNothingIsSeenWhole) {
   const Polygon floor = {{-1, 1, -1}, {1, 1, -1}, {1, 1, 5}, {-1, 1, 5}};  // reaches behind
-  EXPECT_FALSE(Tracer(kLenses[0], 1).sees_whole(floor));
+  EXPECT_NE(Tracer(kLenses[0], 1).in_domain(floor), std::vector<Polygon>{floor});
   const Lens folding = Perspective({900, 898, 645, 395, -0.3});
   const Polygon wide = {{-3, -3, 1}, {3, -3, 1}, {3, 3, 1}, {-3, 3, 1}};
-  EXPECT_FALSE(Tracer(folding, 1).sees_whole(wide));
+  const Tracer tracer(folding, 1);
+  const std::vector<Polygon> seen = tracer.in_domain(wide);
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_NE(seen[0], wide);
   Outlines outlines;
-  Tracer(folding, 1).trace(wide, outlines);
+  tracer.trace(seen[0], outlines);
   EXPECT_GT(outlines.edges().size(), 100u);
   const Polygon behind = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}};
-  EXPECT_FALSE(Tracer(kLenses[3], 1).sees_whole(behind));
+  EXPECT_NE(Tracer(kLenses[3], 1).in_domain(behind), std::vector<Polygon>{behind});
 }
 
 }  // namespace

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <set>
 
+#include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/scene/viewing.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Eigen::Vector3d;
@@ -161,18 +160,29 @@ TEST(Visibility, ParallelRaysComeFromAllAlongTheAxis) {
   EXPECT_EQ(tags_seen(scene, camera).size(), 4u);
 }
 
-TEST(PaintingOrder, ADeskStaysBehindTheBoardOnIt) {
+// Where sheets lie in one plane, papers lie on occluders, and later things on earlier ones.
+TEST(Visibility, WhatLiesOnWhatInACommonPlane) {
   Scene scene;
   scene.camera = {pinhole(500, 500, 319.5, 239.5), {640, 480}};
-  scene.boards = {{grid_board({2, 2, 0.1, 0.3, 0}), Pose()}};
-  // The middle of the desk is nearer to the eye than that of the board.
-  const auto order_with_desk_at = [&](double z) {
-    scene.occluders = {{{{-1, -9, z}, {1, -9, z}, {1, 1, z}, {-1, 1, z}}, 0.3}};
-    return painting_order(sheets(scene), {{0, -5, 3}, 1});
+  const Pose turned(exp_rotation({0.4, -0.2, 0.3}), {0.1, 0.2, 5});
+  scene.boards = {{grid_board({1, 1, 0.2, 0.3, 0}), turned},
+                  {grid_board({1, 1, 0.2, 0.3, 1}), turned}};
+  const auto desk_at = [&](double height) {
+    Occluder desk;
+    for (const auto& [x, y] : {std::pair(-9, -9), {1, -9}, {1, 1}, {-9, 1}})
+      desk.corners.push_back(turned * Vector3d(x, y, height));
+    return desk;
   };
-  EXPECT_EQ(order_with_desk_at(0), (std::vector<std::size_t>{1, 0}));
-  EXPECT_EQ(order_with_desk_at(-0.01), (std::vector<std::size_t>{1, 0}));
-  EXPECT_EQ(order_with_desk_at(0.01), (std::vector<std::size_t>{0, 1}));
+  const auto seen_at = [&](double height) {
+    scene.occluders = {desk_at(height)};
+    const auto side = turned.rotation() * Vector3d::UnitZ();
+    return tags_seen(scene, camera_from_world_looking_at(turned * Vector3d(0.1, 0.1, 1),
+                                                         turned * Vector3d(0.1, 0.1, 0),
+                                                         side.cross(Vector3d::UnitX())));
+  };
+  EXPECT_EQ(seen_at(0), (std::set<int>{1}));
+  EXPECT_EQ(seen_at(-0.01), (std::set<int>{1}));
+  EXPECT_EQ(seen_at(0.01), (std::set<int>{}));
 }
 
 }  // namespace

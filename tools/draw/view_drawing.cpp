@@ -7,7 +7,7 @@
 
 #include "report/view_report.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/scene/visibility/shadows.hpp"
 #include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
@@ -37,24 +37,11 @@ class Panel {
       : camera_(std::move(camera)), camera_from_world_(camera_from_world) {}
 
   std::string polygon(const std::vector<Vector3d>& corners_in_world, std::string_view style) const {
-    std::vector<Vector3d> corners;
-    for (const Vector3d& x : corners_in_world) corners.push_back(camera_from_world_ * x);
-    std::string svg;
-    for (const auto& part : clip_to_domain(corners, camera_.lens, 1e-6)) {
-      std::string points;
-      for (std::size_t i = 0; i < part.size(); ++i)
-        for (int piece = 0; piece < kEdgePieces; ++piece)
-          points += at(part[i], part[(i + 1) % part.size()], piece);
-      svg += fmt::format("<polygon points=\"{}\" {}/>\n", points, style);
-    }
-    return svg;
+    return outline(in_camera(corners_in_world), style);
   }
 
   std::string line(const Vector3d& from, const Vector3d& to, std::string_view style) const {
-    const Vector3d a = camera_from_world_ * from, b = camera_from_world_ * to;
-    std::string points;
-    for (int piece = 0; piece <= kEdgePieces; ++piece) points += at(a, b, piece);
-    return fmt::format("<polyline points=\"{}\" fill=\"none\" {}/>\n", points, style);
+    return segment(camera_from_world_ * from, camera_from_world_ * to, style);
   }
 
   std::string dot(const Vector3d& x_in_world, double radius, std::string_view style) const {
@@ -67,24 +54,24 @@ class Panel {
                        radius, style);
   }
 
-  // Papers, tags and occluders, the farthest first.
+  // What is seen of papers, tags and occluders, then of their edges.
   std::string things(const Scene& scene) const {
-    std::string svg;
-    const std::vector<Sheet> all = sheets(scene);
-    const Eye seen_from = eye(camera_.lens, camera_from_world_);
-    for (const std::size_t i : painting_order(all, seen_from)) {
-      const Sheet& sheet = all[i];
+    std::string svg, edges;
+    const Shadows shadows(scene, camera_.lens, camera_from_world_);
+    for (std::size_t i = 0; i < shadows.sheets().size(); ++i) {
+      const Sheet& sheet = shadows.sheets()[i];
       const double level = sheet.panel ? scene.paper_level : scene.occluders[sheet.occluder].level;
-      svg += polygon(sheet.corners,
-                     fmt::format("fill=\"{}\" stroke=\"#999\" stroke-width=\"0.5\"", grey(level)));
-      if (!sheet.panel || !faces(sheet, seen_from)) continue;
+      svg += visible_area(sheet.corners, shadows, i, grey(level));
+      edges += visible_edges(sheet.corners, shadows, i);
+      if (!sheet.panel || !shadows.faces(i)) continue;
+      const Pose& world_from_board = scene.boards[sheet.board].world_from_board;
       for (const Tag& tag : sheet.panel->tags) {
         std::vector<Vector3d> corners;
-        for (const Vector3d& x : tag_corners(tag))
-          corners.push_back(scene.boards[sheet.board].world_from_board * x);
-        svg += polygon(corners, fmt::format("fill=\"{}\"", kInk));
+        for (const Vector3d& x : tag_corners(tag)) corners.push_back(world_from_board * x);
+        svg += visible_area(in_camera(corners), shadows, i, kInk);
       }
     }
+    svg += edges;
     for (const PlacedBoard& placed : scene.boards)
       for (const TargetPoint& point : placed.board.points)
         svg += dot(placed.world_from_board * point.position, 1.5, fmt::format("fill=\"{}\"", kInk));
@@ -101,6 +88,63 @@ class Panel {
   }
 
  private:
+  std::vector<Vector3d> in_camera(const std::vector<Vector3d>& corners_in_world) const {
+    std::vector<Vector3d> corners;
+    for (const Vector3d& x : corners_in_world) corners.push_back(camera_from_world_ * x);
+    return corners;
+  }
+
+  std::string outline(const std::vector<Vector3d>& corners, std::string_view style) const {
+    std::string svg;
+    for (const auto& part : clip_to_domain(corners, camera_.lens, 1e-6)) {
+      std::string points;
+      for (std::size_t i = 0; i < part.size(); ++i)
+        for (int piece = 0; piece < kEdgePieces; ++piece)
+          points += at(part[i], part[(i + 1) % part.size()], piece);
+      svg += fmt::format("<polygon points=\"{}\" {}/>\n", points, style);
+    }
+    return svg;
+  }
+
+  std::string segment(const Vector3d& a, const Vector3d& b, std::string_view style) const {
+    std::string points;
+    for (int piece = 0; piece <= kEdgePieces; ++piece) points += at(a, b, piece);
+    return fmt::format("<polyline points=\"{}\" fill=\"none\" {}/>\n", points, style);
+  }
+
+  // The thin stroke closes the gaps that a viewer leaves between neighbouring polygons.
+  std::string visible_area(const std::vector<Vector3d>& corners, const Shadows& shadows,
+                           std::size_t sheet, std::string_view colour) const {
+    const std::string style =
+        fmt::format("fill=\"{0}\" stroke=\"{0}\" stroke-width=\"0.3\"", colour);
+    std::string svg;
+    for (const auto& part : shadows.visible_parts(corners, sheet)) svg += outline(part, style);
+    return svg;
+  }
+
+  std::string visible_edges(const std::vector<Vector3d>& corners, const Shadows& shadows,
+                            std::size_t sheet) const {
+    std::string svg;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Vector3d &a = corners[i], &b = corners[(i + 1) % corners.size()];
+      std::vector<SegmentPart> hidden = {{1, 1}};
+      for (std::size_t other = 0; other < shadows.sheets().size(); ++other) {
+        const auto planes = shadows.shadow(other, sheet);
+        const auto part = planes.empty() ? std::nullopt : clip_segment(a, b, planes);
+        if (part) hidden.push_back(*part);
+      }
+      std::ranges::sort(hidden, {}, &SegmentPart::from);
+      double done = 0;
+      for (const SegmentPart& part : hidden) {
+        if (part.from > done)
+          svg += segment(a + done * (b - a), a + part.from * (b - a),
+                         "stroke=\"#999\" stroke-width=\"0.5\"");
+        done = std::max(done, part.to);
+      }
+    }
+    return svg;
+  }
+
   std::string at(const Vector3d& a, const Vector3d& b, int piece) const {
     const double share = static_cast<double>(piece) / kEdgePieces;
     const auto pixel = project(camera_.lens, (1 - share) * a + share * b);
@@ -245,7 +289,7 @@ std::string view_svg(const ViewReport& report) {
       width, height, report.image);
   svg += fmt::format("<text x=\"20\" y=\"28\">the scene; axes x red, y green, z blue</text>\n");
   svg += fmt::format("<text x=\"{}\" y=\"28\">the image {}; {}: {}</text>\n", kPanelWidth + 40,
-                     report.image, report.point.name, sight_text(report.followed.sight));
+                     report.image, report.point.name, sight_line(report.followed));
   svg += fmt::format("<g transform=\"translate(20,40)\">\n{}</g>\n", scene_panel(report));
   svg += fmt::format("<g transform=\"translate({},40)\">\n{}</g>\n", kPanelWidth + 40,
                      image_panel(report));

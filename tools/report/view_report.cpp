@@ -103,10 +103,15 @@ std::string point_text(const ViewReport& report) {
   if (f.in_ndc) text += line("ndc", *f.in_ndc, "divided by w");
   if (f.in_raster_px) text += line("raster", *f.in_raster_px, "px, without distortion");
   if (f.pixel) text += line("pixel", *f.pixel, "px, through the lens");
-  return text + fmt::format("  {}\n", sight_text(f.sight));
+  return text + fmt::format("  {}\n", sight_line(f));
 }
 
 }  // namespace
+
+std::string sight_line(const FollowedPoint& f) {
+  return f.hidden_by.empty() ? std::string(sight_text(f.sight))
+                             : "not seen: hidden by " + f.hidden_by;
+}
 
 std::string view_json(const ViewReport& report) {
   const FollowedPoint& f = report.followed;
@@ -135,7 +140,8 @@ std::string view_json(const ViewReport& report) {
         {"in_raster_px", array_or_null(f.in_raster_px)},
         {"pixel", array_or_null(f.pixel)},
         {"seen", f.sight == Sight::seen},
-        {"sight", sight_text(f.sight)}}}};
+        {"sight", sight_text(f.sight)},
+        {"hidden_by", f.hidden_by.empty() ? Json() : Json(f.hidden_by)}}}};
   return answer.dump(2) + "\n";
 }
 

@@ -15,6 +15,9 @@ struct ViewReport {
   FollowedPoint followed;
 };
 
+// If the point is seen, and else why not.
+std::string sight_line(const FollowedPoint& followed);
+
 std::string view_text(const ViewReport& report);
 std::string view_json(const ViewReport& report);
 

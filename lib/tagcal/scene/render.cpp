@@ -10,17 +10,18 @@
 #include "tagcal/scene/raster/coverage.hpp"
 #include "tagcal/scene/raster/noise.hpp"
 #include "tagcal/scene/raster/tracer.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/scene/visibility/shadows.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
 
 using Eigen::Vector3d;
+using Polygon = std::vector<Vector3d>;
 
 constexpr int kBandRows = 16;  // of the raster, painted at once: they fit the processor's cache
 
-// A surface that is painted over those behind it: paper, then ink on the paper.
+// What the eye sees of a surface: paper, and ink on the paper.
 struct Layer {
   Outlines paper;
   Outlines ink;
@@ -34,54 +35,67 @@ const TagFamily& family_of(const Board& board, const TagFamilies& families) {
   return family->second;
 }
 
-std::vector<Vector3d> moved(const Pose& target_from_source, std::span<const Vector3d> corners) {
-  std::vector<Vector3d> result;
+Polygon moved(const Pose& target_from_source, std::span<const Vector3d> corners) {
+  Polygon result;
   for (const Vector3d& corner : corners) result.push_back(target_from_source * corner);
   return result;
 }
 
-// Makes the layers of one view.
+// Makes the layers of one view, in the camera frame.
 struct Painter {
   const Scene& scene;
   const TagFamilies& families;
   const Pose& camera_from_world;
   Tracer tracer;
+  Shadows shadows{scene, scene.camera.lens, camera_from_world};
 
-  Layer layer_of(const Sheet& sheet, bool front) const {
+  Layer layer_of(std::size_t index) const {
+    const Sheet& sheet = shadows.sheets()[index];
     Layer layer;
-    const std::vector<Vector3d> outline = moved(camera_from_world, sheet.corners);
-    tracer.trace(outline, layer.paper);
+    const std::vector<Polygon> parts = seen_parts(sheet.corners, index);
+    for (const Polygon& part : parts) tracer.trace(part, layer.paper);
     if (!sheet.panel) {
       layer.paper_level = static_cast<float>(scene.occluders[sheet.occluder].level);
       return layer;
     }
     layer.paper_level = static_cast<float>(scene.paper_level);
     layer.ink_level = static_cast<float>(scene.ink_level);
-    if (front) print(sheet, tracer.sees_whole(outline), layer.ink);
+    const bool whole = parts.size() == 1 && parts[0] == sheet.corners;
+    if (shadows.faces(index)) print(index, whole, layer.ink);
     return layer;
   }
 
-  void print(const Sheet& sheet, bool whole, Outlines& ink) const {
+  std::vector<Polygon> seen_parts(const Polygon& polygon, std::size_t index) const {
+    std::vector<Polygon> seen;
+    for (const Polygon& part : tracer.in_domain(polygon))
+      for (Polygon& visible : shadows.visible_parts(part, index))
+        seen.push_back(std::move(visible));
+    return seen;
+  }
+
+  // All cells are seen if the whole sheet is.
+  void print(std::size_t index, bool whole, Outlines& ink) const {
+    const Sheet& sheet = shadows.sheets()[index];
     const PlacedBoard& placed = scene.boards[sheet.board];
     const Pose camera_from_board = camera_from_world * placed.world_from_board;
     for (const Rectangle& cell : ink_cells(placed.board, *sheet.panel,
                                            family_of(placed.board, families), scene.ink_spread_m)) {
-      const std::vector<Vector3d> corners = moved(camera_from_board, cell);
+      const Polygon corners = moved(camera_from_board, cell);
       if (whole)
-        tracer.trace_whole(corners, ink);
-      else
         tracer.trace(corners, ink);
+      else
+        for (const Polygon& part : seen_parts(corners, index)) tracer.trace(part, ink);
     }
   }
 };
 
-// Paints layers over each other, one band of the raster after the other.
+// Adds up layers, which cover no point twice, one band of the raster after the other.
 class Canvas {
  public:
   Canvas(const std::vector<Layer>& layers, float background, const ImageSize& size)
       : background_(background), size_(size) {
     for (const Layer& layer : layers)
-      layers_.push_back({by_band(layer.paper), by_band(layer.ink), layer.paper_level,
+      layers_.push_back({by_band(layer.paper), by_band(layer.ink), layer.paper_level - background,
                          layer.ink_level - layer.paper_level});
   }
 
@@ -107,8 +121,8 @@ class Canvas {
   struct BandedLayer {
     Bands paper;
     Bands ink;
-    float paper_level;
-    float ink_step;  // ink level minus paper level
+    float paper_step;  // paper level minus background
+    float ink_step;    // ink level minus paper level
   };
 
   Bands by_band(const Outlines& outlines) const {
@@ -127,17 +141,16 @@ class Canvas {
   }
 
   static void add(const BandedLayer& layer, int band, CoverageBand& coverage, ImageF& light) {
-    coverage.accumulate(layer.paper[static_cast<std::size_t>(band)]);
-    coverage.drain([&](int r, int first, int last, float share) {
-      float* levels = light.row(r);
-      for (int c = first; c < last; ++c) levels[c] += share * (layer.paper_level - levels[c]);
-    });
-    coverage.accumulate(layer.ink[static_cast<std::size_t>(band)]);
-    coverage.drain([&](int r, int first, int last, float share) {
-      float* levels = light.row(r);
-      const float step = share * layer.ink_step;
-      for (int c = first; c < last; ++c) levels[c] += step;
-    });
+    const auto add_areas = [&](const Bands& bands, float level) {
+      coverage.accumulate(bands[static_cast<std::size_t>(band)]);
+      coverage.drain([&](int r, int first, int last, float share) {
+        float* levels = light.row(r);
+        const float step = share * level;
+        for (int c = first; c < last; ++c) levels[c] += step;
+      });
+    };
+    add_areas(layer.paper, layer.paper_step);
+    add_areas(layer.ink, layer.ink_step);
   }
 
   float background_;
@@ -184,11 +197,9 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
   const double blur = scene.sensor.blur_px;
   const int scale = raster_scale(blur);
   const Painter painter{scene, families, camera_from_world, {scene.camera.lens, scale * 1.0}};
-  const Eye at = eye(scene.camera.lens, camera_from_world);
-  const std::vector<Sheet> all = sheets(scene);
   std::vector<Layer> layers;
-  for (const std::size_t i : painting_order(all, at))
-    layers.push_back(painter.layer_of(all[i], faces(all[i], at)));
+  for (std::size_t i = 0; i < painter.shadows.sheets().size(); ++i)
+    layers.push_back(painter.layer_of(i));
 
   const Canvas canvas(layers, static_cast<float>(scene.background_level),
                       {size.width * scale, size.height * scale});

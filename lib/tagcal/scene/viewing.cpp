@@ -1,10 +1,12 @@
 #include "tagcal/scene/viewing.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/scene/visibility/shadows.hpp"
 #include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"
@@ -16,56 +18,57 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-struct Watcher {
-  const Scene& scene;
-  Pose camera_from_world;
-  Eye at;
-  std::vector<Sheet> all;
+// The paper with the tag of a point's corner.
+std::size_t paper_of(const NamedPoint& point, const std::vector<Sheet>& sheets) {
+  for (std::size_t i = 0; point.corner && i < sheets.size(); ++i)
+    if (sheets[i].panel && sheets[i].board == point.board &&
+        std::ranges::count(sheets[i].panel->tags, point.corner->tag_id, &Tag::id) > 0)
+      return i;
+  return Shadows::kNone;
+}
 
-  // `own` is the paper that the point is on, if any.
-  void look_at(const CornerId& id, const Vector3d& x_in_world, const Sheet* own,
-               std::vector<Observation>& seen) const {
-    const auto pixel = project(scene.camera.lens, camera_from_world * x_in_world);
-    if (!pixel || !contains(scene.camera.image_size, *pixel)) return;
-    for (const Sheet& sheet : all)
-      if (&sheet != own && hides(sheet, at, x_in_world)) return;
-    seen.push_back({id, *pixel, {}});
+void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& pipeline,
+           FollowedPoint& f) {
+  f.sight = Sight::outside_domain;
+  if (!f.pixel) return;
+  f.sight = Sight::outside_image;
+  if (!contains(pipeline.camera.image_size, *f.pixel)) return;
+  const Shadows shadows(scene, pipeline.camera.lens, pipeline.camera_from_world);
+  const std::size_t own = paper_of(point, shadows.sheets());
+  if (const auto hider = shadows.seen_instead(f.in_camera, own)) {
+    const Sheet& sheet = shadows.sheets()[*hider];
+    f.sight = Sight::hidden;
+    f.hidden_by = sheet.panel ? fmt::format("board {}", sheet.board)
+                              : fmt::format("occluder {}", sheet.occluder);
+    return;
   }
-};
-
-Sight sight_of(const NamedPoint& point, const FollowedPoint& f, const Scene& scene,
-               const ViewingPipeline& pipeline) {
-  if (!f.pixel) return Sight::outside_domain;
-  if (!contains(pipeline.camera.image_size, *f.pixel)) return Sight::outside_image;
-  const Eye at = eye(pipeline.camera.lens, pipeline.camera_from_world);
-  const auto hides_it = [&](const Sheet& sheet) { return hides(sheet, at, f.in_world); };
-  const bool hidden = std::ranges::any_of(sheets(scene), hides_it);
-  if (!point.corner) return hidden ? Sight::hidden : Sight::seen;
-  // visible_corners decides if the corner is seen; the rest finds the reason why it is not.
-  const auto seen = visible_corners(scene, pipeline.camera_from_world);
-  if (std::ranges::find(seen, *point.corner, &Observation::id) != seen.end()) return Sight::seen;
-  return hidden ? Sight::hidden : Sight::turned_away;
+  f.sight = own != Shadows::kNone && !shadows.faces(own) ? Sight::turned_away : Sight::seen;
 }
 
 }  // namespace
 
 std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world) {
-  const Watcher watcher{scene, camera_from_world, eye(scene.camera.lens, camera_from_world),
-                        sheets(scene)};
+  const Shadows shadows(scene, scene.camera.lens, camera_from_world);
   std::vector<Observation> seen;
-  for (const Sheet& sheet : watcher.all) {
-    if (!sheet.panel || !faces(sheet, watcher.at)) continue;
+  const auto look_at = [&](const CornerId& id, const Vector3d& x_in_world, std::size_t own) {
+    const Vector3d x = camera_from_world * x_in_world;
+    const auto pixel = project(scene.camera.lens, x);
+    if (!pixel || !contains(scene.camera.image_size, *pixel)) return;
+    if (!shadows.seen_instead(x, own)) seen.push_back({id, *pixel, {}});
+  };
+  for (std::size_t own = 0; own < shadows.sheets().size(); ++own) {
+    const Sheet& sheet = shadows.sheets()[own];
+    if (!sheet.panel || !shadows.faces(own)) continue;
     const Pose& world_from_board = scene.boards[sheet.board].world_from_board;
     for (const Tag& tag : sheet.panel->tags) {
       const auto corners = tag_corners(tag);
       for (int i = 0; i < 4; ++i)
-        watcher.look_at({tag.id, i}, world_from_board * corners[static_cast<std::size_t>(i)],
-                        &sheet, seen);
+        look_at({tag.id, i}, world_from_board * corners[static_cast<std::size_t>(i)], own);
     }
   }
   for (const PlacedBoard& placed : scene.boards)
     for (const TargetPoint& point : placed.board.points)
-      watcher.look_at(point.id, placed.world_from_board * point.position, nullptr, seen);
+      look_at(point.id, placed.world_from_board * point.position, Shadows::kNone);
   std::ranges::sort(seen, {}, &Observation::id);
   return seen;
 }
@@ -142,7 +145,7 @@ FollowedPoint followed(const NamedPoint& point, const Scene& scene,
     f.in_raster_px = raster.head<2>();
   }
   f.pixel = project(pipeline.camera.lens, f.in_camera);
-  f.sight = sight_of(point, f, scene, pipeline);
+  judge(point, scene, pipeline, f);
   return f;
 }
 

@@ -75,6 +75,7 @@ struct FollowedPoint {
   std::optional<Eigen::Vector2d> in_raster_px;  // without distortion
   std::optional<Eigen::Vector2d> pixel;         // through the lens
   Sight sight = Sight::seen;
+  std::string hidden_by;  // "board 0", "occluder 2": counted from 0 in the scene; empty: nothing
 };
 
 FollowedPoint followed(const NamedPoint& point, const Scene& scene,

@@ -13,14 +13,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kChordErrorPx = 1e-4;
-constexpr int kDeepestCut = 12;  // an edge is halved at most so often
+constexpr double kLongestChordPx = 1e9;  // rounded by 1e-7 px; longer ones are not judged, but cut
+constexpr int kDeepestCut = 12;          // an edge is halved at most so often
 
 // Polygons are clipped at this distance (share of their size) in front of the camera.
 constexpr double kNearShare = 1e-6;
-
-double near_plane_m(const std::vector<Vector3d>& polygon) {
-  return kNearShare * (polygon[0] - polygon[polygon.size() / 2]).norm();
-}
 
 enum class Shape { straight, gentle, bent };
 
@@ -30,6 +27,7 @@ enum class Shape { straight, gentle, bent };
 Shape shape(const Vector2d& a, const std::array<Vector2d, 3>& between, const Vector2d& b) {
   const Vector2d chord = b - a;
   const double length = chord.norm();
+  if (length > kLongestChordPx) return Shape::bent;
   std::array<double, 3> along, off;
   double farthest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -58,17 +56,12 @@ Shape shape(const Vector2d& a, const std::array<Vector2d, 3>& between, const Vec
 
 }  // namespace
 
-bool Tracer::sees_whole(const std::vector<Vector3d>& polygon) const {
-  const auto parts = clip_to_domain(polygon, lens_, near_plane_m(polygon));
-  return parts.size() == 1 && parts[0] == polygon;
+std::vector<std::vector<Vector3d>> Tracer::in_domain(const std::vector<Vector3d>& polygon) const {
+  const double near_m = kNearShare * (polygon[0] - polygon[polygon.size() / 2]).norm();
+  return clip_to_domain(polygon, lens_, near_m);
 }
 
-void Tracer::trace(const std::vector<Vector3d>& polygon, Outlines& outlines) const {
-  for (const auto& part : clip_to_domain(polygon, lens_, near_plane_m(polygon)))
-    trace_whole(part, outlines);
-}
-
-void Tracer::trace_whole(std::span<const Vector3d> polygon, Outlines& outlines) const {
+void Tracer::trace(std::span<const Vector3d> polygon, Outlines& outlines) const {
   std::vector<Point> corners;
   for (const Vector3d& corner : polygon) {
     const std::optional<Point> point = imaged(corner);

@@ -16,14 +16,12 @@ class Tracer {
   // The lens must outlive it.
   Tracer(const Lens& lens, double scale) : lens_(lens), scale_(scale) {}
 
-  // Adds the image of what the lens can see of the polygon.
-  void trace(const std::vector<Eigen::Vector3d>& polygon, Outlines& outlines) const;
+  // The parts of a polygon that the lens can see.
+  std::vector<std::vector<Eigen::Vector3d>> in_domain(
+      const std::vector<Eigen::Vector3d>& polygon) const;
 
-  // The same for a polygon inside another one for which sees_whole is true.
-  void trace_whole(std::span<const Eigen::Vector3d> polygon, Outlines& outlines) const;
-
-  // Returns true if the lens can see the whole polygon.
-  bool sees_whole(const std::vector<Eigen::Vector3d>& polygon) const;
+  // Adds the image of a polygon inside such a part.
+  void trace(std::span<const Eigen::Vector3d> polygon, Outlines& outlines) const;
 
  private:
   struct Point {
