@@ -60,8 +60,8 @@ Affine inverse_of(const Affine& transform);
 
 // Two rotations that take an axis to x. With R the one or the other, R^-1 rotation_about_x(a) R is
 // rotation_about_axis(axis, a); they differ by a rotation about x. The first turns about x until
-// the axis has z = 0, then about z. The second has the rows axis, the part of `across`
-// perpendicular to it, and their cross product, all of unit length. Both throw Error for an axis of
+// the axis has z = 0, then about z. The second has the rows axis, axis x `across`, and the cross
+// product of these two, all of unit length. Both throw Error for an axis of
 // length zero, the second also where `across` is parallel to it (to within 1e-9 rad).
 Pose aligning_with_x(const Eigen::Vector3d& axis);
 Pose aligning_with_x(const Eigen::Vector3d& axis, const Eigen::Vector3d& across);

@@ -115,8 +115,8 @@ Sheet occluder_sheet(const Occluder& occluder, std::size_t index) {
 
 Eye eye(const Lens& lens, const Pose& camera_from_world) {
   const Pose world_from_camera = camera_from_world.inverse();
-  if (std::holds_alternative<Parallel>(lens))
-    return {world_from_camera.rotation() * -Vector3d::UnitZ(), 0};
+  if (const auto* parallel = std::get_if<Parallel>(&lens))
+    return {world_from_camera.rotation() * -parallel->ray_in_camera({0, 0})->direction, 0};
   return {world_from_camera.translation(), 1};
 }
 
