@@ -23,18 +23,19 @@ class CliScene : public Cli {
 };
 
 TEST_F(CliScene, ACameraOnAnArmIsCalibratedFromItsPictures) {
-  const Outcome rendered = render(
-      "arm",
-      "camera: {image_size: [640, 480], model: f, f: 600}\n"
-      "frames:\n"
-      "  - {name: shoulder, pose: {translation_m: [-0.6, 0.1, 0.5]}}\n"
-      "  - {name: hand, parent: shoulder, pose: [{translate_m: [0.7, 0, 0]}, "
-      "{rotate_x_deg: 180}]}\n"
-      "motion:\n"
-      "  - {frame: shoulder, steps: [{rotate_z_deg: [-8, 8, -8]}]}\n"
-      "  - {frame: hand, steps: [{rotate_y_deg: [-22, 22]}, {rotate_x_deg: [-20, 25, -20]}]}\n"
-      "boards:\n  - {" +
-          kGrid + "}\npath: {type: frame, frame: hand}\nviews: 7\n" + kSensor);
+  const Outcome rendered =
+      render("arm",
+             "camera: {image_size: [640, 480], model: f, f: 600}\n"
+             "frames:\n"
+             "  - {name: shoulder, pose: {translation_m: [0.14, 0.1, 0]}}\n"
+             "  - {name: hand, parent: shoulder, pose: [{translate_m: [0, 0, 0.5]}, "
+             "{rotate_x_deg: 180}]}\n"
+             "motion:\n"
+             "  - {frame: shoulder, steps: [{rotate_y_deg: [-30, 30]}, "
+             "{rotate_x_deg: [-25, 25, -25]}]}\n"
+             "  - {frame: hand, steps: [{rotate_z_deg: [0, 90]}]}\n"
+             "boards:\n  - {" +
+                 kGrid + "}\npath: {type: frame, frame: hand}\nviews: 7\n" + kSensor);
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
   const Outcome calibrated = run("calibrate " + path("arm") + " --model f --json");
   ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
@@ -84,7 +85,7 @@ TEST_F(CliScene, AnOrthographicSetIsWeakAndAnObliqueOneIsRefused) {
   const Outcome rendered = render("orthographic", parallel_scene(""));
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
   const Json answer = Json::parse(run("calibrate " + path("orthographic") + " --json").out);
-  EXPECT_EQ(answer["status"], "weak");
+  EXPECT_EQ(answer["model"], "weak");
   for (const Json& view : answer["views"]) EXPECT_NEAR(view["scale_px_per_m"], 1200, 3);
 
   ASSERT_EQ(render("cabinet", parallel_scene(", projection: cabinet")).exit_code, 0);

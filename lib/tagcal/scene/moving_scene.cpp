@@ -185,11 +185,12 @@ std::vector<Occluder> cuboid(const Vector3d& size_m, double level) {
   for (int axis = 0; axis < 3; ++axis)
     for (const double side : {-0.5, 0.5}) {
       Occluder face{{}, level};
+      // Counter-clockwise about the axis, so that the face looks to its side.
       for (const auto& [u, v] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}) {
         Vector3d corner;
         corner[axis] = side;
-        corner[(axis + 1) % 3] = u;
-        corner[(axis + 2) % 3] = v;
+        corner[(axis + 1) % 3] = side > 0 ? u : v;
+        corner[(axis + 2) % 3] = side > 0 ? v : u;
         face.corners.push_back(corner.cwiseProduct(size_m));
       }
       faces.push_back(std::move(face));

@@ -90,6 +90,8 @@ Pose pose_on(const Path& path, int view, int num_views, const Shift& shift) {
 }
 
 Pose shifted(const Pose& camera_from_world, const Shift& shift) {
+  if (shift.eye.isZero(0) && shift.target.isZero(0) && shift.roll_rad == 0)
+    return camera_from_world;  // to the last bit
   const Pose world_from_camera = camera_from_world.inverse();
   const Vector3d axis = world_from_camera.rotation() * Vector3d::UnitZ();
   const Vector3d aim = axis + shift.target - shift.eye;
