@@ -1,4 +1,4 @@
-#include "tagcal/geometry/incidence.hpp"
+#include "tagcal/geometry/transform.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
