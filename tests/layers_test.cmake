@@ -24,7 +24,7 @@ set(rooms_detect types policy tag_fit apriltag board_search facade)
 set(types_in_detect types)
 set(tag_fit_in_detect refine_tag)
 set(apriltag_in_detect families)
-set(rooms_io text yaml image facade)
+set(rooms_io text yaml image scene facade)
 set(most_public_headers 45)
 
 set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h libdeflate.h CLI nlohmann)

@@ -38,7 +38,7 @@ inline Fisheye random_lens(Random& random) {
 template <>
 inline Parallel random_lens(Random& random) {
   return Parallel({random.uniform(10, 5000), random.uniform(10, 5000), random.uniform(200, 800),
-                   random.uniform(200, 800)});
+                   random.uniform(200, 800), random.uniform(-1, 1), random.uniform(-1, 1)});
 }
 
 // A point at an angle from the axis that is inside the domain of the lens, the border included.

@@ -53,7 +53,8 @@ double spread(const Fisheye& lens, const Vector3d& x) {
           s * (std::abs(p[4]) + s * (std::abs(p[5]) + s * (std::abs(p[6]) + s * std::abs(p[7])))));
 }
 double spread(const Parallel& lens, const Vector3d& x) {
-  return std::max(lens.parameters()[0], lens.parameters()[1]) * x.norm();
+  const auto& p = lens.parameters();
+  return std::max(p[0], p[1]) * (1 + std::abs(p[4]) + std::abs(p[5])) * x.norm();
 }
 
 double rounding_px(const Lens& lens, const Vector3d& x) {

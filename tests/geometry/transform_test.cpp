@@ -96,6 +96,21 @@ TEST(Alignment, OfTheDiagonalWithXByTwoTurnsHasTheKnownRows) {
   EXPECT_LT((turns.rotation_matrix() - rows).norm(), 1e-15);
 }
 
+// The second method of the same lecture, with its numbers, and how it differs from the first.
+TEST(Alignment, OfTheDiagonalWithXByRowsHasTheKnownRows) {
+  const Pose by_rows = aligning_with_x({1, 1, 1}, {1, 0, 0});
+  Matrix3d rows;
+  rows.row(0) = Vector3d(1, 1, 1) / std::sqrt(3.0);
+  rows.row(1) = Vector3d(0, 1, -1) / std::sqrt(2.0);
+  rows.row(2) = Vector3d(-2, 1, 1) / std::sqrt(6.0);
+  EXPECT_LT((by_rows.rotation_matrix() - rows).norm(), 1e-15);
+  expect_same(by_rows.matrix(),
+              (rotation_about_y(std::atan(std::sqrt(2.0))) * rotation_about_x(kPi / 4)).matrix(),
+              1e-15);
+  expect_same((aligning_with_x({1, 1, 1}) * by_rows.inverse()).matrix(),
+              rotation_about_x(-kPi / 2).matrix(), 1e-15);
+}
+
 TEST(Alignment, BothWaysGiveTheSameRotationAboutTheAxisAndDifferByATurnAboutX) {
   Random random(2);
   for (int i = 0; i < 200; ++i) {
@@ -120,7 +135,7 @@ TEST(Alignment, OfTheAxesThemselves) {
       const Vector3d axis = sign * Vector3d::Unit(k);
       EXPECT_LT((aligning_with_x(axis) * axis - Vector3d::UnitX()).norm(), 1e-15);
       const Pose by_rows = aligning_with_x(axis, Vector3d::Unit((k + 1) % 3));
-      EXPECT_LT((by_rows * Vector3d::Unit((k + 1) % 3) - Vector3d::UnitY()).norm(), 1e-15);
+      EXPECT_LT((by_rows * Vector3d::Unit((k + 1) % 3) + Vector3d::UnitZ()).norm(), 1e-15);
     }
   }
 }

@@ -179,5 +179,25 @@ TEST(OpenGLAxes, AreYUpAndLookingAlongMinusZAndItsOwnInverse) {
   EXPECT_EQ((opencv_from_opengl() * opengl_from_opencv()).rotation_matrix(), Matrix3d::Identity());
 }
 
+TEST(Viewpoint, ACameraByRollPitchAndYaw) {
+  // No angles: it looks along +x, z up. Yaw turns it to the left, a pitch > 0 down.
+  const Pose level = camera_from_world_with_angles({}, {1, 2, 3});
+  EXPECT_LT((level * Eigen::Vector3d(2, 2, 3) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-15);
+  EXPECT_LT((level * Eigen::Vector3d(1, 2, 4) - Eigen::Vector3d(0, -1, 0)).norm(), 1e-15);
+  const Pose left = camera_from_world_with_angles({0, 0, kPi / 2}, {0, 0, 0});
+  EXPECT_LT((left * Eigen::Vector3d(0, 1, 0) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-15);
+  const Pose down = camera_from_world_with_angles({0, kPi / 2, 0}, {0, 0, 0});
+  EXPECT_LT((down * Eigen::Vector3d(0, 0, -1) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-15);
+  EXPECT_TRUE(camera_angles(down).gimbal_lock);
+  const RollPitchYaw angles{0.3, -0.7, 2.5};
+  const RollPitchYaw back = camera_angles(camera_from_world_with_angles(angles, {1, 2, 3}));
+  EXPECT_NEAR(back.roll_rad, angles.roll_rad, 1e-14);
+  EXPECT_NEAR(back.pitch_rad, angles.pitch_rad, 1e-14);
+  EXPECT_NEAR(back.yaw_rad, angles.yaw_rad, 1e-14);
+  EXPECT_FALSE(back.gimbal_lock);
+  EXPECT_TRUE(orbit(camera_from_world_on_orbit({{0, 0, 0}, 1, 0.2, kPi / 2}), 1).gimbal_lock);
+  EXPECT_FALSE(orbit(camera_from_world_on_orbit({{0, 0, 0}, 1, 0.2, 1}), 1).gimbal_lock);
+}
+
 }  // namespace
 }  // namespace tagcal

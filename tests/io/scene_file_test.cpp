@@ -185,7 +185,7 @@ TEST_F(SceneFile, BadScenes) {
        "[[0, 1, 0], [0.59, -0.81, 0], [-0.95, 0.31, 0], [0.95, 0.31, 0], [-0.59, -0.81, 0]]",
        "scene.yaml: occluders[0].corners: must be convex, but its sides cross"},
       {"type: dome", "type: spiral",
-       "scene.yaml: path.type: must be ring, dome, line or poses, go"},
+       "scene.yaml: path.type: must be ring, dome, line, poses, look_at, orbit, aircraft, "},
       {"type: dome", "type: line", "scene.yaml: path.min_distance_m: unknown key"},
       {"min_distance_m: 0.5", "min_distance_m: 2", "scene.yaml: path: min_distance_m: must not be"},
       {"min_distance_m: 0.5", "min_distance_m: 0", "scene.yaml: path.min_distance_m: must be > 0,"},
@@ -264,7 +264,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 8U);
+  ASSERT_EQ(examples.size(), 11U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);
@@ -278,6 +278,11 @@ TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
       EXPECT_EQ(read_truth(file).camera_from_world.size(), 1U);
     } else if (name == "scene") {
       EXPECT_EQ(read_scene(file).num_views, 20);
+    } else if (name.starts_with("scene ")) {
+      const MovingScene scene = read_moving_scene(file);
+      const Dataset dataset = exact_dataset(scene, camera_poses(scene, 1), nullptr);
+      EXPECT_EQ(dataset.boards.size(), 1U);
+      for (const View& view : dataset.views) EXPECT_FALSE(view.observations.empty());
     } else if (name == "calibration") {
       EXPECT_EQ(read_calibration(file).model, "opencv5");
     } else {

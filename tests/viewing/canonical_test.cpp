@@ -278,5 +278,29 @@ TEST(OpenGlMatrix, RefusesALensThatNoMatrixHolds) {
   EXPECT_THROW(view_volume({Fisheye({300, 300, 1, 1, 0, 0, 0, 0}), {4, 4}}, 0.1, 10), Error);
 }
 
+TEST(Canonical, DepthFromZeroToOneAndReversed) {
+  for (const bool perspective : {true, false}) {
+    const ViewVolume volume{perspective ? Projection::perspective : Projection::parallel,
+                            {-0.2, 0.3, -0.1, 0.2},
+                            0.5,
+                            8};
+    for (const auto& [canonical, near, far] : {std::tuple{CanonicalVolume::zero_to_one, 0.0, 1.0},
+                                               {CanonicalVolume::one_to_zero, 1.0, 0.0},
+                                               {CanonicalVolume::opengl, -1.0, 1.0},
+                                               {CanonicalVolume::phigs, 0.0, -1.0}}) {
+      const Eigen::Matrix4d clip = clip_from_eye(volume, canonical);
+      const auto depth = [&](double z) {
+        return (clip * Eigen::Vector4d(0, 0, z, 1)).hnormalized().z();
+      };
+      EXPECT_NEAR(depth(-0.5), near, 1e-15);
+      EXPECT_NEAR(depth(-8), far, 1e-15);
+      Eigen::Matrix4d product = Eigen::Matrix4d::Identity();
+      for (const NormalisingStep& step : normalising_steps(volume, canonical))
+        product = step.matrix * product;
+      EXPECT_LT((product / product.norm() - clip / clip.norm()).norm(), 1e-15);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tagcal

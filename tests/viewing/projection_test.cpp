@@ -169,5 +169,16 @@ TEST(VanishingPoints, AFisheyeHasOneEachWay) {
   EXPECT_NEAR(points[1].x(), 640 - 300 * kPi / 2, 1e-9);
 }
 
+TEST(Projection, ThePerspectiveMapKeepsPlanesAndTheOrderOfDepths) {
+  const auto image = [](const Eigen::Vector3d& x) {
+    return *divided(perspective_map() * x.homogeneous());
+  };
+  EXPECT_TRUE(image({2, 3, 4}).isApprox(Eigen::Vector3d(0.5, 0.75, 0.25), 1e-15));
+  const Eigen::Vector3d o(1, 2, 5), u(1, 0, 2), v(0.5, -1, 1);
+  const Eigen::Vector3d a = image(o), b = image(o + u), c = image(o + v), d = image(o + u + v);
+  EXPECT_LT(std::abs((b - a).cross(c - a).dot(d - a)), 1e-16);
+  EXPECT_GT(image({0, 0, 1}).z(), image({0, 0, 2}).z());
+}
+
 }  // namespace
 }  // namespace tagcal

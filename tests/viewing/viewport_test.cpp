@@ -146,5 +146,29 @@ TEST(FieldOfView, OfAFisheyeMayExceedAHalfTurn) {
   EXPECT_FALSE(field_of_view({Parallel({1, 1, 0, 0}), {10, 10}}));
 }
 
+// The three steps of the lecture: [-1, 1] to [-1/2, n_z - 1/2].
+TEST(Viewport, DepthHasLevelsToo) {
+  const Eigen::Matrix4d raster = raster_from_ndc({{640, 480}, {0, 0}, true, 256});
+  EXPECT_EQ(raster.row(2), Eigen::RowVector4d(0, 0, 128, 127.5));
+  EXPECT_EQ(raster_from_ndc({{640, 480}}).row(2), Eigen::RowVector4d(0, 0, 1, 0));
+}
+
+TEST(Viewport, TheCameraBehindAWindowLooksAlongItsNormal) {
+  const WindowInWorld window{{-1, 2, 0}, {1, 2, 0}, {-1, 2, 1}};
+  const CameraBehindWindow centred = camera_behind(window, {0, 0, 0.5}, {400, 200});
+  const auto p = parameters(centred.camera.lens);
+  EXPECT_NEAR(p[0], 400, 1e-12);  // 2 m before a window of 200 pixels a metre
+  EXPECT_NEAR(p[1], 400, 1e-12);
+  EXPECT_NEAR(p[2], 199.5, 1e-12);
+  EXPECT_NEAR(p[3], 99.5, 1e-12);
+  // Moving the eye sideways moves the principal point with it, and turns nothing.
+  const CameraBehindWindow aside = camera_behind(window, {0.25, 0, 0.5}, {400, 200});
+  EXPECT_NEAR(parameters(aside.camera.lens)[2], 249.5, 1e-12);
+  EXPECT_EQ(angle_between_rad(aside.camera_from_world, centred.camera_from_world), 0);
+  EXPECT_THROW(camera_behind(window, {0, 3, 0.5}, {400, 200}), Error);
+  EXPECT_THROW(camera_behind({{-1, 2, 0}, {1, 2, 0}, {-0.9, 2, 1}}, {0, 0, 0}, {4, 4}), Error);
+  EXPECT_THROW(camera_behind({{1, 2, 0}, {1, 2, 0}, {-1, 2, 1}}, {0, 0, 0}, {4, 4}), Error);
+}
+
 }  // namespace
 }  // namespace tagcal

@@ -1,6 +1,7 @@
 #include "commands/calibration_job.hpp"
 
 #include "report/progress.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 
 namespace tagcal::tools {
@@ -20,11 +21,23 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
   calibration = calibrate(input.dataset, options);
 }
 
+// Throws Error for synthetic pictures whose own truth says that no model contains their camera.
+void check_truth_has_one_lens(const Input& input) {
+  const std::optional<Truth>& truth = input.dataset.truth;
+  if (!truth) return;
+  const auto* parallel = std::get_if<Parallel>(&truth->camera.lens);
+  if (parallel && parallel->oblique())
+    throw Error(input.name + ": truth.yaml: camera: is an oblique projection, which no model has");
+  if (!truth->lenses.empty())
+    throw Error(input.name + ": truth.yaml: poses: each view has its own lens, calibrate finds one");
+}
+
 }  // namespace
 
 CalibrationAnswer run_job(const CalibrationJob& job) {
   const Stopwatch watch;
   Input input = read_input(job.input);
+  check_truth_has_one_lens(input);
   if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
   need_views(input, job.threads, job.shows_progress);
   CalibrationAnswer answer;

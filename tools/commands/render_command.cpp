@@ -21,7 +21,6 @@
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
-#include "tagcal/scene/viewing.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -39,10 +38,10 @@ struct Arguments {
   int threads = 0;
 };
 
-Scene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
-  Scene scene = read_scene(arguments.scene, warnings);
+MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
+  MovingScene scene = read_moving_scene(arguments.scene, warnings);
   if (arguments.views == 0) return scene;
-  if (auto* path = std::get_if<ExplicitPath>(&scene.path)) {
+  if (auto* path = std::get_if<ExplicitPath>(&scene.settings.path)) {
     const int poses = static_cast<int>(path->camera_from_world.size());
     if (arguments.views > poses) {
       throw Error(fmt::format("--views: must be {} at most, the poses in {}, got {}", poses,
@@ -50,39 +49,26 @@ Scene scene_to_render(const Arguments& arguments, std::vector<std::string>* warn
     }
     path->camera_from_world.resize(arguments.views);
   }
-  scene.num_views = arguments.views;
+  scene.settings.num_views = arguments.views;
   return scene;
 }
 
-TagFamilies families_of(const Scene& scene) {
+TagFamilies families_of(const MovingScene& scene) {
   TagFamilies families;  // each board gives them its own border when it is drawn
-  for (const PlacedBoard& placed : scene.boards) {
-    const Board& board = placed.board;
+  for (const HungBoard& hung : scene.boards) {
+    const Board& board = hung.board.board;
     if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
   }
   return families;
 }
 
-Dataset dataset_of(const Scene& scene, const std::vector<Pose>& poses) {
-  Dataset dataset;
-  dataset.image_size = scene.camera.image_size;
-  dataset.boards = scene.boards;
-  dataset.truth.emplace(Truth{scene.camera, scene.model, {}});
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const std::string name = image_name(static_cast<int>(i));
-    dataset.views.push_back({name, visible_corners(scene, poses[i])});
-    dataset.truth->camera_from_world[name] = poses[i];
-  }
-  return dataset;
-}
-
 int run(const Arguments& arguments) {
   std::vector<std::string> warnings;
-  const Scene scene = scene_to_render(arguments, &warnings);
+  const MovingScene scene = scene_to_render(arguments, &warnings);
   const TagFamilies families = families_of(scene);
   OutputFolder folder(arguments.out);
   const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
-  const Dataset dataset = dataset_of(scene, poses);
+  const Dataset dataset = exact_dataset(scene, poses, &warnings);
   fs::create_directory(folder.path() / kImages);
   {
     Progress progress("rendering", static_cast<int>(poses.size()));
@@ -92,10 +78,11 @@ int run(const Arguments& arguments) {
           const std::uint64_t seed = Random(arguments.seed, i).next();
           const fs::path file = folder.path() / kImages / image_name(static_cast<int>(i));
           // The light's memory is free again when the picture is written.
+          const Scene in_view = scene_in_view(scene, static_cast<int>(i));
           const auto picture = [&](auto expose_light) {
-            return expose_light(render_light(scene, families, poses[i]), scene.sensor, seed);
+            return expose_light(render_light(in_view, families, poses[i]), in_view.sensor, seed);
           };
-          if (scene.sensor.bits == 16)
+          if (in_view.sensor.bits == 16)
             write_png(file, picture(expose16));
           else
             write_png(file, picture(expose));

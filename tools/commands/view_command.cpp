@@ -76,11 +76,13 @@ ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, cons
 
 int run(const Arguments& arguments) {
   std::vector<std::string> warnings;
-  const Scene scene = read_scene(arguments.scene, &warnings);
-  if (arguments.view >= scene.num_views)
-    throw Error(fmt::format("--view: must be {} at most, of the views in {}, got {}",
-                            scene.num_views - 1, arguments.scene, arguments.view));
-  const auto poses = camera_poses(scene, static_cast<std::uint64_t>(arguments.seed));
+  const MovingScene moving = read_moving_scene(arguments.scene, &warnings);
+  const int num_views = moving.settings.num_views;
+  if (arguments.view >= num_views)
+    throw Error(fmt::format("--view: must be {} at most, of the views in {}, got {}", num_views - 1,
+                            arguments.scene, arguments.view));
+  const Scene scene = scene_in_view(moving, arguments.view);
+  const auto poses = camera_poses(moving, static_cast<std::uint64_t>(arguments.seed));
   const Pose& pose = poses[static_cast<std::size_t>(arguments.view)];
   const NamedPoint point = point_to_follow(arguments.at, scene);
   const ViewingPipeline pipeline = pipeline_of(arguments, scene, pose);

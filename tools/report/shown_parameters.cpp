@@ -42,8 +42,10 @@ std::vector<Shown> shown_parameters(const Calibration& calibration) {
 
 std::size_t num_shown(const Calibration& calibration) {
   const std::size_t all = parameters(calibration.camera->lens).size();
-  const bool perspective = std::holds_alternative<Perspective>(calibration.camera->lens);
-  return perspective && calibration.model != "opencv8" ? all - 3 : all;
+  const Lens& lens = calibration.camera->lens;
+  if (std::holds_alternative<Parallel>(lens)) return all - 2;  // a calibrated one is not oblique
+  return std::holds_alternative<Perspective>(lens) && calibration.model != "opencv8" ? all - 3
+                                                                                     : all;
 }
 
 double largest_px(const ProjectionUncertainty& projection) {

@@ -98,19 +98,23 @@ class Fisheye {
   double max_angle_;
 };
 
-// Scaled orthographic (weak perspective): u = sx X + cx, v = sy Y + cy, with the scales in pixels
-// per metre. Every point is in its domain; its rays start in the plane Z = 0 and run along +z.
+// Parallel projection onto the plane Z = 0, with the scales in pixels per metre:
+//   u = sx (X + ox Z) + cx       v = sy (Y + oy Z) + cy
+// Orthographic (weak perspective) at ox = oy = 0. Otherwise oblique: depth recedes in the picture
+// by (ox, oy), metres per metre. Every point is in its domain; its rays start in the plane Z = 0
+// and run along (-ox, -oy, 1).
 class Parallel {
  public:
-  static constexpr int kNumParameters = 4;
-  static constexpr std::array<std::string_view, kNumParameters> kParameterNames = {"sx", "sy", "cx",
-                                                                                   "cy"};
+  static constexpr int kNumParameters = 6;
+  static constexpr std::array<std::string_view, kNumParameters> kParameterNames = {
+      "sx", "sy", "cx", "cy", "ox", "oy"};
   using Parameters = std::array<double, kNumParameters>;
   using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
   explicit Parallel(const Parameters& parameters);
 
   const Parameters& parameters() const { return p_; }
+  bool oblique() const { return p_[4] != 0 || p_[5] != 0; }
 
   bool in_domain(const Eigen::Vector3d& x_in_camera) const;
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;

@@ -119,8 +119,8 @@ Pose aligning_with_x(const Vector3d& axis, const Vector3d& across) {
   rows.row(0) = unit_axis(axis, "alignment: axis");
   const Vector3d normal = rows.row(0).cross(unit_axis(across, "alignment: second axis"));
   if (normal.norm() < 1e-9) throw Error("alignment: the second axis is parallel to the first");
-  rows.row(2) = normal.normalized();
-  rows.row(1) = rows.row(2).cross(rows.row(0));
+  rows.row(1) = normal.normalized();
+  rows.row(2) = rows.row(0).cross(rows.row(1));
   return {Quaterniond(rows), Vector3d::Zero()};
 }
 

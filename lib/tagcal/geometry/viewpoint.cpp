@@ -87,6 +87,7 @@ Orbit orbit(const Pose& camera_from_world, double distance_m) {
   orbit.target = look_at(camera_from_world, distance_m).target;
   orbit.distance_m = distance_m;
   const double level = std::hypot(back.x(), back.y());
+  orbit.gimbal_lock = level < kNearlyVertical;
   orbit.elevation_rad = std::atan2(back.z(), level);
   orbit.azimuth_rad =
       level < kVertical ? std::atan2(-right.x(), right.y()) : std::atan2(back.y(), back.x());
@@ -103,6 +104,23 @@ Quaterniond rotation_from_roll_pitch_yaw(const RollPitchYaw& angles) {
 
 RollPitchYaw roll_pitch_yaw(const Quaterniond& rotation) {
   return angles_of(axes_in_world(Pose(rotation, Vector3d::Zero()).inverse()));
+}
+
+namespace {
+
+// From the axes x forward, y left, z up.
+Pose camera_from_body() {
+  return {Quaterniond((Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished()), Vector3d::Zero()};
+}
+
+}  // namespace
+
+Pose camera_from_world_with_angles(const RollPitchYaw& angles, const Vector3d& centre) {
+  return camera_from_body() * Pose(rotation_from_roll_pitch_yaw(angles), centre).inverse();
+}
+
+RollPitchYaw camera_angles(const Pose& camera_from_world) {
+  return roll_pitch_yaw((camera_from_body().inverse() * camera_from_world).inverse().rotation());
 }
 
 Pose world_from_aircraft(const Aircraft& aircraft) {

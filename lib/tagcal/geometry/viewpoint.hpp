@@ -41,6 +41,7 @@ struct Orbit {
   double azimuth_rad = 0;
   double elevation_rad = 0;
   double twist_rad = 0;
+  bool gimbal_lock = false;  // set only in results: straight up or down, as in RollPitchYaw
 };
 Pose camera_from_world_on_orbit(const Orbit& orbit);
 
@@ -64,6 +65,11 @@ Eigen::Quaterniond rotation_from_roll_pitch_yaw(const RollPitchYaw& angles);
 
 // Roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2].
 RollPitchYaw roll_pitch_yaw(const Eigen::Quaterniond& rotation);
+
+// A camera at `centre` that looks along x of a body with these angles, z of the body up in the
+// image; and the angles of a camera.
+Pose camera_from_world_with_angles(const RollPitchYaw& angles, const Eigen::Vector3d& centre);
+RollPitchYaw camera_angles(const Pose& camera_from_world);
 
 // An aircraft at (rho, theta, phi), with axes x right, y forward, z up and its attitude relative to
 // the world's axes: yaw about z (left), pitch about x (nose up), roll about y (right wing down):

@@ -7,6 +7,10 @@
 #include <numbers>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/scene/scene_camera.hpp"
+#include "tagcal/io/scene/scene_frames.hpp"
+#include "tagcal/io/scene/scene_path.hpp"
+#include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
@@ -15,87 +19,9 @@ using namespace internal;
 namespace {
 
 using Eigen::Vector3d;
-using OptionalValue = std::optional<YamlValue>;
-
-constexpr int kMaxViews = 100'000;
-constexpr double kHuge = std::numeric_limits<double>::max();
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180; }
-
-double not_negative_or(const OptionalValue& value, double otherwise) {
-  return value ? value->not_negative() : otherwise;
-}
-
-double level_or(const OptionalValue& value, double otherwise) {
-  return value ? value->number_in(0, 1) : otherwise;
-}
-
-Vector3d vector_or_zero(const OptionalValue& value) {
-  return value ? read_vector(*value) : Vector3d::Zero();
-}
-
-double degrees_or(const OptionalValue& value, double otherwise_deg, double most_deg = kHuge) {
-  return radians(value ? value->number_in(-most_deg, most_deg) : otherwise_deg);
-}
-
-// Focal length of an ideal pinhole or equidistant lens with this field of view over the width.
-double focal_of(const YamlValue& field_of_view_deg, const Model& model, const ImageSize& size) {
-  const bool fisheye = model.lens_type() == LensType::fisheye;
-  const double degrees = field_of_view_deg.positive();
-  const double limit = fisheye ? 360 : 180;
-  if (degrees >= limit) field_of_view_deg.fail(fmt::format("must be below {}", limit));
-  if (fisheye) return size.width / radians(degrees);
-  return focal_from_field_of_view_px(radians(degrees), size.width);
-}
-
-void read_focal(const YamlValue& value, const Model& model, CameraNumbers& numbers) {
-  const auto f = value.find("f");
-  const auto field_of_view = value.find("field_of_view_deg");
-  const bool has_both = value.find("fx").has_value() || value.find("fy").has_value();
-  if (int{f.has_value()} + int{field_of_view.has_value()} + int{has_both} != 1) {
-    value.fail_plainly("needs one of f, fx and fy, field_of_view_deg");
-  }
-  if (has_both) {
-    numbers.fx = value.at("fx").positive();
-    numbers.fy = value.at("fy").positive();
-  } else {
-    numbers.fx = f ? f->positive() : focal_of(*field_of_view, model, numbers.image_size);
-    numbers.fy = numbers.fx;
-  }
-}
-
-std::size_t num_free_distortion(const Model& model) {
-  std::size_t count = 0;
-  for (const FreeParameter& parameter : model.free()) count += parameter.lens_parameters[0] >= 4;
-  return count;
-}
-
-// A scene with its camera only.
-Scene read_camera(const YamlValue& value) {
-  value.allow_only(
-      {"image_size", "model", "f", "fx", "fy", "field_of_view_deg", "cx", "cy", "distortion"});
-  const Model& model = read_model(value.at("model"));
-  CameraNumbers numbers;
-  numbers.image_size = read_image_size_value(value.at("image_size"));
-  read_focal(value, model, numbers);
-  const Eigen::Vector2d centre = image_centre(numbers.image_size);
-  const auto cx = value.find("cx");
-  const auto cy = value.find("cy");
-  numbers.cx = cx ? cx->number() : centre.x();
-  numbers.cy = cy ? cy->number() : centre.y();
-  if (const auto distortion = value.find("distortion")) {
-    const std::size_t most = num_free_distortion(model);
-    numbers.distortion = distortion->numbers(0, 100);
-    if (numbers.distortion.size() > most) {
-      distortion->fail(
-          fmt::format("must have at most the {} coefficients of model {}", most, model.name()));
-    }
-  }
-  return {make_camera(numbers, model, value), std::string(model.name()), {}, {}, {}, {}, 1, {}};
-}
 
 Occluder read_occluder(const YamlValue& value) {
-  value.allow_only({"corners", "level"});
+  value.allow_only({"corners", "level", "frame"});
   Occluder occluder;
   occluder.level = level_or(value.find("level"), occluder.level);
   const YamlValue list = value.at("corners");
@@ -128,66 +54,6 @@ Occluder read_occluder(const YamlValue& value) {
   // A pentagram turns left at each corner too, but twice around.
   if (turned > 3 * std::numbers::pi) list.fail_plainly("must be convex, but its sides cross");
   return occluder;
-}
-
-RingPath read_ring(const YamlValue& value) {
-  value.allow_only({"type", "centre_m", "radius_m", "start_deg", "end_deg", "target_m"});
-  RingPath path;
-  path.centre = vector_or_zero(value.find("centre_m"));
-  path.radius_m = value.at("radius_m").positive();
-  path.start_rad = degrees_or(value.find("start_deg"), 0, 3600);
-  path.end_rad = degrees_or(value.find("end_deg"), 360, 3600);
-  path.target = vector_or_zero(value.find("target_m"));
-  return path;
-}
-
-void check_order(const YamlValue& value, double low, double high, const char* quantity) {
-  if (low > high) {
-    value.fail_plainly(fmt::format("min_{0}: must not be above max_{0}", quantity));
-  }
-}
-
-DomePath read_dome(const YamlValue& value) {
-  value.allow_only({"type", "target_m", "min_distance_m", "max_distance_m", "min_azimuth_deg",
-                    "max_azimuth_deg", "min_elevation_deg", "max_elevation_deg"});
-  DomePath path;
-  path.target = vector_or_zero(value.find("target_m"));
-  path.min_distance_m = value.at("min_distance_m").positive();
-  const auto max_distance = value.find("max_distance_m");
-  path.max_distance_m = max_distance ? max_distance->positive() : path.min_distance_m;
-  path.min_azimuth_rad = degrees_or(value.find("min_azimuth_deg"), 0, 720);
-  path.max_azimuth_rad = degrees_or(value.find("max_azimuth_deg"), 360, 720);
-  path.min_elevation_rad = radians(value.at("min_elevation_deg").number_in(-90, 90));
-  path.max_elevation_rad = degrees_or(value.find("max_elevation_deg"), 90, 90);
-  check_order(value, path.min_distance_m, path.max_distance_m, "distance_m");
-  check_order(value, path.min_azimuth_rad, path.max_azimuth_rad, "azimuth_deg");
-  check_order(value, path.min_elevation_rad, path.max_elevation_rad, "elevation_deg");
-  return path;
-}
-
-LinePath read_line(const YamlValue& value) {
-  value.allow_only({"type", "from_m", "to_m", "target_m"});
-  return {read_vector(value.at("from_m")), read_vector(value.at("to_m")),
-          vector_or_zero(value.find("target_m"))};
-}
-
-ExplicitPath read_poses(const YamlValue& value) {
-  value.allow_only({"type", "camera_from_world"});
-  ExplicitPath path;
-  for (const YamlValue& pose : value.at("camera_from_world").items(1, kMaxViews)) {
-    path.camera_from_world.push_back(read_pose(pose));
-  }
-  return path;
-}
-
-CameraPath read_path(const YamlValue& value) {
-  const YamlValue type = value.at("type");
-  const std::string name = type.text();
-  if (name == "ring") return read_ring(value);
-  if (name == "dome") return read_dome(value);
-  if (name == "line") return read_line(value);
-  if (name == "poses") return read_poses(value);
-  type.fail("must be ring, dome, line or poses");
 }
 
 PathJitter read_jitter(const YamlValue& value) {
@@ -224,44 +90,75 @@ double read_ink_spread(const YamlValue& value, double paper_margin_m) {
   return spread;
 }
 
-int read_num_views(const YamlValue& top, const CameraPath& path) {
-  const auto views = top.find("views");
-  const auto* poses = std::get_if<ExplicitPath>(&path);
-  if (!poses) return top.at("views").whole(1, kMaxViews);
-  const int num_poses = static_cast<int>(poses->camera_from_world.size());
-  return views ? views->whole(1, num_poses) : num_poses;
+PlacedBoard read_board(const YamlValue& value, std::vector<std::string>* warnings) {
+  std::vector<std::string> unknown;
+  PlacedBoard board = read_placed_board(value, true, &unknown);
+  // A target within the scene is not a file of Kalibr's: unknown keys are errors.
+  if (!unknown.empty() && value.is_map() && value.find("target")) throw Error(unknown.front());
+  if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
+  if (!value.is_map()) return board;
+  const auto pose = value.find("pose"), in_world = value.find("world_from_board");
+  if (in_world && (pose || value.find("frame")))
+    in_world->fail_plainly("belongs to a board without frame and pose");
+  if (pose) board.world_from_board = read_rigid_placement(*pose);
+  return board;
 }
 
-std::vector<PlacedBoard> read_boards(const YamlValue& value, std::vector<std::string>* warnings) {
+void read_boards(const YamlValue& value, MovingScene& scene, std::vector<std::string>* warnings) {
   std::vector<PlacedBoard> boards;
   for (const YamlValue& item : value.items(1, 10'000)) {
-    std::vector<std::string> unknown;
-    boards.push_back(read_placed_board(item, true, &unknown));
-    // A target within the scene is not a file of Kalibr's: unknown keys are errors.
-    if (!unknown.empty() && item.is_map() && item.find("target")) throw Error(unknown.front());
-    if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
+    boards.push_back(read_board(item, warnings));
+    const bool is_map = item.is_map();
+    scene.boards.push_back(
+        {is_map ? read_frame_of(item, scene.frames) : kWorldFrame, boards.back()});
   }
   check_unique_ids(boards, value);
-  return boards;
 }
 
-}  // namespace
-
-Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {
-  const YamlValue top = YamlValue::read(file);
-  top.allow_only({"camera", "boards", "occluders", "path", "jitter", "views", "sensor",
-                  "background_level", "paper_level", "ink_level", "ink_spread_m",
-                  "paper_margin_m"});
-  Scene scene = read_camera(top.at("camera"));
-  scene.boards = read_boards(top.at("boards"), warnings);
-  if (const auto occluders = top.find("occluders")) {
-    for (const YamlValue& item : occluders->items(0, 10'000)) {
-      scene.occluders.push_back(read_occluder(item));
-    }
+void read_cuboid(const YamlValue& value, MovingScene& scene) {
+  value.allow_only({"size_m", "level", "frame", "pose"});
+  const YamlValue size = value.at("size_m");
+  for (const YamlValue& side : size.items(3, 3)) side.positive();
+  const std::string frame = read_frame_of(value, scene.frames);
+  Affine frame_from_cuboid = Affine::Identity();
+  if (const auto pose = value.find("pose")) frame_from_cuboid = read_placement(*pose);
+  for (Occluder& face :
+       cuboid(read_vector(size), level_or(value.find("level"), Occluder().level))) {
+    for (Vector3d& corner : face.corners) corner = frame_from_cuboid * corner;
+    scene.occluders.push_back({frame, std::move(face)});
   }
-  scene.path = read_path(top.at("path"));
-  if (const auto jitter = top.find("jitter")) scene.jitter = read_jitter(*jitter);
+}
+
+void read_surfaces(const YamlValue& top, MovingScene& scene) {
+  constexpr std::size_t kMost = 10'000;
+  if (const auto occluders = top.find("occluders"))
+    for (const YamlValue& item : occluders->items(0, kMost)) {
+      Occluder occluder = read_occluder(item);
+      scene.occluders.push_back({read_frame_of(item, scene.frames), std::move(occluder)});
+    }
+  if (const auto cuboids = top.find("cuboids"))
+    for (const YamlValue& item : cuboids->items(0, kMost)) read_cuboid(item, scene);
+}
+
+void read_camera_and_path(const YamlValue& top, MovingScene& moving) {
+  Scene& scene = moving.settings;
+  const SceneCamera camera = read_camera(top.at("camera"));
+  const YamlValue path = top.at("path");
+  scene.camera = camera.camera;
+  scene.model = camera.model;
+  scene.path = read_path(path, camera.camera.image_size);
+  moving.camera_frame = read_frame_of(path, moving.frames);
   scene.num_views = read_num_views(top, scene.path);
+  const bool window = path.at("type").text() == "window";
+  if (window != camera.behind_window)
+    path.fail_plainly("type window and the camera's model window need each other");
+  if (const auto jitter = top.find("jitter")) {
+    if (window) jitter->fail_plainly("does not go with a window");
+    scene.jitter = read_jitter(*jitter);
+  }
+}
+
+void read_levels(const YamlValue& top, Scene& scene) {
   if (const auto sensor = top.find("sensor")) scene.sensor = read_sensor(*sensor);
   scene.background_level = level_or(top.find("background_level"), scene.background_level);
   scene.paper_level = level_or(top.find("paper_level"), scene.paper_level);
@@ -269,7 +166,41 @@ Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* wa
   scene.paper_margin_m = not_negative_or(top.find("paper_margin_m"), scene.paper_margin_m);
   if (const auto spread = top.find("ink_spread_m"))
     scene.ink_spread_m = read_ink_spread(*spread, scene.paper_margin_m);
+}
+
+// Throws, with the file's name, if a part or the camera hangs on a frame that is not rigid.
+void check_first_view(const YamlValue& top, const MovingScene& scene) {
+  try {
+    scene_in_view(scene, 0);
+    rigid_camera_frame(scene, 0);
+  } catch (const Error& error) {
+    top.fail_plainly(error.what());
+  }
+}
+
+}  // namespace
+
+MovingScene read_moving_scene(const std::filesystem::path& file,
+                              std::vector<std::string>* warnings) {
+  const YamlValue top = YamlValue::read(file);
+  top.allow_only({"camera", "frames", "motion", "boards", "occluders", "cuboids", "path", "jitter",
+                  "views", "sensor", "background_level", "paper_level", "ink_level", "ink_spread_m",
+                  "paper_margin_m"});
+  MovingScene scene;
+  scene.frames = read_frames(top);
+  read_boards(top.at("boards"), scene, warnings);
+  read_surfaces(top, scene);
+  read_camera_and_path(top, scene);
+  read_levels(top, scene.settings);
+  check_first_view(top, scene);
   return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {
+  const MovingScene scene = read_moving_scene(file, warnings);
+  if (moves(scene) || scene.camera_frame != kWorldFrame)
+    throw Error(file.string() + ": motion: must be empty, and the path's frame world, here");
+  return scene_in_view(scene, 0);
 }
 
 }  // namespace tagcal

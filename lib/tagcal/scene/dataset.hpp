@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/scene/board.hpp"
 
 namespace tagcal {
@@ -29,11 +30,21 @@ struct PlacedBoard {
   Pose world_from_board;
 };
 
+constexpr const char* kParallelModel = "parallel";  // orthographic or oblique: no candidate model
+
+// Where the parts of a scene with frames are in one view.
+struct HierarchyTruth {
+  std::map<std::string, Affine> camera_from_frame;  // all frames, the scene's world included
+  std::vector<Pose> camera_from_board;              // all boards, in the scene's order
+};
+
 // The true camera and poses of a synthetic data set.
 struct Truth {
   Camera camera;
-  std::string model;                              // the smallest model that contains the camera
-  std::map<std::string, Pose> camera_from_world;  // by image name
+  std::string model;  // the smallest model that contains the camera, or kParallelModel
+  std::map<std::string, Pose> camera_from_world;    // by image name
+  std::map<std::string, HierarchyTruth> hierarchy;  // by image name; empty without frames
+  std::map<std::string, Lens> lenses;  // by image name, if they differ from view to view
 };
 
 // The data that all commands exchange: boards that are rigid in one world, one camera, its views.

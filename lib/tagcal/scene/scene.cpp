@@ -21,15 +21,15 @@ struct Sight {
   Vector3d target;
 };
 
-// Maps i = 0 .. n-1 to [0, 1].
-double fraction(int i, int n) { return n > 1 ? static_cast<double>(i) / (n - 1) : 0; }
+Vector3d eye_of(const Orbit& orbit) {
+  return camera_from_world_on_orbit(orbit).inverse().translation();
+}
 
 Sight sight(const RingPath& path, int i, int n) {
   const double turn = path.end_rad - path.start_rad;
   const bool closed = std::abs(std::abs(turn) - 2 * std::numbers::pi) < 1e-9;
-  const double t = closed ? static_cast<double>(i) / n : fraction(i, n);
-  const double angle = path.start_rad + t * turn;
-  return {path.centre + path.radius_m * Vector3d(std::cos(angle), std::sin(angle), 0), path.target};
+  const double t = closed ? static_cast<double>(i) / n : time_of_view(i, n);
+  return {eye_of({path.centre, path.radius_m, path.start_rad + t * turn, 0}), path.target};
 }
 
 // A step through 0 .. n-1 that visits each index once and jumps by about the golden ratio, so that
@@ -48,14 +48,12 @@ Sight sight(const DomePath& path, int i, int n) {
   // Equal steps of the sine have equal areas.
   const double sine = std::lerp(std::sin(path.min_elevation_rad), std::sin(path.max_elevation_rad),
                                 (point + 0.5) / n);
-  const double cosine = std::sqrt(std::max(0.0, 1 - sine * sine));
-  const double distance = std::lerp(path.min_distance_m, path.max_distance_m, fraction(i, n));
-  const Vector3d direction(cosine * std::cos(azimuth), cosine * std::sin(azimuth), sine);
-  return {path.target + distance * direction, path.target};
+  const double distance = std::lerp(path.min_distance_m, path.max_distance_m, time_of_view(i, n));
+  return {eye_of({path.target, distance, azimuth, std::asin(sine)}), path.target};
 }
 
 Sight sight(const LinePath& path, int i, int n) {
-  return {path.from + fraction(i, n) * (path.to - path.from), path.target};
+  return {path.from + time_of_view(i, n) * (path.to - path.from), path.target};
 }
 
 Vector3d jitter_vector(Random& random, double most) {
@@ -91,8 +89,10 @@ Pose pose_on(const Path& path, int view, int num_views, const Shift& shift) {
          looking_at({on_path.eye + shift.eye, on_path.target + shift.target});
 }
 
-Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift& shift) {
-  const Pose world_from_camera = path.camera_from_world[static_cast<std::size_t>(view)].inverse();
+Pose shifted(const Pose& camera_from_world, const Shift& shift) {
+  if (shift.eye.isZero(0) && shift.target.isZero(0) && shift.roll_rad == 0)
+    return camera_from_world;  // to the last bit
+  const Pose world_from_camera = camera_from_world.inverse();
   const Vector3d axis = world_from_camera.rotation() * Vector3d::UnitZ();
   const Vector3d aim = axis + shift.target - shift.eye;
   const auto turn = rotation_between(axis, aim);
@@ -101,7 +101,19 @@ Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift&
   return rotation_about_z(shift.roll_rad) * moved.inverse();
 }
 
+Pose pose_on(const ExplicitPath& path, int view, int /*num_views*/, const Shift& shift) {
+  return shifted(path.camera_from_world[static_cast<std::size_t>(view)], shift);
+}
+
+Pose pose_on(const FunctionPath& path, int view, int num_views, const Shift& shift) {
+  return shifted(path.camera_from_world(time_of_view(view, num_views)), shift);
+}
+
 }  // namespace
+
+double time_of_view(int view, int num_views) {
+  return num_views > 1 ? static_cast<double>(view) / (num_views - 1) : 0;
+}
 
 std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed) {
   if (scene.num_views < 1)

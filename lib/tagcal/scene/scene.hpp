@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -52,7 +53,18 @@ struct ExplicitPath {
   std::vector<Pose> camera_from_world;
 };
 
-using CameraPath = std::variant<RingPath, DomePath, LinePath, ExplicitPath>;
+// Any path: the pose at time t, which runs evenly over the views from 0 at the first to 1 at the
+// last. For the jitter the target is one metre ahead. `lens`, unless it is empty, gives each view
+// its own, for example behind a window that stands still while the eye moves.
+struct FunctionPath {
+  std::function<Pose(double t)> camera_from_world;
+  std::function<Lens(double t)> lens;
+};
+
+using CameraPath = std::variant<RingPath, DomePath, LinePath, ExplicitPath, FunctionPath>;
+
+// The time of a view for FunctionPath.
+double time_of_view(int view, int num_views);
 
 // Random displacement of each view from the path: uniform, at most these values.
 struct PathJitter {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/scene/visibility/shadows.hpp"
 #include "tagcal/viewing/clip.hpp"
@@ -43,6 +44,14 @@ void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& p
     return;
   }
   f.sight = own != Shadows::kNone && !shadows.faces(own) ? Sight::turned_away : Sight::seen;
+}
+
+// The shear after which an oblique projection is orthographic; identity for other lenses.
+Affine receding(const Lens& lens) {
+  const auto* parallel = std::get_if<Parallel>(&lens);
+  if (!parallel) return Affine::Identity();
+  return shearing(Axis::x, Axis::z, parallel->parameters()[4]) *
+         shearing(Axis::y, Axis::z, parallel->parameters()[5]);
 }
 
 }  // namespace
@@ -91,7 +100,7 @@ ViewingPipeline viewing_pipeline(const Camera& camera, const Pose& camera_from_w
   ViewingPipeline pipeline;
   pipeline.camera = camera;
   pipeline.camera_from_world = camera_from_world;
-  pipeline.eye_from_camera = opengl_from_opencv().matrix();
+  pipeline.eye_from_camera = opengl_from_opencv().matrix() * receding(camera.lens).matrix();
   pipeline.volume = view_volume(undistorted(camera), near_m, far_m);
   pipeline.clip_from_eye = clip_from_eye(pipeline.volume);
   pipeline.raster_from_ndc = raster_from_ndc({camera.image_size});

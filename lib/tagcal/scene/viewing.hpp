@@ -26,11 +26,12 @@ struct NamedPoint {
 std::optional<NamedPoint> named_corner(const Scene& scene, const CornerId& id);
 
 // The matrices of one camera. A matrix cannot represent distortion: those from the eye on belong to
-// the camera without it (undistorted() in viewing/viewport.hpp), which any renderer can draw.
+// the camera without it (undistorted() in viewing/viewport.hpp), which any renderer can draw. An
+// oblique projection is the orthographic one of a sheared space.
 struct ViewingPipeline {
   Camera camera;
   Pose camera_from_world;
-  Eigen::Matrix4d eye_from_camera;  // OpenCV's axes to OpenGL's
+  Eigen::Matrix4d eye_from_camera;  // OpenCV's axes to OpenGL's; of an oblique lens after a shear
   ViewVolume volume;
   Eigen::Matrix4d clip_from_eye;
   Eigen::Matrix4d raster_from_ndc;

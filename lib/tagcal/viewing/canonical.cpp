@@ -71,6 +71,15 @@ void check_form(const Matrix4d& m, bool perspective) {
     throw Error("OpenGL matrix: near must be < far, depth growing from near to far");
 }
 
+// From the PHIGS depth, 0 to -1, to another one, before the division by w.
+Matrix4d depth_from_phigs(CanonicalVolume canonical) {
+  Matrix4d depth = Matrix4d::Identity();
+  if (canonical == CanonicalVolume::opengl) depth.row(2) << 0, 0, -2, -1;
+  if (canonical == CanonicalVolume::zero_to_one) depth.row(2) << 0, 0, -1, 0;
+  if (canonical == CanonicalVolume::one_to_zero) depth.row(2) << 0, 0, 1, 1;
+  return depth;
+}
+
 }  // namespace
 
 ViewVolume symmetric_frustum(double vertical_field_of_view_rad, double aspect, double near_m,
@@ -103,11 +112,11 @@ std::vector<NormalisingStep> normalising_steps(const ViewVolume& volume,
   if (std::isinf(volume.far_m)) throw Error("view volume: the steps need a finite far");
   auto steps = volume.projection == Projection::perspective ? perspective_steps(volume)
                                                             : parallel_steps(volume);
-  if (canonical == CanonicalVolume::opengl) {
-    Matrix4d depth = Matrix4d::Identity();
-    depth.row(2) << 0, 0, -2, -1;
-    steps.push_back({"depth from [0, -1] to [-1, 1]", depth});
-  }
+  constexpr std::string_view kDepthNames[] = {"depth from [0, -1] to [-1, 1]", "",
+                                              "depth from [0, -1] to [0, 1]",
+                                              "depth from [0, -1] to [1, 0]"};
+  if (canonical != CanonicalVolume::phigs)
+    steps.push_back({kDepthNames[static_cast<int>(canonical)], depth_from_phigs(canonical)});
   return steps;
 }
 
@@ -135,8 +144,7 @@ Matrix4d clip_from_eye(const ViewVolume& volume, CanonicalVolume canonical) {
     m.row(2) << 0, 0, 1 / depth, n / depth;
     m(3, 3) = 1;
   }
-  if (canonical == CanonicalVolume::opengl) m.row(2) = -2 * m.row(2) - m.row(3);
-  return m;
+  return depth_from_phigs(canonical) * m;
 }
 
 double phigs_depth(double z, double k) { return -(1 + k / z) / (1 - k); }

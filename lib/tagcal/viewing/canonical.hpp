@@ -40,8 +40,11 @@ ViewVolume symmetric_frustum(double vertical_field_of_view_rad, double aspect, d
 // counter-clockwise from (left, bottom).
 std::vector<Eigen::Vector3d> corners(const ViewVolume& volume);
 
-// OpenGL: x, y and z in [-1, 1], near at -1. PHIGS: x and y in [-1, 1], z in [0, -1], near at 0.
-enum class CanonicalVolume { opengl, phigs };
+// x and y are in [-1, 1]. OpenGL: z in [-1, 1], near at -1. PHIGS: z in [0, -1], near at 0. From
+// zero to one, as in Direct3D and Vulkan: near at 0; from one to zero ("reversed z"): near at 1, so
+// that the steps of floating-point numbers, fine near 0, make up for those of 1 / z, fine near the
+// eye.
+enum class CanonicalVolume { opengl, phigs, zero_to_one, one_to_zero };
 
 // One step of the transform from eye to clip coordinates.
 struct NormalisingStep {
@@ -51,7 +54,8 @@ struct NormalisingStep {
 
 // The steps in the order of application, for a finite far. Perspective: shear the window's centre
 // onto the axis, scale the sides to 45 degrees and far to z = -1, map the pyramid to a box.
-// Parallel: move the window's centre to the origin, scale. Then, for OpenGL, z' = -2 z - w.
+// Parallel: move the window's centre to the origin, scale. Then z' = -2 z - w for OpenGL, -z for
+// zero_to_one, z + w for one_to_zero.
 std::vector<NormalisingStep> normalising_steps(const ViewVolume& volume, CanonicalVolume canonical);
 
 // The product of the steps, scaled to w = -z for a perspective and w = 1 otherwise. For

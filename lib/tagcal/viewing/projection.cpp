@@ -32,6 +32,12 @@ Matrix4d perspective_from_origin(double d_m) {
   return matrix;
 }
 
+Matrix4d perspective_map() {
+  Matrix4d matrix = Matrix4d::Identity();
+  matrix.row(2).swap(matrix.row(3));
+  return matrix;
+}
+
 Matrix4d perspective_from_behind(double d_m) {
   if (!(d_m > 0)) throw Error("perspective: the centre must be at a distance > 0");
   Matrix4d matrix = orthographic_projection();

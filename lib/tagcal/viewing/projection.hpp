@@ -19,6 +19,9 @@ namespace tagcal {
 // (x, y, z) -> (d x / z, d y / z, d). d > 0 and finite, else Error.
 Eigen::Matrix4d perspective_from_origin(double d_m);
 
+// (x, y, z) -> (x / z, y / z, 1 / z): planes stay planes, and 1 / z keeps the order of depths.
+Eigen::Matrix4d perspective_map();
+
 // Perspective with the centre at (0, 0, -d) onto the plane z = 0:
 // (x, y, z) -> (x / (z/d + 1), y / (z/d + 1), 0). The same picture as from the origin, of a world
 // moved by d. d > 0, else Error; at d = infinity it is the orthographic projection.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tagcal/error.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
 
 namespace tagcal {
 namespace {
@@ -60,6 +61,10 @@ Eigen::Matrix4d raster_from_ndc(const Raster& raster) {
   matrix(1, 1) = (raster.y_down ? -1 : 1) * h / 2;
   matrix(0, 3) = (w - 1) / 2 + raster.offset_px.x();
   matrix(1, 3) = (h - 1) / 2 + raster.offset_px.y();
+  if (raster.num_depths > 0) {
+    matrix(2, 2) = raster.num_depths / 2.0;
+    matrix(2, 3) = (raster.num_depths - 1) / 2.0;
+  }
   return matrix;
 }
 
@@ -101,9 +106,29 @@ Camera resized(const Camera& camera, const ImageSize& size) {
 }
 
 Camera undistorted(const Camera& camera) {
-  if (std::holds_alternative<Parallel>(camera.lens)) return camera;
   const auto p = parameters(camera.lens);
+  if (std::holds_alternative<Parallel>(camera.lens))
+    return {Parallel({p[0], p[1], p[2], p[3]}), camera.image_size};
   return {pinhole(p[0], p[1], p[2], p[3]), camera.image_size};
+}
+
+CameraBehindWindow camera_behind(const WindowInWorld& window, const Eigen::Vector3d& eye,
+                                 const ImageSize& size) {
+  using Eigen::Vector3d;
+  const Vector3d across = window.lower_right - window.lower_left;
+  const Vector3d up = window.upper_left - window.lower_left;
+  const double width_m = across.norm(), height_m = up.norm();
+  if (!(std::abs(across.dot(up)) <= 1e-9 * width_m * height_m) || !(width_m * height_m > 0))
+    throw Error("window: must be a rectangle with an area");
+  Eigen::Matrix3d axes;
+  axes << across / width_m, -up / height_m, up.cross(across) / (width_m * height_m);
+  const Vector3d corner = axes.transpose() * (window.upper_left - eye);  // in the camera
+  if (!(corner.z() > 0)) throw Error("window: the eye must be before it");
+  const double per_x = size.width / width_m, per_y = size.height / height_m;  // pixels per metre
+  return {{pinhole(corner.z() * per_x, corner.z() * per_y, -corner.x() * per_x - 0.5,
+                   -corner.y() * per_y - 0.5),
+           size},
+          camera_from_world_with_axes(axes, eye)};
 }
 
 }  // namespace tagcal

@@ -20,11 +20,12 @@ struct Raster {
   ImageSize size;
   Eigen::Vector2i offset_px = Eigen::Vector2i::Zero();  // device coordinates of the first pixel
   bool y_down = true;  // false: the first row is the lowest, as in OpenGL's window
+  int num_depths = 0;  // levels of a depth buffer; 0: z is kept
 };
 
-// Maps normalised device coordinates to pixels and keeps z: [-1, 1] becomes [-1/2, n - 1/2], that
-// is u = n/2 x + (n - 1)/2. (OpenGL's own window coordinates are larger by 1/2: there the centre of
-// the first pixel is 0.5.)
+// Maps normalised device coordinates to pixels: [-1, 1] becomes [-1/2, n - 1/2], that is
+// u = n/2 x + (n - 1)/2, and z likewise to the levels of depth, if there are any. (OpenGL's own
+// window coordinates are larger by 1/2: there the centre of the first pixel is 0.5.)
 Eigen::Matrix4d raster_from_ndc(const Raster& raster);
 
 // A rectangle of whole pixels; (x, y) is its top-left pixel.
@@ -51,7 +52,26 @@ Camera binned(const Camera& camera, int columns, int rows);
 Camera resized(const Camera& camera, const ImageSize& size);
 
 // The camera without distortion, with the same fx, fy, cx, cy. A fisheye becomes the pinhole that
-// agrees with it on the axis.
+// agrees with it on the axis, an oblique projection the orthographic one.
 Camera undistorted(const Camera& camera);
+
+// A rectangle in the world, for example a display, through which an eye looks: three of its corners
+// as seen by the eye.
+struct WindowInWorld {
+  Eigen::Vector3d lower_left;
+  Eigen::Vector3d lower_right;
+  Eigen::Vector3d upper_left;
+};
+
+// The camera whose image fills the window, seen from the eye: its axis is the window's normal, its
+// frustum is off-centre unless the eye is before the middle (head tracking: Kooima, Generalized
+// Perspective Projection, 2008). Throws Error if the window is no rectangle (sides perpendicular to
+// within 1e-9 rad) or the eye is not before it.
+struct CameraBehindWindow {
+  Camera camera;
+  Pose camera_from_world;
+};
+CameraBehindWindow camera_behind(const WindowInWorld& window, const Eigen::Vector3d& eye,
+                                 const ImageSize& size);
 
 }  // namespace tagcal

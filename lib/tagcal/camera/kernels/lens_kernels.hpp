@@ -252,15 +252,20 @@ struct ParallelKernel {
   template <typename Pack, typename Number>
   static PackImage<Pack> project(const Number* p, Number, const PackPoint<Pack>& point,
                                  PackJacobian<Pack>* jacobian) {
+    const Pack x = point.x + p[kOx] * point.z, y = point.y + p[kOy] * point.z;
     if (jacobian) {
-      jacobian->set_focal_columns(point.x, point.y);
-      for (int row = 0; row < 2; ++row)
-        for (int i = 0; i < 3; ++i)
+      jacobian->set_focal_columns(x, y);
+      for (int row = 0; row < 2; ++row) {
+        for (int i = 0; i < 2; ++i) {
           jacobian->by_point[row][i] = row == i ? splat<Pack>(p[row]) : Pack{};
+          jacobian->by_parameters[row][kOx + i] = row == i ? p[row] * point.z : Pack{};
+        }
+        jacobian->by_point[row][2] = splat<Pack>(p[row] * p[kOx + row]);
+      }
     }
     // Zero times what is not finite is NaN.
     const Mask<Pack> valid = 0.0 * point.x + 0.0 * point.y + 0.0 * point.z == 0.0;
-    return {p[kFx] * point.x + p[kCx], p[kFy] * point.y + p[kCy], valid};
+    return {p[kFx] * x + p[kCx], p[kFy] * y + p[kCy], valid};
   }
 };
 

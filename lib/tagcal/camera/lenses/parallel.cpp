@@ -22,7 +22,8 @@ std::optional<Vector2d> Parallel::project(const Vector3d& x_in_camera, PointJaco
 
 std::optional<Ray> Parallel::ray_in_camera(const Vector2d& pixel) const {
   if (!pixel.allFinite()) return std::nullopt;
-  return Ray{{(pixel.x() - p_[2]) / p_[0], (pixel.y() - p_[3]) / p_[1], 0}, Vector3d::UnitZ()};
+  return Ray{{(pixel.x() - p_[2]) / p_[0], (pixel.y() - p_[3]) / p_[1], 0},
+             Vector3d(-p_[4], -p_[5], 1).normalized()};
 }
 
 }  // namespace tagcal

@@ -188,7 +188,7 @@ PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
   Pose world_from_board;
   if (is_map) {
     if (is_scene) {
-      value.allow_only({"file", "target", "first_id", "world_from_board"});
+      value.allow_only({"file", "target", "first_id", "world_from_board", "frame", "pose"});
     } else {
       value.allow_only({"file", "first_id", "world_from_board"});
     }

@@ -15,7 +15,8 @@ Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
 std::string board_yaml(const Board& board);
 
 // One of the boards of a data set or a scene: {file, first_id, world_from_board}. A scene may have
-// `target`, a target itself, instead of `file`.
+// `target`, a target itself, instead of `file`, and `frame` and `pose`, which are left to the
+// caller.
 PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
                               std::vector<std::string>* warnings);
 

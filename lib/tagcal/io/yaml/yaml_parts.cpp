@@ -151,7 +151,8 @@ Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlV
 
 std::vector<double> distortion_of(const Lens& lens, std::string_view model) {
   const std::span<const double> all = parameters(lens);
-  if (!std::holds_alternative<Perspective>(lens)) return {all.begin() + 4, all.end()};
+  if (std::holds_alternative<Parallel>(lens)) return {};
+  if (std::holds_alternative<Fisheye>(lens)) return {all.begin() + 4, all.end()};
   const bool rational = model == "opencv8" || all[9] != 0 || all[10] != 0 || all[11] != 0;
   return {all.begin() + 4, all.begin() + (rational ? 12 : 9)};
 }

@@ -39,7 +39,7 @@ struct CameraNumbers {
 Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where);
 
 // The distortion coefficients in OpenCV's order: 8 if k4, k5 or k6 is not 0 or the model is
-// opencv8, else 5; 4 for a fisheye.
+// opencv8, else 5; 4 for a fisheye; none for a parallel lens.
 std::vector<double> distortion_of(const Lens& lens, std::string_view model);
 
 }  // namespace tagcal::internal

@@ -105,6 +105,14 @@ YamlValue YamlValue::at(std::string_view key) const {
       fmt::format("{}: {}{}{}: the key is missing", *file_, path_, path_.empty() ? "" : ".", key));
 }
 
+std::vector<std::pair<std::string, YamlValue>> YamlValue::members() const {
+  if (!is_map()) fail("must be a map of keys");
+  std::vector<std::pair<std::string, YamlValue>> members;
+  for (std::size_t i = 0; i < node_->children.size(); ++i)
+    members.emplace_back(node_->children[i].first, child(i));
+  return members;
+}
+
 std::vector<std::string> YamlValue::unknown_keys(
     std::initializer_list<std::string_view> known) const {
   if (!is_map()) fail("must be a map of keys");

@@ -38,7 +38,8 @@ class YamlValue {
 
   // Maps. Each function throws if the value is no map.
   std::optional<YamlValue> find(std::string_view key) const;
-  YamlValue at(std::string_view key) const;  // throws if the key is missing
+  YamlValue at(std::string_view key) const;                        // throws if the key is missing
+  std::vector<std::pair<std::string, YamlValue>> members() const;  // all keys, in order
   // Returns a message for every other key; allow_only throws the first one.
   std::vector<std::string> unknown_keys(std::initializer_list<std::string_view> known) const;
   void allow_only(std::initializer_list<std::string_view> known) const;

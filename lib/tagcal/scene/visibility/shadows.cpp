@@ -90,8 +90,8 @@ std::vector<Polygon> with_shared_corners(const std::vector<Polygon>& parts, doub
 Shadows::Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
     : sheets_(internal::sheets(scene, camera_from_world)),
       tolerance_m_(kFlat * scene_size(sheets_)) {
-  eye_ = std::holds_alternative<Parallel>(lens) ? Eye{-Vector3d::UnitZ(), 0}
-                                                : Eye{Vector3d::Zero(), 1};
+  const auto* parallel = std::get_if<Parallel>(&lens);
+  eye_ = parallel ? Eye{-parallel->ray_in_camera({0, 0})->direction, 0} : Eye{Vector3d::Zero(), 1};
   for (const Sheet& sheet : sheets_)
     shadows_.push_back(
         {half_spaces(sheet, 2 * tolerance_m_), half_spaces(sheet, -2 * tolerance_m_)});

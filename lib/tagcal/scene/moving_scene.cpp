@@ -1,0 +1,201 @@
+#include "tagcal/scene/moving_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tagcal/error.hpp"
+#include "tagcal/scene/viewing.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector3d;
+
+Affine world_from(const Frames<Affine>& frames, const std::string& frame) {
+  return frames.a_from_b(kWorldFrame, frame);
+}
+
+Pose rigid_world_from(const Frames<Affine>& frames, const std::string& frame,
+                      std::string_view what) {
+  if (frame == kWorldFrame) return {};
+  try {
+    return rigid(world_from(frames, frame));
+  } catch (const Error&) {
+    throw Error(fmt::format(
+        "scene: {} hangs on frame '{}', which scales or shears, but must be rigid", what, frame));
+  }
+}
+
+// Relative to the first board; in views in which the first board is at the same place of the world
+// the relative pose is the same to rounding.
+constexpr double kSamePlace = 1e-9;  // radians, and of the distance from the first board
+
+bool same_place(const Pose& a, const Pose& b) {
+  return angle_between_rad(a, b) < kSamePlace &&
+         distance_between_m(a, b) <= kSamePlace * (1 + b.translation().norm());
+}
+
+// Finds the boards that stand still relative to the first one.
+class StillBoards {
+ public:
+  explicit StillBoards(const Scene& first) : first_(first), still_(first.boards.size(), true) {}
+
+  void add(const Scene& scene) {
+    const Pose world_from_first = scene.boards[0].world_from_board;
+    first_moves_ |= !same_place(world_from_first, first_.boards[0].world_from_board);
+    for (std::size_t b = 1; b < still_.size(); ++b)
+      if (!same_place(
+              world_from_first.inverse() * scene.boards[b].world_from_board,
+              first_.boards[0].world_from_board.inverse() * first_.boards[b].world_from_board))
+        still_[b] = false;
+  }
+
+  bool still(std::size_t board) const { return still_[board]; }
+
+  // From the scene's world to the world of the data set.
+  Pose dataset_from_world(const Scene& scene) const {
+    if (!first_moves_) return {};
+    return first_.boards[0].world_from_board * scene.boards[0].world_from_board.inverse();
+  }
+
+  std::vector<PlacedBoard> boards(std::vector<std::string>* warnings) const {
+    std::vector<PlacedBoard> boards;
+    for (std::size_t b = 0; b < still_.size(); ++b) {
+      if (still_[b])
+        boards.push_back(first_.boards[b]);
+      else if (warnings)
+        warnings->push_back(fmt::format(
+            "boards[{}] moves relative to the first board: it is in the pictures and in "
+            "truth.yaml, but not in dataset.yaml",
+            b));
+    }
+    return boards;
+  }
+
+  // The ids of all points on these boards.
+  std::set<CornerId> ids() const {
+    std::set<CornerId> ids;
+    for (std::size_t b = 0; b < still_.size(); ++b)
+      if (still_[b])
+        for (const TargetPoint& point : target_points(first_.boards[b].board)) ids.insert(point.id);
+    return ids;
+  }
+
+ private:
+  const Scene& first_;
+  std::vector<bool> still_;
+  bool first_moves_ = false;
+};
+
+HierarchyTruth hierarchy_truth(const Frames<Affine>& frames, const Scene& scene,
+                               const Pose& camera_from_world) {
+  HierarchyTruth truth;
+  for (const std::string& name : frames.names())
+    truth.camera_from_frame[name] = camera_from_world * world_from(frames, name);
+  for (const PlacedBoard& placed : scene.boards)
+    truth.camera_from_board.push_back(camera_from_world * placed.world_from_board);
+  return truth;
+}
+
+const FunctionPath* path_with_lens(const MovingScene& scene) {
+  const auto* path = std::get_if<FunctionPath>(&scene.settings.path);
+  return path && path->lens ? path : nullptr;
+}
+
+}  // namespace
+
+bool moves(const MovingScene& scene) {
+  return path_with_lens(scene) || std::ranges::any_of(scene.frames, &MovingFrame::moves);
+}
+
+Frames<Affine> frames_in_view(const MovingScene& scene, int view) {
+  const double t = time_of_view(view, scene.settings.num_views);
+  std::vector<Frame<Affine>> frames;
+  for (const MovingFrame& frame : scene.frames)
+    frames.push_back({frame.name, frame.parent, frame.parent_from_frame(t)});
+  return {kWorldFrame, frames};
+}
+
+Scene scene_in_view(const MovingScene& moving, int view) {
+  const Frames<Affine> frames = frames_in_view(moving, view);
+  Scene scene = moving.settings;
+  for (std::size_t b = 0; b < moving.boards.size(); ++b) {
+    const HungBoard& hung = moving.boards[b];
+    const Pose frame = rigid_world_from(frames, hung.frame, fmt::format("boards[{}]", b));
+    scene.boards.push_back({hung.board.board, hung.frame == kWorldFrame
+                                                  ? hung.board.world_from_board
+                                                  : frame * hung.board.world_from_board});
+  }
+  for (const HungOccluder& hung : moving.occluders) {
+    scene.occluders.push_back(hung.occluder);
+    if (hung.frame == kWorldFrame) continue;
+    const Affine frame = world_from(frames, hung.frame);
+    for (Vector3d& corner : scene.occluders.back().corners) corner = frame * corner;
+  }
+  if (const FunctionPath* path = path_with_lens(moving))
+    scene.camera.lens = path->lens(time_of_view(view, scene.num_views));
+  return scene;
+}
+
+Pose rigid_camera_frame(const MovingScene& scene, int view) {
+  return rigid_world_from(frames_in_view(scene, view), scene.camera_frame, "the camera");
+}
+
+std::vector<Pose> camera_poses(const MovingScene& scene, std::uint64_t seed) {
+  std::vector<Pose> poses = camera_poses(scene.settings, seed);
+  if (scene.camera_frame == kWorldFrame) return poses;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    poses[i] = poses[i] * rigid_camera_frame(scene, static_cast<int>(i)).inverse();
+  return poses;
+}
+
+Dataset exact_dataset(const MovingScene& moving, const std::vector<Pose>& camera_from_world,
+                      std::vector<std::string>* warnings) {
+  const Scene first = scene_in_view(moving, 0);
+  const int num_views = static_cast<int>(camera_from_world.size());
+  StillBoards boards(first);
+  for (int view = 1; moves(moving) && view < num_views; ++view)
+    boards.add(scene_in_view(moving, view));
+
+  Dataset dataset{first.camera.image_size, boards.boards(warnings), {}, {}};
+  Truth truth{first.camera, first.model, {}, {}, {}};
+  const std::set<CornerId> ids = boards.ids();
+  for (int view = 0; view < num_views; ++view) {
+    const Scene scene = moves(moving) ? scene_in_view(moving, view) : first;
+    const Pose& pose = camera_from_world[static_cast<std::size_t>(view)];
+    const std::string name = image_name(view);
+    View seen{name, visible_corners(scene, pose)};
+    std::erase_if(seen.observations, [&](const Observation& o) { return !ids.contains(o.id); });
+    dataset.views.push_back(std::move(seen));
+    truth.camera_from_world[name] = pose * boards.dataset_from_world(scene).inverse();
+    if (!moving.frames.empty())
+      truth.hierarchy[name] = hierarchy_truth(frames_in_view(moving, view), scene, pose);
+    if (path_with_lens(moving)) truth.lenses.emplace(name, scene.camera.lens);
+  }
+  dataset.truth = std::move(truth);
+  return dataset;
+}
+
+std::vector<Occluder> cuboid(const Vector3d& size_m, double level) {
+  if (!(size_m.minCoeff() > 0) || !size_m.allFinite())
+    throw Error("cuboid: size_m: all sizes must be > 0");
+  std::vector<Occluder> faces;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-0.5, 0.5}) {
+      Occluder face{{}, level};
+      // Counter-clockwise about the axis, so that the face looks to its side.
+      for (const auto& [u, v] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}) {
+        Vector3d corner;
+        corner[axis] = side;
+        corner[(axis + 1) % 3] = side > 0 ? u : v;
+        corner[(axis + 2) % 3] = side > 0 ? v : u;
+        face.corners.push_back(corner.cwiseProduct(size_m));
+      }
+      faces.push_back(std::move(face));
+    }
+  return faces;
+}
+
+}  // namespace tagcal
