@@ -8,6 +8,7 @@
 
 #include "study/chart/chart.hpp"
 #include "study/chart/pose_methods.hpp"
+#include "study/peers/aruco_peer.hpp"
 #include "study/tasks/calibration_tasks.hpp"
 #include "study/tasks/pose_error.hpp"
 #include "study/tasks/pose_tasks.hpp"
@@ -119,6 +120,25 @@ TEST(ChartJobs, cornersByTheFitAreNearTheBound) {
   EXPECT_GT(stock.rms_over_bound, 2);
   EXPECT_LT(stock.rms, 0.5);  // the same convention of pixels and corners
   EXPECT_LT(points.at({panel, "OpenCV cornerSubPix"}).rms, 0.5);
+
+  const std::string pictures = "pictures of 1280x800, ";
+  for (const char* board : {"36 plain tags", "36 tags of Kalibr"}) {
+    const ChartPoint detected = points.at({pictures + board, "tagcal detect, PNG to corners"});
+    EXPECT_EQ(detected.failures, 0) << board;
+    EXPECT_LT(detected.rms, 0.02) << board;
+  }
+  const std::string plain = pictures + "36 plain tags";
+  EXPECT_LT(points.at({plain, "AprilTag, PNG to corners"}).rms, 0.2);
+  const auto aruco = points.find({plain, "OpenCV aruco, PNG to corners"});
+  ASSERT_EQ(aruco != points.end(), has_aruco());
+  if (has_aruco()) {
+    EXPECT_LT(aruco->second.rms, 1);
+  }
+  // The picture has the noise that it should, where it should.
+  const ChartPoint rendered =
+      points.at({pictures + "rendering of 36 tags of Kalibr", "tagcal render, PNG included"});
+  EXPECT_EQ(rendered.failures, 0);
+  EXPECT_NEAR(rendered.rms_over_bound, 1, 0.1);  // 1152 squares: 2 % sd
 }
 
 // Each method of a job, without noise, is right: frames and conventions fit.

@@ -2,16 +2,11 @@
 // pass, with its own refine_edges) and OpenCV's aruco (its default settings, one thread), where
 // that is installed, on the same rendered pictures of a board of 36 tags, plain or Kalibr's, of
 // 1280x800 pixels and of 12 megapixels, with the board inside and partly outside of the picture;
-// and the time of reading them as PNG.
+// and the time of reading them as PNG. `tagcal chart corners` has files to corners in random views,
+// with their errors.
 //   detect_benchmark [runs, default 5 [pictures of a 6x6 board, tags 0 to 35 ..]]
 // Times are medians over the runs, wall clock and processor.
 
-#ifdef TAGCAL_HAS_ARUCO
-#include <opencv2/aruco.hpp>
-#include <opencv2/imgcodecs.hpp>
-#endif
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -19,22 +14,20 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
-#include <numbers>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "study/peers/apriltag_peer.hpp"
+#include "study/peers/aruco_peer.hpp"
+#include "study/study_threads.hpp"
+#include "study/tasks/board_view.hpp"
 #include "tagcal/detect/detector.hpp"
-#include "tagcal/detect/families.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/scene/render.hpp"
 
 namespace {
 
-using namespace tagcal::internal;
-
 using namespace tagcal;
+using namespace tagcal::study;
 
 struct Picture {
   std::string name;
@@ -65,39 +58,13 @@ Seconds timed(int runs, const std::function<void()>& work) {
   return {median(wall), median(processor)};
 }
 
-Board board_of(bool is_plain) {
-  const Board kalibr = grid_board({6, 6, 0.088, 0.3, 0});
-  return is_plain ? grid_board({6, 6, 0.088, 0.3, 0}, "tag36h11", 1, false) : kalibr;
-}
-
-int whole_tags(const Board& board, const Camera& camera, const Pose& camera_from_board) {
-  int count = 0;
-  for (const Tag& tag : board.tags) {
-    const auto corners = tag_corners(tag);
-    count += std::ranges::all_of(corners, [&](const Eigen::Vector3d& corner) {
-      const auto pixel = project(camera.lens, camera_from_board * corner);
-      return pixel && pixel->minCoeff() > 1 && pixel->x() < camera.image_size.width - 2 &&
-             pixel->y() < camera.image_size.height - 2;
-    });
-  }
-  return count;
-}
-
-// The board is tilted by half a radian, `aside` metres off the optical axis.
+// The board is `aside` metres off the optical axis.
 Picture rendered(const std::string& name, const ImageSize& size, double aside, bool is_plain) {
-  Scene scene;
-  const double f = 0.8 * size.width;
-  scene.camera = {Perspective({f, f, 0.5 * size.width - 0.5, 0.5 * size.height - 0.5, -0.2, 0.05}),
-                  size};
-  scene.boards = {{board_of(is_plain), Pose()}};
-  scene.sensor = {1, 0.8, 3};
-  const Eigen::Quaterniond facing(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
-  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.5, Eigen::Vector3d(0.5, 1, 0.2).normalized()));
-  const Eigen::Quaterniond turn = tilt * facing;
-  const Pose pose(turn, Eigen::Vector3d(aside, 0, 0.95) - turn * Eigen::Vector3d(0.33, 0.33, 0));
-  const TagFamilies families = {{"tag36h11", tag_family("tag36h11", is_plain ? 1 : 2)}};
-  return {name, is_plain, expose(render_light(scene, families, pose), scene.sensor, 5),
-          whole_tags(scene.boards[0].board, scene.camera, pose)};
+  const BoardScene board(size, is_plain);
+  const Pose pose = board_pose({0.5, 1, 0.2}, aside);
+  return {name, is_plain,
+          expose(render_light(board.scene, board.families, pose), board.scene.sensor, 5),
+          static_cast<int>(board.whole_tags(pose).size())};
 }
 
 struct Line {
@@ -106,61 +73,37 @@ struct Line {
   std::size_t tags = 0;
 };
 
+int border_bits(const Picture& picture) { return picture.is_plain ? 1 : 2; }
+
 Line apriltag_alone(const Picture& picture, int runs) {
-  const Image8& image = picture.image;
-  const FamilyHandle family = create_family("tag36h11", picture.is_plain ? 1 : 2);
-  const DetectorHandle detector(apriltag_detector_create());
-  apriltag_detector_add_family_bits(detector.get(), family.get(), 1);
-  detector->nthreads = 1;
-  detector->quad_decimate = 1;
-  detector->refine_edges = true;
-  image_u8_t view = {image.width(), image.height(), image.width(),
-                     const_cast<std::uint8_t*>(image.row(0))};
+  const AprilTagPeer detector("tag36h11", border_bits(picture));
   Line line{"AprilTag alone", {}, 0};
-  line.seconds = timed(runs, [&] {
-    const DetectionsHandle found(apriltag_detector_detect(detector.get(), &view));
-    line.tags = static_cast<std::size_t>(zarray_size(found.get()));
-  });
+  line.seconds = timed(runs, [&] { line.tags = detector.find(picture.image, true).size(); });
   return line;
 }
 
-#ifdef TAGCAL_HAS_ARUCO
 Line aruco_alone(const Picture& picture, int runs) {
-  cv::setNumThreads(1);
-  const auto codes = cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
-  const auto options = cv::aruco::DetectorParameters::create();
-  options->markerBorderBits = picture.is_plain ? 1 : 2;
-  const Image8& image = picture.image;
-  const cv::Mat view(image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0)));
+  const OneOpenCvThread one_thread;
   Line line{"OpenCV aruco", {}, 0};
-  line.seconds = timed(runs, [&] {
-    std::vector<std::vector<cv::Point2f>> corners;
-    std::vector<int> ids;
-    cv::aruco::detectMarkers(view, codes, corners, ids, options);
-    line.tags = ids.size();
-  });
+  line.seconds =
+      timed(runs, [&] { line.tags = aruco_tags(picture.image, border_bits(picture)).size(); });
   return line;
 }
-#endif
 
 // Reading of the picture as PNG.
-std::vector<Line> readings(const Image8& image, int runs) {
+Line reading(const Image8& image, int runs) {
   const auto file = std::filesystem::temp_directory_path() /
                     ("detect_benchmark_" + std::to_string(std::clock()) + ".png");
   write_png(file, image);
-  std::vector<Line> lines = {{"reading", timed(runs, [&] { read_image(file); }), 0}};
-#ifdef TAGCAL_HAS_ARUCO
-  lines.push_back({"reading, OpenCV",
-                   timed(runs, [&] { cv::imread(file.string(), cv::IMREAD_GRAYSCALE); }), 0});
-#endif
+  const Line line{"reading", timed(runs, [&] { read_image(file); }), 0};
   std::filesystem::remove(file);
-  return lines;
+  return line;
 }
 
 Line detected(const Picture& picture, int runs, const std::string& name,
               const DetectOptions& options) {
   const Image8& image = picture.image;
-  const std::vector<PlacedBoard> boards = {{board_of(picture.is_plain), Pose()}};
+  const std::vector<PlacedBoard> boards = BoardScene(image.size(), picture.is_plain).scene.boards;
   Line line{name, {}, 0};
   line.seconds = timed(runs, [&] {
     line.tags = detect(image, "", boards, options, nullptr).observations.size() / 4;
@@ -173,11 +116,8 @@ void run(const Picture& picture, int runs) {
   if (picture.expected >= 0) std::printf(", %d tags whole", picture.expected);
   std::printf("\n");
   const Line alone = apriltag_alone(picture, runs);
-  std::vector<Line> lines = readings(picture.image, runs);
-  lines.push_back(alone);
-#ifdef TAGCAL_HAS_ARUCO
-  lines.push_back(aruco_alone(picture, runs));
-#endif
+  std::vector<Line> lines = {reading(picture.image, runs), alone};
+  if (has_aruco()) lines.push_back(aruco_alone(picture, runs));
   for (const int threads : {1, 2}) {
     for (const auto& [name, refinement] : {std::pair{"corners as found", Refinement::stock},
                                            {"by edges", Refinement::edges},
@@ -197,7 +137,7 @@ void run(const Picture& picture, int runs) {
 // Eight equal pictures in one call, on one and on two threads.
 void run_many(const Image8& image, int runs) {
   const std::vector<ImageSource> images(8, {"", [&image] { return image; }});
-  const std::vector<PlacedBoard> boards = {{board_of(false), Pose()}};
+  const std::vector<PlacedBoard> boards = BoardScene(image.size(), false).scene.boards;
   for (const int threads : {1, 2}) {
     const Seconds s = timed(runs, [&] { detect_all(images, boards, {threads}); });
     std::printf("8 pictures of %dx%d, %d thread(s): wall %.3f s, processor %.3f s\n", image.width(),

@@ -1,13 +1,11 @@
 #include "study/chart/corner_methods.hpp"
 
-#include <apriltag/apriltag.h>
-
 #include <cmath>
 #include <memory>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 
-#include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "study/peers/apriltag_peer.hpp"
 #include "tagcal/detect/board_search/board_finder.hpp"
 
 namespace tagcal::study {
@@ -15,24 +13,6 @@ using namespace internal;
 namespace {
 
 using Eigen::Vector2d;
-
-// Two threads must not create AprilTag's families at once.
-std::mutex& family_lock() {
-  static std::mutex lock;
-  return lock;
-}
-
-// The covariance of the fit to the picture without noise, in proportion to the noise of a pixel and
-// its rounding.
-Eigen::Matrix<double, 8, 8> bound_of(const CornerTask& task) {
-  TagFitOptions options;
-  options.camera = &task.view.camera;
-  const TagFit exact = refine_tag(task.view.noiseless, task.pattern, task.view.corners, options);
-  if (exact.status != TagFitStatus::converged)
-    return Eigen::Matrix<double, 8, 8>::Constant(std::nan(""));
-  const double noise = std::hypot(task.spec.noise_levels, std::sqrt(1.0 / 12));
-  return exact.covariance_px2 * (noise / exact.noise_levels) * (noise / exact.noise_levels);
-}
 
 // The first tag that the finder of `tagcal detect` finds in a picture.
 std::optional<CornerAnswer> found_by(BoardFinder& finder, const Image8& image) {
@@ -64,7 +44,7 @@ CornerMethod our_method(const std::string& name, const std::string& settings, Re
     options.refinement = refinement;
     if (lens_is_known) options.camera = &search->task.view.camera;
     {
-      const std::scoped_lock lock(family_lock());
+      const std::scoped_lock lock(apriltag_family_lock());
       search->finders = board_finders(search->boards, options);
     }
     return prepare_task<std::optional<CornerAnswer>>(
@@ -73,44 +53,13 @@ CornerMethod our_method(const std::string& name, const std::string& settings, Re
   return {name, prepare, settings};
 }
 
-// AprilTag's detector for the calling thread.
-struct StockDetector {
-  FamilyHandle family;
-  DetectorHandle detector{apriltag_detector_create()};
-
-  explicit StockDetector(const TagViewSpec& spec)
-      : family(create_family(spec.family, spec.border_bits)) {
-    apriltag_detector_add_family_bits(detector.get(), family.get(), 1);
-    detector->nthreads = 1;
-    detector->quad_decimate = 1;
-  }
-
-  std::optional<CornerAnswer> find(const CornerTask& task, bool refine_edges) const {
-    detector->refine_edges = refine_edges;
-    const Image8& image = task.view.image;
-    image_u8_t view = {image.width(), image.height(), image.width(),
-                       const_cast<std::uint8_t*>(image.row(0))};
-    const DetectionsHandle all(apriltag_detector_detect(detector.get(), &view));
-    for (int i = 0; i < zarray_size(all.get()); ++i) {
-      apriltag_detection_t* found = nullptr;
-      zarray_get(all.get(), i, &found);
-      if (found->id != task.view.id) continue;
-      CornerAnswer answer;  // AprilTag's pixel centres are at 0.5
-      for (std::size_t k = 0; k < 4; ++k)
-        answer.corners[k] = {found->p[k][0] - 0.5, found->p[k][1] - 0.5};
-      return answer;
-    }
-    return std::nullopt;
-  }
-};
-
-StockDetector& detector_of_this_thread(const TagViewSpec& spec) {
-  thread_local std::unique_ptr<StockDetector> detector;
-  if (!detector) {
-    const std::scoped_lock lock(family_lock());
-    detector = std::make_unique<StockDetector>(spec);
-  }
-  return *detector;
+// By AprilTag's detector of the calling thread.
+std::optional<CornerAnswer> found_by_apriltag(const CornerTask& task, bool refine_edges) {
+  thread_local std::unique_ptr<AprilTagPeer> detector;
+  if (!detector) detector = std::make_unique<AprilTagPeer>(task.spec.family, task.spec.border_bits);
+  for (const PeerTag& tag : detector->find(task.view.image, refine_edges))
+    if (tag.id == task.view.id) return CornerAnswer{tag.corners, {}};
+  return std::nullopt;
 }
 
 Quad with_subpix(const CornerTask& task, const Quad& start) {
@@ -131,7 +80,7 @@ CornerMethod stock_method(const std::string& name, const std::string& settings, 
                           bool subpix) {
   const auto prepare = [=](const CornerTask& given) {
     return prepare_task<std::optional<CornerAnswer>>(given, [=](const CornerTask& task) {
-      auto found = detector_of_this_thread(task.spec).find(task, refine_edges);
+      auto found = found_by_apriltag(task, refine_edges);
       if (subpix && found) found->corners = with_subpix(task, found->corners);
       return found;
     });
@@ -141,6 +90,16 @@ CornerMethod stock_method(const std::string& name, const std::string& settings, 
 
 }  // namespace
 
+CornerBound corner_bound(const Image8& noiseless, const TagPattern& pattern, const Quad& corners,
+                         const Camera& camera, double noise_levels) {
+  TagFitOptions options;
+  options.camera = &camera;
+  const TagFit exact = refine_tag(noiseless, pattern, corners, options);
+  if (exact.status != TagFitStatus::converged) return CornerBound::Constant(std::nan(""));
+  const double noise = std::hypot(noise_levels, std::sqrt(1.0 / 12));
+  return exact.covariance_px2 * (noise / exact.noise_levels) * (noise / exact.noise_levels);
+}
+
 double CornerTask::bound_px() const { return std::sqrt(bound_px2.trace() / 8); }
 
 CornerTask draw_corner_task(const TagViewSpec& spec, Random& random) {
@@ -149,7 +108,8 @@ CornerTask draw_corner_task(const TagViewSpec& spec, Random& random) {
   task.board = {
       grid_board({1, 1, 1.0, 0.3, id}, spec.family, spec.border_bits, spec.corner_squares), Pose()};
   task.pattern = tag_pattern(tag_family(spec.family, spec.border_bits), id, spec.border_bits);
-  task.bound_px2 = bound_of(task);
+  task.bound_px2 = corner_bound(task.view.noiseless, task.pattern, task.view.corners,
+                                task.view.camera, spec.noise_levels);
   return task;
 }
 

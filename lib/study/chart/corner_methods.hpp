@@ -12,14 +12,20 @@
 
 namespace tagcal::study {
 
+using CornerBound = Eigen::Matrix<double, 8, 8>;
+
+// Cramer-Rao bound of (x0, y0, x1, y1, ..) for a known lens: the covariance of the fit to the
+// picture without noise, in proportion to the noise of a pixel and its rounding. NaN if the fit
+// does not converge.
+CornerBound corner_bound(const Image8& noiseless, const TagPattern& pattern,
+                         const internal::Quad& corners, const Camera& camera, double noise_levels);
+
 struct CornerTask {
   TagViewSpec spec;
   TagView view;
   PlacedBoard board;  // the tag alone
   TagPattern pattern;
-  // Cramer-Rao bound of (x0, y0, x1, y1, ..) for a known lens; NaN if the fit to the picture
-  // without noise does not converge.
-  Eigen::Matrix<double, 8, 8> bound_px2;
+  CornerBound bound_px2;
 
   double bound_px() const;  // RMS of a coordinate
 };

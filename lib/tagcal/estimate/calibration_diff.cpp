@@ -28,7 +28,7 @@ std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
   for (int i = 0; i < 50; ++i) {
     std::erase_if(view.correspondences,
                   [&](const Correspondence& c) { return !in_domain(lens, pose * c.point); });
-    constexpr std::size_t kFewest = 6;  // two a degree of freedom
+    constexpr std::size_t kFewest = 6;  // two a degree of freedom of a rotation
     if (view.correspondences.size() < kFewest) return std::nullopt;
     const auto r = reprojection(view, lens, {}, pose);
     if (!r) return std::nullopt;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"

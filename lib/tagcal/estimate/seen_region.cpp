@@ -98,7 +98,7 @@ std::vector<Vector2d> SeenRegion::samples() const {
   std::vector<Vector2d> inside;
   for (const Vector2d& p : ImageGrid{size_, 33, 21}.pixels())
     if (contains(p)) inside.push_back(p);
-  constexpr std::size_t kEnough = 12;
+  constexpr std::size_t kEnough = 12;  // a grid with fewer nodes in the region is too coarse
   if (inside.size() >= kEnough || hull_.empty()) return inside;
   // A small region: its centre, and points between that and the corners of the hull.
   Vector2d middle = Vector2d::Zero();

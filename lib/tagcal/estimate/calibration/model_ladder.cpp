@@ -266,7 +266,7 @@ ModelLadder fit_ladder(const LensFits& fits, bool may_estimate, const CalibrateO
     ladder.candidates.push_back({fits.fisheye->bundle, fits.fisheye->summary, &*fits.fisheye});
   for (const CalibrationFit& fit : fits.perspectives) fit_from(ladder, fit.bundle, fit, options);
   score_all(ladder, options);
-  if (fits.perspectives.size() > 0 && is_fisheye_best(ladder))
+  if (!fits.perspectives.empty() && is_fisheye_best(ladder))
     fit_from(ladder, with_model(fits.fisheye->bundle, fits.fisheye->bundle.model->sibling("f")),
              *fits.fisheye, options);
   test_candidates(ladder, options);

@@ -51,10 +51,6 @@ struct Evidence {
   Eigen::MatrixXd model_covariance;  // of the free parameters, without the other supported models
   double seconds = 0;                // that it took, wall clock
 
-  // The solver stopped at no minimum, or the residuals are not independent.
-  bool may_be_secondary_minimum() const {
-    return (observability.status == Status::ok && !at_minimum) || inflation() > 1;
-  }
   // A larger lens explains more of the residuals than chance, and more than a bent board.
   bool is_model_small() const;
   // The residuals show a bend, and the model is not too small.

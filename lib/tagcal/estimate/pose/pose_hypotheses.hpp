@@ -9,8 +9,7 @@ namespace tagcal::internal {
 
 // Returns the poses of a fit in the target's frame, with covariances and probabilities by
 // likelihood. Poses with singular information are dropped. The covariance is widened
-// (widened_covariance). `covariance` becomes that of (omega, tau, log f) of the first
-// pose.
+// (widened_covariance). `covariance` becomes that of (omega, tau, log f) of the first pose.
 template <int N>
 std::vector<PoseHypothesis> hypotheses_of(
     const PoseProblem& problem, const Lens& lens, const PoseMinima<N>& fit,
