@@ -34,5 +34,61 @@ TEST_F(Cli, BitsThatNoPictureHasAreBadInput) {
   EXPECT_FALSE(fs::exists(root() / "twelve"));
 }
 
+TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
+  const Outcome rendered =
+      run("render " + path("scene.yaml") + " --out " + path("depths") + " --depth --views 2");
+  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  EXPECT_EQ(rendered.err.find("--depth-unit-m"), std::string::npos) << rendered.err;
+  EXPECT_EQ(slurp(root() / "depths/images/000.png"), slurp(root() / "set/images/000.png"));
+  EXPECT_NE(slurp(root() / "depths/dataset.yaml").find("depth: {folder: \"depth\", unit_m: 0.001}"),
+            std::string::npos);
+  const std::string picture = slurp(root() / "depths/depth/001.png");
+  ASSERT_GT(picture.size(), 25u);
+  EXPECT_EQ(picture[24], 16);
+  EXPECT_EQ(run("detect " + path("depths")).exit_code, 0);
+
+  // 65535 units of 1 um end before the board.
+  const Outcome fine = run("render " + path("scene.yaml") + " --out " + path("fine") +
+                           " --depth --depth-unit-m 1e-6 --views 1");
+  ASSERT_EQ(fine.exit_code, 0) << fine.err;
+  EXPECT_NE(fine.err.find("pixels is not between 1e-06 and 0.065535 m"), std::string::npos)
+      << fine.err;
+  expect_bad_input("render " + path("scene.yaml") + " --out " + path("no") + " --depth-unit-m 1",
+                   {"--depth-unit-m: belongs to --depth"});
+  expect_bad_input(
+      "render " + path("scene.yaml") + " --out " + path("no") + " --depth --depth-unit-m 0",
+      {"--depth-unit-m"});
+}
+
+// A lamp close to the board and a dark border: all tags are found, and the camera is right.
+TEST_F(Cli, UnevenLightDoesNotHarmACalibration) {
+  spill(root() / "lamp.yaml",
+        replaced(kScene, "noise_levels: 2", "noise_levels: 2, vignetting: [-0.4, -0.3]") +
+            "light: {ambient: 0.1, point: {position_m: [0, 0.05, 0.25], strength: 0.07}}\n");
+  const Outcome rendered = run("render " + path("lamp.yaml") + " --out " + path("lamp"));
+  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  EXPECT_NE(slurp(root() / "lamp/images/000.png"), slurp(root() / "set/images/000.png"));
+  const Outcome calibrated =
+      run("calibrate " + path("lamp") + " --model radial1 --out " + path("lamp_camera.yaml"));
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const Outcome valid = run("validate " + path("lamp") + " --camera " + path("lamp_camera.yaml"));
+  EXPECT_EQ(valid.exit_code, 0) << valid.out << valid.err;
+}
+
+TEST_F(Cli, ALightThatCannotBeIsBadInput) {
+  const std::string scene = kScene;
+  const auto refused = [&](const std::string& text, const std::string& message) {
+    spill(root() / "dark.yaml", text);
+    expect_bad_input("render " + path("dark.yaml") + " --out " + path("dark"), {message});
+    EXPECT_FALSE(fs::exists(root() / "dark"));
+  };
+  refused(scene + "light: {point: {position_m: [0, 0, 1], strength: 1}, frame: pole}\n",
+          "dark.yaml: light.frame: ");
+  refused(scene + "light: {directional: {direction: [0, 0, 0], strength: 1}}\n",
+          "dark.yaml: light.directional.direction: must not be zero");
+  refused(replaced(scene, "noise_levels: 2", "vignetting: [-2]"),
+          "dark.yaml: sensor: vignetting: must not be negative");
+}
+
 }  // namespace
 }  // namespace tagcal::tools

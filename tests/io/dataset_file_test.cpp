@@ -341,6 +341,34 @@ TEST_F(DatasetFile, WrittenDatasetsReadBack) {
   EXPECT_EQ(back.dataset.boards[1].board.tags.back().id, 15);
 }
 
+TEST_F(DatasetFile, DepthsStandBesideTheImages) {
+  Dataset dataset;
+  dataset.image_size = {64, 48};
+  dataset.boards = {{grid_board({2, 2, 0.1, 0.25, 0}), {}}};
+  const fs::path out = folder_ / "deep";
+  write_dataset(out, dataset, "../images", "", DepthFolder{"depth", 0.0001});
+  fs::create_directory(out / "depth");
+  write_png(out / "depth/000.png", Image16({64, 48}));
+  DatasetFolder back = read_dataset(out);
+  EXPECT_EQ(back.depths, std::vector<fs::path>{out / "depth/000.png"});
+  EXPECT_EQ(back.depth_unit_m, 0.0001);
+  write_png(out / "depth/000.png", Image16({64, 47}));
+  EXPECT_NE(error_of([&] { read_dataset(out); }).find("000.png: is 64x47 pixels, but image_size"),
+            std::string::npos);
+  const std::string text = read_text(out / "dataset.yaml");
+  const auto error_with = [&](const std::string& depth) {
+    std::ofstream(out / "dataset.yaml")
+        << replaced(text, "{folder: \"depth\", unit_m: 0.0001}", depth);
+    return error_of([&] { read_dataset(out); });
+  };
+  EXPECT_NE(error_with("{folder: depth, unit_m: 0}").find("depth.unit_m: must be > 0, got 0"),
+            std::string::npos);
+  EXPECT_NE(error_with("{folder: nowhere, unit_m: 1}").find("depth.folder: must be a folder"),
+            std::string::npos);
+  EXPECT_NE(error_with("{folder: depth}").find("depth.unit_m: the key is missing"),
+            std::string::npos);
+}
+
 RC_GTEST_FIXTURE_PROP(DatasetFile, MangledCsvEndsInAnErrorOrValidViews, (std::uint64_t seed)) {
   Random random(seed);
   for (int i = 0; i < 4; ++i) {

@@ -223,6 +223,75 @@ TEST_F(SceneFile, BadScenes) {
   }
 }
 
+TEST_F(SceneFile, ReadsLightVignettingAndFocus) {
+  const auto with = [](const std::string& sensor, const std::string& light) {
+    return replaced(kScene, "gamma: 0.45}\n", "gamma: 0.45" + sensor + "}\n" + light);
+  };
+  Scene scene = read(kScene);
+  EXPECT_FALSE(scene.light || scene.sensor.focus || scene.sensor.vignetting.cos4);
+  EXPECT_TRUE(scene.sensor.vignetting.polynomial.empty());
+  scene = read(with(", vignetting: cos4, focus: {distance_m: 0.9, f_number: 2, focal_mm: 35}",
+                    "light: {ambient: 0.2, point: {position_m: [1, 2, 3], strength: 4}}\n"));
+  EXPECT_TRUE(scene.sensor.vignetting.cos4);
+  EXPECT_EQ(scene.sensor.focus->distance_m, 0.9);
+  EXPECT_DOUBLE_EQ(scene.sensor.focus->aperture_m, 0.0175);
+  EXPECT_EQ(scene.light->ambient, 0.2);
+  EXPECT_EQ(std::get<PointLamp>(scene.light->lamp).position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(std::get<PointLamp>(scene.light->lamp).strength, 4);
+  EXPECT_FALSE(scene.light->on_camera);
+  scene =
+      read(with(", vignetting: [-0.3, 0.1]",
+                "light: {on_camera: true, directional: {direction: [0, 0, 1], strength: 2}}\n"));
+  EXPECT_EQ(scene.sensor.vignetting.polynomial, (std::vector<double>{-0.3, 0.1}));
+  EXPECT_EQ(std::get<DirectionalLamp>(scene.light->lamp).direction, Eigen::Vector3d::UnitZ());
+  EXPECT_TRUE(scene.light->on_camera);
+  EXPECT_EQ(scene.light->ambient, 0);
+  scene = read(with("",
+                    "frames: [{name: pole, pose: {translation_m: [0, 0, 2]}}]\n"
+                    "light: {frame: pole, point: {position_m: [1, 0, 0], strength: 1}}\n"));
+  EXPECT_EQ(std::get<PointLamp>(scene.light->lamp).position, Eigen::Vector3d(1, 0, 2));
+
+  struct Bad {
+    std::string sensor, light, message;
+  };
+  const std::string point = "point: {position_m: [0, 0, 1], strength: 1}";
+  const std::string focus = "f_number: 2, focal_mm: 35}";
+  const Bad table[] = {
+      {"", "light: {directional: {direction: [0, 0, 0], strength: 1}}",
+       "scene.yaml: light.directional.direction: must not be zero"},
+      {"", "light: {directional: {direction: [0, 0, 1], strength: -1}}",
+       "scene.yaml: light.directional.strength: must be >= 0, got -1"},
+      {"", "light: {directional: {direction: [0, 0, 1]}}",
+       "scene.yaml: light.directional.strength: the key is missing"},
+      {"", "light: {point: {position_m: [0, 0, 1], strength: -2}}",
+       "scene.yaml: light.point.strength: must be >= 0, got -2"},
+      {"", "light: {ambient: -0.1}", "scene.yaml: light.ambient: must be >= 0, got -0.1"},
+      {"", "light: {" + point + ", directional: {direction: [0, 0, 1], strength: 1}}",
+       "scene.yaml: light.point: does not go with directional"},
+      {"", "light: {" + point + ", frame: nowhere}", "scene.yaml: light.frame: "},
+      {"", "light: {" + point + ", frame: world, on_camera: true}",
+       "scene.yaml: light.frame: does not go with on_camera"},
+      {"", "light: {lamp: 1}", "scene.yaml: light.lamp: unknown key"},
+      {", vignetting: [-1.2]", "",
+       "scene.yaml: sensor: vignetting: must not be negative in the image, got -0.1"},
+      {", vignetting: cos3", "", "scene.yaml: sensor.vignetting: must be cos4 or a list"},
+      {", focus: {distance_m: 0, " + focus, "",
+       "scene.yaml: sensor.focus.distance_m: must be above the focal length, 0.035 m, got 0"},
+      {", focus: {distance_m: 1, f_number: 0, focal_mm: 35}", "",
+       "scene.yaml: sensor.focus.f_number: must be > 0, got 0"},
+      {", focus: {distance_m: 1, f_number: 2}", "",
+       "scene.yaml: sensor.focus.focal_mm: the key is missing"}};
+  for (const Bad& bad : table) {
+    const std::string message = error(with(bad.sensor, bad.light + "\n"));
+    EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  const std::string fisheye =
+      replaced(with(", focus: {distance_m: 1, " + focus, ""), "model: opencv5", "model: fisheye4");
+  EXPECT_EQ(error(fisheye),
+            "scene.yaml: sensor: focus: needs a perspective lens, not a fisheye or parallel one");
+}
+
 TEST_F(SceneFile, TheDeskShowsItsBoardAllOverTheImage) {
   const Scene scene = read_scene(fs::path(TAGCAL_SOURCE_DIR) / "data-synthetic/scenes/desk.yaml");
   EXPECT_EQ(scene.num_views, 24);
@@ -264,7 +333,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 11U);
+  ASSERT_EQ(examples.size(), 12U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -29,6 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kImages = "images";
+constexpr const char* kDepths = "depth";
 
 struct Arguments {
   std::string scene;
@@ -36,6 +39,8 @@ struct Arguments {
   int views = 0;  // 0: the scene's
   int seed = 0;
   int threads = 0;
+  bool depth = false;
+  double depth_unit_m = 0;  // 0: a millimetre
 };
 
 MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
@@ -62,7 +67,33 @@ TagFamilies families_of(const MovingScene& scene) {
   return families;
 }
 
+std::optional<DepthFolder> depth_folder(const Arguments& arguments) {
+  if (!arguments.depth && arguments.depth_unit_m > 0)
+    throw Error("--depth-unit-m: belongs to --depth");
+  if (!arguments.depth) return std::nullopt;
+  DepthFolder depth{kDepths};
+  if (arguments.depth_unit_m > 0) depth.unit_m = arguments.depth_unit_m;
+  return depth;
+}
+
+// Writes the depths of a view, and returns the number of pixels whose depth is beyond the range.
+std::size_t write_depth(const fs::path& file, const Scene& scene, const Pose& camera_from_world,
+                        double unit_m) {
+  std::size_t num_beyond = 0;
+  write_png(file, depth_levels(render_depth(scene, camera_from_world), unit_m, &num_beyond));
+  return num_beyond;
+}
+
+void warn_of_depths(std::size_t num_beyond, double unit_m, std::vector<std::string>& warnings) {
+  if (num_beyond == 0) return;
+  warnings.push_back(
+      fmt::format("the depth of {} pixels is not between {:g} and {:g} m and is written as 0: take "
+                  "another --depth-unit-m",
+                  num_beyond, unit_m, 65535 * unit_m));
+}
+
 int run(const Arguments& arguments) {
+  const std::optional<DepthFolder> depth = depth_folder(arguments);
   std::vector<std::string> warnings;
   const MovingScene scene = scene_to_render(arguments, &warnings);
   const TagFamilies families = families_of(scene);
@@ -70,13 +101,16 @@ int run(const Arguments& arguments) {
   const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
   const Dataset dataset = exact_dataset(scene, poses, &warnings);
   fs::create_directory(folder.path() / kImages);
+  if (depth) fs::create_directory(folder.path() / kDepths);
+  std::atomic<std::size_t> num_beyond = 0;
   {
     Progress progress("rendering", static_cast<int>(poses.size()));
     parallel_for(
         poses.size(), arguments.threads,
         [&](std::size_t i) {  // a seed per view: the result does not depend on the order
           const std::uint64_t seed = Random(arguments.seed, i).next();
-          const fs::path file = folder.path() / kImages / image_name(static_cast<int>(i));
+          const std::string name = image_name(static_cast<int>(i));
+          const fs::path file = folder.path() / kImages / name;
           // The light's memory is free again when the picture is written.
           const Scene in_view = scene_in_view(scene, static_cast<int>(i));
           const auto picture = [&](auto expose_light) {
@@ -86,12 +120,16 @@ int run(const Arguments& arguments) {
             write_png(file, picture(expose16));
           else
             write_png(file, picture(expose));
+          if (depth)
+            num_beyond +=
+                write_depth(folder.path() / kDepths / name, in_view, poses[i], depth->unit_m);
         },
         [&](int done, int) { progress.update(done); });
   }
-  write_dataset(folder.path(), dataset, kImages, "");
+  write_dataset(folder.path(), dataset, kImages, "", depth);
   write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
   folder.publish();
+  if (depth) warn_of_depths(num_beyond, depth->unit_m, warnings);
   print_warnings(warnings);
   print_to_stderr("{}: {} images, {} exact corners\n", arguments.out, poses.size(),
                   num_corners(dataset.views));
@@ -111,6 +149,10 @@ Command add_render(CLI::App& app) {
       .required();
   add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");
   add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");
+  add_flag(*command, "--depth", arguments->depth,
+           "also write depth/: z in the camera as 16-bit pictures, millimetres, 0 for nothing");
+  add_positive(*command, "--depth-unit-m", arguments->depth_unit_m,
+               "unit of --depth in metres (0.001)");
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal render data-synthetic/scenes/desk.yaml --out desk --seed 7");

@@ -107,7 +107,7 @@ DatasetFolder read_dataset(const fs::path& folder) {
     throw Error(folder.string() + ": must be the folder of a data set, with dataset.yaml in it");
   }
   const YamlValue top = YamlValue::read(folder / "dataset.yaml");
-  top.allow_only({"image_size", "target", "observations", "images", "truth"});
+  top.allow_only({"image_size", "target", "observations", "images", "depth", "truth"});
   DatasetFolder read;
   Dataset& dataset = read.dataset;
   dataset.image_size = read_image_size_value(top.at("image_size"));
@@ -123,6 +123,12 @@ DatasetFolder read_dataset(const fs::path& folder) {
     read.images = list_images(folder / images->text(), *images);
     check_sizes(read.images, dataset.image_size);
   }
+  if (const auto depth = top.find("depth")) {
+    depth->allow_only({"folder", "unit_m"});
+    read.depth_unit_m = depth->at("unit_m").positive();
+    read.depths = list_images(folder / depth->at("folder").text(), depth->at("folder"));
+    check_sizes(read.depths, dataset.image_size);
+  }
   if (const auto truth = top.find("truth")) {
     dataset.truth = read_truth_of(folder / truth->text(), dataset.image_size);
   }
@@ -130,7 +136,7 @@ DatasetFolder read_dataset(const fs::path& folder) {
 }
 
 void write_dataset(const fs::path& folder, const Dataset& dataset, const std::string& images,
-                   const std::string& observations) {
+                   const std::string& observations, const std::optional<DepthFolder>& depth) {
   assert(!dataset.boards.empty() && !(images.empty() && observations.empty()));
   std::error_code error;
   fs::create_directories(folder, error);
@@ -139,6 +145,9 @@ void write_dataset(const fs::path& folder, const Dataset& dataset, const std::st
       fmt::format("image_size: [{}, {}]\n", dataset.image_size.width, dataset.image_size.height) +
       write_boards(folder, dataset.boards);
   if (!images.empty()) text += "images: " + text_yaml(images) + "\n";
+  if (depth)
+    text +=
+        fmt::format("depth: {{folder: {}, unit_m: {}}}\n", text_yaml(depth->folder), depth->unit_m);
   if (!observations.empty()) text += "observations: " + text_yaml(observations) + "\n";
   if (dataset.truth) {
     write_truth(folder / "truth.yaml", *dataset.truth);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ struct DatasetFolder {
   Dataset dataset;                            // without views if there are only images
   std::filesystem::path observations;         // the file with the views; empty: none
   std::vector<std::filesystem::path> images;  // of `images: FOLDER`, sorted by name
+  std::vector<std::filesystem::path> depths;  // of `depth`, sorted by name
+  double depth_unit_m = 0;                    // of their values; 0: no depths
   std::vector<std::string> warnings;
 };
 
@@ -34,7 +37,12 @@ void write_truth(const std::filesystem::path& file, const Truth& truth);
 
 // Writes the files of `tagcal render` beside the images: dataset.yaml, target files, truth.yaml.
 // `dataset.views` are not written; `images` and `observations` are the keys' values, "" for none.
+struct DepthFolder {
+  std::string folder;  // of 16-bit pictures of z in the camera, with the names of the images
+  double unit_m = 0.001;
+};
 void write_dataset(const std::filesystem::path& folder, const Dataset& dataset,
-                   const std::string& images, const std::string& observations);
+                   const std::string& images, const std::string& observations,
+                   const std::optional<DepthFolder>& depth = {});
 
 }  // namespace tagcal

@@ -9,6 +9,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/scene/scene_camera.hpp"
 #include "tagcal/io/scene/scene_frames.hpp"
+#include "tagcal/io/scene/scene_light.hpp"
 #include "tagcal/io/scene/scene_path.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/yaml/yaml_boards.hpp"
@@ -64,23 +65,6 @@ PathJitter read_jitter(const YamlValue& value) {
   const auto roll = value.find("roll_deg");
   if (roll) jitter.roll_rad = radians(roll->number_in(0, 180));
   return jitter;
-}
-
-Sensor read_sensor(const YamlValue& value) {
-  value.allow_only({"exposure", "blur_px", "noise_levels", "bits", "gamma"});
-  Sensor sensor;
-  const auto exposure = value.find("exposure");
-  if (exposure) sensor.exposure = exposure->positive();
-  const auto blur = value.find("blur_px");
-  if (blur) sensor.blur_px = blur->number_in(0, 100);
-  sensor.noise_levels = not_negative_or(value.find("noise_levels"), sensor.noise_levels);
-  if (const auto bits = value.find("bits")) {
-    const double count = bits->number();
-    if (count != 8 && count != 16) bits->fail("must be 8 or 16");
-    sensor.bits = static_cast<int>(count);
-  }
-  if (const auto gamma = value.find("gamma")) sensor.gamma = gamma->positive();
-  return sensor;
 }
 
 double read_ink_spread(const YamlValue& value, double paper_margin_m) {
@@ -159,7 +143,7 @@ void read_camera_and_path(const YamlValue& top, MovingScene& moving) {
 }
 
 void read_levels(const YamlValue& top, Scene& scene) {
-  if (const auto sensor = top.find("sensor")) scene.sensor = read_sensor(*sensor);
+  if (const auto sensor = top.find("sensor")) scene.sensor = read_sensor(*sensor, scene.camera);
   scene.background_level = level_or(top.find("background_level"), scene.background_level);
   scene.paper_level = level_or(top.find("paper_level"), scene.paper_level);
   scene.ink_level = level_or(top.find("ink_level"), scene.ink_level);
@@ -184,7 +168,7 @@ MovingScene read_moving_scene(const std::filesystem::path& file,
                               std::vector<std::string>* warnings) {
   const YamlValue top = YamlValue::read(file);
   top.allow_only({"camera", "frames", "motion", "boards", "occluders", "cuboids", "path", "jitter",
-                  "views", "sensor", "background_level", "paper_level", "ink_level", "ink_spread_m",
+                  "views", "sensor", "light", "background_level", "paper_level", "ink_level", "ink_spread_m",
                   "paper_margin_m"});
   MovingScene scene;
   scene.frames = read_frames(top);
@@ -192,6 +176,10 @@ MovingScene read_moving_scene(const std::filesystem::path& file,
   read_surfaces(top, scene);
   read_camera_and_path(top, scene);
   read_levels(top, scene.settings);
+  if (const auto light = top.find("light")) {
+    scene.settings.light = read_light(*light);
+    scene.light_frame = read_frame_of(*light, scene.frames);
+  }
   check_first_view(top, scene);
   return scene;
 }

@@ -99,6 +99,13 @@ HierarchyTruth hierarchy_truth(const Frames<Affine>& frames, const Scene& scene,
   return truth;
 }
 
+void hang(const Affine& world_from_frame, Light& light) {
+  if (auto* sun = std::get_if<DirectionalLamp>(&light.lamp))
+    sun->direction = world_from_frame.linear() * sun->direction;
+  if (auto* point = std::get_if<PointLamp>(&light.lamp))
+    point->position = world_from_frame * point->position;
+}
+
 const FunctionPath* path_with_lens(const MovingScene& scene) {
   const auto* path = std::get_if<FunctionPath>(&scene.settings.path);
   return path && path->lens ? path : nullptr;
@@ -134,6 +141,8 @@ Scene scene_in_view(const MovingScene& moving, int view) {
     const Affine frame = world_from(frames, hung.frame);
     for (Vector3d& corner : scene.occluders.back().corners) corner = frame * corner;
   }
+  if (scene.light && moving.light_frame != kWorldFrame)
+    hang(world_from(frames, moving.light_frame), *scene.light);
   if (const FunctionPath* path = path_with_lens(moving))
     scene.camera.lens = path->lens(time_of_view(view, scene.num_views));
   return scene;

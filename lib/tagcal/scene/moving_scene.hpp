@@ -41,6 +41,7 @@ struct MovingScene {
   std::vector<HungBoard> boards;
   std::vector<HungOccluder> occluders;
   std::string camera_frame = kWorldFrame;  // of the camera's path; rigid relative to the world
+  std::string light_frame = kWorldFrame;   // of the lamp in the settings
 };
 
 // Returns true if boards, occluders or the lens differ from view to view.

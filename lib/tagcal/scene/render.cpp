@@ -3,166 +3,41 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "tagcal/error.hpp"
-#include "tagcal/scene/raster/blur.hpp"
-#include "tagcal/scene/raster/coverage.hpp"
+#include "tagcal/scene/light/shading.hpp"
+#include "tagcal/scene/raster/depth.hpp"
+#include "tagcal/scene/raster/depth_of_field.hpp"
 #include "tagcal/scene/raster/noise.hpp"
-#include "tagcal/scene/raster/tracer.hpp"
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/raster/painter.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
-
-using Eigen::Vector3d;
-using Polygon = std::vector<Vector3d>;
-
-constexpr int kBandRows = 16;  // of the raster, painted at once: they fit the processor's cache
-
-// What the eye sees of a surface: paper, and ink on the paper.
-struct Layer {
-  Outlines paper;
-  Outlines ink;
-  float paper_level = 0;
-  float ink_level = 0;
-};
-
-const TagFamily& family_of(const Board& board, const TagFamilies& families) {
-  const auto family = families.find(board.family);
-  if (family == families.end()) throw Error("render: family " + board.family + " is not known");
-  return family->second;
-}
-
-Polygon moved(const Pose& target_from_source, std::span<const Vector3d> corners) {
-  Polygon result;
-  for (const Vector3d& corner : corners) result.push_back(target_from_source * corner);
-  return result;
-}
-
-// Makes the layers of one view, in the camera frame.
-struct Painter {
-  const Scene& scene;
-  const TagFamilies& families;
-  const Pose& camera_from_world;
-  Tracer tracer;
-  Shadows shadows{scene, scene.camera.lens, camera_from_world};
-
-  Layer layer_of(std::size_t index) const {
-    const Sheet& sheet = shadows.sheets()[index];
-    Layer layer;
-    const std::vector<Polygon> parts = seen_parts(sheet.corners, index);
-    for (const Polygon& part : parts) tracer.trace(part, layer.paper);
-    if (!sheet.panel) {
-      layer.paper_level = static_cast<float>(scene.occluders[sheet.occluder].level);
-      return layer;
-    }
-    layer.paper_level = static_cast<float>(scene.paper_level);
-    layer.ink_level = static_cast<float>(scene.ink_level);
-    const bool whole = parts.size() == 1 && parts[0] == sheet.corners;
-    if (shadows.faces(index)) print(index, whole, layer.ink);
-    return layer;
-  }
-
-  std::vector<Polygon> seen_parts(const Polygon& polygon, std::size_t index) const {
-    std::vector<Polygon> seen;
-    for (const Polygon& part : tracer.in_domain(polygon))
-      for (Polygon& visible : shadows.visible_parts(part, index))
-        seen.push_back(std::move(visible));
-    return seen;
-  }
-
-  // All cells are seen if the whole sheet is.
-  void print(std::size_t index, bool whole, Outlines& ink) const {
-    const Sheet& sheet = shadows.sheets()[index];
-    const PlacedBoard& placed = scene.boards[sheet.board];
-    const Pose camera_from_board = camera_from_world * placed.world_from_board;
-    for (const Rectangle& cell : ink_cells(placed.board, *sheet.panel,
-                                           family_of(placed.board, families), scene.ink_spread_m)) {
-      const Polygon corners = moved(camera_from_board, cell);
-      if (whole)
-        tracer.trace(corners, ink);
-      else
-        for (const Polygon& part : seen_parts(corners, index)) tracer.trace(part, ink);
-    }
-  }
-};
-
-// Adds up layers, which cover no point twice, one band of the raster after the other.
-class Canvas {
- public:
-  Canvas(const std::vector<Layer>& layers, float background, const ImageSize& size)
-      : background_(background), size_(size) {
-    for (const Layer& layer : layers)
-      layers_.push_back({by_band(layer.paper), by_band(layer.ink), layer.paper_level - background,
-                         layer.ink_level - layer.paper_level});
-  }
-
-  // Calls use(row, levels, passed) for every row of the raster, from the top; the level changes
-  // only in blocks of cells in `passed`.
-  template <typename Use>
-  void paint(Use&& use) const {
-    ImageF light({size_.width, kBandRows});
-    CoverageBand coverage(size_.width, kBandRows);
-    for (int band = 0; band * kBandRows < size_.height; ++band) {
-      coverage.move_to(band * kBandRows);
-      std::fill_n(light.row(0), light.pixels().size(), background_);
-      for (const BandedLayer& layer : layers_) add(layer, band, coverage, light);
-      const int rows = std::min(kBandRows, size_.height - band * kBandRows);
-      for (int r = 0; r < rows; ++r) use(band * kBandRows + r, light.row(r), coverage.passed(r));
-    }
-  }
-
- private:
-  // The edges in each band.
-  using Bands = std::vector<std::vector<Outlines::Edge>>;
-
-  struct BandedLayer {
-    Bands paper;
-    Bands ink;
-    float paper_step;  // paper level minus background
-    float ink_step;    // ink level minus paper level
-  };
-
-  Bands by_band(const Outlines& outlines) const {
-    const int count = (size_.height + kBandRows - 1) / kBandRows;
-    Bands bands(static_cast<std::size_t>(count));
-    const auto band_at = [&](double y) {
-      return static_cast<int>(std::clamp(y / kBandRows, 0.0, count - 1.0));
-    };
-    for (const Outlines::Edge& edge : outlines.edges()) {
-      const auto [top, bottom] = std::minmax(edge.from.y(), edge.to.y());
-      if (bottom <= 0 || top >= size_.height) continue;
-      for (int band = band_at(top); band <= band_at(bottom); ++band)
-        bands[static_cast<std::size_t>(band)].push_back(edge);
-    }
-    return bands;
-  }
-
-  static void add(const BandedLayer& layer, int band, CoverageBand& coverage, ImageF& light) {
-    const auto add_areas = [&](const Bands& bands, float level) {
-      coverage.accumulate(bands[static_cast<std::size_t>(band)]);
-      coverage.drain([&](int r, int first, int last, float share) {
-        float* levels = light.row(r);
-        const float step = share * level;
-        for (int c = first; c < last; ++c) levels[c] += step;
-      });
-    };
-    add_areas(layer.paper, layer.paper_step);
-    add_areas(layer.ink, layer.ink_step);
-  }
-
-  float background_;
-  ImageSize size_;
-  std::vector<BandedLayer> layers_;
-};
 
 // Number of raster cells per pixel: 1 without blur, because areas are exact; with blur the Gaussian
 // must be wide compared with the cells.
 int raster_scale(double blur_px) {
   if (blur_px <= 0) return 1;
   return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
+}
+
+ImageF render_sharp(const Scene& scene, const TagFamilies& families,
+                    const Pose& camera_from_world) {
+  const Camera& camera = scene.camera;
+  const int scale = raster_scale(scene.sensor.blur_px);
+  const Painter painter(scene, families, camera_from_world, scale);
+  std::vector<Layer> layers;
+  for (std::size_t i = 0; i < painter.shadows().sheets().size(); ++i)
+    layers.push_back(painter.layer_of(i));
+  const Canvas canvas(layers, static_cast<float>(scene.background_level),
+                      {camera.lens, {0, 0}, camera.image_size, scale});
+  return canvas.sampled(scene.sensor.blur_px, static_cast<float>(scene.sensor.exposure));
+}
+
+void check_focus(const Camera& camera, const Sensor& sensor) {
+  if (sensor.focus && !std::holds_alternative<Perspective>(camera.lens))
+    throw Error("focus: needs a perspective lens, not a fisheye or parallel one");
 }
 
 double encoded(float light, double gamma) {
@@ -193,29 +68,36 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
   if (scene.ink_spread_m > scene.paper_margin_m)
     throw Error("scene: ink_spread_m: must not be above paper_margin_m, got " +
                 std::to_string(scene.ink_spread_m));
-  const ImageSize& size = scene.camera.image_size;
-  const double blur = scene.sensor.blur_px;
-  const int scale = raster_scale(blur);
-  const Painter painter{scene, families, camera_from_world, {scene.camera.lens, scale * 1.0}};
-  std::vector<Layer> layers;
-  for (std::size_t i = 0; i < painter.shadows.sheets().size(); ++i)
-    layers.push_back(painter.layer_of(i));
-
-  const Canvas canvas(layers, static_cast<float>(scene.background_level),
-                      {size.width * scale, size.height * scale});
-  const auto exposure = static_cast<float>(scene.sensor.exposure);
-  ImageF light(size);
-  if (blur <= 0) {
-    canvas.paint([&](int y, const float* levels, auto) {
-      std::transform(levels, levels + size.width, light.row(y),
-                     [exposure](float level) { return exposure * level; });
-    });
-    return light;
-  }
-  Blur filter(blur, scale, exposure, light);
-  canvas.paint([&](int, const float* levels, auto passed) { filter.add_row(levels, passed); });
-  filter.finish();
+  check_focus(scene.camera, scene.sensor);
+  ImageF light = scene.sensor.focus ? render_in_focus(scene, families, camera_from_world)
+                                    : render_sharp(scene, families, camera_from_world);
+  vignette(scene.camera, scene.sensor.vignetting, light);
   return light;
+}
+
+void check_sensor(const Camera& camera, const Sensor& sensor) {
+  check_focus(camera, sensor);
+  check_vignetting(camera, sensor.vignetting);
+}
+
+ImageF render_depth(const Scene& scene, const Pose& camera_from_world) {
+  const Shadows shadows(scene, scene.camera.lens, camera_from_world);
+  return depth_of_sheets(shadows, shadows.all(), scene.camera);
+}
+
+Image16 depth_levels(const ImageF& depth, double unit_m, std::size_t* num_beyond) {
+  constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
+  Image16 levels(depth.size());
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      if (std::isnan(depth(x, y))) continue;
+      const double units = std::round(static_cast<double>(depth(x, y)) / unit_m);
+      if (units >= 1 && units <= kMost)
+        levels(x, y) = static_cast<std::uint16_t>(units);
+      else if (num_beyond)
+        ++*num_beyond;
+    }
+  return levels;
 }
 
 Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -73,6 +74,21 @@ struct PathJitter {
   double roll_rad = 0;    // about the optical axis
 };
 
+// Loss of light towards the border of the image, as a factor of the light at a pixel.
+struct Vignetting {
+  bool cos4 = false;  // cosine^4 of the angle between the pixel's ray and the optical axis
+  // 1 + a1 r^2 + a2 r^4 + ..., r is the distance from the image's centre in half diagonals.
+  std::vector<double> polynomial;
+};
+
+// A thin lens that images points at the distance (along the optical axis) sharply. The others
+// become discs of diameter aperture * focal length in pixels * |1 / z - 1 / distance|; each is
+// drawn as the Gaussian of the same variance, whose standard deviation is a quarter of that.
+struct Focus {
+  double distance_m = 1;
+  double aperture_m = 0;  // diameter: focal length / f-number
+};
+
 // Conversion of light to grey levels: value = white * (exposure * level)^gamma, plus Gaussian
 // noise, clipped.
 struct Sensor {
@@ -81,6 +97,30 @@ struct Sensor {
   double noise_levels = 0;  // standard deviation, in levels of an 8-bit picture (white is 255)
   int bits = 8;             // of the pictures' values: 8, or 16 (white is 65535)
   double gamma = 1;         // > 0; below 1 (0.45 in most consumer pictures) brightens dark parts
+  Vignetting vignetting;
+  std::optional<Focus> focus;  // of a perspective lens
+};
+
+// A lamp with parallel rays: it adds strength * cosine, the cosine of the angle between its light
+// and the normal of the sheet.
+struct DirectionalLamp {
+  Eigen::Vector3d direction = -Eigen::Vector3d::UnitZ();  // in which its light travels; any length
+  double strength = 1;
+};
+
+// A lamp at a point: it adds strength * cosine / r^2, r in metres. A sheet that faces it at 1 m
+// gets `strength`.
+struct PointLamp {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  double strength = 1;
+};
+
+// The light on sheets: the level of a sheet is multiplied by `ambient` and what the lamp adds to
+// the side that the camera sees (Lambert). The background keeps its level. Sheets cast no shadows.
+struct Light {
+  double ambient = 0;
+  std::variant<std::monostate, DirectionalLamp, PointLamp> lamp;
+  bool on_camera = false;  // the lamp is given in the camera frame, not in the world
 };
 
 struct Scene {
@@ -99,6 +139,7 @@ struct Scene {
   // negative if it has shrunk. The observed corners are those without the spread.
   double ink_spread_m = 0;
   double paper_margin_m = 0.02;  // white paper around the tags
+  std::optional<Light> light;    // without it, sheets have their own levels
 };
 
 // The poses of all views, camera_from_world. Equal seeds give equal poses. Throws Error if there

@@ -27,6 +27,11 @@ class Outlines {
 
   const std::vector<Edge>& edges() const { return edges_; }
 
+  // Takes every point x to scale * x + offset.
+  void transform(double scale, const Eigen::Vector2d& offset) {
+    for (Edge& edge : edges_) edge = {scale * edge.from + offset, scale * edge.to + offset};
+  }
+
  private:
   std::vector<Edge> edges_;
 };

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <numeric>
 
 namespace tagcal::internal {
 namespace {
@@ -89,7 +89,9 @@ std::vector<Polygon> with_shared_corners(const std::vector<Polygon>& parts, doub
 // is moved towards the eye, and that of a sheet below it away: by twice the tolerance of the cuts.
 Shadows::Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
     : sheets_(internal::sheets(scene, camera_from_world)),
+      all_(sheets_.size()),
       tolerance_m_(kFlat * scene_size(sheets_)) {
+  std::iota(all_.begin(), all_.end(), std::size_t{0});
   const auto* parallel = std::get_if<Parallel>(&lens);
   eye_ = parallel ? Eye{-parallel->ray_in_camera({0, 0})->direction, 0} : Eye{Vector3d::Zero(), 1};
   for (const Sheet& sheet : sheets_)
@@ -142,10 +144,11 @@ std::optional<std::size_t> Shadows::seen_instead(const Vector3d& x, std::size_t 
   return front;
 }
 
-std::vector<Polygon> Shadows::visible_parts(Polygon polygon, std::size_t own) const {
+std::vector<Polygon> Shadows::visible_parts(Polygon polygon, std::size_t own,
+                                            std::span<const std::size_t> hidden_by) const {
   if (shadows_[own][0].empty()) return {};
   std::vector<Polygon> parts = {std::move(polygon)};
-  for (std::size_t i = 0; i < shadows_.size(); ++i) {
+  for (const std::size_t i : hidden_by) {
     std::vector<Polygon> rest;
     for (Polygon& part : parts) subtract(std::move(part), shadow(i, own), tolerance_m_, rest);
     parts = std::move(rest);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "tagcal/scene/visibility/sheets.hpp"
@@ -39,10 +40,18 @@ class Shadows {
   // No value if nothing hides x.
   std::optional<std::size_t> seen_instead(const Eigen::Vector3d& x, std::size_t own = kNone) const;
 
-  // The parts of a convex polygon on the sheet `own` that the eye sees, disjoint and convex. A
-  // corner of one part on an edge of another is a corner of both: a tracer that follows shared
-  // edges from corner to corner gives them the same image.
-  std::vector<Polygon> visible_parts(Polygon polygon, std::size_t own) const;
+  // The parts of a convex polygon on the sheet `own` that the eye sees, disjoint and convex; in the
+  // second form, if there were only the sheets `hidden_by` besides. A corner of one part on an edge
+  // of another is a corner of both: a tracer that follows shared edges from corner to corner gives
+  // them the same image.
+  std::vector<Polygon> visible_parts(Polygon polygon, std::size_t own) const {
+    return visible_parts(std::move(polygon), own, all_);
+  }
+  std::vector<Polygon> visible_parts(Polygon polygon, std::size_t own,
+                                     std::span<const std::size_t> hidden_by) const;
+
+  // The indices of all sheets.
+  const std::vector<std::size_t>& all() const { return all_; }
 
   // The half-spaces of the shadow of `sheet` on points of the sheet `own`; none if it has no
   // shadow.
@@ -63,6 +72,7 @@ class Shadows {
   std::vector<HalfSpace> half_spaces(const Sheet& sheet, double lift_m) const;
 
   std::vector<Sheet> sheets_;
+  std::vector<std::size_t> all_;
   Eye eye_;
   double tolerance_m_ = 0;
   // Of each sheet, on those that would lie on it and on those that would lie below it in a common

@@ -1,0 +1,88 @@
+#include "tagcal/io/scene/scene_light.hpp"
+
+#include <fmt/format.h>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/scene/render.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr std::size_t kMostCoefficients = 10;
+
+DirectionalLamp read_directional(const YamlValue& value) {
+  value.allow_only({"direction", "strength"});
+  const YamlValue direction = value.at("direction");
+  const DirectionalLamp lamp{read_vector(direction), value.at("strength").not_negative()};
+  if (lamp.direction.isZero(0)) direction.fail_plainly("must not be zero");
+  return lamp;
+}
+
+PointLamp read_point(const YamlValue& value) {
+  value.allow_only({"position_m", "strength"});
+  return {read_vector(value.at("position_m")), value.at("strength").not_negative()};
+}
+
+Vignetting read_vignetting(const YamlValue& value) {
+  Vignetting vignetting;
+  if (value.is_list())
+    vignetting.polynomial = value.numbers(1, kMostCoefficients);
+  else if (value.is_scalar() && value.text() == "cos4")
+    vignetting.cos4 = true;
+  else
+    value.fail_plainly("must be cos4 or a list of coefficients");
+  return vignetting;
+}
+
+Focus read_focus(const YamlValue& value) {
+  value.allow_only({"distance_m", "f_number", "focal_mm"});
+  const double focal_m = value.at("focal_mm").positive() / 1000;
+  const YamlValue distance = value.at("distance_m");
+  if (!(distance.number() > focal_m))
+    distance.fail(fmt::format("must be above the focal length, {} m", focal_m));
+  return {distance.number(), focal_m / value.at("f_number").positive()};
+}
+
+void read_bits(const YamlValue& value, Sensor& sensor) {
+  const double count = value.number();
+  if (count != 8 && count != 16) value.fail("must be 8 or 16");
+  sensor.bits = static_cast<int>(count);
+}
+
+}  // namespace
+
+Light read_light(const YamlValue& value) {
+  value.allow_only({"ambient", "directional", "point", "frame", "on_camera"});
+  Light light;
+  light.ambient = not_negative_or(value.find("ambient"), 0);
+  const auto directional = value.find("directional"), point = value.find("point");
+  if (directional && point) point->fail_plainly("does not go with directional: one lamp at most");
+  if (directional) light.lamp = read_directional(*directional);
+  if (point) light.lamp = read_point(*point);
+  if (const auto on_camera = value.find("on_camera")) light.on_camera = on_camera->truth();
+  const auto frame = value.find("frame");
+  if (light.on_camera && frame) frame->fail_plainly("does not go with on_camera");
+  return light;
+}
+
+Sensor read_sensor(const YamlValue& value, const Camera& camera) {
+  value.allow_only({"exposure", "blur_px", "noise_levels", "bits", "gamma", "vignetting", "focus"});
+  Sensor sensor;
+  if (const auto exposure = value.find("exposure")) sensor.exposure = exposure->positive();
+  if (const auto blur = value.find("blur_px")) sensor.blur_px = blur->number_in(0, 100);
+  sensor.noise_levels = not_negative_or(value.find("noise_levels"), sensor.noise_levels);
+  if (const auto bits = value.find("bits")) read_bits(*bits, sensor);
+  if (const auto gamma = value.find("gamma")) sensor.gamma = gamma->positive();
+  if (const auto vignetting = value.find("vignetting"))
+    sensor.vignetting = read_vignetting(*vignetting);
+  if (const auto focus = value.find("focus")) sensor.focus = read_focus(*focus);
+  try {
+    check_sensor(camera, sensor);
+  } catch (const Error& error) {
+    value.fail_plainly(error.what());
+  }
+  return sensor;
+}
+
+}  // namespace tagcal::internal
