@@ -13,6 +13,15 @@ function(run what)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
+# The page shows this text.
+function(check_shown page text)
+  file(READ ${source}/${page} shown)
+  string(FIND "${shown}" "${text}" place)
+  if(place EQUAL -1)
+    message(FATAL_ERROR "${page} does not show:\n${text}")
+  endif()
+endfunction()
+
 # check_program(NAME PAGE EXPECTED ARGUMENT...): the program prints what EXPECTED matches, and PAGE
 # shows its text, but for the comment in its first line. match_1 to match_3 are the groups of EXPECTED.
 function(check_program name page expected)
@@ -23,13 +32,10 @@ function(check_program name page expected)
   foreach(group RANGE 1 3)
     set(match_${group} "${CMAKE_MATCH_${group}}" PARENT_SCOPE)
   endforeach()
-  file(READ ${source}/${page} text)
+  set(output "${output}" PARENT_SCOPE)
   file(READ ${CONSUMER}/${name}.cpp program)
   string(REGEX REPLACE "^//[^\n]*\n" "" program "${program}")
-  string(FIND "${text}" "${program}" place)
-  if(place EQUAL -1)
-    message(FATAL_ERROR "${page} does not show the program of tests/consumer/${name}.cpp")
-  endif()
+  check_shown(${page} "${program}")
 endfunction()
 
 set(prefix ${SCRATCH}/prefix)
@@ -74,6 +80,10 @@ check_program(viewing docs/library.md "lens (336[0-9. ]+)\nmatrices (336[0-9. ]+
 if(NOT match_1 STREQUAL match_2)
   message(FATAL_ERROR "viewing: lens and matrices must agree: ${match_1}, ${match_2}")
 endif()
+foreach(part IN ITEMS chain frames windows depth clip)
+  check_program(viewing_${part} docs/viewing.md ".")
+  check_shown(docs/viewing.md "```\n${output}```\n")
+endforeach()
 check_program(examine docs/library.md
               "seen 8[0-9.]+ %.*sd at 1 m 0\\.00.*off the truth by 0\\.00.*show the board.*OpenCV agrees"
               ${golden})

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tagcal/error.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal {
@@ -159,6 +160,18 @@ TEST(MatrixStack, KeepsTheInverseBesideTheMatrixAndGoesBackByPop) {
   stack.pop();
   EXPECT_EQ(stack.matrix().matrix(), before);
   EXPECT_EQ(stack.inverse().matrix(), inverse_before);
+}
+
+// The eight calls that place an aircraft in a lecture's OpenGL program turn phi the other way.
+TEST(MatrixStack, PlacesAnAircraftByEightCalls) {
+  const double phi = 0.4, theta = 0.7, yaw = 0.3, pitch = -0.2, roll = 0.5;
+  MatrixStack stack;
+  for (const Pose& call : {rotation_about_z(-phi), rotation_about_y(theta), translation({0, 0, 2}),
+                           rotation_about_y(-theta), rotation_about_z(phi), rotation_about_z(yaw),
+                           rotation_about_x(pitch), rotation_about_y(roll)})
+    stack.multiply(call);
+  const Pose placed = world_from_aircraft({{2, theta, -phi}, yaw, pitch, roll});
+  EXPECT_LT((stack.matrix().matrix() - placed.matrix()).norm(), 4e-15);
 }
 
 TEST(MatrixStack, PopOfAnEmptyOneAndASingularMatrixAreErrors) {

@@ -164,6 +164,15 @@ TEST(Affine, OfRowVectorsIsTheTransposeInTheOtherOrder) {
   EXPECT_EQ((x * m_a * m_b).transpose(), ours);
 }
 
+// T R keeps the translation in the last column, R T has it turned: its products with R's rows.
+TEST(Affine, ATranslationAfterARotationIsKeptAndBeforeItIsTurned) {
+  const Pose r = rotation_about_z(std::atan2(3, 4)), t = translation({5, 10, 15});
+  EXPECT_EQ((t * r).translation(), Vector3d(5, 10, 15));
+  EXPECT_LT(((r * t).translation() - Vector3d(-2, 11, 15)).norm(), 1e-14);
+  for (const Pose& both : {t * r, r * t})
+    EXPECT_LT((both.rotation_matrix() - r.rotation_matrix()).norm(), 1e-15);
+}
+
 TEST(Affine, ShearMovesOneCoordinateByAnother) {
   EXPECT_EQ(shearing(Axis::x, Axis::z, 0.5) * Vector3d(1, 2, 4), Vector3d(3, 2, 4));
   EXPECT_EQ(shearing(Axis::z, Axis::y, -2) * Vector3d(1, 2, 4), Vector3d(1, 2, 0));

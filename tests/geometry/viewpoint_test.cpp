@@ -72,6 +72,20 @@ TEST(LookingAt, ParallelUpNoViewAndNoNumbersAreErrors) {
   EXPECT_THROW(look_at(kBad, 1), Error);
 }
 
+// A world with y down: moved to the eye, turned about y and then about x so that the view is along
+// z, and about z if the camera is rolled.
+TEST(LookingAt, IsAMoveAndTwoTurnsAndAThirdIfRolled) {
+  const Vector3d eye(1, -2, 3);
+  const Pose turned = rotation_about_x(0.4) * rotation_about_y(-1.1) * translation(-eye);
+  const Vector3d target = turned.inverse() * Vector3d(0, 0, 2);
+  const Pose upright = camera_from_world_looking_at(eye, target, {0, -1, 0});
+  EXPECT_LT((upright.matrix() - turned.matrix()).norm(), 4e-15);
+  const Pose rolled = rotation_about_z(0.3) * turned;
+  const Vector3d up = rolled.inverse().rotation() * Vector3d(0, -1, 0);
+  const Pose looking = camera_from_world_looking_at(eye, target, up);
+  EXPECT_LT((looking.matrix() - rolled.matrix()).norm(), 4e-15);
+}
+
 TEST(CameraAxes, GiveThePoseAndThePoseGivesThem) {
   Random random(2);
   for (int i = 0; i < 200; ++i) {

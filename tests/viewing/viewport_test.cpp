@@ -6,6 +6,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
+#include "tagcal/viewing/projection.hpp"
 
 namespace tagcal {
 namespace {
@@ -25,6 +26,26 @@ TEST(Viewport, TakesAWindowToIt) {
   EXPECT_TRUE((m * Vector3d(2, 1, 1)).isApprox(Vector3d(0.5, 30, 1), 1e-15));
   EXPECT_TRUE((m * Vector3d(0, 0, 1)).isApprox(Vector3d(0.25, 20, 1), 1e-15));
   EXPECT_THROW(viewport_from_window({0, 1, 0, 1}, {1, 1, 0, 1}), Error);
+}
+
+TEST(Viewport, OfTheUnitSquareScalesByHalfTheSize) {
+  const Eigen::Matrix3d m = viewport_from_window({0, 1200, 0, 800}, {-1, 1, -1, 1});
+  Eigen::Matrix3d expected;
+  expected << 600, 0, 600, 0, 400, 400, 0, 0, 1;
+  EXPECT_TRUE(m.isApprox(expected, 1e-15)) << m;
+}
+
+// A film at any distance shows the same picture: the viewport scales its window.
+TEST(Viewport, ItDoesNotMatterWhereTheFilmIs) {
+  const Camera camera{pinhole(480, 480, 319.5, 239.5), {640, 480}};
+  const Vector3d x(0.25, -0.15, 1.2);
+  for (const double d : {0.1, 1.0, 7.0}) {
+    const Window film{-320 * d / 480, 320 * d / 480, -240 * d / 480, 240 * d / 480};
+    const Eigen::Vector3d on_film = *divided(perspective_from_origin(d) * x.homogeneous());
+    const Eigen::Vector3d pixel = viewport_from_window({-0.5, 639.5, -0.5, 479.5}, film) *
+                                  Vector3d(on_film.x(), on_film.y(), 1);
+    EXPECT_LT((pixel.head<2>() - *project(camera.lens, x)).norm(), 1e-12);
+  }
 }
 
 TEST(Raster, IsHalfTheSizeTimesNdcAndItsCentre) {
