@@ -57,6 +57,7 @@ TEST(Selection, TheModelThatMadeTheData) {
     for (int seed = 1; seed <= 3; ++seed) {
       const Calibration c = calibrate(make_world(lens, seed, wide ? near() : few_views()));
       EXPECT_EQ(c.status, Status::ok) << model;
+      EXPECT_GT(c.seconds.start, 0);
       ASSERT_EQ(c.steps.size(), 9u);
       // A rational lens with a pole in the image is not taken, whatever the corners ask for: then
       // it counts in what is claimed.

@@ -39,9 +39,10 @@ double relative_focal_sigma(const Bundle& bundle, const Eigen::MatrixXd& covaria
 void judge_focal_length(Observability& result, const Bundle& bundle);
 
 // Continues a bundle whose solver ran out of iterations, in rounds of `max_iterations`, until the
-// solver converges, or until a round lowers the cost by less than policy::kStationaryDecrease of
-// the noise's part of it: along correlated coefficients the cost has a long flat valley in which no
-// corner moves. `converged` is true then, too. Stops at once if the parameters are unobservable.
+// solver converges, or until a round lowers the cost by less than policy::kStationaryDecrease times
+// the noise's variance for each parameter: along correlated coefficients the cost has a long flat
+// valley in which no corner moves. `converged` is true then, too. Stops at once if the parameters
+// are unobservable.
 void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations);
 
 // True if the solver stopped at no minimum: a point would leave the domain of the lens, and a

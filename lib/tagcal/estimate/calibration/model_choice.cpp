@@ -226,6 +226,12 @@ std::optional<LensFits> fit_lenses(const CalibrationInput& input, const Calibrat
   return fits;
 }
 
+double start_seconds(const LensFits& fits) {
+  double sum = fits.fisheye ? fits.fisheye->start_seconds : 0;
+  for (const CalibrationFit& fit : fits.perspectives) sum += fit.start_seconds;
+  return sum;
+}
+
 void add_supported_models(ModelChoice& choice, const ModelLadder& ladder, const Candidate& chosen,
                           const CalibrateOptions& options) {
   const ResidualBias bias = residual_bias(chosen.bundle, least_sigma(ladder.whitened, options));
@@ -275,7 +281,9 @@ std::optional<ModelChoice> choose_on_all_views(const CalibrationInput& input,
                                                const CalibrateOptions& options) {
   const std::optional<LensFits> fits = fit_lenses(input, options);
   if (!fits) return std::nullopt;
-  return choose(fit_ladder(*fits, false, options), input, options);
+  ModelChoice choice = choose(fit_ladder(*fits, false, options), input, options);
+  choice.fit.start_seconds = start_seconds(*fits);
+  return choice;
 }
 
 // The best candidate of the other kind of lens, if `best` is not better by strong evidence.
@@ -311,6 +319,7 @@ std::optional<ModelChoice> choose_from_few_views(const CalibrationInput& input,
   ModelChoice choice = choose(
       fit_contenders(few, *best, *fit, rival_fit ? &*rival_fit : nullptr, options), input, options);
   if (choice.status != Status::ok) return std::nullopt;
+  choice.fit.start_seconds = start_seconds(*fits) + fit->start_seconds;
   return choice;
 }
 
