@@ -1,4 +1,6 @@
 // tagcal render with 16 bits a pixel, from outside.
+#include <array>
+
 #include "cli_fixture.hpp"
 #include "tagcal/io/image_file.hpp"
 
@@ -36,10 +38,10 @@ TEST_F(Cli, BitsThatNoPictureHasAreBadInput) {
 
 TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
   const Outcome rendered =
-      run("render " + path("scene.yaml") + " --out " + path("depths") + " --depth --views 2");
+      run("render " + path("scene.yaml") + " --out " + path("depths") + " --depth");
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
   EXPECT_EQ(rendered.err.find("--depth-unit-m"), std::string::npos) << rendered.err;
-  EXPECT_EQ(slurp(root() / "depths/images/000.png"), slurp(root() / "set/images/000.png"));
+  EXPECT_TRUE(slurp(root() / "depths/images/000.png") == slurp(root() / "set/images/000.png"));
   EXPECT_NE(slurp(root() / "depths/dataset.yaml").find("depth: {folder: \"depth\", unit_m: 0.001}"),
             std::string::npos);
   const std::string picture = slurp(root() / "depths/depth/001.png");
@@ -60,19 +62,49 @@ TEST_F(Cli, DepthsAreWrittenBesideThePictures) {
       {"--depth-unit-m"});
 }
 
-// A lamp close to the board and a dark border: all tags are found, and the camera is right.
-TEST_F(Cli, UnevenLightDoesNotHarmACalibration) {
-  spill(root() / "lamp.yaml",
-        replaced(kScene, "noise_levels: 2", "noise_levels: 2, vignetting: [-0.4, -0.3]") +
-            "light: {ambient: 0.1, point: {position_m: [0, 0.05, 0.25], strength: 0.07}}\n");
-  const Outcome rendered = run("render " + path("lamp.yaml") + " --out " + path("lamp"));
-  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
-  EXPECT_NE(slurp(root() / "lamp/images/000.png"), slurp(root() / "set/images/000.png"));
-  const Outcome calibrated =
-      run("calibrate " + path("lamp") + " --model radial1 --out " + path("lamp_camera.yaml"));
-  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
-  const Outcome valid = run("validate " + path("lamp") + " --camera " + path("lamp_camera.yaml"));
-  EXPECT_EQ(valid.exit_code, 0) << valid.out << valid.err;
+std::map<std::string, std::array<double, 2>> corners_of(const std::string& csv) {
+  std::map<std::string, std::array<double, 2>> corners;
+  std::istringstream lines(csv);
+  std::string line, x, y;
+  std::getline(lines, line);  // the header
+  while (std::getline(lines, line)) {
+    std::istringstream fields(line);
+    std::string image, tag, corner;
+    for (std::string* field : {&image, &tag, &corner, &x, &y}) std::getline(fields, *field, ',');
+    corners[image + "," + tag + "," + corner] = {std::stod(x), std::stod(y)};
+  }
+  return corners;
+}
+
+// Vignetting, and a lamp before the board: as many corners are found as in even light. The fit of a
+// tag assumes that the light changes linearly over it and that black does not change: what is left
+// is systematic, 0.01 px with vignetting and 0.04 px with the lamp (RMS per coordinate; 0.007 px in
+// even light).
+TEST_F(Cli, CornersAreFoundInUnevenLight) {
+  const auto even = corners_of(run("detect " + path("set")).out);
+  const std::string vignetted =
+      replaced(kScene, "noise_levels: 2", "noise_levels: 2, vignetting: [-0.4, -0.3]");
+  const std::string lamp =
+      "light: {ambient: 0.15, point: {position_m: [0.05, 0.1, 0.25], "
+      "strength: 0.06}}\n";
+  for (const auto& [scene, most_px] : {std::pair(vignetted, 0.02), {vignetted + lamp, 0.06}}) {
+    spill(root() / "uneven.yaml", scene);
+    fs::remove_all(root() / "uneven");
+    const Outcome rendered = run("render " + path("uneven.yaml") + " --out " + path("uneven"));
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+    const auto exact = corners_of(slurp(root() / "uneven/observations_exact.csv"));
+    const auto found = corners_of(run("detect " + path("uneven")).out);
+    EXPECT_GE(found.size(), even.size());
+    double squares = 0;
+    for (const auto& [id, pixel] : found) {
+      ASSERT_TRUE(exact.contains(id)) << id;
+      squares += std::pow(pixel[0] - exact.at(id)[0], 2) + std::pow(pixel[1] - exact.at(id)[1], 2);
+    }
+    const double rms_px = std::sqrt(squares / (2.0 * static_cast<double>(found.size())));
+    std::printf("%zu corners, rms %.4f px\n", found.size(), rms_px);
+    EXPECT_LT(rms_px, most_px);
+    EXPECT_EQ(run("calibrate " + path("uneven") + " --model radial1").exit_code, 0);
+  }
 }
 
 TEST_F(Cli, ALightThatCannotBeIsBadInput) {

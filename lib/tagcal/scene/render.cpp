@@ -15,13 +15,6 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// Number of raster cells per pixel: 1 without blur, because areas are exact; with blur the Gaussian
-// must be wide compared with the cells.
-int raster_scale(double blur_px) {
-  if (blur_px <= 0) return 1;
-  return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
-}
-
 ImageF render_sharp(const Scene& scene, const TagFamilies& families,
                     const Pose& camera_from_world) {
   const Camera& camera = scene.camera;

@@ -1,6 +1,7 @@
 #include "tagcal/scene/raster/canvas.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/scene/raster/blur.hpp"
 
@@ -10,6 +11,11 @@ namespace {
 constexpr int kBandRows = 16;  // of the raster, painted at once: they fit the processor's cache
 
 }  // namespace
+
+int raster_scale(double blur_px) {
+  if (blur_px <= 0) return 1;
+  return std::clamp(static_cast<int>(std::ceil(1 / blur_px)), 4, 16);
+}
 
 Canvas::Canvas(const std::vector<Layer>& layers, float background, const Raster& raster)
     : background_(background), raster_(raster), size_(raster.cells()) {

@@ -28,6 +28,10 @@ struct Raster {
   ImageSize cells() const { return {size.width * scale, size.height * scale}; }
 };
 
+// Number of raster cells per pixel: 1 without blur, because areas are exact; with blur the Gaussian
+// must be wide compared with the cells (edges are right to 2e-3 of their contrast).
+int raster_scale(double blur_px);
+
 // Adds up layers, which cover no point twice, one band of the raster after the other. The shading
 // by a point lamp is that at the centre of each pixel, for all of its cells: within a pixel only
 // the area is exact.

@@ -17,8 +17,8 @@ using Eigen::Vector2i;
 using Eigen::Vector3d;
 
 // A pixel takes its blur from two levels whose variances differ by at most this, in px^2 or as a
-// share: the mean variance is right, and an edge is off by 0.3 % of its contrast at most.
-constexpr double kStepPx2 = 0.05;
+// share: the mean variance is right, and an edge is off by 1 % of its contrast at most.
+constexpr double kStepPx2 = 0.01;
 constexpr double kStepShare = 0.5;
 constexpr double kMostBlurPx = 100;  // what is blurred more is blurred by this
 constexpr double kSharpPx = 0.02;    // what is blurred less is not: 1/200 of a pixel's own variance
@@ -195,9 +195,7 @@ class Compositor {
     if (wanted.isEmpty() || painted.isEmpty()) return;
     const PixelBox box = grown(wanted, reach).intersection(grown(painted, reach));
     if (box.isEmpty()) return;
-    // Cells no wider than the Gaussian's standard deviation: its samples alias by less than 1e-8.
-    const int scale =
-        blur_px > 0 ? static_cast<int>(std::clamp(std::ceil(1 / blur_px), 1.0, 16.0)) : 1;
+    const int scale = raster_scale(blur_px);
     const Vector2i extent = box.sizes() + Vector2i(1, 1);
     const Raster raster{scene_.camera.lens, box.min(), {extent.x(), extent.y()}, scale};
     const Vector2d offset = -scale * raster.first_pixel.cast<double>();
@@ -226,7 +224,7 @@ class Compositor {
 
 }  // namespace
 
-ImageF render_in_focus(const Scene& scene, const TagFamilies& families,
+ImageF render_in_focus(const Scene& scene, const FamiliesByName& families,
                        const Pose& camera_from_world) {
   const Painter painter(scene, families, camera_from_world, 1);
   Compositor compositor(scene);
