@@ -10,22 +10,23 @@
 #include "commands/commands.hpp"
 #include "input/arguments.hpp"
 #include "input/input.hpp"
+#include "input/view_input.hpp"
+#include "report/messages.hpp"
 #include "report/view_report.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/scene_file.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 struct Arguments {
-  std::string scene;
+  ViewChoice choice;
   std::string at;
-  int view = 0;
-  int seed = 0;
   double near_m = 0;  // 0: encloses the scene
   double far_m = 0;
   bool json = false;
   bool svg = false;
+  bool steps = false;
+  bool opengl = false;
 };
 
 // Parses "1,2.5,-3" or "3:0"; empty if a part is no number.
@@ -43,14 +44,17 @@ std::vector<double> numbers(const std::string& text, char separator) {
   return result;
 }
 
-NamedPoint first_corner(const Scene& scene) {
+// The first corner; one metre in front of a camera without a scene.
+NamedPoint first_point(const Scene& scene, const Pose& camera_from_world) {
   const auto points = points_in_world(scene.boards);
-  if (points.empty()) return {"world origin", {}, Eigen::Vector3d::Zero(), {}};
+  if (points.empty())
+    return {"1 m ahead", {}, camera_from_world.inverse() * Eigen::Vector3d::UnitZ(), {}};
   return named_corner(scene, points.begin()->first).value();
 }
 
-NamedPoint point_to_follow(const std::string& at, const Scene& scene) {
-  if (at.empty()) return first_corner(scene);
+NamedPoint point_to_follow(const std::string& at, const Scene& scene,
+                           const Pose& camera_from_world) {
+  if (at.empty()) return first_point(scene, camera_from_world);
   if (const auto x = numbers(at, ','); x.size() == 3)
     return {fmt::format("({}) in the world", at), {}, {x[0], x[1], x[2]}, {}};
   const auto id = numbers(at, ':');
@@ -66,6 +70,7 @@ NamedPoint point_to_follow(const std::string& at, const Scene& scene) {
 
 ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, const Pose& pose) {
   NearFar planes = enclosing_planes(scene, pose);
+  if (scene.boards.empty()) planes = {0.5, 2};  // m; about the point 1 m ahead
   if (arguments.near_m > 0) planes.near_m = arguments.near_m;
   if (arguments.far_m > 0) planes.far_m = arguments.far_m;
   if (!(planes.near_m < planes.far_m))
@@ -74,24 +79,27 @@ ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, cons
   return viewing_pipeline(scene.camera, pose, planes.near_m, planes.far_m);
 }
 
+std::string answer(const Arguments& arguments, const ViewReport& report) {
+  if (arguments.json) return view_json(report);
+  if (arguments.svg) return view_svg(report);
+  return arguments.opengl ? view_opengl(report) : view_text(report, arguments.steps);
+}
+
 int run(const Arguments& arguments) {
-  std::vector<std::string> warnings;
-  const MovingScene moving = read_moving_scene(arguments.scene, &warnings);
-  const int num_views = moving.settings.num_views;
-  if (arguments.view >= num_views)
-    throw Error(fmt::format("--view: must be {} at most, of the views in {}, got {}", num_views - 1,
-                            arguments.scene, arguments.view));
-  const Scene scene = scene_in_view(moving, arguments.view);
-  const auto poses = camera_poses(moving, static_cast<std::uint64_t>(arguments.seed));
-  const Pose& pose = poses[static_cast<std::size_t>(arguments.view)];
-  const NamedPoint point = point_to_follow(arguments.at, scene);
+  const ViewInput input = read_view_input(arguments.choice);
+  print_warnings(input.warnings);
+  if (!input.camera_from_world) {
+    print_to_stderr("{}: no pose of the camera\n", input.image);
+    return kNoAnswer;
+  }
+  const int view = arguments.choice.view;
+  const Scene scene = scene_in_view(input.scene, view);
+  const Pose& pose = *input.camera_from_world;
+  const NamedPoint point = point_to_follow(arguments.at, scene, pose);
   const ViewingPipeline pipeline = pipeline_of(arguments, scene, pose);
-  const ViewReport report{scene, image_name(arguments.view), pipeline, point,
-                          followed(point, scene, pipeline)};
-  print_warnings(warnings);
-  print_result(arguments.json  ? view_json(report)
-               : arguments.svg ? view_svg(report)
-                               : view_text(report));
+  print_result(
+      answer(arguments, {scene, input.image, pipeline, point, followed(point, scene, pipeline),
+                         frames_in_view(input.scene, view), input.scene.boards}));
   return kAnswer;
 }
 
@@ -101,20 +109,38 @@ Command add_view(CLI::App& app) {
   CLI::App* command =
       add_command(app, "view", "the viewing pipeline of one camera, and a point through it");
   const auto arguments = std::make_shared<Arguments>();
-  add_option(*command, "SCENE.yaml", arguments->scene, "the scene").text(" ").required();
+  ViewChoice& choice = arguments->choice;
+  add_option(*command, "INPUT", choice.input,
+             "a scene, the folder of a data set (its truth), or a calibration (no scene)")
+      .text(" ")
+      .required();
+  add_option(*command, "--camera", choice.camera,
+             "for a data set: this calibration, and the pose that the view's corners give")
+      .text("C.yaml");
   add_option(*command, "--at", arguments->at,
              "the point to follow: a corner of a tag, or a point of the world in metres "
              "(the first corner)")
       .text("TAG:CORNER|X,Y,Z");
-  add_integer(*command, "--view", arguments->view, 0, "which camera of the path (0)");
-  add_integer(*command, "--seed", arguments->seed, 0, "seed of the path jitter (0)");
+  add_integer(*command, "--view", choice.view, 0, "which camera of the path or the data set (0)");
+  add_integer(*command, "--seed", choice.seed, 0, "seed of the path jitter (0)");
   add_positive(*command, "--near", arguments->near_m, "distance of the near plane, m");
   add_positive(*command, "--far", arguments->far_m, "distance of the far plane, m");
+  const Option steps = add_flag(*command, "--steps", arguments->steps,
+                                "all named steps: frames, angles, normalising, depth, horizon");
   const Option json = add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
-  add_flag(*command, "--svg", arguments->svg,
-           "a drawing on stdout: the scene with the frustum, and the image")
-      .excludes(json);
-  add_footer(*command, "Example: tagcal view scene.yaml --at 7:2 --svg > view.svg");
+  const Option svg =
+      add_flag(*command, "--svg", arguments->svg,
+               "a drawing on stdout: the scene with the view volume, the image, the NDC cube");
+  const Option opengl = add_flag(*command, "--opengl", arguments->opengl,
+                                 "the camera as OpenGL's matrices, C++ to paste");
+  Option all[] = {steps, json, svg, opengl};
+  for (Option& one : all)
+    for (const Option& other : all)
+      if (&one < &other) one.excludes(other);
+  add_footer(*command,
+             "Example: tagcal view scene.yaml --at 7:2 --svg > view.svg\n"
+             "         tagcal view desk --camera camera.yaml --steps\n"
+             "         tagcal view camera.yaml --opengl --near 0.1 --far 100");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -2,36 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-#include <numbers>
 #include <string_view>
 
+#include "report/view_steps.hpp"
+#include "report/view_values.hpp"
+#include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/projection.hpp"
+#include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal::tools {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-double degrees(double rad) { return rad * 180 / std::numbers::pi; }
-
-template <typename Vector>
-Json array(const Vector& v) {
-  Json result = Json::array();
-  for (const double x : v) result.push_back(x);
-  return result;
-}
-
-Json rows(const Eigen::Matrix4d& m) {
-  Json result = Json::array();
-  for (int r = 0; r < 4; ++r) result.push_back(array(m.row(r)));
-  return result;
-}
-
-template <typename Vector>
-Json array_or_null(const std::optional<Vector>& v) {
-  return v ? array(*v) : Json();
-}
 
 Json matrices_json(const ViewReport& report) {
   const ViewingPipeline& p = report.pipeline;
@@ -78,7 +58,7 @@ std::string matrix_text(std::string_view name, const Eigen::Matrix4d& m) {
   std::string text = fmt::format("{}\n", name);
   for (int r = 0; r < 4; ++r) {
     text += "  ";
-    for (int c = 0; c < 4; ++c) text += fmt::format(" {:>12.6f}", m(r, c) + 0.0);
+    for (int c = 0; c < 4; ++c) text += fmt::format(" {:>12.6f}", shown(m(r, c)));
     text += "\n";
   }
   return text;
@@ -87,7 +67,7 @@ std::string matrix_text(std::string_view name, const Eigen::Matrix4d& m) {
 template <typename Vector>
 std::string line(std::string_view name, const Vector& v, std::string_view comment) {
   std::string numbers;
-  for (const double x : v) numbers += fmt::format(" {:>12.6f}", x + 0.0);
+  for (const double x : v) numbers += fmt::format(" {:>12.6f}", shown(x));
   return fmt::format("  {:<8}{:<53} {}\n", name, numbers, comment);
 }
 
@@ -98,15 +78,46 @@ std::string point_text(const ViewReport& report) {
   text += line("world", f.in_world, "m");
   text += line("camera", f.in_camera, "m; x right, y down, z forward");
   text += line("eye", f.in_eye, "m; x right, y up, looking along -z");
-  text += line("clip", f.in_clip,
-               f.in_volume ? "x, y, z within +-w" : "outside the volume: not within +-w");
+  const std::string beyond = planes_beyond(report);
+  text += line(
+      "clip", f.in_clip,
+      beyond.empty() ? "x, y, z within +-w" : fmt::format("outside the volume: beyond {}", beyond));
   if (f.in_ndc) text += line("ndc", *f.in_ndc, "divided by w");
   if (f.in_raster_px) text += line("raster", *f.in_raster_px, "px, without distortion");
   if (f.pixel) text += line("pixel", *f.pixel, "px, through the lens");
-  return text + fmt::format("  {}\n", sight_line(f));
+  text += fmt::format("  {}\n", sight_line(f));
+  if (f.sight == Sight::seen && !f.in_volume)
+    text +=
+        "  (seen by the camera, not drawn by a renderer: only a renderer has near and far "
+        "planes)\n";
+  if (const std::string note = pinhole_note(report); !note.empty())
+    text += fmt::format("  ({})\n", note);
+  return text;
 }
 
 }  // namespace
+
+std::string planes_beyond(const ViewReport& report) {
+  static constexpr const char* kNames[] = {"left", "right", "bottom", "top", "near", "far"};
+  const auto planes = clip_planes(report.pipeline.clip_from_eye);
+  std::string text;
+  for (std::size_t i = 0; i < planes.size() && !report.followed.in_volume; ++i)
+    if (planes[i].height(report.followed.in_eye) < 0)
+      text += (text.empty() ? "" : " and ") + std::string(kNames[i]);
+  return text;
+}
+
+std::string pinhole_note(const ViewReport& report) {
+  const Camera& camera = report.pipeline.camera;
+  const auto pinhole = field_of_view(undistorted(camera)), lens = field_of_view(camera);
+  if (!std::holds_alternative<Fisheye>(camera.lens) || !pinhole) return "";
+  return fmt::format(
+             "rows clip, ndc, raster: of the pinhole with the same focal length on the axis, "
+             "{:.0f} "
+             "deg across",
+             degrees(pinhole->horizontal_rad)) +
+         (lens ? fmt::format("; the lens sees {:.0f} deg", degrees(lens->horizontal_rad)) : "");
+}
 
 std::string sight_line(const FollowedPoint& f) {
   return f.hidden_by.empty() ? std::string(sight_text(f.sight))
@@ -141,11 +152,14 @@ std::string view_json(const ViewReport& report) {
         {"pixel", array_or_null(f.pixel)},
         {"seen", f.sight == Sight::seen},
         {"sight", sight_text(f.sight)},
-        {"hidden_by", f.hidden_by.empty() ? Json() : Json(f.hidden_by)}}}};
+        {"hidden_by", f.hidden_by.empty() ? Json() : Json(f.hidden_by)},
+        {"hit_in_world_m", array_or_null(f.hit_in_world)}}},
+      {"steps", steps_json(report)},
+      {"opengl", opengl_json(report)}};
   return answer.dump(2) + "\n";
 }
 
-std::string view_text(const ViewReport& report) {
+std::string view_text(const ViewReport& report, bool steps) {
   const ViewingPipeline& p = report.pipeline;
   const ImageSize& size = p.camera.image_size;
   std::string text = fmt::format("{}: {} camera, {} x {} px", report.image, report.scene.model,
@@ -163,7 +177,8 @@ std::string view_text(const ViewReport& report) {
       fmt::format("clip_from_eye (near {:.6g} m, far {:.6g} m)", p.volume.near_m, p.volume.far_m),
       p.clip_from_eye);
   text += matrix_text("raster_from_ndc", p.raster_from_ndc);
-  return text + "\n" + point_text(report);
+  text += "\n" + point_text(report);
+  return steps ? text + steps_text(steps_json(report)) : text;
 }
 
 }  // namespace tagcal::tools

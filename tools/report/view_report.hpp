@@ -1,7 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "tagcal/scene/moving_scene.hpp"
 #include "tagcal/scene/viewing.hpp"
 
 namespace tagcal::tools {
@@ -13,15 +15,28 @@ struct ViewReport {
   ViewingPipeline pipeline;
   NamedPoint point;
   FollowedPoint followed;
+  Frames<Affine> frames;                 // the scene's hierarchy
+  const std::vector<HungBoard>& boards;  // on it
 };
 
 // If the point is seen, and else why not.
 std::string sight_line(const FollowedPoint& followed);
 
-std::string view_text(const ViewReport& report);
+// The planes of the view volume that a point is beyond: "far", "left and bottom"; "" inside.
+std::string planes_beyond(const ViewReport& report);
+
+// A fisheye has no view volume: a sentence on the pinhole to which the volume belongs; "" for other
+// lenses.
+std::string pinhole_note(const ViewReport& report);
+
+// The matrices and the rows of the point; with `steps` all named steps between them.
+std::string view_text(const ViewReport& report, bool steps);
 std::string view_json(const ViewReport& report);
 
-// A drawing, SVG: the scene with the camera's frustum, and the image that it takes.
+// The camera as OpenGL's matrices, with a snippet to paste.
+std::string view_opengl(const ViewReport& report);
+
+// A drawing, SVG: the scene with the camera's view volume, the image, and the canonical volume.
 std::string view_svg(const ViewReport& report);
 
 }  // namespace tagcal::tools

@@ -99,7 +99,7 @@ void read_boards(const YamlValue& value, MovingScene& scene, std::vector<std::st
   check_unique_ids(boards, value);
 }
 
-void read_cuboid(const YamlValue& value, MovingScene& scene) {
+void read_cuboid(const YamlValue& value, const std::string& name, MovingScene& scene) {
   value.allow_only({"size_m", "level", "frame", "pose"});
   const YamlValue size = value.at("size_m");
   for (const YamlValue& side : size.items(3, 3)) side.positive();
@@ -109,6 +109,7 @@ void read_cuboid(const YamlValue& value, MovingScene& scene) {
   for (Occluder& face :
        cuboid(read_vector(size), level_or(value.find("level"), Occluder().level))) {
     for (Vector3d& corner : face.corners) corner = frame_from_cuboid * corner;
+    face.name = name;
     scene.occluders.push_back({frame, std::move(face)});
   }
 }
@@ -120,8 +121,10 @@ void read_surfaces(const YamlValue& top, MovingScene& scene) {
       Occluder occluder = read_occluder(item);
       scene.occluders.push_back({read_frame_of(item, scene.frames), std::move(occluder)});
     }
+  int num_cuboids = 0;
   if (const auto cuboids = top.find("cuboids"))
-    for (const YamlValue& item : cuboids->items(0, kMost)) read_cuboid(item, scene);
+    for (const YamlValue& item : cuboids->items(0, kMost))
+      read_cuboid(item, fmt::format("cuboid {}", num_cuboids++), scene);
 }
 
 void read_camera_and_path(const YamlValue& top, MovingScene& moving) {

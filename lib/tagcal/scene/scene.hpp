@@ -16,6 +16,7 @@ namespace tagcal {
 struct Occluder {
   std::vector<Eigen::Vector3d> corners;
   double level = 0.3;
+  std::string name = {};  // "cuboid 0"; empty: "occluder" and its index in the scene
 };
 
 // Camera paths: the poses of n views. `up` is +z of the world unless the view is along it.

@@ -1,7 +1,5 @@
 #include "tagcal/scene/viewing.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 
@@ -37,10 +35,9 @@ void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& p
   const Shadows shadows(scene, pipeline.camera.lens, pipeline.camera_from_world);
   const std::size_t own = paper_of(point, shadows.sheets());
   if (const auto hider = shadows.seen_instead(f.in_camera, own)) {
-    const Sheet& sheet = shadows.sheets()[*hider];
     f.sight = Sight::hidden;
-    f.hidden_by = sheet.panel ? fmt::format("board {}", sheet.board)
-                              : fmt::format("occluder {}", sheet.occluder);
+    f.hidden_by = sheet_name(scene, shadows.sheets()[*hider]);
+    f.hit_in_world = pipeline.camera_from_world.inverse() * shadows.in_line(*hider, f.in_camera);
     return;
   }
   f.sight = own != Shadows::kNone && !shadows.faces(own) ? Sight::turned_away : Sight::seen;

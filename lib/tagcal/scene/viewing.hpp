@@ -77,6 +77,7 @@ struct FollowedPoint {
   std::optional<Eigen::Vector2d> pixel;         // through the lens
   Sight sight = Sight::seen;
   std::string hidden_by;  // "board 0", "occluder 2": counted from 0 in the scene; empty: nothing
+  std::optional<Eigen::Vector3d> hit_in_world;  // what hides it, where the line of sight meets it
 };
 
 FollowedPoint followed(const NamedPoint& point, const Scene& scene,

@@ -66,7 +66,7 @@ std::size_t num_free_distortion(const Model& model) {
 SceneCamera read_model_camera(const YamlValue& value, CameraNumbers numbers) {
   value.allow_only({"image_size", "model", "f", "fx", "fy", "field_of_view_deg",
                     "field_of_view_height_deg", "field_of_view_diagonal_deg", "cx", "cy",
-                    "distortion", "sector"});
+                    "distortion", "sector", "binned", "resized"});
   const Model& model = read_model(value.at("model"));
   read_focal(value, model, numbers);
   if (const auto distortion = value.find("distortion")) {
@@ -103,7 +103,7 @@ Eigen::Vector2d read_recession(const YamlValue& value) {
 
 SceneCamera read_parallel_camera(const YamlValue& value, CameraNumbers numbers) {
   value.allow_only({"image_size", "model", "scale_px_per_m", "cx", "cy", "projection",
-                    "recedes_deg", "direction", "sector"});
+                    "recedes_deg", "direction", "sector", "binned", "resized"});
   const double scale = value.at("scale_px_per_m").positive();
   const Eigen::Vector2d recession = read_recession(value);
   return {{Parallel({scale, scale, numbers.cx, numbers.cy, recession.x(), recession.y()}),
@@ -127,7 +127,32 @@ void cut_sector(const YamlValue& value, SceneCamera& camera) {
   const int row = value.at("row").whole(0, rows - 1);
   const std::vector<PixelRectangle> all = sectors(whole, columns, rows);
   camera.camera = cropped(camera.camera, all[static_cast<std::size_t>(row * columns + column)]);
-  if (camera.model == "f") camera.model = "f+c";  // its principal point is not in the middle
+}
+
+bool contains(const Model& model, const Camera& camera) {
+  const auto lens = model.lens(model.free_values(camera.lens), camera.image_size);
+  return lens && std::ranges::equal(parameters(*lens), parameters(camera.lens));
+}
+
+// The camera of a part of the picture, of one with larger pixels, or of another size; its principal
+// point need not be in the middle, nor its pixels square.
+void change_pixels(const YamlValue& value, SceneCamera& camera) {
+  if (const auto sector = value.find("sector")) cut_sector(*sector, camera);
+  if (const auto bins = value.find("binned")) {
+    const std::vector<YamlValue> counts = bins->items(2, 2);
+    const ImageSize& size = camera.camera.image_size;
+    const int columns = counts[0].whole(1, size.width), rows = counts[1].whole(1, size.height);
+    camera.camera = binned(camera.camera, columns, rows);
+  }
+  if (const auto size = value.find("resized"))
+    camera.camera = resized(camera.camera, read_image_size_value(*size));
+  if (camera.model == kParallelModel) return;
+  const Model& given = Model::named(camera.model);
+  if (contains(given, camera.camera)) return;
+  const auto smallest = std::ranges::find_if(Model::all(), [&](const Model& model) {
+    return model.lens_type() == given.lens_type() && contains(model, camera.camera);
+  });
+  camera.model = smallest->name();  // one exists: opencv8 and fisheye4 have all parameters
 }
 
 }  // namespace
@@ -140,7 +165,7 @@ SceneCamera read_camera(const YamlValue& value) {
   read_centre(value, numbers);
   SceneCamera camera = model == kParallelModel ? read_parallel_camera(value, numbers)
                                                : read_model_camera(value, numbers);
-  if (const auto sector = value.find("sector")) cut_sector(*sector, camera);
+  change_pixels(value, camera);
   return camera;
 }
 

@@ -113,6 +113,19 @@ Pose axis_pose(const YamlValue& value) {
          rotation_about_axis(axis, radians(value.at("angle_deg").number()));
 }
 
+Pose three_points_pose(const YamlValue& value) {
+  value.allow_only({"three_points_m"});
+  const YamlValue list = value.at("three_points_m");
+  const std::vector<YamlValue> points = list.items(3, 3);
+  try {
+    return world_from_three_points(read_vector(points[0]), read_vector(points[1]),
+                                   read_vector(points[2]));
+  } catch (const Error& error) {
+    if (std::string_view(error.what()).starts_with(value.file())) throw;
+    list.fail_plainly("must not lie on a line");
+  }
+}
+
 bool is_matrix(const YamlValue& value) { return value.items(1, kMostSteps)[0].is_list(); }
 
 MovingFrame read_frame(const YamlValue& value) {
@@ -150,6 +163,7 @@ Affine read_placement(const YamlValue& value) {
   if (value.is_list()) return is_matrix(value) ? affine(read_pose(value)) : still_product(value);
   if (value.find("roll_pitch_yaw_deg")) return affine(angles_pose(value));
   if (value.find("axis")) return affine(axis_pose(value));
+  if (value.find("three_points_m")) return affine(three_points_pose(value));
   for (const std::string_view key : {"look_at", "orbit", "aircraft"})
     if (const auto placement = value.find(key)) {
       value.allow_only({key});

@@ -40,6 +40,10 @@ class Shadows {
   // No value if nothing hides x.
   std::optional<std::size_t> seen_instead(const Eigen::Vector3d& x, std::size_t own = kNone) const;
 
+  // The point in the plane of a sheet that has the same image as x. Precondition: the sheet is not
+  // seen edge-on.
+  Eigen::Vector3d in_line(std::size_t sheet, const Eigen::Vector3d& x) const;
+
   // The parts of a convex polygon on the sheet `own` that the eye sees, disjoint and convex; in the
   // second form, if there were only the sheets `hidden_by` besides. A corner of one part on an edge
   // of another is a corner of both: a tracer that follows shared edges from corner to corner gives
@@ -69,6 +73,8 @@ class Shadows {
   };
 
   int side(const Sheet& sheet) const;
+  double distance(std::size_t sheet, const Eigen::Vector3d& x,
+                  const Eigen::Vector3d& towards) const;
   std::vector<HalfSpace> half_spaces(const Sheet& sheet, double lift_m) const;
 
   std::vector<Sheet> sheets_;

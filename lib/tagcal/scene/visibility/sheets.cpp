@@ -52,4 +52,10 @@ std::vector<Sheet> sheets(const Scene& scene, const Pose& target_from_world) {
   return result;
 }
 
+std::string sheet_name(const Scene& scene, const Sheet& sheet) {
+  if (sheet.panel) return fmt::format("board {}", sheet.board);
+  const std::string& name = scene.occluders[sheet.occluder].name;
+  return name.empty() ? fmt::format("occluder {}", sheet.occluder) : name;
+}
+
 }  // namespace tagcal::internal

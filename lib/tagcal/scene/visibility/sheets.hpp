@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tagcal/scene/print/board_ink.hpp"
@@ -22,5 +23,8 @@ struct Sheet {
 // occluders in the order of the scene, then the papers (an occluder is the desk under a board).
 // Throws Error if an occluder has fewer than three corners or no area.
 std::vector<Sheet> sheets(const Scene& scene, const Pose& target_from_world = Pose());
+
+// "board 0", "occluder 2", or the occluder's own name.
+std::string sheet_name(const Scene& scene, const Sheet& sheet);
 
 }  // namespace tagcal::internal

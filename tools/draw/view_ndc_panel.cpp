@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numbers>
+
+#include "draw/svg_labels.hpp"
+#include "draw/svg_panel.hpp"
+#include "draw/view_panels.hpp"
+#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/viewing/projection.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::Vector4d;
+
+constexpr double kRecedes = std::numbers::pi / 6;  // direction of depth on the page
+constexpr double kHalfSide = 0.5;  // of the near face, as a share of the panel's smaller side:
+constexpr double kMargin = 0.68;   // with depth and names beside it
+
+// Clipping leaves parts that touch the volume in a point or a line.
+bool has_area(const std::vector<Vector3d>& polygon) {
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 2; i < polygon.size(); ++i)
+    sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
+  return sum.norm() > 1e-9;  // numeric: of the cube's faces
+}
+
+class NdcPanel {
+ public:
+  NdcPanel(const ViewReport& report, const PanelSize& size)
+      : report_(report),
+        size_(size),
+        panel_(cabinet_camera(), Pose()),
+        labels_({0, size.width, 0, size.height}) {}
+
+  std::string svg() {
+    std::string svg = cube() + panel_.things(clipped_scene());
+    svg += point() + near_face();
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector2d tip = at(1.25 * Vector3d::Unit(axis));
+      labels_.add(std::string(1, "xyz"[axis]), tip, kAxisColours[axis]);
+      svg += svg_line(fmt::format("ndc-axis-{}", "xyz"[axis]), at(Vector3d::Zero()), tip,
+                      fmt::format("stroke=\"{}\" stroke-width=\"1.5\"", kAxisColours[axis]));
+    }
+    labels_.add("near, z = -1", at({-1, -1, -1}), kVolumeColour);
+    labels_.add("far, z = 1", at({1, 1, 1}), kVolumeColour);
+    return "<g id=\"ndc-drawing\">\n" + svg + "</g>\n<g id=\"ndc-labels\">\n" + labels_.svg() +
+           "</g>\n";
+  }
+
+ private:
+  // NDC has y up and z away from the viewer, the drawing x right, y down, z forward.
+  static Vector3d in_drawing(const Vector3d& ndc) { return {ndc.x(), -ndc.y(), ndc.z()}; }
+
+  Camera cabinet_camera() const {
+    const double scale = kMargin * kHalfSide * std::min(size_.width, size_.height);
+    const Eigen::Matrix4d cabinet = cabinet_projection(kRecedes);
+    return {
+        Parallel({scale, scale, size_.width / 2, size_.height / 2, cabinet(0, 2), cabinet(1, 2)}),
+        {static_cast<int>(size_.width), static_cast<int>(size_.height)}};
+  }
+
+  Vector2d at(const Vector3d& ndc) const { return *panel_.pixel(in_drawing(ndc)); }
+
+  std::vector<Vector2d> all_at(const std::vector<Vector3d>& all) const {
+    std::vector<Vector2d> pixels;
+    for (const Vector3d& x : all) pixels.push_back(at(x));
+    return pixels;
+  }
+
+  // Appends what is left of a polygon of the scene in the canonical volume, divided by w.
+  void append_clipped(const std::vector<Vector3d>& corners_in_world, double level,
+                      std::vector<Occluder>& polygons) const {
+    const ViewingPipeline& p = report_.pipeline;
+    const Eigen::Matrix4d clip_from_world =
+        p.clip_from_eye * p.eye_from_camera * p.camera_from_world.matrix();
+    std::vector<Vector4d> in_clip;
+    for (const Vector3d& x : corners_in_world)
+      in_clip.emplace_back(clip_from_world * x.homogeneous());
+    Occluder polygon{{}, level};
+    for (const Vector4d& x : clip_polygon_to_volume(in_clip))
+      if (const auto ndc = divided(x)) polygon.corners.push_back(in_drawing(*ndc));
+    if (has_area(polygon.corners)) polygons.push_back(std::move(polygon));
+  }
+
+  // The scene in the canonical volume, as flat polygons: a projective map keeps planes.
+  Scene clipped_scene() const {
+    Scene result;
+    const Scene& scene = report_.scene;
+    for (const Sheet& sheet : sheets(scene)) {
+      const double level = sheet.panel ? scene.paper_level : scene.occluders[sheet.occluder].level;
+      append_clipped(sheet.corners, level, result.occluders);
+      if (!sheet.panel) continue;
+      for (const Tag& tag : sheet.panel->tags) {
+        std::vector<Vector3d> corners;
+        for (const Vector3d& x : tag_corners(tag))
+          corners.push_back(scene.boards[sheet.board].world_from_board * x);
+        append_clipped(corners, scene.ink_level, result.occluders);
+      }
+    }
+    return result;
+  }
+
+  std::string cube() const {
+    const std::string thin =
+        fmt::format("fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"", kVolumeColour);
+    std::string svg =
+        svg_polygon("ndc-far", all_at({{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}), thin);
+    for (const double x : {-1, 1})
+      for (const double y : {-1, 1}) svg += svg_line("", at({x, y, -1}), at({x, y, 1}), thin);
+    return svg;
+  }
+
+  std::string near_face() const {
+    return svg_polygon("ndc-near", all_at({{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}}),
+                       fmt::format("fill=\"{0}\" fill-opacity=\"0.08\" stroke=\"{0}\" "
+                                   "stroke-width=\"1.2\"",
+                                   kVolumeColour));
+  }
+
+  // The point, and its place on the near face, where the image is.
+  std::string point() {
+    const auto& ndc = report_.followed.in_ndc;
+    if (!ndc) return "";
+    const Vector2d there = at(*ndc), image = at({ndc->x(), ndc->y(), -1});
+    const Eigen::Vector2d panel(size_.width, size_.height);
+    if ((there.array() < 0).any() || (there.array() > panel.array()).any()) return "";
+    labels_.keep_free(there);
+    labels_.add(fmt::format("({:.3f}, {:.3f}, {:.3f})", ndc->x(), ndc->y(), ndc->z()), there,
+                kPointColour);
+    labels_.keep_free(image);
+    return svg_line("ndc-ray", image, there, fmt::format("stroke=\"{}\"", kPointColour)) +
+           svg_circle("ndc-image-point", image, 3, fmt::format("fill=\"{}\"", kPlaneColour)) +
+           svg_circle("ndc-point", there, 4, fmt::format("fill=\"{}\"", kPointColour));
+  }
+
+  const ViewReport& report_;
+  PanelSize size_;
+  SvgPanel panel_;
+  SvgLabels labels_;
+};
+
+}  // namespace
+
+std::string ndc_panel(const ViewReport& report, const PanelSize& size) {
+  return NdcPanel(report, size).svg();
+}
+
+}  // namespace tagcal::tools

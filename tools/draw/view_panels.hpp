@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "report/view_report.hpp"
+
+// The panels of the drawing of `tagcal view`: SVG groups with their own coordinates, in pixels from
+// the upper left corner. Elements with an `id` carry the positions that tests check.
+
+namespace tagcal::tools {
+
+struct PanelSize {
+  double width = 0;
+  double height = 0;
+};
+
+// The scene from outside: objects, frames, the camera's view volume, the line of sight.
+std::string scene_panel(const ViewReport& report, const PanelSize& size);
+
+// The image of the camera.
+std::string image_panel(const ViewReport& report, const PanelSize& size);
+
+// The canonical volume (NDC) and the part of the scene in it, as a cabinet projection.
+std::string ndc_panel(const ViewReport& report, const PanelSize& size);
+
+}  // namespace tagcal::tools

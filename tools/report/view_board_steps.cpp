@@ -1,0 +1,121 @@
+#include <Eigen/Geometry>
+
+#include "report/view_steps.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/viewing/clip.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kCircleRadius = 0.1;  // m; of the circle about the point whose image is given
+
+// The image without distortion of the board's plane: (x, y, 1) on the board to pixels.
+Matrix3d raster_from_board(const ViewingPipeline& p, const Pose& world_from_board) {
+  const Matrix4d all = p.raster_from_ndc * p.clip_from_eye * p.eye_from_camera *
+                       (p.camera_from_world * world_from_board).matrix();
+  Matrix3d h;
+  int row = 0;
+  for (const int r : {0, 1, 3}) h.row(row++) << all(r, 0), all(r, 1), all(r, 3);
+  return h;
+}
+
+// The line of sight of the point's pixel, in world coordinates: one metre of it.
+std::optional<Line> line_of_sight(const ViewReport& report) {
+  if (!report.followed.pixel) return std::nullopt;
+  const auto ray = ray_in_camera(report.pipeline.camera.lens, *report.followed.pixel);
+  if (!ray) return std::nullopt;
+  const Pose world_from_camera = report.pipeline.camera_from_world.inverse();
+  return Line{world_from_camera * ray->origin, world_from_camera * (ray->origin + ray->direction)};
+}
+
+Json meeting_json(const ViewReport& report, const Pose& world_from_board) {
+  const auto sight = line_of_sight(report);
+  if (!sight) return {};
+  const Matrix3d axes = world_from_board.rotation_matrix();
+  const auto at = meeting(*sight, world_from_board.translation(), axes.col(0), axes.col(1));
+  if (!at) return {};
+  return {{"eye_m", array(sight->a)},
+          {"direction", array(Vector3d(sight->b - sight->a))},
+          {"t_m", at->t},
+          {"u_m", at->u},
+          {"v_m", at->v}};
+}
+
+// The part of a line a u + b v + c = 0 in the image. No value if it is at infinity or beside it.
+std::optional<Segment2> part_in_image(const Vector3d& line, const ImageSize& size) {
+  const Vector2d normal = line.head<2>();
+  const double far = 1e3 * (size.width + size.height);  // numeric: any length beyond the image
+  if (normal.norm() * far < std::abs(line.z())) return std::nullopt;
+  const Vector2d foot = -line.z() / normal.squaredNorm() * normal;
+  const Vector2d along = far * Vector2d(-normal.y(), normal.x()).normalized();
+  const Window image{-0.5, size.width - 0.5, -0.5, size.height - 0.5};
+  return clip_line_liang_barsky(image, {foot - along, foot + along});
+}
+
+// The image of the line at infinity of the plane.
+Json horizon_json(const Matrix3d& raster_from_plane, const ImageSize& size) {
+  Vector3d line = transformed_line(raster_from_plane, Vector3d(0, 0, 1)).normalized();
+  const auto part = part_in_image(line, size);
+  if (part) line /= line.head<2>().norm();
+  return {{"line_abc", array(line)},
+          {"in_image_px", part ? Json({array(part->from), array(part->to)}) : Json()}};
+}
+
+// The image of a circle about the point: a u^2 + b u v + c v^2 + d u + e v + f = 0.
+Json circle_json(const Matrix3d& raster_from_plane, const Vector3d& point) {
+  const Vector2d m = point.head<2>();
+  const Matrix3d circle =
+      conic(1, 0, 1, -2 * m.x(), -2 * m.y(), m.squaredNorm() - kCircleRadius * kCircleRadius);
+  Matrix3d image = transformed_conic(raster_from_plane, circle);
+  image /= image.topLeftCorner<2, 2>().norm();
+  const Eigen::Matrix2d quadratic = image.topLeftCorner<2, 2>();
+  const bool ellipse = quadratic.determinant() > 0;
+  Json result = {
+      {"radius_m", kCircleRadius},
+      {"conic_abcdef",
+       {image(0, 0), 2 * image(0, 1), image(1, 1), 2 * image(0, 2), 2 * image(1, 2), image(2, 2)}},
+      {"kind", ellipse ? "ellipse" : "hyperbola: it reaches behind the camera"}};
+  if (ellipse)
+    result["centre_px"] = array(Vector2d(-quadratic.inverse() * image.topRightCorner<2, 1>()));
+  return result;
+}
+
+Json image_of_plane(const ViewReport& report, const Pose& world_from_board) {
+  const Matrix3d h = raster_from_board(report.pipeline, world_from_board);
+  try {
+    return {{"raster_from_board", rows(h)},
+            {"horizon", horizon_json(h, report.pipeline.camera.image_size)},
+            {"circle", circle_json(h, *report.followed.in_board)}};
+  } catch (const Error&) {
+    return {{"raster_from_board", rows(h)}, {"seen", "edge-on"}};
+  }
+}
+
+}  // namespace
+
+Json board_plane_steps(const ViewReport& report) {
+  if (!report.point.board) return {};
+  const Pose& world_from_board = report.scene.boards[*report.point.board].world_from_board;
+  const std::vector<Vector3d> corners = {world_from_board * Vector3d(0, 0, 0),
+                                         world_from_board * Vector3d(1, 0, 0),
+                                         world_from_board * Vector3d(0, 1, 0)};
+  const Eigen::Vector4d plane =
+      join(corners[0].homogeneous(), corners[1].homogeneous(), corners[2].homogeneous());
+  const ViewingPipeline& p = report.pipeline;
+  const Matrix4d eye_from_world = p.eye_from_camera * p.camera_from_world.matrix();
+  const Vector3d eye = p.camera_from_world.inverse().translation();
+  Json result = {{"plane_in_world", array(transformed_plane(Matrix4d::Identity(), plane))},
+                 {"plane_in_eye", array(transformed_plane(eye_from_world, plane))}};
+  if (p.volume.projection == Projection::perspective)
+    result["side_seen"] = is_back_face(corners, eye) ? "back" : "front";
+  result["line_of_sight"] = meeting_json(report, world_from_board);
+  result.update(image_of_plane(report, world_from_board));
+  return result;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "report/view_report.hpp"
+#include "report/view_values.hpp"
+
+namespace tagcal::tools {
+
+// All named steps of the pipeline by name, and the same as text.
+Json steps_json(const ViewReport& report);
+std::string steps_text(const Json& steps);
+
+// Parts of it: the camera's position and attitude in all parametrisations, and the plane of the
+// point's board, seen in the image.
+Json camera_steps(const ViewReport& report);
+Json board_plane_steps(const ViewReport& report);
+
+// The camera as OpenGL's matrices.
+Json opengl_json(const ViewReport& report);
+
+}  // namespace tagcal::tools
