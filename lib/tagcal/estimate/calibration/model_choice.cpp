@@ -200,6 +200,22 @@ double noise_of_residuals(const CalibrationFit& fit) {
   return std::sqrt(fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle)));
 }
 
+// A fit of opencv5 rejects right corners of a rational lens. Returns that of opencv8 to all but the
+// gross outliers, if this has more inliers and explains all corners better.
+CalibrationFit with_most_inliers(CalibrationFit fit, const CalibrationInput& input,
+                                 const CalibrateOptions& options) {
+  if (!options.reject_outliers || fit.outliers.empty() || fit.whitened) return fit;
+  const double sigma = noise_of_residuals(fit);
+  CalibrationFit generous = fit;
+  std::erase_if(generous.outliers,
+                [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
+  const Bundle rational = with_model(fit.bundle, input.models->named("opencv8"));
+  auto more = refit(rational, generous, input, options);
+  const bool is_better = more && more->num_inliers() > fit.num_inliers() &&
+                         more->truncated_chi_square(sigma) < fit.truncated_chi_square(sigma);
+  return is_better ? std::move(*more) : std::move(fit);
+}
+
 // opencv5; or, if the data do not determine it, f before it if that has about as many inliers.
 std::vector<CalibrationFit> fit_perspectives(const CalibrationInput& input,
                                              const CalibrateOptions& options) {
@@ -209,7 +225,7 @@ std::vector<CalibrationFit> fit_perspectives(const CalibrationInput& input,
     if (!fit) continue;
     if (fit->summary.converged && fits.empty() &&
         observability(fit->bundle, noise_of_residuals(*fit)).status == Status::ok)
-      return {std::move(*fit)};
+      return {with_most_inliers(std::move(*fit), input, options)};
     fits.push_back(std::move(*fit));
   }
   if (fits.size() == 2 &&
