@@ -261,6 +261,25 @@ TEST(Focus, ATiltedSheetIsBlurredByTheDepthOfEachPixel) {
   }
 }
 
+// Two faces of a box meet in an edge that points at the camera. They are as bright as each other,
+// and so is their common edge, however it is blurred.
+TEST(Focus, TheCommonEdgeOfTwoFacesDoesNotShow) {
+  Scene scene;
+  scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
+  scene.background_level = 0.1;
+  const Pose turned(exp_rotation({0, std::numbers::pi / 4 + 0.1, 0}), {0, 0, 1});
+  for (Occluder face : cuboid({0.3, 0.6, 0.3}, 0.7)) {
+    for (Vector3d& corner : face.corners) corner = turned * corner;
+    scene.occluders.push_back(face);
+  }
+  for (const double distance_m : {0.5, 0.75, 2.0}) {
+    scene.sensor.focus = Focus{distance_m, 0.02};
+    const ImageF light = render_light(scene, {}, Pose());
+    for (int x = 60; x < 100; ++x) ASSERT_NEAR(light(x, 60), 0.7, 1e-3) << distance_m << " " << x;
+    EXPECT_NEAR(light(0, 60), 0.1, 1e-6);
+  }
+}
+
 // Away from borders nothing changes, whatever hides what.
 TEST(Focus, RandomSheetsKeepTheirLevels) {
   const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
