@@ -261,17 +261,15 @@ TEST(Focus, ATiltedSheetIsBlurredByTheDepthOfEachPixel) {
   }
 }
 
-// Two faces of a box meet in an edge that points at the camera. They are as bright as each other,
-// and so is their common edge, however it is blurred.
-TEST(Focus, TheCommonEdgeOfTwoFacesDoesNotShow) {
+// Two sheets of one level meet in an edge that points at the camera, before a dark background. The
+// edge does not show, however it is blurred.
+TEST(Focus, TheCommonEdgeOfTwoSheetsDoesNotShow) {
   Scene scene;
   scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
   scene.background_level = 0.1;
-  const Pose turned(exp_rotation({0, std::numbers::pi / 4 + 0.1, 0}), {0, 0, 1});
-  for (Occluder face : cuboid({0.3, 0.6, 0.3}, 0.7)) {
-    for (Vector3d& corner : face.corners) corner = turned * corner;
-    scene.occluders.push_back(face);
-  }
+  const Vector3d above(0, -0.3, 0.8), below(0, 0.3, 0.8);
+  for (const Vector3d& away : {Vector3d(0.2, 0, 0.3), Vector3d(-0.25, 0, 0.2)})
+    scene.occluders.push_back({{above, below, below + away, above + away}, 0.7});
   for (const double distance_m : {0.5, 0.75, 2.0}) {
     scene.sensor.focus = Focus{distance_m, 0.02};
     const ImageF light = render_light(scene, {}, Pose());
