@@ -261,6 +261,23 @@ TEST(Focus, ATiltedSheetIsBlurredByTheDepthOfEachPixel) {
   }
 }
 
+// Two sheets of one level meet in an edge that points at the camera, before a dark background. The
+// edge does not show, however it is blurred.
+TEST(Focus, TheCommonEdgeOfTwoSheetsDoesNotShow) {
+  Scene scene;
+  scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
+  scene.background_level = 0.1;
+  const Vector3d above(0, -0.3, 0.8), below(0, 0.3, 0.8);
+  for (const Vector3d& away : {Vector3d(0.2, 0, 0.3), Vector3d(-0.25, 0, 0.2)})
+    scene.occluders.push_back({{above, below, below + away, above + away}, 0.7});
+  for (const double distance_m : {0.5, 0.75, 2.0}) {
+    scene.sensor.focus = Focus{distance_m, 0.02};
+    const ImageF light = render_light(scene, {}, Pose());
+    for (int x = 60; x < 100; ++x) ASSERT_NEAR(light(x, 60), 0.7, 1e-3) << distance_m << " " << x;
+    EXPECT_NEAR(light(0, 60), 0.1, 1e-6);
+  }
+}
+
 // Away from borders nothing changes, whatever hides what.
 TEST(Focus, RandomSheetsKeepTheirLevels) {
   const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};

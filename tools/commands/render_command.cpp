@@ -76,6 +76,18 @@ std::optional<DepthFolder> depth_folder(const Arguments& arguments) {
   return depth;
 }
 
+void write_picture(const fs::path& file, const Scene& scene, const TagFamilies& families,
+                   const Pose& camera_from_world, std::uint64_t seed) {
+  // The light's memory is free again when the picture is written.
+  const auto picture = [&](auto expose_light) {
+    return expose_light(render_light(scene, families, camera_from_world), scene.sensor, seed);
+  };
+  if (scene.sensor.bits == 16)
+    write_png(file, picture(expose16));
+  else
+    write_png(file, picture(expose));
+}
+
 // Writes the depths of a view, and returns the number of pixels whose depth is beyond the range.
 std::size_t write_depth(const fs::path& file, const Scene& scene, const Pose& camera_from_world,
                         double unit_m) {
@@ -108,18 +120,10 @@ int run(const Arguments& arguments) {
     parallel_for(
         poses.size(), arguments.threads,
         [&](std::size_t i) {  // a seed per view: the result does not depend on the order
-          const std::uint64_t seed = Random(arguments.seed, i).next();
           const std::string name = image_name(static_cast<int>(i));
-          const fs::path file = folder.path() / kImages / name;
-          // The light's memory is free again when the picture is written.
           const Scene in_view = scene_in_view(scene, static_cast<int>(i));
-          const auto picture = [&](auto expose_light) {
-            return expose_light(render_light(in_view, families, poses[i]), in_view.sensor, seed);
-          };
-          if (in_view.sensor.bits == 16)
-            write_png(file, picture(expose16));
-          else
-            write_png(file, picture(expose));
+          write_picture(folder.path() / kImages / name, in_view, families, poses[i],
+                        Random(arguments.seed, i).next());
           if (depth)
             num_beyond +=
                 write_depth(folder.path() / kDepths / name, in_view, poses[i], depth->unit_m);

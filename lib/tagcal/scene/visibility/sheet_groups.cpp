@@ -25,7 +25,7 @@ bool share_edge(const Polygon& first, const Polygon& second) {
     for (std::size_t k = 0; k < second.size(); ++k) {
       const Vector3d &c = second[k], &d = second[(k + 1) % second.size()];
       if (is_off(c) || is_off(d)) continue;
-      const auto [from, to] = std::minmax(along(c), along(d));
+      const auto [from, to] = std::minmax({along(c), along(d)});
       if (std::min(to, length) - std::max(from, 0.0) > tolerance_m) return true;
     }
   }
