@@ -1,7 +1,7 @@
 // Positions in the drawing of `tagcal view --svg`, against the projection by formulas of this file.
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <optional>
 #include <sstream>
 
 #include "cli_fixture.hpp"
@@ -20,7 +20,7 @@ const std::string kDoorway = std::string(TAGCAL_SOURCE_DIR) + "/data-synthetic/s
 std::vector<double> numbers(std::string text) {
   std::ranges::replace(text, ',', ' ');
   std::istringstream stream(text);
-  return {std::istream_iterator<double>(stream), {}};
+  return std::vector<double>(std::istream_iterator<double>(stream), {});
 }
 
 Eigen::Matrix4d matrix(const Json& rows) {
@@ -30,7 +30,9 @@ Eigen::Matrix4d matrix(const Json& rows) {
   return m;
 }
 
-Vector3d vector(const Json& v) { return {v[0], v[1], v[2]}; }
+Vector3d vector(const Json& v) {
+  return {v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
+}
 
 // The elements of a drawing by their id, and the outside camera.
 class Drawing {
@@ -83,17 +85,13 @@ class Drawing {
 
   // The boxes left, bottom, right, top of all names in a panel.
   std::vector<std::vector<double>> boxes(const std::string& panel) const {
-    const std::string text = group(panel + "-labels");
+    const std::size_t begin = svg_.find("<g id=\"" + panel + "-labels\"");
+    const std::string text = svg_.substr(begin, svg_.find("</g>", begin) - begin);
     std::vector<std::vector<double>> boxes;
     for (std::size_t at = text.find("data-box=\""); at != std::string::npos;
          at = text.find("data-box=\"", at + 1))
       boxes.push_back(numbers(text.substr(at + 10, text.find('"', at + 10) - at - 10)));
     return boxes;
-  }
-
-  std::string group(const std::string& id) const {
-    const std::size_t at = svg_.find("<g id=\"" + id + "\"");
-    return svg_.substr(at, svg_.find("</g>", at) - at);
   }
 
  private:
@@ -178,34 +176,16 @@ class ViewDrawing : public Cli {
     expect_ndc();
   }
 
-  // The image point is on the line of sight and in the drawn image plane.
+  // Where the line of sight pierces the drawn image plane.
   void expect_image_point() const {
+    const double depth = drawing_->number("scene-drawing", "data-image-depth");
+    expect_plane(*drawing_, answer_, "image-plane", depth);
     if (!drawing_->has("image-point")) return;
-    const Vector2d start = drawing_->start("ray"), end = drawing_->centre("point"),
-                   point = drawing_->centre("image-point");
-    const Vector2d along = (end - start).normalized();
-    EXPECT_LT(std::abs(along.x() * (point - start).y() - along.y() * (point - start).x()),
-              2 * kRounded);
-    const Json& p = answer_["point"];
-    const Json& v = answer_["view_volume"];
-    if (p["in_ndc"].is_null()) return;
-    // Its place in the window is that of the point in NDC: intersect with the plane's projective
-    // frame by its four corners.
-    const auto c = drawing_->points("image-plane");
-    Eigen::Matrix<double, 8, 9> equations = Eigen::Matrix<double, 8, 9>::Zero();
-    const Vector2d square[] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-    for (int i = 0; i < 4; ++i) {
-      const Vector3d s = square[i].homogeneous();
-      const Vector2d q = c[static_cast<std::size_t>(i)];
-      equations.row(2 * i) << s.transpose(), 0, 0, 0, -q.x() * s.transpose();
-      equations.row(2 * i + 1) << 0, 0, 0, s.transpose(), -q.y() * s.transpose();
-    }
-    const Eigen::Matrix<double, 9, 1> h =
-        Eigen::JacobiSVD<Eigen::MatrixXd>(equations, Eigen::ComputeFullV).matrixV().col(8);
-    const Eigen::Matrix3d map =
-        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
-    const Vector3d ndc(p["in_ndc"][0], p["in_ndc"][1], 1);
-    EXPECT_LT(((map * ndc).hnormalized() - point).norm(), 0.1) << v.dump();
+    const Vector3d x = vector(answer_["point"]["in_eye_m"]);
+    const bool parallel = answer_["view_volume"]["projection"] == "parallel";
+    const Vector3d pierced =
+        parallel ? Vector3d(x.x(), x.y(), -depth) : Vector3d(-depth / x.z() * x);
+    expect_at(drawing_->seen(in_world(answer_, pierced)), drawing_->centre("image-point"));
   }
 
   void expect_pixel() const {
@@ -306,7 +286,7 @@ TEST_F(ViewDrawing, ScenesOfAllKinds) {
   spill(root() / "wide.yaml", replaced(kScene, lens, "model: fisheye4, f: 200"));
   spill(root() / "oblique.yaml",
         replaced(kScene, lens, "model: parallel, scale_px_per_m: 900, projection: cabinet"));
-  for (const std::string input :
+  for (const std::string& input :
        {path("frames.yaml") + " --view 3", path("wide.yaml"), path("oblique.yaml") + " --at 5:1",
         path("set") + " --view 2", path("scene.yaml") + " --at 0.1,0.1,0.3",
         path("wide.yaml") + " --at 0,0,5"}) {

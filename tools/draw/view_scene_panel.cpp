@@ -33,9 +33,10 @@ class ScenePanel {
     if (!view_.left_out().empty())
       name("beyond the drawing: " + view_.left_out(), {5, labels_.height() - 5}, kInk);
     return fmt::format(
-               "<g id=\"scene-drawing\" data-lens=\"{} {} {}\" data-camera-from-world=\"{}\">\n",
+               "<g id=\"scene-drawing\" data-lens=\"{} {} {}\" data-camera-from-world=\"{}\" "
+               "data-image-depth=\"{}\">\n",
                parameters(panel_.camera().lens)[0], parameters(panel_.camera().lens)[2],
-               parameters(panel_.camera().lens)[3], pose_text()) +
+               parameters(panel_.camera().lens)[3], pose_text(), view_.image_depth_m()) +
            svg + "</g>\n<g id=\"scene-labels\">\n" + labels_.svg() + "</g>\n";
   }
 
