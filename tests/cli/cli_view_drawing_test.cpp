@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "cli_fixture.hpp"
+#include "view_json.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -21,17 +22,6 @@ std::vector<double> numbers(std::string text) {
   std::ranges::replace(text, ',', ' ');
   std::istringstream stream(text);
   return std::vector<double>(std::istream_iterator<double>(stream), {});
-}
-
-Eigen::Matrix4d matrix(const Json& rows) {
-  Eigen::Matrix4d m;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) m(r, c) = rows[r][c];
-  return m;
-}
-
-Vector3d vector(const Json& v) {
-  return {v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
 }
 
 // The elements of a drawing by their id, and the outside camera.
@@ -253,11 +243,10 @@ TEST_F(ViewDrawing, TheDoorwayIsWhereItIs) {
   expect_named({"near plane, 1 m", "far plane, 10 m", "world", "camera", "board 1", "board 0",
                 "occluder 0", "occluder 3", "stopped by occluder 1", "image point",
                 "tag 1 corner 2", "(-0.5, -0.5)", "(639.5, 479.5)", "far, z = 1"});
-  EXPECT_TRUE(drawing_->has("near") && drawing_->has("far") && drawing_->has("hit"));
+  EXPECT_TRUE(drawing_->has("near") && drawing_->has("far"));
   // The wall is at y = 2, half way to the point.
   EXPECT_LT((vector(answer_["point"]["hit_in_world_m"]) - Vector3d(0.9, 2, 1.2)).norm(), 1e-9);
-  const Eigen::Matrix4d board = matrix(answer_["matrices"]["world_from_board"]);
-  expect_axes(*drawing_, "board 1", board);
+  expect_axes(*drawing_, "board 1", matrix(answer_["matrices"]["world_from_board"]));
 }
 
 TEST_F(ViewDrawing, NearAndFarMoveTheirPlanes) {
@@ -276,12 +265,11 @@ TEST_F(ViewDrawing, NearAndFarMoveTheirPlanes) {
 }
 
 TEST_F(ViewDrawing, ScenesOfAllKinds) {
-  const std::string frames = replaced(kScene, "boards:\n",
-                                      "frames:\n  - {name: table, pose: {translation_m: [0.1, 0, "
-                                      "0.1]}}\n  - {name: 'a<b', parent: table, pose: "
-                                      "{roll_pitch_yaw_deg: [10, 20, 30]}}\ncuboids:\n  - "
-                                      "{size_m: [0.05, 0.05, 0.1], frame: 'a<b'}\nboards:\n");
-  spill(root() / "frames.yaml", frames);
+  const std::string frames =
+      "frames: [{name: table, pose: {translation_m: [0.1, 0, 0.1]}}, {name: 'a<b', parent: table, "
+      "pose: {roll_pitch_yaw_deg: [10, 20, 30]}}]\n"
+      "cuboids: [{size_m: [0.05, 0.05, 0.1], frame: 'a<b'}]\n";
+  spill(root() / "frames.yaml", kScene + frames);
   const std::string lens = "model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]";
   spill(root() / "wide.yaml", replaced(kScene, lens, "model: fisheye4, f: 200"));
   spill(root() / "oblique.yaml",
