@@ -262,6 +262,10 @@ TEST_F(ViewDrawing, NearAndFarMoveTheirPlanes) {
   EXPECT_NE(drawing_->svg().find("far plane at 1000 m: beyond the drawing"), std::string::npos);
   expect_positions();
   expect_names_apart();
+  view(kDoorway + " --at 0:2 --near 50 --far 100");
+  EXPECT_FALSE(drawing_->has("near"));
+  EXPECT_NE(drawing_->svg().find("near plane at 50 m, far plane at 100 m: beyond"),
+            std::string::npos);
 }
 
 TEST_F(ViewDrawing, ScenesOfAllKinds) {

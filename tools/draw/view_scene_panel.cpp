@@ -104,7 +104,9 @@ class ScenePanel {
           plane("far", v.far_m, kVolumeColour, 0.05, fmt::format("far plane, {:.4g} m", v.far_m));
     } else {
       const Vector2d end = at(view_.cross_section(view_.drawn_depth_m())).front();
-      name(fmt::format("far plane at {:.4g} m: beyond the drawing, edges cut at {:.3g} m", v.far_m,
+      const bool near_too = v.near_m > view_.drawn_depth_m();
+      name(fmt::format("{}far plane at {:.4g} m: beyond the drawing, edges cut at {:.3g} m",
+                       near_too ? fmt::format("near plane at {:.4g} m, ", v.near_m) : "", v.far_m,
                        view_.drawn_depth_m()),
            end, kVolumeColour);
     }
