@@ -1,10 +1,11 @@
 // Positions in the drawing of `tagcal view --svg`, against the projection by formulas of this file.
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <optional>
 #include <sstream>
 
 #include "cli_fixture.hpp"
+#include "view_json.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -20,17 +21,8 @@ const std::string kDoorway = std::string(TAGCAL_SOURCE_DIR) + "/data-synthetic/s
 std::vector<double> numbers(std::string text) {
   std::ranges::replace(text, ',', ' ');
   std::istringstream stream(text);
-  return {std::istream_iterator<double>(stream), {}};
+  return std::vector<double>(std::istream_iterator<double>(stream), {});
 }
-
-Eigen::Matrix4d matrix(const Json& rows) {
-  Eigen::Matrix4d m;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) m(r, c) = rows[r][c];
-  return m;
-}
-
-Vector3d vector(const Json& v) { return {v[0], v[1], v[2]}; }
 
 // The elements of a drawing by their id, and the outside camera.
 class Drawing {
@@ -83,17 +75,13 @@ class Drawing {
 
   // The boxes left, bottom, right, top of all names in a panel.
   std::vector<std::vector<double>> boxes(const std::string& panel) const {
-    const std::string text = group(panel + "-labels");
+    const std::size_t begin = svg_.find("<g id=\"" + panel + "-labels\"");
+    const std::string text = svg_.substr(begin, svg_.find("</g>", begin) - begin);
     std::vector<std::vector<double>> boxes;
     for (std::size_t at = text.find("data-box=\""); at != std::string::npos;
          at = text.find("data-box=\"", at + 1))
       boxes.push_back(numbers(text.substr(at + 10, text.find('"', at + 10) - at - 10)));
     return boxes;
-  }
-
-  std::string group(const std::string& id) const {
-    const std::size_t at = svg_.find("<g id=\"" + id + "\"");
-    return svg_.substr(at, svg_.find("</g>", at) - at);
   }
 
  private:
@@ -178,34 +166,16 @@ class ViewDrawing : public Cli {
     expect_ndc();
   }
 
-  // The image point is on the line of sight and in the drawn image plane.
+  // Where the line of sight pierces the drawn image plane.
   void expect_image_point() const {
+    const double depth = drawing_->number("scene-drawing", "data-image-depth");
+    expect_plane(*drawing_, answer_, "image-plane", depth);
     if (!drawing_->has("image-point")) return;
-    const Vector2d start = drawing_->start("ray"), end = drawing_->centre("point"),
-                   point = drawing_->centre("image-point");
-    const Vector2d along = (end - start).normalized();
-    EXPECT_LT(std::abs(along.x() * (point - start).y() - along.y() * (point - start).x()),
-              2 * kRounded);
-    const Json& p = answer_["point"];
-    const Json& v = answer_["view_volume"];
-    if (p["in_ndc"].is_null()) return;
-    // Its place in the window is that of the point in NDC: intersect with the plane's projective
-    // frame by its four corners.
-    const auto c = drawing_->points("image-plane");
-    Eigen::Matrix<double, 8, 9> equations = Eigen::Matrix<double, 8, 9>::Zero();
-    const Vector2d square[] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-    for (int i = 0; i < 4; ++i) {
-      const Vector3d s = square[i].homogeneous();
-      const Vector2d q = c[static_cast<std::size_t>(i)];
-      equations.row(2 * i) << s.transpose(), 0, 0, 0, -q.x() * s.transpose();
-      equations.row(2 * i + 1) << 0, 0, 0, s.transpose(), -q.y() * s.transpose();
-    }
-    const Eigen::Matrix<double, 9, 1> h =
-        Eigen::JacobiSVD<Eigen::MatrixXd>(equations, Eigen::ComputeFullV).matrixV().col(8);
-    const Eigen::Matrix3d map =
-        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
-    const Vector3d ndc(p["in_ndc"][0], p["in_ndc"][1], 1);
-    EXPECT_LT(((map * ndc).hnormalized() - point).norm(), 0.1) << v.dump();
+    const Vector3d x = vector(answer_["point"]["in_eye_m"]);
+    const bool parallel = answer_["view_volume"]["projection"] == "parallel";
+    const Vector3d pierced =
+        parallel ? Vector3d(x.x(), x.y(), -depth) : Vector3d(-depth / x.z() * x);
+    expect_at(drawing_->seen(in_world(answer_, pierced)), drawing_->centre("image-point"));
   }
 
   void expect_pixel() const {
@@ -273,11 +243,10 @@ TEST_F(ViewDrawing, TheDoorwayIsWhereItIs) {
   expect_named({"near plane, 1 m", "far plane, 10 m", "world", "camera", "board 1", "board 0",
                 "occluder 0", "occluder 3", "stopped by occluder 1", "image point",
                 "tag 1 corner 2", "(-0.5, -0.5)", "(639.5, 479.5)", "far, z = 1"});
-  EXPECT_TRUE(drawing_->has("near") && drawing_->has("far") && drawing_->has("hit"));
+  EXPECT_TRUE(drawing_->has("near") && drawing_->has("far"));
   // The wall is at y = 2, half way to the point.
   EXPECT_LT((vector(answer_["point"]["hit_in_world_m"]) - Vector3d(0.9, 2, 1.2)).norm(), 1e-9);
-  const Eigen::Matrix4d board = matrix(answer_["matrices"]["world_from_board"]);
-  expect_axes(*drawing_, "board 1", board);
+  expect_axes(*drawing_, "board 1", matrix(answer_["matrices"]["world_from_board"]));
 }
 
 TEST_F(ViewDrawing, NearAndFarMoveTheirPlanes) {
@@ -293,20 +262,23 @@ TEST_F(ViewDrawing, NearAndFarMoveTheirPlanes) {
   EXPECT_NE(drawing_->svg().find("far plane at 1000 m: beyond the drawing"), std::string::npos);
   expect_positions();
   expect_names_apart();
+  view(kDoorway + " --at 0:2 --near 50 --far 100");
+  EXPECT_FALSE(drawing_->has("near"));
+  EXPECT_NE(drawing_->svg().find("near plane at 50 m, far plane at 100 m: beyond"),
+            std::string::npos);
 }
 
 TEST_F(ViewDrawing, ScenesOfAllKinds) {
-  const std::string frames = replaced(kScene, "boards:\n",
-                                      "frames:\n  - {name: table, pose: {translation_m: [0.1, 0, "
-                                      "0.1]}}\n  - {name: 'a<b', parent: table, pose: "
-                                      "{roll_pitch_yaw_deg: [10, 20, 30]}}\ncuboids:\n  - "
-                                      "{size_m: [0.05, 0.05, 0.1], frame: 'a<b'}\nboards:\n");
-  spill(root() / "frames.yaml", frames);
+  const std::string frames =
+      "frames: [{name: table, pose: {translation_m: [0.1, 0, 0.1]}}, {name: 'a<b', parent: table, "
+      "pose: {roll_pitch_yaw_deg: [10, 20, 30]}}]\n"
+      "cuboids: [{size_m: [0.05, 0.05, 0.1], frame: 'a<b'}]\n";
+  spill(root() / "frames.yaml", kScene + frames);
   const std::string lens = "model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]";
   spill(root() / "wide.yaml", replaced(kScene, lens, "model: fisheye4, f: 200"));
   spill(root() / "oblique.yaml",
         replaced(kScene, lens, "model: parallel, scale_px_per_m: 900, projection: cabinet"));
-  for (const std::string input :
+  for (const std::string& input :
        {path("frames.yaml") + " --view 3", path("wide.yaml"), path("oblique.yaml") + " --at 5:1",
         path("set") + " --view 2", path("scene.yaml") + " --at 0.1,0.1,0.3",
         path("wide.yaml") + " --at 0,0,5"}) {

@@ -5,6 +5,7 @@
 
 #include "cli_fixture.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "view_json.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -168,7 +169,19 @@ TEST_F(Cli, ViewNamesBadInput) {
   expect_bad_input(view + "--near 2 --far 1", {"--near", "< far", "2", "1"});
   expect_bad_input(view + "--near 0", {"--near", "> 0"});
   expect_bad_input(view + "--json --svg", {"--json", "--svg"});
+  expect_bad_input(view + "--steps --opengl", {"--steps", "--opengl"});
+  expect_bad_input(view + "--camera " + path("camera.yaml"), {"--camera", "data set"});
   expect_bad_input("view " + path("none.yaml"), {"none.yaml"});
+  expect_bad_input("view " + path("set") + " --view 6", {"--view", "5", "6"});
+  expect_bad_input("view " + path("set/truth.yaml"), {"truth.yaml"});
+  spill(root() / "camera.yaml", kCamera);
+  expect_bad_input("view " + path("camera.yaml") + " --view 1", {"--view", "0", "1"});
+  expect_bad_input("view " + path("camera.yaml") + " --at 0:0", {"--at", "0:0"});
+  expect_bad_input("view " + path("set") + " --camera " + path("camera.yaml"), {"image size"});
+  fs::copy(root() / "set", root() / "blind", fs::copy_options::recursive);
+  spill(root() / "blind" / "dataset.yaml",
+        "image_size: [640, 400]\ntarget: target.yaml\nobservations: observations_exact.csv\n");
+  expect_bad_input("view " + path("blind"), {"blind", "no truth", "--camera"});
 }
 
 }  // namespace

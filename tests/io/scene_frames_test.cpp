@@ -43,7 +43,9 @@ testing::AssertionResult agrees(const Affine& a, const Affine& b) {
                             : testing::AssertionFailure() << a.matrix() << "\n\n"
                                                           << b.matrix();
 }
-testing::AssertionResult agrees(const Pose& a, const Pose& b) { return agrees(affine(a), affine(b)); }
+testing::AssertionResult agrees(const Pose& a, const Pose& b) {
+  return agrees(affine(a), affine(b));
+}
 
 TEST_F(SceneFrames, APoseCanBeGivenInAllWays) {
   const auto pose = [&](const std::string& text) {
@@ -51,30 +53,32 @@ TEST_F(SceneFrames, APoseCanBeGivenInAllWays) {
   };
   const Vector3d offset(1, 2, 3);
   EXPECT_TRUE(agrees(pose("{rotation: [0, 1, 0, 0], translation_m: [1, 2, 3]}"),
-                   affine(translation(offset) * rotation_about_x(180 * kDegree))));
+                     affine(translation(offset) * rotation_about_x(180 * kDegree))));
   EXPECT_TRUE(agrees(pose("{roll_pitch_yaw_deg: [10, 20, 30], translation_m: [1, 2, 3]}"),
-                   affine(translation(offset) * rotation_about_z(30 * kDegree) *
-                          rotation_about_y(20 * kDegree) * rotation_about_x(10 * kDegree))));
+                     affine(translation(offset) * rotation_about_z(30 * kDegree) *
+                            rotation_about_y(20 * kDegree) * rotation_about_x(10 * kDegree))));
+  EXPECT_TRUE(agrees(pose("{three_points_m: [[1, 2, 3], [1, 2, 4], [2, 2, 3]]}"),
+                     affine(translation(offset))));
   EXPECT_TRUE(
       agrees(pose("{axis: [0, 2, 0], angle_deg: 30}"), affine(rotation_about_y(30 * kDegree))));
   EXPECT_TRUE(agrees(pose("[[1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]"),
-                   affine(translation(offset))));
+                     affine(translation(offset))));
   EXPECT_TRUE(agrees(pose("[{translate_m: [1, 2, 3]}, {rotate_x_deg: 10}, {scale: 2}, "
-                        "{rotate_deg: 90, axis: [0, 0, 1], point_m: [1, 0, 0]}]"),
-                   translation(offset) * rotation_about_x(10 * kDegree) * scaling(2) *
-                       rotation_about_line({1, 0, 0}, {0, 0, 1}, 90 * kDegree)));
+                          "{rotate_deg: 90, axis: [0, 0, 1], point_m: [1, 0, 0]}]"),
+                     translation(offset) * rotation_about_x(10 * kDegree) * scaling(2) *
+                         rotation_about_line({1, 0, 0}, {0, 0, 1}, 90 * kDegree)));
   EXPECT_TRUE(
       agrees(pose("{look_at: {eye_m: [3, 0, 0], target_m: [0, 0, 1], up: [0, 1, 0]}}"),
-           affine(camera_from_world_looking_at({3, 0, 0}, {0, 0, 1}, {0, 1, 0}).inverse())));
+             affine(camera_from_world_looking_at({3, 0, 0}, {0, 0, 1}, {0, 1, 0}).inverse())));
   const Aircraft plane{{5, 60 * kDegree, 30 * kDegree}, 0.0, 0.0, 10 * kDegree};
   EXPECT_TRUE(agrees(pose("{aircraft: {rho_m: 5, theta_deg: 60, phi_deg: 30, roll_deg: 10}}"),
-                   affine(world_from_aircraft(plane))));
+                     affine(world_from_aircraft(plane))));
 }
 
 TEST_F(SceneFrames, AChildHangsOnItsParentInAnyOrder) {
   EXPECT_TRUE(agrees(frame("frames:\n  - {name: a, parent: b, pose: {translation_m: [0, 0, 1]}}\n"
-                         "  - {name: b, pose: {axis: [1, 0, 0], angle_deg: 90}, scale: 2}\n"),
-                   rotation_about_x(90 * kDegree) * scaling(2) * translation({0, 0, 1})));
+                           "  - {name: b, pose: {axis: [1, 0, 0], angle_deg: 90}, scale: 2}\n"),
+                     rotation_about_x(90 * kDegree) * scaling(2) * translation({0, 0, 1})));
 }
 
 TEST_F(SceneFrames, MotionRunsEvenlyOverTheViewsInTheFrameItself) {
@@ -84,31 +88,31 @@ TEST_F(SceneFrames, MotionRunsEvenlyOverTheViewsInTheFrameItself) {
       "{translate_m: [[0, 0, 0], [1, 0, 0], [1, 0, 4]]}]}]\n";
   EXPECT_TRUE(agrees(frame(text, 0), translation({0, 1, 0}) * scaling(3)));
   EXPECT_TRUE(agrees(frame(text, 1), translation({0, 1, 0}) * scaling(3) *
-                                       rotation_about_z(45 * kDegree) * translation({1, 0, 0})));
+                                         rotation_about_z(45 * kDegree) * translation({1, 0, 0})));
   EXPECT_TRUE(agrees(frame(text, 2), translation({0, 1, 0}) * scaling(3) *
-                                       rotation_about_z(90 * kDegree) * translation({1, 0, 4})));
+                                         rotation_about_z(90 * kDegree) * translation({1, 0, 4})));
 }
 
 TEST_F(SceneFrames, EveryCameraOfTheLectures) {
   EXPECT_TRUE(agrees(path("type: look_at, eye_m: [1, 2, 3], target_m: [0, 0, 1], up: [0, 1, 0]"),
-                   camera_from_world_looking_at({1, 2, 3}, {0, 0, 1}, {0, 1, 0})));
+                     camera_from_world_looking_at({1, 2, 3}, {0, 0, 1}, {0, 1, 0})));
   EXPECT_TRUE(
       agrees(path("type: orbit, target_m: [0, 0, 1], distance_m: 4, azimuth_deg: 30, "
-                "elevation_deg: 90, twist_deg: 5"),
-           camera_from_world_on_orbit({{0, 0, 1}, 4, 30 * kDegree, 90 * kDegree, 5 * kDegree})));
+                  "elevation_deg: 90, twist_deg: 5"),
+             camera_from_world_on_orbit({{0, 0, 1}, 4, 30 * kDegree, 90 * kDegree, 5 * kDegree})));
   EXPECT_TRUE(
       agrees(path("type: aircraft, rho_m: 5, theta_deg: 60, phi_deg: 30, yaw_deg: 10, "
-                "pitch_deg: 20, roll_deg: 40"),
-           camera_from_world_in_aircraft(
-               {{5, 60 * kDegree, 30 * kDegree}, 10 * kDegree, 20 * kDegree, 40 * kDegree})));
+                  "pitch_deg: 20, roll_deg: 40"),
+             camera_from_world_in_aircraft(
+                 {{5, 60 * kDegree, 30 * kDegree}, 10 * kDegree, 20 * kDegree, 40 * kDegree})));
   EXPECT_TRUE(
       agrees(path("type: roll_pitch_yaw, centre_m: [1, 2, 3], roll_deg: 10, pitch_deg: 20, "
-                "yaw_deg: 30"),
-           camera_from_world_with_angles({10 * kDegree, 20 * kDegree, 30 * kDegree}, {1, 2, 3})));
+                  "yaw_deg: 30"),
+             camera_from_world_with_angles({10 * kDegree, 20 * kDegree, 30 * kDegree}, {1, 2, 3})));
   EXPECT_TRUE(
       agrees(path("type: drawn, view: plan, target_m: [1, 2, 3], distance_m: 7"),
-           translation({0, 0, 7}) * Pose(camera_from_world_drawn(DrawnView::plan), {0, 0, 0}) *
-               translation({-1, -2, -3})));
+             translation({0, 0, 7}) * Pose(camera_from_world_drawn(DrawnView::plan), {0, 0, 0}) *
+                 translation({-1, -2, -3})));
 }
 
 TEST_F(SceneFrames, AnAircraftCarriesItsCamera) {
@@ -117,7 +121,7 @@ TEST_F(SceneFrames, AnAircraftCarriesItsCamera) {
            "frames: [{name: plane, pose: {aircraft: {rho_m: 5, theta_deg: 60, yaw_deg: 10}}}]\n"
            "path: {type: frame, frame: plane}\n");
   EXPECT_TRUE(agrees(camera_poses(scene, 1)[0],
-                   world_from_aircraft({{5, 60 * kDegree, 0}, 10 * kDegree, 0, 0}).inverse()));
+                     world_from_aircraft({{5, 60 * kDegree, 0}, 10 * kDegree, 0, 0}).inverse()));
 }
 
 TEST_F(SceneFrames, ParallelCameras) {
@@ -148,6 +152,38 @@ TEST_F(SceneFrames, FieldOfViewByHeightAndDiagonalAndASectorOfAWall) {
   EXPECT_EQ(scene.model, "f+c");
 }
 
+TEST_F(SceneFrames, BinnedAndResizedPicturesHaveTheSmallestModelThatContainsThem) {
+  const auto camera = [&](const std::string& text) {
+    return read("camera: {image_size: [640, 480], " + text + "}\n" + kBoards + kPath).settings;
+  };
+  const Scene binned = camera("model: f, f: 500, binned: [2, 2]");
+  EXPECT_EQ(binned.camera.image_size, (ImageSize{320, 240}));
+  EXPECT_EQ(parameters(binned.camera.lens)[0], 250);
+  EXPECT_EQ(parameters(binned.camera.lens)[2], 159.5);
+  EXPECT_EQ(binned.model, "f");
+  EXPECT_EQ(camera("model: f, f: 500, binned: [2, 1]").model, "pinhole");
+  EXPECT_EQ(camera("model: f, f: 500, binned: [3, 3]").model, "f+c");  // a column is lost
+  EXPECT_EQ(camera("model: radial1, f: 500, distortion: [-0.1], binned: [1, 2]").model, "opencv5");
+  EXPECT_EQ(camera("model: fisheye4, f: 200, binned: [1, 2]").model, "fisheye4");
+  const Scene both = camera(
+      "model: f, f: 500, sector: {columns: 2, rows: 2, column: 1, row: 1}, binned: [2, 2], "
+      "resized: [640, 480]");
+  EXPECT_EQ(both.camera.image_size, (ImageSize{640, 480}));
+  EXPECT_NEAR(parameters(both.camera.lens)[0], 1000, 1e-12);
+  EXPECT_NEAR(parameters(both.camera.lens)[2], -0.5, 1e-12);
+  EXPECT_EQ(both.model, "f+c");
+}
+
+TEST_F(SceneFrames, FacesOfACuboidHaveItsName) {
+  const MovingScene scene = with(
+      "occluders: [{corners: [[1, 0, 0], [2, 0, 0], [2, 1, 0]]}]\n"
+      "cuboids: [{size_m: [1, 1, 1]}, {size_m: [1, 1, 1]}]\n");
+  ASSERT_EQ(scene.occluders.size(), 13U);
+  EXPECT_EQ(scene.occluders[0].occluder.name, "");
+  EXPECT_EQ(scene.occluders[1].occluder.name, "cuboid 0");
+  EXPECT_EQ(scene.occluders[12].occluder.name, "cuboid 1");
+}
+
 TEST_F(SceneFrames, TheTruthKeepsAllFrames) {
   const MovingScene scene = with(
       "views: 2\nframes: [{name: a, scale: 2}, {name: 'b c', parent: a}]\n"
@@ -160,8 +196,8 @@ TEST_F(SceneFrames, TheTruthKeepsAllFrames) {
     ASSERT_EQ(hierarchy.camera_from_frame.size(), 3U);
     for (const auto& [name, transform] : hierarchy.camera_from_frame)
       EXPECT_TRUE(agrees(back.hierarchy.at(image).camera_from_frame.at(name), transform)) << name;
-    EXPECT_TRUE(
-        agrees(back.hierarchy.at(image).camera_from_board.at(0), hierarchy.camera_from_board.at(0)));
+    EXPECT_TRUE(agrees(back.hierarchy.at(image).camera_from_board.at(0),
+                       hierarchy.camera_from_board.at(0)));
   }
 }
 
@@ -234,6 +270,10 @@ TEST_F(SceneFrames, BadFramesAndViews) {
        "path: type window and the camera's model window need each other"},
       {replaced(kCamera, "f: 500", "f: 500, field_of_view_height_deg: 50") + kBoards + kPath,
        "camera: needs one of f, fx and fy, field_of_view_deg"},
+      {replaced(kCamera, "f: 500", "f: 500, binned: [2, 0]") + kBoards + kPath,
+       "camera.binned[1]: must be a whole number from 1 to 480, got 0"},
+      {base + "frames: [{name: a, pose: {three_points_m: [[0, 0, 0], [1, 1, 1], [2, 2, 2]]}}]\n",
+       "frames[0].pose.three_points_m: must not lie on a line"},
       {replaced(kCamera, "f: 500", "f: 500, sector: {columns: 3, rows: 2, column: 3, row: 1}") +
            kBoards + kPath,
        "camera.sector.column: must be a whole number from 0 to 2, got 3"},

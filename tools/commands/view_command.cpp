@@ -70,7 +70,7 @@ NamedPoint point_to_follow(const std::string& at, const Scene& scene,
 
 ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, const Pose& pose) {
   NearFar planes = enclosing_planes(scene, pose);
-  if (scene.boards.empty()) planes = {0.5, 2};  // m; about the point 1 m ahead
+  if (scene.boards.empty()) planes = {0.5, 1.5};  // m; about the point 1 m ahead
   if (arguments.near_m > 0) planes.near_m = arguments.near_m;
   if (arguments.far_m > 0) planes.far_m = arguments.far_m;
   if (!(planes.near_m < planes.far_m))

@@ -56,38 +56,34 @@ class ImagePanel {
   // The upper left corner of the image in the panel.
   Vector2d origin() const { return {kMarginX, kMarginY}; }
 
-  Vector2d in_panel(const Vector2d& drawn_pixel) const {
-    return origin() + drawn_pixel + Vector2d::Constant(0.5);
-  }
-
-  bool is_drawn(const std::optional<Vector2d>& drawn_pixel) const {
-    return drawn_pixel && contains(camera_.image_size, *drawn_pixel);
+  // The place of a pixel of the whole image in the panel; no value outside of the image.
+  std::optional<Vector2d> in_panel(const std::optional<Vector2d>& pixel) const {
+    const ImageSize &whole = report_.pipeline.camera.image_size, &drawn = camera_.image_size;
+    if (!pixel || !contains(whole, *pixel)) return std::nullopt;
+    const Vector2d scale(1.0 * drawn.width / whole.width, 1.0 * drawn.height / whole.height);
+    return origin() + scale.cwiseProduct(*pixel + Vector2d::Constant(0.5));
   }
 
   std::string marks() {
     const FollowedPoint& f = report_.followed;
-    const auto p = parameters(camera_.lens), whole = parameters(report_.pipeline.camera.lens);
+    const auto p = parameters(report_.pipeline.camera.lens);
     const Vector2d principal(p[2], p[3]);
     std::string svg;
-    if (is_drawn(principal)) {
-      const Vector2d at = in_panel(principal);
-      svg += fmt::format("<path d=\"M{:.2f} {:.2f}m-6 0h12m-6 -6v12\" stroke=\"{}\"/>\n", at.x(),
-                         at.y(), kVolumeColour);
-      labels_.keep_free(at);
-      labels_.add("principal point " + pixel_text({whole[2], whole[3]}), at, kVolumeColour);
+    if (const auto at = in_panel(principal)) {
+      svg += fmt::format("<path d=\"M{:.2f} {:.2f}m-6 0h12m-6 -6v12\" stroke=\"{}\"/>\n", at->x(),
+                         at->y(), kVolumeColour);
+      labels_.keep_free(*at);
+      labels_.add("principal point " + pixel_text(principal), *at, kVolumeColour);
     }
-    const auto raster = project(undistorted(camera_).lens, f.in_camera);
-    if (f.in_raster_px && is_drawn(raster))
-      svg += svg_circle("raster", in_panel(*raster), 6,
-                        fmt::format("fill=\"none\" stroke=\"{}\"", kPointColour));
-    const auto pixel = project(camera_.lens, f.in_camera);
-    if (!f.pixel || !is_drawn(pixel)) return svg;
-    const Vector2d at = in_panel(*pixel);
-    labels_.keep_free(at);
-    labels_.add("pixel " + pixel_text(*f.pixel), at, kPointColour);
-    const char* fill = f.sight == Sight::seen ? kPointColour.data() : "none";
-    return svg +
-           svg_circle("pixel", at, 3, fmt::format("fill=\"{}\" stroke=\"{}\"", fill, kPointColour));
+    if (const auto at = in_panel(f.in_raster_px))
+      svg += svg_circle("raster", *at, 6, fmt::format("fill=\"none\" stroke=\"{}\"", kPointColour));
+    const auto at = in_panel(f.pixel);
+    if (!at) return svg;
+    labels_.keep_free(*at);
+    labels_.add("pixel " + pixel_text(*f.pixel), *at, kPointColour);
+    const std::string_view fill = f.sight == Sight::seen ? kPointColour : "none";
+    return svg + svg_circle("pixel", *at, 3,
+                            fmt::format("fill=\"{}\" stroke=\"{}\"", fill, kPointColour));
   }
 
   void name_corners() {

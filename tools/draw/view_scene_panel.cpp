@@ -33,9 +33,10 @@ class ScenePanel {
     if (!view_.left_out().empty())
       name("beyond the drawing: " + view_.left_out(), {5, labels_.height() - 5}, kInk);
     return fmt::format(
-               "<g id=\"scene-drawing\" data-lens=\"{} {} {}\" data-camera-from-world=\"{}\">\n",
+               "<g id=\"scene-drawing\" data-lens=\"{} {} {}\" data-camera-from-world=\"{}\" "
+               "data-image-depth=\"{}\">\n",
                parameters(panel_.camera().lens)[0], parameters(panel_.camera().lens)[2],
-               parameters(panel_.camera().lens)[3], pose_text()) +
+               parameters(panel_.camera().lens)[3], pose_text(), view_.image_depth_m()) +
            svg + "</g>\n<g id=\"scene-labels\">\n" + labels_.svg() + "</g>\n";
   }
 
@@ -103,7 +104,9 @@ class ScenePanel {
           plane("far", v.far_m, kVolumeColour, 0.05, fmt::format("far plane, {:.4g} m", v.far_m));
     } else {
       const Vector2d end = at(view_.cross_section(view_.drawn_depth_m())).front();
-      name(fmt::format("far plane at {:.4g} m: beyond the drawing, edges cut at {:.3g} m", v.far_m,
+      const bool near_too = v.near_m > view_.drawn_depth_m();
+      name(fmt::format("{}far plane at {:.4g} m: beyond the drawing, edges cut at {:.3g} m",
+                       near_too ? fmt::format("near plane at {:.4g} m, ", v.near_m) : "", v.far_m,
                        view_.drawn_depth_m()),
            end, kVolumeColour);
     }

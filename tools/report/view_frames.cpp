@@ -27,7 +27,7 @@ class Visitor {
  private:
   void visit(const std::string& name, std::optional<std::size_t> index) {
     for (const std::size_t b : boards_[name]) {
-      enter(fmt::format("board {}", b), index, affine(report_.boards[b].board.world_from_board));
+      enter(fmt::format("board {}", b), index, report_.boards[b].board.world_from_board);
       shown_.back().board = b;
       stack_.pop();
     }
@@ -38,11 +38,17 @@ class Visitor {
     }
   }
 
+  template <typename Transform>  // Pose or Affine
   void enter(const std::string& name, std::optional<std::size_t> parent,
-             const Affine& parent_from_frame) {
+             const Transform& parent_from_frame) {
     stack_.push();
     stack_.multiply(parent_from_frame);
-    shown_.push_back({name, parent, {}, parent_from_frame, stack_.matrix(), stack_.inverse()});
+    shown_.push_back({name,
+                      parent,
+                      {},
+                      Affine::Identity() * parent_from_frame,
+                      stack_.matrix(),
+                      stack_.inverse()});
   }
 
   const ViewReport& report_;

@@ -78,7 +78,6 @@ class MatrixStack {
 
   void push();  // remembers matrix()
   void pop();   // restores the last remembered matrix; throws Error if there is none
-  std::size_t num_pushed() const { return levels_.size() - 1; }
 
  private:
   struct Level {

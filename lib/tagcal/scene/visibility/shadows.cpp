@@ -135,23 +135,19 @@ std::optional<std::size_t> Shadows::seen_instead(const Vector3d& x, std::size_t 
   for (std::size_t i = 0; i < shadows_.size(); ++i) {
     const std::span<const HalfSpace> planes = shadow(i, own);
     if (planes.empty() || !contains(planes, x)) continue;
-    const double at = distance(i, x, towards);
-    if (front && at < farthest - tolerance_m_) continue;
+    const HalfSpace& beyond = shadows_[i][0].front();
+    const double distance = -beyond.height(x) / beyond.normal.dot(towards);
+    if (front && distance < farthest - tolerance_m_) continue;
     front = i;
-    farthest = at;
+    farthest = distance;
   }
   return front;
 }
 
-// From x to the plane of a sheet, along the unit vector `towards`.
-double Shadows::distance(std::size_t sheet, const Vector3d& x, const Vector3d& towards) const {
-  const HalfSpace& beyond = shadows_[sheet][0].front();
-  return -beyond.height(x) / beyond.normal.dot(towards);
-}
-
 Vector3d Shadows::in_line(std::size_t sheet, const Vector3d& x) const {
-  const Vector3d towards = eye_.towards_from(x).normalized();
-  return x + distance(sheet, x, towards) * towards;
+  const Vector3d towards = eye_.towards_from(x);
+  const Sheet& plane = sheets_[sheet];
+  return x + plane.normal.dot(plane.corners.front() - x) / plane.normal.dot(towards) * towards;
 }
 
 std::vector<Polygon> Shadows::visible_parts(Polygon polygon, std::size_t own,

@@ -73,8 +73,6 @@ class Shadows {
   };
 
   int side(const Sheet& sheet) const;
-  double distance(std::size_t sheet, const Eigen::Vector3d& x,
-                  const Eigen::Vector3d& towards) const;
   std::vector<HalfSpace> half_spaces(const Sheet& sheet, double lift_m) const;
 
   std::vector<Sheet> sheets_;
