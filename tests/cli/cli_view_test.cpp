@@ -14,19 +14,6 @@ using Json = nlohmann::json;
 
 const std::string kSource = TAGCAL_SOURCE_DIR;
 
-Eigen::Matrix4d matrix(const Json& rows) {
-  Eigen::Matrix4d m;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) m(r, c) = rows[r][c];
-  return m;
-}
-
-Eigen::VectorXd vector(const Json& numbers) {
-  Eigen::VectorXd v(numbers.size());
-  for (std::size_t i = 0; i < numbers.size(); ++i) v[static_cast<int>(i)] = numbers[i];
-  return v;
-}
-
 TEST_F(Cli, ThePageOnTheViewingPipelineShowsWhatTheCommandPrints) {
   const std::string page = slurp(kSource + "/docs/viewing.md");
   int shown = 0;
