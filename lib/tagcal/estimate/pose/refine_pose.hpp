@@ -20,7 +20,8 @@ struct InitialPose {
   ViewState state;
   double cost = 0;
   bool has_equations = false;
-  NormalEquations<N> equations = {};
+  NormalEquations<N> equations = {Eigen::Matrix<double, N, N>::Zero(),
+                                  Eigen::Matrix<double, N, 1>::Zero()};
 };
 
 // N = 6: pose, 7: pose and log focal length.
