@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages (Debian, by apt) and builds build/release/tools/tagcal. A second run has
-# nothing left to do.
+# nothing left to do. `--peers` also installs the programs of others that read our files in tests.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -8,8 +8,19 @@ packages=(
   build-essential g++ cmake ninja-build ccache pkg-config
   libeigen3-dev libceres-dev libapriltag-dev libopencv-dev
   libcli11-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libpng-dev libjpeg-dev
-  libdeflate-dev libgtest-dev librapidcheck-dev gnuplot-nox
+  libdeflate-dev libtiff-dev libwebp-dev libstb-dev libcairo2-dev libopencv-contrib-dev
+  libgtest-dev librapidcheck-dev gnuplot-nox
 )
+peers=(colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
+
+case "${1:-}" in
+  "") ;;
+  --peers) packages+=("${peers[@]}") ;;
+  *)
+    echo "setup.sh: $1: unknown option (known: --peers)" >&2
+    exit 2
+    ;;
+esac
 
 missing_packages() {
   local installed package

@@ -37,8 +37,9 @@ class DatasetFile : public FileTest {
     write("images/b.png", picture());
     write("images/a.png", picture());
     write("images/notes.txt", "no picture");
-    boards_ = {{grid_board({2, 2, 0.1, 0.25, 0}), {}},
-               {{"tag36h11", 1, false, {}, {}, {{{50, 0}, {1, 2, 3}}}}, {}}};
+    Board points{.border_bits = 1, .corner_squares = false};
+    points.points = {{{50, 0}, {1, 2, 3}}};
+    boards_ = {{grid_board({2, 2, 0.1, 0.25, 0}), {}}, {points, {}}};
   }
 
   // The bytes of a PNG of 64 x 48 pixels, made once.

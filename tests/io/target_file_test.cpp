@@ -227,7 +227,7 @@ TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
     EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
   }
 
-  board = {"tag36h11", 1, false, {}, {}, {}};
+  board = {.border_bits = 1, .corner_squares = false};
   for (int i = 0; i < 200; ++i)
     board.tags.push_back({3 * i, random.uniform(), random_pose(random)});
   write_target(folder_ / "t.yaml", board);

@@ -259,5 +259,30 @@ TEST(Ink, RejectsWhatCannotBePrinted) {
   EXPECT_THROW(ink_cells(board, reversed), Error);
 }
 
+TEST(Checkerboard, CornersAreRowByRowFromBelow) {
+  const Board board = checkerboard_board(
+      {.columns = 3, .rows = 2, .column_spacing = 0.02, .row_spacing = 0.03, .first_id = 7});
+  const std::vector<TargetPoint> points = target_points(board);
+  ASSERT_EQ(points.size(), 6u);
+  EXPECT_EQ(points[4].id, (CornerId{11, 0}));
+  EXPECT_TRUE(points[4].position.isApprox(Vector3d(0.02, 0.03, 0)));
+  EXPECT_THROW(checkerboard_board({.columns = 1, .rows = 2}), Error);
+}
+
+// Layout by OpenCV: squares from the upper left, the first one black; before 4.6 white if the
+// number of rows is even.
+TEST(Charuco, MarkersStandInWhiteSquares) {
+  const Checkerboard squares{.columns = 2, .rows = 3, .column_spacing = 0.04, .row_spacing = 0.04};
+  Board board = charuco_board(squares, {.size = 0.03, .dictionary = "DICT_4X4_50"});
+  ASSERT_EQ(board.tags.size(), 6u);
+  EXPECT_FALSE(board.checkerboard->starts_black);
+  EXPECT_TRUE(board.tags[0].board_from_tag.translation().isApprox(Vector3d(0.02, 0.1, 0)));
+  board = charuco_board(squares, {.size = 0.03, .dictionary = "DICT_4X4_50", .legacy = true});
+  EXPECT_TRUE(board.checkerboard->starts_black);
+  EXPECT_TRUE(board.tags[0].board_from_tag.translation().isApprox(Vector3d(-0.02, 0.1, 0)));
+  EXPECT_EQ(target_points(board).size(), 6u);
+  EXPECT_THROW(charuco_board(squares, {.size = 0.05}), Error);
+}
+
 }  // namespace
 }  // namespace tagcal

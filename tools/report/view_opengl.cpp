@@ -15,12 +15,9 @@ Json by_columns(const Eigen::Matrix4d& m) {
 }
 
 Json camera_json(const Camera& camera) {
-  static constexpr const char* kParallelNames[] = {"sx", "sy", "cx", "cy"};
-  const bool parallel = std::holds_alternative<Parallel>(camera.lens);
   Json result;
-  for (std::size_t i = 0; i < 4; ++i)
-    result[parallel ? kParallelNames[i] : std::string(parameter_names(camera.lens)[i])] =
-        parameters(camera.lens)[i];
+  for (std::size_t i = 0; i < 4; ++i)  // numeric: both scales and the principal point
+    result[std::string(parameter_names(camera.lens)[i])] = parameters(camera.lens)[i];
   return result;
 }
 

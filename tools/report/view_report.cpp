@@ -98,12 +98,11 @@ std::string point_text(const ViewReport& report) {
 }  // namespace
 
 std::string planes_beyond(const ViewReport& report) {
-  static constexpr const char* kNames[] = {"left", "right", "bottom", "top", "near", "far"};
   const auto planes = clip_planes(report.pipeline.clip_from_eye);
   std::string text;
   for (std::size_t i = 0; i < planes.size() && !report.followed.in_volume; ++i)
     if (planes[i].height(report.followed.in_eye) < 0)
-      text += (text.empty() ? "" : " and ") + std::string(kNames[i]);
+      text += (text.empty() ? "" : " and ") + std::string(kPlaneNames[i]);
   return text;
 }
 

@@ -21,7 +21,6 @@ constexpr std::pair<const char*, CanonicalVolume> kVolumes[] = {
     {"phigs", CanonicalVolume::phigs},
     {"zero_to_one", CanonicalVolume::zero_to_one},
     {"one_to_zero", CanonicalVolume::one_to_zero}};
-constexpr const char* kPlanes[] = {"left", "right", "bottom", "top", "near", "far"};
 constexpr double kRecedes = std::numbers::pi / 4;  // of depth in the oblique projections
 
 // Those that OpenGL's volume has too are not repeated.
@@ -69,7 +68,7 @@ Json planes_json(const ViewReport& report) {
   const auto planes = clip_planes(report.pipeline.clip_from_eye);
   Json result;
   for (std::size_t i = 0; i < planes.size(); ++i)
-    result[fmt::format("inside_{}_m", kPlanes[i])] = planes[i].height(report.followed.in_eye);
+    result[fmt::format("inside_{}_m", kPlaneNames[i])] = planes[i].height(report.followed.in_eye);
   result["inside_all"] = contains(planes, report.followed.in_eye);
   return result;
 }

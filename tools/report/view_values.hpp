@@ -17,6 +17,9 @@ inline double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 // Zero instead of a number that is printed as "-0.000000".
 inline double shown(double value) { return std::abs(value) < 0.5e-6 ? 0 : value; }
 
+// The planes of a view volume, in the order of clip_planes.
+inline constexpr const char* kPlaneNames[] = {"left", "right", "bottom", "top", "near", "far"};
+
 template <typename Vector>
 Json array(const Vector& v) {
   Json result = Json::array();

@@ -90,14 +90,7 @@ std::string hierarchy_yaml(const HierarchyTruth& hierarchy) {
 }
 
 Affine read_transform(const YamlValue& value) {
-  if (!value.is_list()) return affine(read_pose(value));
-  Affine transform = Affine::Identity();
-  int row = 0;
-  for (const YamlValue& item : value.items(4, 4)) {
-    const std::vector<double> numbers = item.numbers(4);
-    if (row < 3) transform.matrix().row(row++) = Eigen::RowVector4d::Map(numbers.data());
-  }
-  return transform;
+  return value.is_list() ? Affine(read_affine_matrix(value)) : affine(read_pose(value));
 }
 
 HierarchyTruth read_hierarchy(const YamlValue& item) {

@@ -27,6 +27,34 @@ void check(const Grid& grid, int border_bits) {
     throw Error(fmt::format("board: first_id: must be >= 0, got {}", grid.first_id));
 }
 
+void check(const Checkerboard& board) {
+  if (board.columns < 2 || board.rows < 2) {
+    throw Error(fmt::format("board: must have 2 x 2 corners or more, got {} x {}", board.columns,
+                            board.rows));
+  }
+  require_positive(board.column_spacing, "column_spacing");
+  require_positive(board.row_spacing, "row_spacing");
+  if (board.first_id < 0)
+    throw Error(fmt::format("board: first_id: must be >= 0, got {}", board.first_id));
+}
+
+void check(const CharucoMarkers& markers, const Checkerboard& board) {
+  check(board);
+  require_positive(markers.size, "marker size");
+  if (board.column_spacing != board.row_spacing) {
+    throw Error(fmt::format("board: squares of a ChArUco board must be square, got {} x {} m",
+                            board.column_spacing, board.row_spacing));
+  }
+  if (markers.size >= board.column_spacing) {
+    throw Error(fmt::format("board: markers must be smaller than a square of {} m, got {}",
+                            board.column_spacing, markers.size));
+  }
+  if (markers.first_marker_id < 0) {
+    throw Error(
+        fmt::format("board: first_marker_id: must be >= 0, got {}", markers.first_marker_id));
+  }
+}
+
 }  // namespace
 
 Board grid_board(const Grid& grid, std::string family, int border_bits, bool corner_squares) {
@@ -48,6 +76,43 @@ Board grid_board(const Grid& grid, std::string family, int border_bits, bool cor
   return board;
 }
 
+Board checkerboard_board(const Checkerboard& checkerboard) {
+  check(checkerboard);
+  Board board;
+  board.border_bits = 1;
+  board.corner_squares = false;
+  board.checkerboard = checkerboard;
+  for (int row = 0; row < checkerboard.rows; ++row) {
+    for (int column = 0; column < checkerboard.columns; ++column) {
+      const int id = checkerboard.first_id + row * checkerboard.columns + column;
+      board.points.push_back(
+          {{id, 0}, {column * checkerboard.column_spacing, row * checkerboard.row_spacing, 0}});
+    }
+  }
+  return board;
+}
+
+Board charuco_board(const Checkerboard& checkerboard, const CharucoMarkers& markers) {
+  check(markers, checkerboard);
+  Checkerboard squares = checkerboard;
+  const int square_rows = squares.rows + 1, square_columns = squares.columns + 1;
+  squares.starts_black = markers.legacy || square_rows % 2 == 1;
+  Board board = checkerboard_board(squares);
+  board.charuco = markers;
+  board.family = markers.dictionary;
+  int id = markers.first_marker_id;
+  for (int row = square_rows - 1; row >= 0; --row) {
+    for (int column = 0; column < square_columns; ++column) {
+      const bool is_black = ((row + column) % 2 == 0) == squares.starts_black;
+      if (is_black) continue;
+      const Eigen::Vector3d centre((column - 0.5) * squares.column_spacing,
+                                   (row - 0.5) * squares.row_spacing, 0);
+      board.tags.push_back({id++, markers.size, Pose(Eigen::Quaterniond::Identity(), centre)});
+    }
+  }
+  return board;
+}
+
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag) {
   const double half = tag.size / 2;
   return {tag.board_from_tag * Eigen::Vector3d(-half, -half, 0),
@@ -58,6 +123,7 @@ std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag) {
 
 std::vector<TargetPoint> target_points(const Board& board) {
   std::vector<TargetPoint> points = board.points;
+  if (board.charuco) return points;
   points.reserve(points.size() + 4 * board.tags.size());
   for (const Tag& tag : board.tags) {
     const auto corners = tag_corners(tag);

@@ -4,6 +4,7 @@
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,9 +31,11 @@ struct TagFamily {
   std::vector<std::uint64_t> codes;  // per id, bits.front() is the most significant
 };
 
+using TagFamilies = std::map<std::string, TagFamily>;  // by name
+
 // Identifies a point that can be observed: corner 0..3 of a tag (lower-left, lower-right,
-// upper-right, upper-left, on the upright tag), or point `tag_id` of a `points` target, with corner
-// 0.
+// upper-right, upper-left, on the upright tag), or point `tag_id` of a `points` target or of a
+// checkerboard, with corner 0.
 struct CornerId {
   int tag_id = 0;
   int corner = 0;
@@ -63,19 +66,55 @@ struct Grid {
   int first_id = 0;
 };
 
-// A calibration target: tags, or measured points.
+// The corners of a checkerboard, where four squares meet: row by row from below, first_id at the
+// lower left, each with corner 0. Board frame: origin at that corner, x right, y up, z out of the
+// board to the viewer. A board with an odd number of squares in one direction and an even one in
+// the other looks different turned by half a turn; any other looks the same.
+struct Checkerboard {
+  int columns = 0;  // of corners, one less than those of squares
+  int rows = 0;
+  double column_spacing = 0;  // metres, along x
+  double row_spacing = 0;     // metres, along y
+  bool starts_black = true;   // the square to the lower left of the first corner
+  int first_id = 0;           // of the corners
+};
+
+// The markers of a ChArUco board, in the middle of its white squares, upright, row by row from
+// above.
+struct CharucoMarkers {
+  double size = 0;              // metres, outer black edge to outer black edge; less than a square
+  std::string dictionary = {};  // a family of tags, for example "DICT_5X5_100"
+  // The pattern of OpenCV before 4.6: the lower left square of the board is black; otherwise the
+  // upper left one is. Both are the same for an odd number of rows of squares.
+  bool legacy = false;
+  int first_marker_id = 0;
+};
+
+// A calibration target: tags, a checkerboard with or without markers, or measured points.
 struct Board {
   std::string family = "tag36h11";
   int border_bits = 2;  // width of the black border in cells: 2 as Kalibr prints, 1 for plain tags
   bool corner_squares = true;  // Kalibr's black squares between the tags
   std::optional<Grid> grid;    // set if the tags form a grid
+  std::optional<Checkerboard> checkerboard;
+  std::optional<CharucoMarkers> charuco;  // only with a checkerboard
+  // Of a ChArUco board the markers; their corners are found, but not observed (target_points).
   std::vector<Tag> tags;
-  std::vector<TargetPoint> points;  // of a `points` target; then there are no tags
+  std::vector<TargetPoint> points;  // of a `points` target or a checkerboard
 };
 
 // The board of a grid. Throws Error unless the sizes are positive and the spacing is not negative.
 Board grid_board(const Grid& grid, std::string family = "tag36h11", int border_bits = 2,
                  bool corner_squares = true);
+
+// A checkerboard. Throws Error unless there are 2 x 2 corners or more and the spacings are
+// positive.
+Board checkerboard_board(const Checkerboard& checkerboard);
+
+// A ChArUco board with square squares; `checkerboard.starts_black` is set by the layout. Throws
+// Error as checkerboard_board, for spacings that differ, and for markers that do not fit into a
+// square.
+Board charuco_board(const Checkerboard& checkerboard, const CharucoMarkers& markers);
 
 // Corners 0..3 of a tag in the board frame.
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag);

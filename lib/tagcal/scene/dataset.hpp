@@ -32,7 +32,7 @@ struct PlacedBoard {
 
 constexpr const char* kParallelModel = "parallel";  // orthographic or oblique: no candidate model
 
-// Where the parts of a scene with frames are in one view.
+// The poses of a scene's frames and boards in one view.
 struct HierarchyTruth {
   std::map<std::string, Affine> camera_from_frame;  // all frames, the scene's world included
   std::vector<Pose> camera_from_board;              // all boards, in the scene's order

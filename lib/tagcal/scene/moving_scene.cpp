@@ -28,9 +28,10 @@ Pose rigid_world_from(const Frames<Affine>& frames, const std::string& frame,
   }
 }
 
-// Relative to the first board; in views in which the first board is at the same place of the world
-// the relative pose is the same to rounding.
-constexpr double kSamePlace = 1e-9;  // radians, and of the distance from the first board
+// Two poses count as the same if they differ by less than this: radians, and a share of 1 m plus
+// the distance. Rounding in a chain of frames stays far below it, and a picture shows no smaller
+// motion.
+constexpr double kSamePlace = 1e-9;
 
 bool same_place(const Pose& a, const Pose& b) {
   return angle_between_rad(a, b) < kSamePlace &&

@@ -1,17 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <string>
 
 #include "tagcal/scene/board.hpp"
 #include "tagcal/scene/image.hpp"
 #include "tagcal/scene/scene.hpp"
 
 namespace tagcal {
-
-// The families whose tags a scene shows, by name.
-using TagFamilies = std::map<std::string, TagFamily>;
 
 // The light on the sensor before noise, as levels in [0, 1] times the exposure. Each surface counts
 // with the exact area of the pixel in which it is seen, also where surfaces cut each other (edges

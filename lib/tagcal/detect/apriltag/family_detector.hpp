@@ -58,7 +58,7 @@ class FamilyDetector {
   // All tags of the family that lie whole in the picture, wanted or not. Precondition: 8x8 or more.
   std::vector<FoundTag> find(const Image8& image);
 
-  // The search of one picture takes so many passes, in each of which black is shrunk more.
+  // Number of passes over a picture. Each pass shrinks black more than the one before.
   std::size_t num_passes() const { return passes_.size(); }
 
   // Adds new tags to `found`. Tags seen in a halved picture are added only if their edges can be

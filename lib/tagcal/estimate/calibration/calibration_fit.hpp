@@ -48,7 +48,7 @@ struct Selection {
   bool uses(std::size_t view) const;
 };
 
-// That of a start; with all corners, if options.reject_outliers is false.
+// The selection of a start. It has all corners if options.reject_outliers is false.
 Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& options);
 
 // Inliers and the solution to them.

@@ -21,9 +21,9 @@ constexpr double kLastDecrease = 1e-14;  // numeric: convergence
 constexpr double kEnoughShare = 1e-3;  // numeric: convergence
 
 // Damping: the least, its factor, and the one at which no step lowers the cost.
-constexpr double kLeastDamping = 1e-6;  // numeric: tried values
-constexpr double kDampingFactor = 10;
-constexpr double kLargestDamping = 1e6;
+constexpr double kLeastDamping = 1e-6;   // numeric: tried values
+constexpr double kDampingFactor = 10;    // numeric: tried values
+constexpr double kLargestDamping = 1e6;  // numeric: tried values
 
 template <int N>
 struct PredictedStep {

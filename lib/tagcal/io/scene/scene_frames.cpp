@@ -44,21 +44,13 @@ Step turning_step(const YamlValue& value) {
                        vector_or(value.find("point_m"), Vector3d::Zero()));
 }
 
-std::vector<Vector3d> factors_of(const YamlValue& value) {
-  if (!value.is_list()) return {Vector3d::Constant(value.number())};
-  const std::vector<YamlValue> items = value.items(1, 1000);
-  if (!items[0].is_list()) return {read_vector(value)};
-  std::vector<Vector3d> factors;
-  for (const YamlValue& item : items) factors.push_back(read_vector(item));
-  return factors;
-}
-
 // A number, or one for each axis.
 Step scaling_step(const YamlValue& value) {
-  const std::vector<Vector3d> factors = factors_of(value);
-  for (const Vector3d& factor : factors)
+  const VectorOverViews scale = value.is_list()
+                                    ? vectors_over_views(value)
+                                    : VectorOverViews({Vector3d::Constant(value.number())});
+  for (const Vector3d& factor : scale.values())
     if ((factor.array() == 0).any()) value.fail("must not be zero");
-  const VectorOverViews scale(factors);
   return {[=](double t) { return scaling(scale.at(t)); }, scale.moves()};
 }
 

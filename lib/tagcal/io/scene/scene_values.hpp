@@ -30,6 +30,7 @@ class OverViews {
  public:
   explicit OverViews(std::vector<T> values) : values_(std::move(values)) {}
 
+  const std::vector<T>& values() const { return values_; }
   bool moves() const { return values_.size() > 1; }
 
   T at(double t) const {

@@ -12,16 +12,8 @@
 namespace tagcal::internal {
 namespace {
 
-Pose read_matrix(const YamlValue& value) {
-  Eigen::Matrix4d matrix;
-  int row = 0;
-  for (const YamlValue& item : value.items(4, 4)) {
-    const std::vector<double> numbers = item.numbers(4);
-    matrix.row(row++) = Eigen::RowVector4d::Map(numbers.data());
-  }
-  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
-    value.fail_plainly("the last row must be [0, 0, 0, 1]");
-  }
+Pose read_rigid_matrix(const YamlValue& value) {
+  const Eigen::Matrix4d matrix = read_affine_matrix(value);
   try {
     return {rotation_from_matrix(matrix.topLeftCorner<3, 3>(), "the upper left 3x3"),
             matrix.topRightCorner<3, 1>()};
@@ -76,8 +68,21 @@ Eigen::Vector3d read_vector(const YamlValue& value) {
   return Eigen::Vector3d::Map(value.numbers(3).data());
 }
 
+Eigen::Matrix4d read_affine_matrix(const YamlValue& value) {
+  Eigen::Matrix4d matrix;
+  int row = 0;
+  for (const YamlValue& item : value.items(4, 4)) {
+    const std::vector<double> numbers = item.numbers(4);
+    matrix.row(row++) = Eigen::RowVector4d::Map(numbers.data());
+  }
+  if ((matrix.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
+    value.fail_plainly("the last row must be [0, 0, 0, 1]");
+  }
+  return matrix;
+}
+
 Pose read_pose(const YamlValue& value) {
-  if (value.is_list()) return read_matrix(value);
+  if (value.is_list()) return read_rigid_matrix(value);
   value.allow_only({"rotation", "translation_m"});
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   if (const auto given = value.find("rotation")) {

@@ -14,6 +14,8 @@ namespace tagcal::internal {
 
 Eigen::Vector3d read_vector(const YamlValue& value);  // [x, y, z]
 
+Eigen::Matrix4d read_affine_matrix(const YamlValue& value);  // 4x4 by rows, the last [0, 0, 0, 1]
+
 // {rotation: [w, x, y, z], translation_m: [x, y, z]}, both optional, or a 4x4 matrix by rows.
 Pose read_pose(const YamlValue& value);
 std::string pose_yaml(const Pose& pose);

@@ -22,8 +22,10 @@ double cos4_factor(const Lens& lens, const Vector2d& pixel) {
   return std::pow(ray->direction.z(), 4);
 }
 
-double polynomial_factor(const std::vector<double>& coefficients, double r2,
+double polynomial_factor(const std::vector<double>& coefficients, const ImageSize& size,
                          const Vector2d& pixel) {
+  const double half_diagonal = 0.5 * std::hypot(size.width, size.height);
+  const double r2 = ((pixel - image_centre(size)) / half_diagonal).squaredNorm();
   double factor = 0;
   for (auto a = coefficients.rbegin(); a != coefficients.rend(); ++a) factor = (factor + *a) * r2;
   ++factor;
@@ -74,13 +76,10 @@ double Shading::at(const Ray& ray) const {
 
 void vignette(const Camera& camera, const Vignetting& vignetting, ImageF& light) {
   if (!vignetting.cos4 && vignetting.polynomial.empty()) return;
-  const Vector2d centre = image_centre(light.size());
-  const double half_diagonal = 0.5 * std::hypot(light.width(), light.height());
   for (int y = 0; y < light.height(); ++y)
     for (int x = 0; x < light.width(); ++x) {
       const Vector2d pixel(x, y);
-      const double r2 = ((pixel - centre) / half_diagonal).squaredNorm();
-      double factor = polynomial_factor(vignetting.polynomial, r2, pixel);
+      double factor = polynomial_factor(vignetting.polynomial, light.size(), pixel);
       if (vignetting.cos4) factor *= cos4_factor(camera.lens, pixel);
       light(x, y) *= static_cast<float>(factor);
     }
@@ -89,8 +88,10 @@ void vignette(const Camera& camera, const Vignetting& vignetting, ImageF& light)
 // The angle to the axis is largest at a corner.
 void check_vignetting(const Camera& camera, const Vignetting& vignetting) {
   const ImageSize& size = camera.image_size;
-  ImageF light(size, 1);
-  vignette(camera, {false, vignetting.polynomial}, light);
+  if (!vignetting.polynomial.empty())
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x)
+        polynomial_factor(vignetting.polynomial, size, Vector2d(x, y));
   if (!vignetting.cos4) return;
   for (const int x : {0, size.width - 1})
     for (const int y : {0, size.height - 1}) cos4_factor(camera.lens, Vector2d(x, y));

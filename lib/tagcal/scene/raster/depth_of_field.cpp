@@ -224,7 +224,7 @@ class Compositor {
 
 }  // namespace
 
-ImageF render_in_focus(const Scene& scene, const FamiliesByName& families,
+ImageF render_in_focus(const Scene& scene, const TagFamilies& families,
                        const Pose& camera_from_world) {
   const Painter painter(scene, families, camera_from_world, 1);
   Compositor compositor(scene);

@@ -11,7 +11,7 @@ namespace tagcal::internal {
 // each other in turn or cut each other, are one layer with what the eye sees of each, and a pixel
 // has one blur for it: borders between two depths of a layer are approximate. The sensor has a
 // focus, and the lens is a perspective.
-ImageF render_in_focus(const Scene& scene, const FamiliesByName& families,
+ImageF render_in_focus(const Scene& scene, const TagFamilies& families,
                        const Pose& camera_from_world);
 
 }  // namespace tagcal::internal

@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-const TagFamily& family_of(const Board& board, const FamiliesByName& families) {
+const TagFamily& family_of(const Board& board, const TagFamilies& families) {
   const auto family = families.find(board.family);
   if (family == families.end()) throw Error("render: family " + board.family + " is not known");
   return family->second;
@@ -21,7 +21,7 @@ std::vector<Vector3d> moved(const Pose& target_from_source, std::span<const Vect
 
 }  // namespace
 
-Painter::Painter(const Scene& scene, const FamiliesByName& families, const Pose& camera_from_world,
+Painter::Painter(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world,
                  int scale)
     : scene_(scene),
       families_(families),

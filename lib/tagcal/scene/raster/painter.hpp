@@ -1,24 +1,21 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
+#include "tagcal/scene/board.hpp"
 #include "tagcal/scene/raster/canvas.hpp"
 #include "tagcal/scene/raster/tracer.hpp"
 #include "tagcal/scene/visibility/shadows.hpp"
 
 namespace tagcal::internal {
 
-using FamiliesByName = std::map<std::string, TagFamily>;
-
 // Makes the layers of one view, in the camera frame.
 class Painter {
  public:
   // All must outlive it. Outlines are in cells, `scale` of which are a pixel.
-  Painter(const Scene& scene, const FamiliesByName& families, const Pose& camera_from_world,
+  Painter(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world,
           int scale);
 
   const Shadows& shadows() const { return shadows_; }
@@ -39,7 +36,7 @@ class Painter {
              Outlines& ink) const;
 
   const Scene& scene_;
-  const FamiliesByName& families_;
+  const TagFamilies& families_;
   const Pose& camera_from_world_;
   std::optional<Light> light_;  // in the camera frame
   Tracer tracer_;
