@@ -37,11 +37,42 @@ class Image {
   std::vector<T> pixels_;
 };
 
+// A picture in memory of another owner, which must outlive it: of an Image, or of a library such as
+// OpenCV's cv::Mat (its data, its size, and its step in bytes divided by the size of a value).
+template <typename T>
+class ImageView {
+ public:
+  ImageView() = default;
+  // The implicit conversion lets functions take both kinds.
+  ImageView(const Image<T>& image)
+      : ImageView(image.pixels().data(), image.size(), image.width()) {}
+  // `stride` is the number of values from one row to the next, >= size.width.
+  ImageView(const T* pixels, const ImageSize& size, std::ptrdiff_t stride)
+      : size_(size), stride_(stride), pixels_(pixels) {
+    assert(stride >= size.width);
+  }
+
+  const ImageSize& size() const { return size_; }
+  int width() const { return size_.width; }
+  int height() const { return size_.height; }
+  bool empty() const { return size_.width <= 0 || size_.height <= 0; }
+
+  const T* row(int y) const { return pixels_ + y * stride_; }
+  const T& operator()(int x, int y) const { return row(y)[x]; }
+
+ private:
+  ImageSize size_;
+  std::ptrdiff_t stride_ = 0;
+  const T* pixels_ = nullptr;
+};
+
 using Image8 = Image<std::uint8_t>;
 using Image16 = Image<std::uint16_t>;
 using ImageF = Image<float>;
 
 using Rgb = std::array<std::uint8_t, 3>;
+using Rgb16 = std::array<std::uint16_t, 3>;
 using ImageRgb = Image<Rgb>;
+using ImageRgb16 = Image<Rgb16>;
 
 }  // namespace tagcal
