@@ -165,7 +165,7 @@ void descend(State& state, const Model& model, const ImageSize& size, const Sigh
     auto next = state_of(model, std::move(values), size, seen);
     const bool is_lower = next && next->at.cost() < state.at.cost();
     if (is_lower) state = std::move(*next);
-    lambda *= is_lower ? 0.1 : 10;
+    lambda *= is_lower ? 0.1 : 10;  // numeric: as usual
   }
 }
 
@@ -325,9 +325,11 @@ std::optional<std::string> refusal_of(const LensFit& result, const LensFitSource
   if (result.seen.share_without > 0)
     return "model " + model + " has no projection for " + percent(result.seen.share_without) +
            " of " + where;
-  if (result.seen.max_px > options.max_difference_px)
+  const double most = options.max_difference_px > 0 ? options.max_difference_px
+                                                    : policy::kLargestLensFitDifferencePx;
+  if (result.seen.max_px > most)
     return "model " + model + " differs from the lens by up to " + px(result.seen.max_px) +
-           " over " + where + ", more than " + px(options.max_difference_px);
+           " over " + where + ", more than " + px(most);
   return std::nullopt;
 }
 
@@ -335,8 +337,9 @@ void check(const LensFitSource& source, const Model& model, const LensFitOptions
   const auto* own = std::get_if<Lens>(&source.camera.lens);
   if (model.lens_type() == LensType::parallel || (own && type_of(*own) == LensType::parallel))
     throw Error("model: a lens with parallel rays cannot be fitted to another");
-  if (!(options.max_difference_px > 0))
-    throw Error("max_difference_px: must be > 0, got " + std::to_string(options.max_difference_px));
+  if (!(options.max_difference_px >= 0))
+    throw Error("max_difference_px: must be >= 0, got " +
+                std::to_string(options.max_difference_px));
   if (source.camera.image_size.width < 1 || source.camera.image_size.height < 1)
     throw Error("image_size: must be > 0, the fit needs to know where the image is");
   if (source.covariance.size() == 0) return;

@@ -25,9 +25,8 @@ struct LensFitSource {
 };
 
 struct LensFitOptions {
-  // Largest difference of the projections over the region that is accepted, > 0. By default a few
-  // times the noise of a good corner, and far below what most uses notice.
-  double max_difference_px = 0.1;
+  // Largest difference of the projections over the region that is accepted; 0: 0.1 px.
+  double max_difference_px = 0;
 };
 
 // The pixel by the fitted lens minus that by the source, over pixels where the source has a ray.
