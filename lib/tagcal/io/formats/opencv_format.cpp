@@ -54,7 +54,8 @@ bool is_marked_fisheye(const YamlValue& top) {
 
 std::vector<double> read_distortion(const YamlValue& value, bool fisheye,
                                     std::vector<std::string>& notes) {
-  if (value.find("cols") && value.at("cols").text() == "0") return {};  // ROS: no distortion
+  const auto data = value.find("data");  // ROS: an empty list for no distortion
+  if (data && data->is_list() && data->items(0, 1'000).empty()) return {};
   std::vector<double> k = read_row(value);
   const auto size_is = [&](std::size_t n) { return k.size() == n; };
   if (fisheye && !size_is(4)) {
