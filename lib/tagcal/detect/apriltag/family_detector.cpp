@@ -50,7 +50,8 @@ bool is_whole(const FoundTag& tag, const ImageSize& size) {
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options)
     : wanted_(wanted),
       family_(create_family(wanted.family, wanted.border_bits)),
-      max_hamming_(std::clamp(options.max_hamming, 0, 2)),
+      max_hamming_(
+          std::clamp(options.max_hamming, 0, std::min(2, (static_cast<int>(family_->h) - 1) / 2))),
       refinement_(options.refinement),
       camera_(options.camera) {
   for (const int shrink : policy::kTagShrinksPx) {
