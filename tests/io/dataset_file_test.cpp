@@ -122,6 +122,33 @@ TEST_F(DatasetFile, SeveralBoards) {
   EXPECT_EQ(read.warnings.size(), 2U);
 }
 
+// The ids of markers are no ids of corners; they count per dictionary.
+TEST_F(DatasetFile, MarkersHaveIdsOfTheirOwn) {
+  const std::string charuco =
+      "target_type: charuco\nsquareCols: 3\nsquareRows: 3\nsquareSize: 0.04\n"
+      "markerSize: 0.03\ndictionary: DICT_4X4_50\n";
+  write("c.yaml", charuco);
+  write("d.yaml", charuco + "first_id: 200\nfirst_marker_id: 4\n");
+  write("e.yaml", charuco + "first_id: 300\nfirst_marker_id: 3\n");
+  write("obs.csv", "image,tag_id,corner,x_px,y_px\na.png,203,0,1,2\n");
+  const auto read = [&](const std::string& target) {
+    write("dataset.yaml", "image_size: [64, 48]\nobservations: obs.csv\ntarget: " + target + "\n");
+    return read_dataset(folder_);
+  };
+  EXPECT_EQ(read("[{file: c.yaml, first_id: 100}, d.yaml]").dataset.views.size(), 1U);
+  EXPECT_NE(error_of([&] { read("[c.yaml, d.yaml, e.yaml]"); })
+                .find("dataset.yaml: target: markers of DICT_4X4_50 must be unique over all "
+                      "boards, but marker 3 is on boards 0 and 2; give one of them another "
+                      "first_marker_id"),
+            std::string::npos);
+  write("obs.csv", "image,tag_id,corner,x_px,y_px\na.png,204,0,1,2\n");  // a marker's id
+  EXPECT_NE(error_of([&] { read("d.yaml"); }).find("must be an id on the boards, got 204"),
+            std::string::npos);
+  write("obs.csv", "image,tag_id,corner,x_px,y_px\na.png,203,1,1,2\n");
+  EXPECT_NE(error_of([&] { read("d.yaml"); }).find("corner: must be 0 for a point, got 1"),
+            std::string::npos);
+}
+
 TEST_F(DatasetFile, BadDatasets) {
   fs::create_directory(folder_ / "empty");
   expect_bad(

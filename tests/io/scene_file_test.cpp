@@ -333,7 +333,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 12U);
+  ASSERT_EQ(examples.size(), 14U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);
@@ -368,7 +368,7 @@ TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
       EXPECT_EQ(read_dataset(folder_).dataset.views.size(), 1U);
     }
   }
-  EXPECT_EQ(num_targets, 3);
+  EXPECT_EQ(num_targets, 5);
 }
 
 RC_GTEST_FIXTURE_PROP(SceneFile, ManglesEndInAnErrorOrAValidScene, (std::uint64_t seed)) {

@@ -16,6 +16,12 @@ const std::string kTags =
     "  - {id: 8, size: 0.2, pose: {rotation: [0, 0, 0, 1]}}\n";
 const std::string kPoints =
     "target_type: points\npoints:\n  - {id: 4, x: 1.5, y: -2e-3, z: .25}\n  - [7, 1, 2, 3]\n";
+const std::string kChecker =
+    "target_type: 'checkerboard'\ntargetCols: 7\ntargetRows: 6\nrowSpacingMeters: 0.06\n"
+    "colSpacingMeters: 0.05\n";
+const std::string kCharuco =
+    "target_type: charuco\nsquareCols: 5\nsquareRows: 4\nsquareSize: 0.04\nmarkerSize: 0.03\n"
+    "dictionary: DICT_5X5_100\n";
 
 class TargetFile : public FileTest {
  protected:
@@ -127,9 +133,9 @@ TEST_F(TargetFile, BadGrids) {
        {"tagSize: 0.088", "tagSize: 0,088", ": tagSize: must be a finite number, got 0,088"},
        {"tagSize: 0.088", "tagSize: {a: 1}", ": tagSize: must be a finite number, got a map"},
        {"tagSpacing: 0.3", "tagSpacing: -0.3", ": tagSpacing: must be >= 0, got -0.3"},
-       {"'aprilgrid'", "'aprilgird'", ": target_type: must be aprilgrid, tags or points, got \"ap"},
-       {"'aprilgrid'", "checkerboard", ": target_type: has no tags and is not supported"},
-       {"'aprilgrid'", "circlegrid", ": target_type: has no tags and is not supported"},
+       {"'aprilgrid'", "'aprilgird'",
+        ": target_type: must be aprilgrid, tags, checkerboard, charuco or points, got \"ap"},
+       {"'aprilgrid'", "circlegrid", ": target_type: circlegrid is not supported: must be april"},
        {"target_type:", "type:", ": target_type: the key is missing"},
        {"tagCols", "border_bits: 3\ntagCols", ": border_bits: must be a whole number from 1 to 2"},
        {"tagCols", "corner_squares: 2\ntagCols", ": corner_squares: must be true or false, got 2"},
@@ -177,6 +183,57 @@ TEST_F(TargetFile, BadTagsAndPoints) {
               {"points:\n", "points: []\nnone:\n", ": none: unknown key"}});
   EXPECT_EQ(error("target_type: points\npoints: []"),
             ": points: must be a list of at least 1, got a list of 0");
+}
+
+TEST_F(TargetFile, CheckerboardsHaveKalibrsKeys) {
+  Board board = read(kChecker);
+  ASSERT_TRUE(board.checkerboard);
+  EXPECT_FALSE(board.charuco);
+  EXPECT_TRUE(board.tags.empty());
+  ASSERT_EQ(board.points.size(), 42U);
+  EXPECT_TRUE(board.points[8].position.isApprox(Eigen::Vector3d(0.05, 0.06, 0)));
+  EXPECT_TRUE(board.checkerboard->starts_black);
+  board = read(kChecker + "starts_black: false\nfirst_id: 5\nauthor: me\n");
+  EXPECT_FALSE(board.checkerboard->starts_black);
+  EXPECT_EQ(board.points[0].id.tag_id, 5);
+  EXPECT_EQ(warnings_.size(), 1U);
+  EXPECT_EQ(read(kChecker + "first_id: 5\n", 9).points[0].id.tag_id, 9);
+  expect_bad(
+      kChecker,
+      {{"targetCols: 7", "targetCols: 1", ": targetCols: must be a whole number from 2 to 100000"},
+       {"targetCols: 7", "targetCols: 50000",
+        ": targetCols * targetRows: must be at most 100000, got 300000"},
+       {"targetRows: 6\n", "", ": targetRows: the key is missing"},
+       {"Meters: 0.06", "Meters: 0", ": rowSpacingMeters: must be > 0, got 0"},
+       {"Meters: 0.05", "Meters: x", ": colSpacingMeters: must be a finite number, got x"},
+       {"targetCols", "starts_black: 1\ntargetCols", ": starts_black: must be true or false, got"},
+       {"targetCols", "first_id: 2147483640\ntargetCols",
+        ": first_id: the ids must stay below 2^31, but end at 2147483681"}});
+}
+
+TEST_F(TargetFile, CharucoBoardsCountSquares) {
+  Board board = read(kCharuco);
+  ASSERT_TRUE(board.charuco && board.checkerboard);
+  EXPECT_EQ(board.family, "DICT_5X5_100");
+  EXPECT_EQ(board.points.size(), 12U);
+  EXPECT_EQ(board.tags.size(), 10U);
+  EXPECT_FALSE(board.checkerboard->starts_black);
+  board = read(kCharuco + "legacy: true\nfirst_id: 100\nfirst_marker_id: 30\n");
+  EXPECT_TRUE(board.checkerboard->starts_black);
+  EXPECT_EQ(board.points[0].id.tag_id, 100);
+  EXPECT_EQ(board.tags[0].id, 30);
+  EXPECT_EQ(read(kCharuco, 7).tags[0].id, 0);
+  expect_bad(
+      kCharuco,
+      {{"squareCols: 5", "squareCols: 2", ": squareCols: must be a whole number from 3 to 100000"},
+       {"squareSize: 0.04", "squareSize: 0", ": squareSize: must be > 0, got 0"},
+       {"markerSize: 0.03", "markerSize: 0.04",
+        ": markerSize: must be less than squareSize 0.04, got 0.04"},
+       {"dictionary: DICT_5X5_100\n", "", ": dictionary: the key is missing"},
+       {"dictionary", "legacy: yes please\ndictionary", ": legacy: must be true or false, got"},
+       {"dictionary", "dictionry", ": dictionry: unknown key; did you mean dictionary?"},
+       {"dictionary", "first_marker_id: 2147483640\ndictionary",
+        ": first_marker_id: the ids must stay below 2^31"}});
 }
 
 TEST_F(TargetFile, WhatIsNoYamlAtAll) {
@@ -249,11 +306,30 @@ TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
     EXPECT_EQ(back.points[i].id, board.points[i].id);
     EXPECT_EQ(back.points[i].position, board.points[i].position);
   }
+
+  for (const std::string& text : {kChecker + "starts_black: false\nfirst_id: 3\n",
+                                  kCharuco + "legacy: true\nfirst_id: 3\nfirst_marker_id: 2\n"}) {
+    board = read(text);
+    write_target(folder_ / "t.yaml", board);
+    back = read_target(folder_ / "t.yaml");
+    EXPECT_EQ(back.checkerboard->starts_black, board.checkerboard->starts_black);
+    EXPECT_EQ(back.family, board.family);
+    ASSERT_EQ(back.points.size(), board.points.size());
+    for (std::size_t i = 0; i < back.points.size(); ++i) {
+      EXPECT_EQ(back.points[i].id, board.points[i].id);
+      EXPECT_EQ(back.points[i].position, board.points[i].position);
+    }
+    ASSERT_EQ(back.tags.size(), board.tags.size());
+    for (std::size_t i = 0; i < back.tags.size(); ++i) {
+      EXPECT_EQ(back.tags[i].id, board.tags[i].id);
+      EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
+    }
+  }
 }
 
 RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64_t seed)) {
   Random random(seed);
-  for (const std::string& good : {kGrid, kTags, kPoints}) {
+  for (const std::string& good : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
     const std::string text = mutated(good, random);
     Board board;
     try {
@@ -262,12 +338,13 @@ RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64
       RC_ASSERT(std::string(error.what()).find("target.yaml: ") != std::string::npos);
       continue;
     }
-    RC_ASSERT(board.tags.empty() != board.points.empty());
+    RC_ASSERT(board.charuco || board.tags.empty() != board.points.empty());
     std::set<int> ids;
     for (const Tag& tag : board.tags) {
       RC_ASSERT(tag.size > 0 && tag.id >= 0 && ids.insert(tag.id).second);
       RC_ASSERT(tag.board_from_tag.matrix().allFinite());
     }
+    if (board.charuco) ids.clear();  // the markers have ids of their own
     for (const TargetPoint& point : board.points) {
       RC_ASSERT(point.position.allFinite() && ids.insert(point.id.tag_id).second);
     }

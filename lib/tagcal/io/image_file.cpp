@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cstring>
 #include <fstream>
 #include <string>
 #include <string_view>
@@ -19,7 +17,6 @@ using namespace internal;
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 1ULL << 30;
-constexpr std::int64_t kMaxPixels = 100'000'000;
 
 std::string read_bytes(const std::filesystem::path& file) {
   std::error_code error;
@@ -37,110 +34,6 @@ std::string read_bytes(const std::filesystem::path& file) {
     throw Error("cannot be read");
   }
   return bytes;
-}
-
-void check_size(std::int64_t width, std::int64_t height) {
-  if (width <= 0 || height <= 0) {
-    throw Error(fmt::format("width and height must be > 0, got {}x{}", width, height));
-  }
-  if (width > kMaxPixels || height > kMaxPixels || width * height > kMaxPixels) {
-    throw Error(fmt::format("must have at most {} pixels, got {}x{}", kMaxPixels, width, height));
-  }
-}
-
-// Netpbm's grey formats: P2 (decimal text) and P5 (binary, 16-bit values with the high byte first).
-class PgmDecoder : public ImageDecoder {
- public:
-  explicit PgmDecoder(std::string_view bytes) : rest_(bytes.substr(2)), text_(bytes[1] == '2') {
-    header_.width = next_number("the width");
-    header_.height = next_number("the height");
-    max_value_ = next_number("the largest value");
-    if (max_value_ < 1 || max_value_ > 65535) {
-      throw Error(fmt::format("the largest value must be 1 to 65535, got {}", max_value_));
-    }
-    header_.sixteen_bit = max_value_ > 255;
-    header_.white = header_.sixteen_bit ? 65535 : max_value_;
-    if (!text_) rest_.remove_prefix(std::min<std::size_t>(1, rest_.size()));  // one white space
-  }
-
-  Header header() const override { return header_; }
-
-  void decode(const RowSink& sink) override {
-    std::vector<std::uint16_t> row(static_cast<std::size_t>(header_.width));
-    const std::size_t left = (text_                 ? 2
-                              : header_.sixteen_bit ? 2
-                                                    : 1) *
-                             row.size() * static_cast<std::size_t>(header_.height);
-    if (rest_.size() + (text_ ? 1 : 0) < left) throw Error("is truncated");
-    for (int y = 0; y < header_.height; ++y) {
-      for (std::uint16_t& value : row) value = text_ ? next_text_value() : next_binary_value();
-      sink(y, row.data());
-    }
-  }
-
- private:
-  int next_number(const char* what) {
-    skip_space();
-    int value = 0;
-    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-    if (error != std::errc() || value < 0) {
-      throw Error(fmt::format("is not a PGM picture, or truncated: {} is missing", what));
-    }
-    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-    return value;
-  }
-
-  void skip_space() {
-    while (!rest_.empty()) {
-      if (rest_.front() == '#') {
-        rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size()));
-      } else if (std::strchr(" \t\r\n\v\f", rest_.front()) && rest_.front() != '\0') {
-        rest_.remove_prefix(1);
-      } else {
-        return;
-      }
-    }
-  }
-
-  std::uint16_t checked(int value) const {
-    if (value > max_value_) {
-      throw Error(fmt::format("values must be at most {}, got {}", max_value_, value));
-    }
-    return static_cast<std::uint16_t>(value);
-  }
-
-  std::uint16_t next_text_value() { return checked(next_number("a value")); }
-
-  std::uint16_t next_binary_value() {
-    const auto byte = [&] {
-      const auto value = static_cast<std::uint8_t>(rest_.front());
-      rest_.remove_prefix(1);
-      return value;
-    };
-    const int high = header_.sixteen_bit ? byte() : 0;
-    return checked(high * 256 + byte());
-  }
-
-  std::string_view rest_;
-  bool text_;
-  int max_value_ = 0;
-  Header header_;
-};
-
-std::unique_ptr<ImageDecoder> open_image(std::string_view bytes) {
-  using std::string_view_literals::operator""sv;
-  std::unique_ptr<ImageDecoder> decoder;
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n"sv)) {
-    decoder = png_decoder(bytes);
-  } else if (bytes.starts_with("\xff\xd8\xff"sv)) {
-    decoder = jpeg_decoder(bytes);
-  } else if (bytes.starts_with("P5"sv) || bytes.starts_with("P2"sv)) {
-    decoder = std::make_unique<PgmDecoder>(bytes);
-  } else {
-    throw Error("is not a PNG, JPEG or PGM picture, or truncated");
-  }
-  check_size(decoder->header().width, decoder->header().height);
-  return decoder;
 }
 
 Image8 scaled(const Image16& image, int white) {
@@ -171,26 +64,54 @@ int white_of(const Image16& image) {
   return std::clamp(2 * usual, 1, std::max(1, brightest));
 }
 
-Image8 decode_as_stored(std::string_view bytes) {
-  const auto decoder = open_image(bytes);
-  const ImageDecoder::Header header = decoder->header();
+Image8 decode_grey8(ImageDecoder& decoder) {
+  const ImageDecoder::Header& header = decoder.header();
   const ImageSize size{header.width, header.height};
   if (!header.sixteen_bit && header.white == 255) {
     Image8 image(size);
-    decoder->decode([&](int y, const std::uint16_t* row) {
+    decoder.decode_grey([&](int y, const std::uint16_t* row) {
       std::transform(row, row + size.width, image.row(y),
                      [](std::uint16_t value) { return static_cast<std::uint8_t>(value); });
     });
     return image;
   }
   Image16 image(size);
-  decoder->decode([&](int y, const std::uint16_t* row) {
-    std::copy_n(row, static_cast<std::size_t>(size.width), image.row(y));
-  });
+  decoder.decode_grey(
+      [&](int y, const std::uint16_t* row) { std::copy_n(row, size.width, image.row(y)); });
   return scaled(image, header.sixteen_bit ? white_of(image) : header.white);
 }
 
-// Runs a reader and adds the file's name to its errors.
+// Values as stored; those of fewer than 8 bits are scaled to 255.
+template <typename T>
+Picture decode_as_stored(ImageDecoder& decoder) {
+  const ImageDecoder::Header& header = decoder.header();
+  const int white = header.white;
+  const bool as_is = header.sixteen_bit || white == 255;
+  const auto stored = [&](int value) { return as_is ? value : (value * 255 + white / 2) / white; };
+  Image<T> image({header.width, header.height});
+  decoder.decode([&](int y, const std::uint16_t* row) {
+    for (int x = 0; x < header.width; ++x) {
+      if constexpr (kIsColour<T>) {
+        for (auto& value : image(x, y)) value = static_cast<typename T::value_type>(stored(*row++));
+      } else {
+        image(x, y) = static_cast<T>(stored(*row++));
+      }
+    }
+  });
+  return upright(std::move(image), header.orientation);
+}
+
+Picture decode_picture(ImageDecoder& decoder) {
+  const ImageDecoder::Header& header = decoder.header();
+  if (header.sixteen_bit) {
+    return header.channels == 1 ? decode_as_stored<std::uint16_t>(decoder)
+                                : decode_as_stored<Rgb16>(decoder);
+  }
+  return header.channels == 1 ? decode_as_stored<std::uint8_t>(decoder)
+                              : decode_as_stored<Rgb>(decoder);
+}
+
+// Runs a reader or a writer and adds the file's name to its errors.
 template <typename Function>
 auto naming(const std::filesystem::path& file, Function function) {
   try {
@@ -200,13 +121,29 @@ auto naming(const std::filesystem::path& file, Function function) {
   }
 }
 
-template <typename Picture>
-std::string encoded(const std::filesystem::path& file, const Picture& image,
-                    double pixels_per_inch = 0) {
-  return naming(file, [&] {
-    check_size(image.width(), image.height());
-    return encode_png(image, pixels_per_inch);
-  });
+template <typename T>
+void write_as_png(const std::filesystem::path& file, const Image<T>& image,
+                  double pixels_per_inch = 0) {
+  write_whole(file, naming(file, [&] {
+                check_picture_size(image.width(), image.height());
+                return encode_png(image, pixels_per_inch);
+              }));
+}
+
+std::string lower_case(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+// The bytes of a file whose name ends in `kind`.
+template <typename T>
+std::string encoded(const std::string& kind, const Image<T>& image) {
+  check_picture_size(image.width(), image.height());
+  if (kind == ".png") return encode_png(image, 0);
+  if (kind == ".ppm" || (kind == ".pgm" && !kIsColour<T>)) return encode_netpbm(image);
+  if (kind == ".pgm") throw Error("the picture is in colour, a PGM is grey: write a .ppm");
+  throw Error("the name of a picture must end in .png, .pgm or .ppm");
 }
 
 }  // namespace
@@ -214,29 +151,47 @@ std::string encoded(const std::filesystem::path& file, const Picture& image,
 Image8 read_image(const std::filesystem::path& file) {
   return naming(file, [&] {
     const std::string bytes = read_bytes(file);
-    return upright(decode_as_stored(bytes), exif_orientation(bytes));
+    const auto decoder = image_decoder(bytes);
+    return upright(decode_grey8(*decoder), decoder->header().orientation);
+  });
+}
+
+Picture read_picture(const std::filesystem::path& file) {
+  return naming(file, [&] {
+    const std::string bytes = read_bytes(file);
+    return decode_picture(*image_decoder(bytes));
   });
 }
 
 ImageSize read_image_size(const std::filesystem::path& file) {
   return naming(file, [&] {
     const std::string bytes = read_bytes(file);
-    const ImageDecoder::Header header = open_image(bytes)->header();
+    const ImageDecoder::Header header = image_decoder(bytes)->header();
     const ImageSize stored{header.width, header.height};
-    return swaps_sides(exif_orientation(bytes)) ? ImageSize{stored.height, stored.width} : stored;
+    return swaps_sides(header.orientation) ? ImageSize{stored.height, stored.width} : stored;
   });
 }
 
 void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch) {
-  write_whole(file, encoded(file, image, pixels_per_inch));
+  write_as_png(file, image, pixels_per_inch);
 }
 
 void write_png(const std::filesystem::path& file, const Image16& image) {
-  write_whole(file, encoded(file, image));
+  write_as_png(file, image);
 }
 
 void write_png(const std::filesystem::path& file, const ImageRgb& image) {
-  write_whole(file, encoded(file, image));
+  write_as_png(file, image);
+}
+
+void write_png(const std::filesystem::path& file, const ImageRgb16& image) {
+  write_as_png(file, image);
+}
+
+void write_picture(const std::filesystem::path& file, const Picture& picture) {
+  const std::string kind = lower_case(file.extension().string());
+  const auto encode = [&](const auto& image) { return encoded(kind, image); };
+  write_whole(file, naming(file, [&] { return std::visit(encode, picture); }));
 }
 
 }  // namespace tagcal

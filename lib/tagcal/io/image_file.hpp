@@ -6,13 +6,18 @@
 
 namespace tagcal {
 
-// Reads a PNG, JPEG or PGM picture (recognised by its first bytes, not by its name) as 8-bit grey.
-// Colour becomes grey by Rec. 601 luma; alpha is ignored. 16-bit values are scaled so that white is
-// the brightest value, or twice the 99.9 % quantile if that is less: a lamp or a hot pixel must not
-// make all others dark. The picture is rotated and mirrored as the Exif tag Orientation of a JPEG
-// or PNG says, as by cv::imread; an unreadable tag is ignored. Throws Error, naming the file:
-// missing, empty, truncated, not a picture, more than 100 megapixels.
+// Reads a PNG, JPEG, PGM or PPM picture (recognised by its first bytes, not by its name) as 8-bit
+// grey. Colour becomes grey by Rec. 601 luma; alpha is ignored. 16-bit values are scaled so that
+// white is the brightest value, or twice the 99.9 % quantile if that is less: a lamp or a hot pixel
+// must not make all others dark. The picture is rotated and mirrored as the Exif tag Orientation of
+// a JPEG or PNG says, as by cv::imread; an unreadable tag is ignored. Throws Error, naming the
+// file: missing, empty, truncated, not a picture, more than 100 megapixels.
 Image8 read_image(const std::filesystem::path& file);
+
+// Reads the same files in their own kind: grey or colour, 8 or 16 bits. 16-bit values are as
+// stored; fewer than 8 bits are scaled to 255. Alpha is ignored. A palette of greys is grey.
+// Rotates and throws as read_image does.
+Picture read_picture(const std::filesystem::path& file);
 
 // The size of a picture as read_image returns it, from its header alone.
 ImageSize read_image_size(const std::filesystem::path& file);
@@ -21,10 +26,14 @@ ImageSize read_image_size(const std::filesystem::path& file);
 // is written into the file, for printing true to scale.
 void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch = 0);
 
-// The same with 16-bit values, unscaled.
+// The same with 16-bit values, unscaled, and in colour.
 void write_png(const std::filesystem::path& file, const Image16& image);
-
-// The same in colour.
 void write_png(const std::filesystem::path& file, const ImageRgb& image);
+void write_png(const std::filesystem::path& file, const ImageRgb16& image);
+
+// Writes a picture whole or not at all, as the end of the file's name says (in any case): .png,
+// .pgm (grey) or .ppm. Throws Error for another end, for a size of zero, and if it cannot be
+// written.
+void write_picture(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace tagcal

@@ -32,10 +32,8 @@ std::string_view trimmed(std::string_view text) {
 std::unordered_map<int, unsigned> corners_by_id(const std::vector<PlacedBoard>& boards) {
   std::unordered_map<int, unsigned> corners;
   for (const PlacedBoard& placed : boards) {
-    for (const Tag& tag : placed.board.tags) corners[tag.id] |= 0xFU;
-    for (const TargetPoint& point : placed.board.points) {
+    for (const TargetPoint& point : target_points(placed.board))
       corners[point.id.tag_id] |= 1U << point.id.corner;
-    }
   }
   return corners;
 }

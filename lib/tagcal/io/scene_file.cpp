@@ -12,8 +12,8 @@
 #include "tagcal/io/scene/scene_light.hpp"
 #include "tagcal/io/scene/scene_path.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
-#include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
+#include "tagcal/io/yaml/yaml_placed_boards.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -171,8 +171,8 @@ MovingScene read_moving_scene(const std::filesystem::path& file,
                               std::vector<std::string>* warnings) {
   const YamlValue top = YamlValue::read(file);
   top.allow_only({"camera", "frames", "motion", "boards", "occluders", "cuboids", "path", "jitter",
-                  "views", "sensor", "light", "background_level", "paper_level", "ink_level", "ink_spread_m",
-                  "paper_margin_m"});
+                  "views", "sensor", "light", "background_level", "paper_level", "ink_level",
+                  "ink_spread_m", "paper_margin_m"});
   MovingScene scene;
   scene.frames = read_frames(top);
   read_boards(top.at("boards"), scene, warnings);

@@ -10,10 +10,11 @@
 namespace tagcal {
 
 // A target file (docs/formats.md): Kalibr's YAML `target_type: aprilgrid` (tagCols, tagRows,
-// tagSize, tagSpacing; further keys: first_id, family, border_bits, corner_squares), `tags` (a
-// list of single tags) or `points` (a list of points). `first_id`, if given, overrides the
-// file's. Throws Error. Unknown keys in an aprilgrid file go to `warnings` (may be null), elsewhere
-// they throw.
+// tagSize, tagSpacing; further keys: first_id, family, border_bits, corner_squares) and
+// `checkerboard` (targetCols, targetRows, rowSpacingMeters, colSpacingMeters; further keys:
+// first_id, starts_black), or `charuco` (a ChArUco board), `tags` (a list of single tags) or
+// `points` (a list of points). `first_id`, if given, overrides the file's. Throws Error. Unknown
+// keys in Kalibr's files go to `warnings` (may be null), elsewhere they throw.
 Board read_target(const std::filesystem::path& file, std::optional<int> first_id = {},
                   std::vector<std::string>* warnings = nullptr);
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <variant>
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
@@ -74,5 +75,12 @@ using Rgb = std::array<std::uint8_t, 3>;
 using Rgb16 = std::array<std::uint16_t, 3>;
 using ImageRgb = Image<Rgb>;
 using ImageRgb16 = Image<Rgb16>;
+
+// A picture of a kind that files decide: grey or red, green, blue; 8 or 16 bits a value.
+using Picture = std::variant<Image8, Image16, ImageRgb, ImageRgb16>;
+
+inline const ImageSize& size_of(const Picture& picture) {
+  return std::visit([](const auto& image) -> const ImageSize& { return image.size(); }, picture);
+}
 
 }  // namespace tagcal

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
+#include <type_traits>
 
 #include "tagcal/scene/image.hpp"
 
@@ -13,32 +13,53 @@
 // file's name; image_file.cpp adds it.
 namespace tagcal::internal {
 
-// A picture in memory, after its header was read.
+// Throws Error for a side below 1 px and for more than 100 megapixels.
+void check_picture_size(std::int64_t width, std::int64_t height);
+
+// A picture in memory, after its header was read and its size was checked.
 class ImageDecoder {
  public:
   struct Header {
     int width = 0;
     int height = 0;
+    int channels = 1;  // 1: grey; 3: red, green, blue
     bool sixteen_bit = false;
-    int white = 255;  // the value of white, unless the values are 16-bit
+    int white = 255;      // the value of white, unless the values are 16-bit
+    int orientation = 1;  // Exif's, 1 to 8 (image_orientation.hpp)
   };
+  // `row` has width * channels values.
   using RowSink = std::function<void(int y, const std::uint16_t* row)>;
 
   virtual ~ImageDecoder() = default;
-  virtual Header header() const = 0;
+  const Header& header() const { return header_; }
 
-  // Passes on the rows from the top, as grey. Call it once, after a check of the size: memory in
-  // proportion to the size is allocated here only.
+  // Passes on the rows from the top, with the header's channels. Call one of both functions, once.
   virtual void decode(const RowSink& sink) = 0;
+
+  // The same as grey: Rec. 601 luma of the stored values.
+  virtual void decode_grey(const RowSink& sink);
+
+ protected:
+  Header header_;
 };
 
-// `bytes` must live as long as the decoder.
+// `bytes` must live as long as the decoder. They begin as the format's files do.
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
+std::unique_ptr<ImageDecoder> netpbm_decoder(std::string_view bytes);
 
-// A resolution above 0 is written into the file.
-std::string encode_png(const Image8& image, double pixels_per_inch);
-std::string encode_png(const Image16& image, double pixels_per_inch);
-std::string encode_png(const ImageRgb& image, double pixels_per_inch);
+// Decoder of the format that the first bytes name.
+std::unique_ptr<ImageDecoder> image_decoder(std::string_view bytes);
+
+template <typename T>
+constexpr bool kIsSixteenBit = std::is_same_v<T, std::uint16_t> || std::is_same_v<T, Rgb16>;
+template <typename T>
+constexpr bool kIsColour = std::is_same_v<T, Rgb> || std::is_same_v<T, Rgb16>;
+
+// The bytes of a file, for each kind of Picture. A resolution above 0 is written into the file.
+template <typename T>
+std::string encode_png(const Image<T>& image, double pixels_per_inch);
+template <typename T>
+std::string encode_netpbm(const Image<T>& image);  // PGM or PPM
 
 }  // namespace tagcal::internal

@@ -1,6 +1,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 // jpeglib.h needs size_t and FILE declared before it.
 #include <jerror.h>
@@ -8,6 +9,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image/image_orientation.hpp"
 
 // As with libpng, calls that can fail are in member functions with setjmp and without local
 // objects. The library's own handlers would print and exit.
@@ -26,26 +28,32 @@ class JpegDecoder : public ImageDecoder {
       jpeg_destroy_decompress(&jpeg_);
       throw error;
     }
+    check_picture_size(header_.width, header_.height);
+    header_.orientation = jpeg_orientation(bytes);
   }
   ~JpegDecoder() override { jpeg_destroy_decompress(&jpeg_); }
   JpegDecoder(const JpegDecoder&) = delete;
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 
-  Header header() const override { return header_; }
-
   void decode(const RowSink& sink) override {
-    if (!start()) throw failure();
-    row_.resize(static_cast<std::size_t>(header_.width));
-    grey_.resize(row_.size());
+    decode_as(header_.channels == 1 ? JCS_GRAYSCALE : JCS_RGB, sink);
+  }
+
+  // The luma is stored as such.
+  void decode_grey(const RowSink& sink) override { decode_as(JCS_GRAYSCALE, sink); }
+
+ private:
+  void decode_as(J_COLOR_SPACE colours, const RowSink& sink) {
+    if (!start(colours)) throw failure();
+    row_.resize(static_cast<std::size_t>(header_.width) * (colours == JCS_GRAYSCALE ? 1 : 3));
     for (int y = 0; y < header_.height; ++y) {
       if (!read_row()) throw failure();
-      grey_.assign(row_.begin(), row_.end());
-      sink(y, grey_.data());
+      values_.assign(row_.begin(), row_.end());
+      sink(y, values_.data());
     }
     if (!finish()) throw failure();
   }
 
- private:
   struct Manager {
     jpeg_error_mgr base;  // first, so that a pointer to it is one to the manager
     std::jmp_buf jump;
@@ -86,12 +94,13 @@ class JpegDecoder : public ImageDecoder {
     jpeg_read_header(&jpeg_, TRUE);
     header_.width = static_cast<int>(jpeg_.image_width);
     header_.height = static_cast<int>(jpeg_.image_height);
+    header_.channels = jpeg_.jpeg_color_space == JCS_GRAYSCALE ? 1 : 3;
     return true;
   }
 
-  bool start() {
+  bool start(J_COLOR_SPACE colours) {
     if (setjmp(manager_.jump)) return false;
-    jpeg_.out_color_space = JCS_GRAYSCALE;
+    jpeg_.out_color_space = colours;
     jpeg_start_decompress(&jpeg_);
     return true;
   }
@@ -111,9 +120,8 @@ class JpegDecoder : public ImageDecoder {
 
   jpeg_decompress_struct jpeg_{};
   Manager manager_{};
-  Header header_;
   std::vector<JSAMPLE> row_;
-  std::vector<std::uint16_t> grey_;
+  std::vector<std::uint16_t> values_;
 };
 
 }  // namespace

@@ -53,7 +53,7 @@ std::optional<int> tiff_orientation(std::string_view tiff) {
 
 // A segment has 0xff, a marker and a length of two bytes that includes itself; the picture begins
 // with the marker 0xda.
-std::optional<int> jpeg_orientation(std::string_view bytes) {
+std::optional<int> find_in_jpeg(std::string_view bytes) {
   const Numbers numbers(bytes, true);
   for (std::size_t at = 2; at + 4 <= bytes.size();) {
     if (bytes[at] != '\xff') return std::nullopt;
@@ -74,7 +74,7 @@ std::optional<int> jpeg_orientation(std::string_view bytes) {
 }
 
 // A chunk has a length of four bytes, a name, the data and a checksum.
-std::optional<int> png_orientation(std::string_view bytes) {
+std::optional<int> find_in_png(std::string_view bytes) {
   const Numbers numbers(bytes, true);
   for (std::size_t at = 8; at + 8 <= bytes.size();) {
     const std::size_t length = numbers.four(at).value_or(0);
@@ -84,15 +84,29 @@ std::optional<int> png_orientation(std::string_view bytes) {
   return std::nullopt;
 }
 
-}  // namespace
-
-int exif_orientation(std::string_view picture) {
-  if (picture.starts_with("\xff\xd8"sv)) return jpeg_orientation(picture).value_or(1);
-  if (picture.starts_with("\x89PNG"sv)) return png_orientation(picture).value_or(1);
-  return 1;
+// After "RIFF", four bytes and "WEBP", a chunk has a name, a length of four bytes with the low one
+// first, the data, and a zero if the length is odd. The data begin with "Exif" in some files.
+std::optional<int> find_in_webp(std::string_view bytes) {
+  const Numbers numbers(bytes, false);
+  for (std::size_t at = 12; at + 8 <= bytes.size();) {
+    const std::size_t length = numbers.four(at + 4).value_or(0);
+    if (bytes.substr(at, 4) == "EXIF"sv) {
+      const std::string_view exif = bytes.substr(at + 8, length);
+      return tiff_orientation(exif.starts_with("Exif\0\0"sv) ? exif.substr(6) : exif);
+    }
+    at += 8 + length + length % 2;
+  }
+  return std::nullopt;
 }
 
-Image8 upright(Image8 stored, int orientation) {
+}  // namespace
+
+int jpeg_orientation(std::string_view picture) { return find_in_jpeg(picture).value_or(1); }
+int png_orientation(std::string_view picture) { return find_in_png(picture).value_or(1); }
+int webp_orientation(std::string_view picture) { return find_in_webp(picture).value_or(1); }
+
+template <typename T>
+Image<T> upright(Image<T> stored, int orientation) {
   if (orientation <= 1) return stored;
   const int width = stored.width();
   const int height = stored.height();
@@ -103,7 +117,7 @@ Image8 upright(Image8 stored, int orientation) {
       orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
   const bool column_from_end =
       orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
-  Image8 seen(swaps ? ImageSize{height, width} : stored.size());
+  Image<T> seen(swaps ? ImageSize{height, width} : stored.size());
   for (int y = 0; y < height; ++y) {
     const int across = row_from_end ? height - 1 - y : y;
     for (int x = 0; x < width; ++x) {
@@ -113,5 +127,10 @@ Image8 upright(Image8 stored, int orientation) {
   }
   return seen;
 }
+
+template Image8 upright(Image8, int);
+template Image16 upright(Image16, int);
+template ImageRgb upright(ImageRgb, int);
+template ImageRgb16 upright(ImageRgb16, int);
 
 }  // namespace tagcal::internal

@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image/image_orientation.hpp"
 
 // libpng reports errors by longjmp. It is only called in member functions with setjmp and without
 // local objects, so that a jump skips no destructor; a member keeps the message.
@@ -35,12 +36,12 @@ class PngDecoder : public ImageDecoder {
       png_destroy_read_struct(&png_, &info_, nullptr);
       throw error;
     }
+    check_picture_size(header_.width, header_.height);
+    header_.orientation = png_orientation(bytes);
   }
   ~PngDecoder() override { png_destroy_read_struct(&png_, &info_, nullptr); }
   PngDecoder(const PngDecoder&) = delete;
   PngDecoder& operator=(const PngDecoder&) = delete;
-
-  Header header() const override { return header_; }
 
   void decode(const RowSink& sink) override {
     if (!set_transforms()) throw failure();
@@ -48,7 +49,7 @@ class PngDecoder : public ImageDecoder {
     const auto height = static_cast<std::size_t>(header_.height);
     // An interlaced picture is complete only after the last pass; others need memory for one row.
     pixels_.assign(row_bytes * (passes_ > 1 ? height : 1), 0);
-    grey_.resize(static_cast<std::size_t>(header_.width));
+    values_.resize(static_cast<std::size_t>(header_.width * header_.channels));
     for (int y = 0; passes_ == 1 && y < header_.height; ++y) {
       if (!read_row()) throw failure();
       emit(sink, y, pixels_.data());
@@ -83,7 +84,18 @@ class PngDecoder : public ImageDecoder {
     header_.width = static_cast<int>(png_get_image_width(png_, info_));
     header_.height = static_cast<int>(png_get_image_height(png_, info_));
     header_.sixteen_bit = png_get_bit_depth(png_, info_) == 16;
+    const bool colour = (png_get_color_type(png_, info_) & PNG_COLOR_MASK_COLOR) != 0;
+    header_.channels = colour && !has_grey_palette() ? 3 : 1;
     return true;
+  }
+
+  bool has_grey_palette() {
+    png_colorp palette = nullptr;
+    int count = 0;
+    return png_get_PLTE(png_, info_, &palette, &count) != 0 &&
+           png_get_color_type(png_, info_) == PNG_COLOR_TYPE_PALETTE &&
+           std::all_of(palette, palette + count,
+                       [](const png_color& c) { return c.red == c.green && c.green == c.blue; });
   }
 
   bool set_transforms() {
@@ -92,7 +104,7 @@ class PngDecoder : public ImageDecoder {
     png_set_strip_alpha(png_);
     passes_ = png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
-    channels_ = png_get_channels(png_, info_);
+    stored_channels_ = png_get_channels(png_, info_);
     return true;
   }
 
@@ -114,33 +126,26 @@ class PngDecoder : public ImageDecoder {
     return true;
   }
 
-  // Grey by Rec. 601 luma of the stored values; libpng's own conversion would apply the file's
-  // gamma.
   void emit(const RowSink& sink, int y, const png_byte* row) {
-    const auto value = [&](std::size_t i) {
-      return header_.sixteen_bit ? row[2 * i] * 256U + row[2 * i + 1] : row[i];
-    };
-    for (std::size_t x = 0; x < grey_.size(); ++x) {
-      const std::size_t i = x * static_cast<std::size_t>(channels_);
-      const std::uint64_t level =
-          channels_ < 3
-              ? value(i)
-              : (299ULL * value(i) + 587ULL * value(i + 1) + 114ULL * value(i + 2) + 500) / 1000;
-      grey_[x] = static_cast<std::uint16_t>(level);
+    const auto channels = static_cast<std::size_t>(header_.channels);
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      const std::size_t at = channels == 1 ? i * stored_channels_ : i;
+      values_[i] = header_.sixteen_bit
+                       ? static_cast<std::uint16_t>(row[2 * at] * 256U + row[2 * at + 1])
+                       : row[at];
     }
-    sink(y, grey_.data());
+    sink(y, values_.data());
   }
 
   std::string_view rest_;
   PngMessage message_;
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
-  Header header_;
   int passes_ = 1;
-  int channels_ = 1;
+  std::size_t stored_channels_ = 1;  // 3 for a grey palette
   std::vector<png_byte> pixels_;
   std::vector<png_bytep> rows_;
-  std::vector<std::uint16_t> grey_;
+  std::vector<std::uint16_t> values_;
 };
 
 }  // namespace

@@ -37,7 +37,7 @@ std::string rows_of(const Image<T>& image) {
   char* out = rows.data();
   for (int y = 0; y < image.height(); ++y, out += row_bytes) {
     std::memcpy(++out, image.row(y), row_bytes);
-    if constexpr (sizeof(T) == 2 && std::endian::native == std::endian::little)
+    if constexpr (kIsSixteenBit<T> && std::endian::native == std::endian::little)
       for (std::size_t i = 0; i < row_bytes; i += 2) std::swap(out[i], out[i + 1]);
   }
   return rows;
@@ -53,13 +53,15 @@ std::string compressed(const std::string& data) {
   return result;
 }
 
+}  // namespace
+
 template <typename T>
-std::string png_of(const Image<T>& image, double pixels_per_inch) {
+std::string encode_png(const Image<T>& image, double pixels_per_inch) {
   std::string header, png = "\x89PNG\r\n\x1a\n";
   append_number(static_cast<std::uint32_t>(image.width()), header);
   append_number(static_cast<std::uint32_t>(image.height()), header);
-  header += sizeof(T) == 2 ? '\x10' : '\x08';                // bits of a value
-  header += std::is_same_v<T, Rgb> ? '\x02' : '\0';          // colour or grey
+  header += kIsSixteenBit<T> ? '\x10' : '\x08';              // bits of a value
+  header += kIsColour<T> ? '\x02' : '\0';                    // colour or grey
   append_chunk("IHDR", header + std::string(3, '\0'), png);  // not interlaced
   const auto pixels_per_m = static_cast<std::uint32_t>(std::lround(pixels_per_inch / 0.0254));
   if (pixels_per_m > 0) {
@@ -72,18 +74,9 @@ std::string png_of(const Image<T>& image, double pixels_per_inch) {
   return png;
 }
 
-}  // namespace
-
-std::string encode_png(const Image8& image, double pixels_per_inch) {
-  return png_of(image, pixels_per_inch);
-}
-
-std::string encode_png(const Image16& image, double pixels_per_inch) {
-  return png_of(image, pixels_per_inch);
-}
-
-std::string encode_png(const ImageRgb& image, double pixels_per_inch) {
-  return png_of(image, pixels_per_inch);
-}
+template std::string encode_png(const Image8&, double);
+template std::string encode_png(const Image16&, double);
+template std::string encode_png(const ImageRgb&, double);
+template std::string encode_png(const ImageRgb16&, double);
 
 }  // namespace tagcal::internal

@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 
 #include <limits>
-#include <map>
 #include <set>
 
-#include "tagcal/error.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 constexpr int kMaxTags = 100'000;
-constexpr std::size_t kMaxPoints = 100'000;
+constexpr int kMaxPoints = 100'000;
+constexpr const char* kTypes = "must be aprilgrid, tags, checkerboard, charuco or points";
 constexpr int kMaxId = std::numeric_limits<int>::max();
 
 // Reads the keys that all kinds of tags have.
@@ -33,9 +32,9 @@ Pattern read_pattern(const YamlValue& top, int default_border_bits) {
   return pattern;
 }
 
-void check_last_id(const YamlValue& where, std::int64_t last_id) {
+void check_last_id(const YamlValue& where, std::int64_t last_id, const char* key = "first_id") {
   if (last_id <= kMaxId) return;
-  where.fail_plainly(fmt::format("first_id: the ids must stay below 2^31, but end at {}", last_id));
+  where.fail_plainly(fmt::format("{}: the ids must stay below 2^31, but end at {}", key, last_id));
 }
 
 Board read_grid(const YamlValue& top, std::optional<int> first_id,
@@ -135,9 +134,91 @@ Board read_points(const YamlValue& top, std::optional<int> first_id) {
   return board;
 }
 
+struct Counts {
+  int columns = 0;
+  int rows = 0;
+};
+
+// Numbers of corners or squares in both directions.
+Counts read_counts(const YamlValue& top, const char* columns_key, const char* rows_key, int least) {
+  const Counts counts{top.at(columns_key).whole(least, kMaxPoints),
+                      top.at(rows_key).whole(least, kMaxPoints)};
+  const std::int64_t num_points = std::int64_t{counts.columns} * counts.rows;
+  if (num_points > kMaxPoints) {
+    top.fail_plainly(fmt::format("{} * {}: must be at most {}, got {}", columns_key, rows_key,
+                                 kMaxPoints, num_points));
+  }
+  return counts;
+}
+
+int read_first_id(const YamlValue& top, const char* key, std::int64_t num_ids,
+                  std::optional<int> instead = {}) {
+  const auto in_file = top.find(key);
+  int first_id = in_file ? in_file->whole(0, kMaxId) : 0;
+  if (instead) first_id = *instead;
+  check_last_id(top, first_id + num_ids - 1, key);
+  return first_id;
+}
+
+Board read_checkerboard(const YamlValue& top, std::optional<int> first_id,
+                        std::vector<std::string>* warnings) {
+  const std::vector<std::string> unknown =
+      top.unknown_keys({"target_type", "targetCols", "targetRows", "rowSpacingMeters",
+                        "colSpacingMeters", "first_id", "starts_black"});
+  const auto [columns, rows] = read_counts(top, "targetCols", "targetRows", 2);
+  Checkerboard board;
+  board.columns = columns;
+  board.rows = rows;
+  board.column_spacing = top.at("colSpacingMeters").positive();
+  board.row_spacing = top.at("rowSpacingMeters").positive();
+  if (const auto black = top.find("starts_black")) board.starts_black = black->truth();
+  board.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
+  if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
+  return checkerboard_board(board);
+}
+
+Board read_charuco(const YamlValue& top, std::optional<int> first_id) {
+  top.allow_only({"target_type", "squareCols", "squareRows", "squareSize", "markerSize",
+                  "dictionary", "legacy", "first_id", "first_marker_id"});
+  const auto [columns, rows] = read_counts(top, "squareCols", "squareRows", 3);
+  Checkerboard squares;
+  squares.columns = columns - 1;
+  squares.rows = rows - 1;
+  squares.column_spacing = squares.row_spacing = top.at("squareSize").positive();
+  CharucoMarkers markers;
+  markers.size = top.at("markerSize").positive();
+  if (markers.size >= squares.column_spacing) {
+    top.at("markerSize")
+        .fail(fmt::format("must be less than squareSize {}", squares.column_spacing));
+  }
+  markers.dictionary = top.at("dictionary").text();
+  if (const auto legacy = top.find("legacy")) markers.legacy = legacy->truth();
+  const std::int64_t num_squares = std::int64_t{columns} * rows;
+  squares.first_id =
+      read_first_id(top, "first_id", std::int64_t{squares.columns} * squares.rows, first_id);
+  markers.first_marker_id = read_first_id(top, "first_marker_id", (num_squares + 1) / 2);
+  return charuco_board(squares, markers);
+}
+
 std::string pattern_yaml(const Board& board) {
   return fmt::format("family: {}\nborder_bits: {}\ncorner_squares: {}\n", text_yaml(board.family),
                      board.border_bits, board.corner_squares);
+}
+
+std::string checkerboard_yaml(const Checkerboard& board) {
+  return fmt::format(
+      "target_type: checkerboard\ntargetCols: {}\ntargetRows: {}\nrowSpacingMeters: {}\n"
+      "colSpacingMeters: {}\nfirst_id: {}\nstarts_black: {}\n",
+      board.columns, board.rows, board.row_spacing, board.column_spacing, board.first_id,
+      board.starts_black);
+}
+
+std::string charuco_yaml(const Checkerboard& squares, const CharucoMarkers& markers) {
+  return fmt::format(
+      "target_type: charuco\nsquareCols: {}\nsquareRows: {}\nsquareSize: {}\nmarkerSize: {}\n"
+      "dictionary: {}\nlegacy: {}\nfirst_id: {}\nfirst_marker_id: {}\n",
+      squares.columns + 1, squares.rows + 1, squares.column_spacing, markers.size,
+      text_yaml(markers.dictionary), markers.legacy, squares.first_id, markers.first_marker_id);
 }
 
 }  // namespace
@@ -149,10 +230,10 @@ Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
   if (name == "aprilgrid") return read_grid(top, first_id, warnings);
   if (name == "tags") return read_tags(top, first_id);
   if (name == "points") return read_points(top, first_id);
-  if (name == "checkerboard" || name == "circlegrid") {
-    type.fail("has no tags and is not supported: must be aprilgrid, tags or points");
-  }
-  type.fail("must be aprilgrid, tags or points");
+  if (name == "checkerboard") return read_checkerboard(top, first_id, warnings);
+  if (name == "charuco") return read_charuco(top, first_id);
+  if (name == "circlegrid") type.fail(fmt::format("circlegrid is not supported: {}", kTypes));
+  type.fail(kTypes);
 }
 
 std::string board_yaml(const Board& board) {
@@ -164,6 +245,8 @@ std::string board_yaml(const Board& board) {
                grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, grid.first_id) +
            pattern_yaml(board);
   }
+  if (board.charuco) return charuco_yaml(*board.checkerboard, *board.charuco);
+  if (board.checkerboard) return checkerboard_yaml(*board.checkerboard);
   std::string text;
   if (board.points.empty()) {
     text = "target_type: tags\n" + pattern_yaml(board) + "tags:\n";
@@ -179,48 +262,6 @@ std::string board_yaml(const Board& board) {
                         point.position.y(), point.position.z());
   }
   return text;
-}
-
-PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
-                              std::vector<std::string>* warnings) {
-  const bool is_map = value.is_map();
-  std::optional<int> first_id;
-  Pose world_from_board;
-  if (is_map) {
-    if (is_scene) {
-      value.allow_only({"file", "target", "first_id", "world_from_board", "frame", "pose"});
-    } else {
-      value.allow_only({"file", "first_id", "world_from_board"});
-    }
-    const auto id = value.find("first_id");
-    if (id) first_id = id->whole(0, std::numeric_limits<int>::max());
-    const auto pose = value.find("world_from_board");
-    if (pose) world_from_board = read_pose(*pose);
-    if (is_scene && value.find("target")) {
-      if (value.find("file")) value.fail_plainly("has a file and a target, but needs one of them");
-      return {board_from_yaml(value.at("target"), first_id, warnings), world_from_board};
-    }
-  }
-  const YamlValue name = is_map ? value.at("file") : value;
-  const std::filesystem::path folder = std::filesystem::path(value.file()).parent_path();
-  const YamlValue target = YamlValue::read(folder / name.text());
-  return {board_from_yaml(target, first_id, warnings), world_from_board};
-}
-
-void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where) {
-  std::map<int, std::size_t> board_of_id;
-  for (std::size_t i = 0; i < boards.size(); ++i) {
-    const auto check = [&](int id) {
-      const auto [place, is_new] = board_of_id.emplace(id, i);
-      if (is_new) return;
-      where.fail_plainly(fmt::format(
-          "ids must be unique over all boards, but id {} is on boards {} and {}; give one of "
-          "them another first_id",
-          id, place->second, i));
-    };
-    for (const Tag& tag : boards[i].board.tags) check(tag.id);
-    for (const TargetPoint& point : boards[i].board.points) check(point.id.tag_id);
-  }
 }
 
 }  // namespace tagcal::internal

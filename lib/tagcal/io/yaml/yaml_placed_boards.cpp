@@ -1,0 +1,66 @@
+#include "tagcal/io/yaml/yaml_placed_boards.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "tagcal/io/yaml/yaml_boards.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+
+PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
+                              std::vector<std::string>* warnings) {
+  const bool is_map = value.is_map();
+  std::optional<int> first_id;
+  Pose world_from_board;
+  if (is_map) {
+    if (is_scene) {
+      value.allow_only({"file", "target", "first_id", "world_from_board", "frame", "pose"});
+    } else {
+      value.allow_only({"file", "first_id", "world_from_board"});
+    }
+    const auto id = value.find("first_id");
+    if (id) first_id = id->whole(0, std::numeric_limits<int>::max());
+    const auto pose = value.find("world_from_board");
+    if (pose) world_from_board = read_pose(*pose);
+    if (is_scene && value.find("target")) {
+      if (value.find("file")) value.fail_plainly("has a file and a target, but needs one of them");
+      return {board_from_yaml(value.at("target"), first_id, warnings), world_from_board};
+    }
+  }
+  const YamlValue name = is_map ? value.at("file") : value;
+  const std::filesystem::path folder = std::filesystem::path(value.file()).parent_path();
+  const YamlValue target = YamlValue::read(folder / name.text());
+  return {board_from_yaml(target, first_id, warnings), world_from_board};
+}
+
+void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where) {
+  std::map<int, std::size_t> board_of_id;
+  std::map<std::pair<std::string, int>, std::size_t> board_of_marker;
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    const Board& board = boards[i].board;
+    for (const TargetPoint& point : target_points(board)) {
+      const auto [place, is_new] = board_of_id.emplace(point.id.tag_id, i);
+      if (is_new || place->second == i) continue;
+      where.fail_plainly(fmt::format(
+          "ids must be unique over all boards, but id {} is on boards {} and {}; give one of "
+          "them another first_id",
+          point.id.tag_id, place->second, i));
+    }
+    for (const Tag& tag : board.tags) {
+      const auto [place, is_new] = board_of_marker.emplace(std::pair(board.family, tag.id), i);
+      if (is_new) continue;
+      where.fail_plainly(
+          fmt::format("markers of {} must be unique over all boards, but marker {} is on boards "
+                      "{} and {}; give one of them another first_marker_id",
+                      board.family, tag.id, place->second, i));
+    }
+  }
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tagcal/io/yaml/yaml_reader.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal::internal {
+
+// One of the boards of a data set or a scene: {file, first_id, world_from_board}. A scene may have
+// `target`, a target itself, instead of `file`, and `frame` and `pose`, which are left to the
+// caller.
+PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
+                              std::vector<std::string>* warnings);
+
+// Throws if two boards have a corner of the same id (target_points), or a tag or marker of the same
+// family and id.
+void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,99 @@
+// Pictures in their own kind: grey or colour, 8 or 16 bits, as files store them.
+#include <fstream>
+
+#include "file_fixture.hpp"
+#include "jpeg_of.hpp"
+#include "tagcal/io/image_file.hpp"
+
+namespace tagcal {
+namespace {
+
+using std::string_literals::operator""s;
+
+template <typename T>
+Image<T> random_image(const ImageSize& size, Random& random) {
+  Image<T> image(size);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      if constexpr (std::is_arithmetic_v<T>) {
+        image(x, y) = static_cast<T>(random.index(std::numeric_limits<T>::max() + 1ULL));
+      } else {
+        using Value = typename T::value_type;
+        for (Value& value : image(x, y))
+          value = static_cast<Value>(random.index(std::numeric_limits<Value>::max() + 1ULL));
+      }
+    }
+  return image;
+}
+
+std::vector<Picture> pictures_of_all_kinds() {
+  Random random(6);
+  const ImageSize size{37, 23};
+  return {random_image<std::uint8_t>(size, random), random_image<std::uint16_t>(size, random),
+          random_image<Rgb>(size, random), random_image<Rgb16>(size, random)};
+}
+
+// The kind and all values.
+void expect_equal(const Picture& read, const Picture& written, const std::string& what) {
+  ASSERT_EQ(read.index(), written.index()) << what;
+  ASSERT_EQ(size_of(read), size_of(written)) << what;
+  std::visit(
+      [&](const auto& image) {
+        EXPECT_TRUE(image.pixels() == std::get<std::decay_t<decltype(image)>>(written).pixels())
+            << what;
+      },
+      read);
+}
+
+class PictureFile : public FileTest {};
+
+TEST_F(PictureFile, EveryKindIsReadAsItWasWritten) {
+  for (const Picture& picture : pictures_of_all_kinds()) {
+    const bool colour = picture.index() >= 2;
+    for (const std::string name : {"a.png", "b.PNG", colour ? "c.ppm" : "c.pgm"}) {
+      write_picture(folder_ / name, picture);
+      expect_equal(read_picture(folder_ / name), picture, name + std::to_string(picture.index()));
+      EXPECT_EQ(read_image_size(folder_ / name), size_of(picture));
+    }
+    std::visit([&](const auto& image) { write_png(folder_ / "d.png", image); }, picture);
+    expect_equal(read_picture(folder_ / "d.png"), picture, "write_png");
+  }
+}
+
+TEST_F(PictureFile, KindsOfNetpbm) {
+  expect_equal(read_picture(write("a", "P2 3 1 15 0 1 15")),
+               read_picture(write("b", "P5 3 1 255\n\0\x11\xff"s)), "fewer than 8 bits");
+  const auto deep = std::get<Image16>(read_picture(write("c", "P2 2 1 4095 7 4095")));
+  EXPECT_EQ(deep.pixels(), (std::vector<std::uint16_t>{7, 4095}));  // as stored
+  const auto colour = std::get<ImageRgb>(read_picture(write("d", "P3 1 2 255 1 2 3 4 5 6")));
+  EXPECT_EQ(colour.pixels(), (std::vector<Rgb>{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(read_image(folder_ / "d").pixels(), (std::vector<std::uint8_t>{2, 5}));
+  EXPECT_NE(error_of([&] { read_picture(write("e", "P6 1 2 255\n12345")); }).find("truncated"),
+            std::string::npos);
+}
+
+TEST_F(PictureFile, JpegsAreGreyOrColour) {
+  Random random(8);
+  const Image8 image = random_image<std::uint8_t>({40, 30}, random);
+  const Picture grey = read_picture(write("grey.jpg", jpeg_of(image, false)));
+  expect_equal(grey, read_image(folder_ / "grey.jpg"), "grey");
+  const Picture colour = read_picture(write("colour.jpg", jpeg_of(image, true)));
+  ASSERT_TRUE(std::holds_alternative<ImageRgb>(colour));
+  EXPECT_EQ(size_of(colour), image.size());
+}
+
+TEST_F(PictureFile, WhatCannotBeWrittenIsSaid) {
+  const auto error = [&](const std::string& name, const Picture& picture) {
+    return error_of([&] { write_picture(folder_ / name, picture); });
+  };
+  const Picture grey = Image8({4, 3}), colour = ImageRgb({4, 3});
+  EXPECT_NE(error("a.gif", grey).find("a.gif: the name of a picture must end in .png"),
+            std::string::npos);
+  EXPECT_NE(error("a", grey).find("must end in"), std::string::npos);
+  EXPECT_NE(error("a.pgm", colour).find("write a .ppm"), std::string::npos);
+  EXPECT_NE(error("a.png", Image8()).find("must be > 0"), std::string::npos);
+  EXPECT_EQ(num_files(), 0U);
+}
+
+}  // namespace
+}  // namespace tagcal
