@@ -173,6 +173,7 @@ TEST(Families, UnknownNamesAndBordersAreErrors) {
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()),
               "family: must be one of tag36h11, tag36h10, tag25h9, tag16h5, tagStandard41h12, "
+              "tagStandard52h13, tagCircle21h7, tagCircle49h12, tagCustom48h12, "
               "or a dictionary of OpenCV (DICT_4X4_50, ..), got tag36h12");
   }
 }

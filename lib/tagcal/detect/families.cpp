@@ -4,12 +4,19 @@
 #include <apriltag/tag25h9.h>
 #include <apriltag/tag36h10.h>
 #include <apriltag/tag36h11.h>
+#include <apriltag/tagCircle21h7.h>
+#include <apriltag/tagCircle49h12.h>
+#include <apriltag/tagCustom48h12.h>
 #include <apriltag/tagStandard41h12.h>
+#include <apriltag/tagStandard52h13.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <mutex>
+#include <tuple>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
 #include "tagcal/detect/apriltag/dictionary_family.hpp"
@@ -32,6 +39,10 @@ constexpr std::array kFamilies = {
     KnownFamily{"tag25h9", tag25h9_create, tag25h9_destroy},
     KnownFamily{"tag16h5", tag16h5_create, tag16h5_destroy},
     KnownFamily{"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
+    KnownFamily{"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
+    KnownFamily{"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy},
+    KnownFamily{"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
+    KnownFamily{"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
 };
 
 FamilyHandle create_plain_family(std::string_view name) {
@@ -64,6 +75,20 @@ FamilyHandle internal::create_family(std::string_view name, int border_bits) {
       ++family->bit_y[i];
     }
   }
+  return family;
+}
+
+std::shared_ptr<apriltag_family_t> internal::shared_family(const std::string& name, int border_bits,
+                                                           int max_hamming) {
+  static std::mutex mutex;
+  static std::map<std::tuple<std::string, int, int>, std::weak_ptr<apriltag_family_t>> in_use;
+  const std::scoped_lock lock(mutex);
+  std::weak_ptr<apriltag_family_t>& known = in_use[{name, border_bits, max_hamming}];
+  if (auto family = known.lock()) return family;
+  std::shared_ptr<apriltag_family_t> family = create_family(name, border_bits);
+  const DetectorHandle builder(apriltag_detector_create());
+  apriltag_detector_add_family_bits(builder.get(), family.get(), max_hamming);
+  known = family;
   return family;
 }
 
