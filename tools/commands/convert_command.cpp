@@ -5,6 +5,7 @@
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/convert_model.hpp"
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
@@ -20,6 +21,7 @@ struct Arguments {
   std::string out;
   std::string format;
   std::string image_size;
+  ModelArguments model;
 };
 
 // "640x480".
@@ -68,10 +70,12 @@ CameraFile read_cameras(const Arguments& arguments, const std::string& format) {
 }
 
 int run(const Arguments& arguments) {
+  check_usage(arguments.model);
   const std::string format = format_of(arguments);
   check_writable(arguments.out);
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
+  if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
   print_notes(arguments.in, file.notes);
   print_notes(arguments.out, notes);
@@ -91,7 +95,8 @@ std::string footer() {
   return text +
          "\nExample: tagcal convert camera.yaml front.cameramodel\n"
          "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
-         "         tagcal convert camera.yaml sparse --to colmap";
+         "         tagcal convert camera.yaml sparse --to colmap\n"
+         "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4";
 }
 
 }  // namespace
@@ -113,6 +118,7 @@ Command add_convert(CLI::App& app) {
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")
       .text("WIDTHxHEIGHT");
+  add_model_options(*command, arguments->model);
   add_footer(*command, footer());
   return {command, [arguments] { return run(*arguments); }};
 }
