@@ -51,7 +51,7 @@ std::string text_of(const LensFit& fit, const FileCamera& camera) {
   const auto names = parameter_names(fit.camera.lens);
   const auto values = parameters(fit.camera.lens);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i] == 0) continue;
+    if (values[i] == 0 && (fit.sigmas.empty() || fit.sigmas[i] == 0)) continue;
     text += fmt::format("  {:<8} {:>14.8g}", names[i], values[i]);
     if (!fit.sigmas.empty()) text += fmt::format(" +- {:.3g}", fit.sigmas[i]);
     text += "\n";

@@ -99,8 +99,8 @@ std::string heat_hull_svg(const HeatMap& map, std::span<const Vector2d> hull, do
 std::string heat_numbers_svg(const HeatMap& map, double top,
                              const std::function<std::string(double)>& text_of) {
   std::string svg;
-  for (int row = 1; row < map.grid.rows; row += 3) {
-    for (int column = 2; column < map.grid.columns; column += 4) {
+  for (int row = 1; row < map.grid.rows - 1; row += 3) {
+    for (int column = 2; column < map.grid.columns - 1; column += 4) {
       const Vector2d at = map.place(map.grid.pixel(column, row), top);
       svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
                          at.x(), at.y() + 4, text_of(map.values(row, column)));

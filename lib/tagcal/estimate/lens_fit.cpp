@@ -121,18 +121,46 @@ MatrixXd difference_grid(const ImageGrid& grid, const SourceLens& source, const 
   return result;
 }
 
-// See the header: dq/dp, with the columns of J_q scaled.
-void carry_covariance(LensFit& result, const LensFitSource& source, const LensFromRays& state,
-                      const Sightings& seen) {
-  if (source.covariance.size() == 0) return;
+// dq/dp if the new parameters are the old ones and further ones: 1 where both set the same
+// parameter of the lens. No value if the fitted lens has other values, or lacks a free parameter.
+std::optional<MatrixXd> selection(const LensFitSource& source, const Model& model,
+                                  const LensFromRays& state) {
+  const Lens& own = std::get<Lens>(source.camera.lens);
+  if (type_of(own) != model.lens_type() || state.free_values != model.free_values(own))
+    return std::nullopt;
+  MatrixXd result = MatrixXd::Zero(model.num_free(), static_cast<Eigen::Index>(source.free.size()));
+  for (std::size_t j = 0; j < source.free.size(); ++j) {
+    const std::vector<int>& sets = source.free[j].lens_parameters;
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < model.free().size(); ++i) {
+      if (!std::ranges::includes(sets, model.free()[i].lens_parameters)) continue;
+      result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = 1;
+      found += model.free()[i].lens_parameters.size();
+    }
+    if (found != sets.size()) return std::nullopt;
+  }
+  return result;
+}
+
+// dq/dp in general, see the header; with the columns of J_q scaled.
+std::optional<MatrixXd> implicit_derivative(const LensFitSource& source, const LensFromRays& state,
+                                            const Sightings& seen) {
   const auto of_source = ray_equations(std::get<Lens>(source.camera.lens), source.free, seen);
-  if (!of_source) return;
+  if (!of_source) return std::nullopt;
   const VectorXd scales = column_scales(state.at.jacobian);
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> scaled;
   scaled.setThreshold(1e-10);  // numeric: combinations that project alike, to rounding
   scaled.compute(state.at.jacobian * scales.asDiagonal());
-  const MatrixXd by_source = scales.asDiagonal() * scaled.solve(of_source->jacobian);
-  const MatrixXd carried = by_source * source.covariance * by_source.transpose();
+  return scales.asDiagonal() * scaled.solve(of_source->jacobian);
+}
+
+void carry_covariance(LensFit& result, const LensFitSource& source, const LensFromRays& state,
+                      const Sightings& seen) {
+  if (source.covariance.size() == 0) return;
+  auto by_source = selection(source, *result.model, state);
+  if (!by_source) by_source = implicit_derivative(source, state, seen);
+  if (!by_source) return;
+  const MatrixXd carried = *by_source * source.covariance * by_source->transpose();
   result.covariance = (carried + carried.transpose()) / 2;
   result.sigmas.assign(parameters(result.camera.lens).size(), 0.0);
   for (std::size_t i = 0; i < result.model->free().size(); ++i) {

@@ -62,7 +62,8 @@ struct LensFit {
 //   dq/dp = (J_q^T J_q)^-1 J_q^T J_p        cov(q) = dq/dp cov(p) (dq/dp)^T,
 // to first order in the remaining differences. It has at most the rank of the source's: it says
 // nothing about lenses that only the new model can describe. Combinations of q that the projection
-// does not determine get the smallest of the possible changes.
+// does not determine get the smallest of the possible changes; if the new model contains the old
+// lens, the further parameters stay zero with standard deviation zero.
 //
 // Throws Error for a parallel lens or the model `weak`, an image without pixels, a bound that is
 // not > 0, and a covariance that is not of the model.
