@@ -139,9 +139,8 @@ TEST(CompleteBoard, OneTagLeadsToAllOthersThroughAFisheye) {
 }
 
 TEST(CompleteBoard, PlainBoardsOfAnyFamily) {
-  for (const std::string family :
-       {"tag36h11", "tag36h10", "tag25h9", "tag16h5", "tagStandard41h12"}) {
-    const double gap = family == "tagStandard41h12" ? 1.2 : 0.3;
+  for (const std::string& family : tag_family_names()) {
+    const double gap = tag_family(family, 1).reversed_border ? 1.3 : 0.3;
     const Sight sight(grid_board({5, 4, 0.04, gap, 3}, family, 1, false));
     const Completion completion = completed(sight, {sight.seed(3)});
     EXPECT_EQ(completion.tags.size(), 20u) << family << "\n" << missing(completion);

@@ -9,7 +9,6 @@
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/policy/policy.hpp"
-#include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
 namespace tagcal {
@@ -29,8 +28,8 @@ class Worker {
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
       : camera_(options.camera), finders_(board_finders(boards, options)) {}
 
-  View detect(const Image8& image, const std::string& name, PictureReport& report) {
-    check_size(image.size(), name);
+  View detect(const ImageView8& image, const std::string& name, PictureReport& report) {
+    check_size(camera_, image.size(), name);
     View view{name, {}};
     constexpr int kMinSide = policy::kTagMinPictureSidePx;
     if (image.width() < kMinSide || image.height() < kMinSide) {
@@ -56,13 +55,6 @@ class Worker {
   }
 
  private:
-  void check_size(const ImageSize& size, const std::string& name) const {
-    if (!camera_ || size == camera_->image_size) return;
-    const ImageSize& expected = camera_->image_size;
-    throw Error(fmt::format("{}: must be {}x{} pixels as the camera's, got {}x{}", name,
-                            expected.width, expected.height, size.width, size.height));
-  }
-
   static void warn_of(const SeenBoards& seen, const std::string& family, const std::string& name,
                       std::vector<std::string>& warnings) {
     if (!seen.strange.empty()) {
@@ -89,8 +81,15 @@ class Worker {
 
 }  // namespace
 
-View detect(const Image8& image, const std::string& name, const std::vector<PlacedBoard>& boards,
-            const DetectOptions& options, std::vector<std::string>* warnings) {
+View detect(const ImageView8& image, const std::string& name,
+            const std::vector<PlacedBoard>& boards, const DetectOptions& options,
+            std::vector<std::string>* warnings) {
+  return detect(image, boards, options, name, warnings);
+}
+
+View detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
+            const DetectOptions& options, const std::string& name,
+            std::vector<std::string>* warnings) {
   PictureReport report;
   View view = Worker(boards, options).detect(image, name, report);
   if (warnings) warnings->insert(warnings->end(), report.warnings.begin(), report.warnings.end());

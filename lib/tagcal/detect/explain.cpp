@@ -30,14 +30,14 @@ std::vector<int> ids_of(const std::vector<FoundTag>& tags) {
   return ids;
 }
 
-Image8 mirrored(const Image8& image) {
+Image8 mirrored(const ImageView8& image) {
   Image8 result(image.size());
   for (int y = 0; y < image.height(); ++y)
     std::reverse_copy(image.row(y), image.row(y) + image.width(), result.row(y));
   return result;
 }
 
-Image8 inverted(const Image8& image) {
+Image8 inverted(const ImageView8& image) {
   Image8 result(image.size());
   for (int y = 0; y < image.height(); ++y)
     std::transform(image.row(y), image.row(y) + image.width(), result.row(y),
@@ -46,7 +46,7 @@ Image8 inverted(const Image8& image) {
 }
 
 // The tags of every family and border that the library knows.
-std::vector<SeenKind> all_kinds(const Image8& image, int& quads) {
+std::vector<SeenKind> all_kinds(const ImageView8& image, int& quads) {
   std::vector<SeenKind> kinds;
   for (const std::string& family : tag_family_names()) {
     const int widest = tag_family(family, 1).reversed_border ? 1 : 2;
@@ -67,7 +67,7 @@ bool is_kind(const SeenKind& kind, const Board& board) {
 }
 
 // Number of tags of the board's family and border in a picture.
-std::size_t count_in(const Image8& image, const Board& board) {
+std::size_t count_in(const ImageView8& image, const Board& board) {
   FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares, {}},
                           {.max_hamming = 0});
   return detector.find(image).size();
@@ -110,7 +110,7 @@ std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Qua
 
 class Explainer {
  public:
-  Explainer(const Image8& image, const std::vector<PlacedBoard>& boards)
+  Explainer(const ImageView8& image, const std::vector<PlacedBoard>& boards)
       : image_(image), boards_(boards) {
     result_.size = image.size();
   }
@@ -210,14 +210,14 @@ class Explainer {
                        image_.width(), image_.height());
   }
 
-  const Image8& image_;
+  ImageView8 image_;
   const std::vector<PlacedBoard>& boards_;
   Explanation result_;
 };
 
 }  // namespace
 
-Explanation explain(const Image8& image, const std::vector<PlacedBoard>& boards) {
+Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards) {
   return Explainer(image, boards).run();
 }
 

@@ -32,6 +32,6 @@ struct Explanation {
 
 // Searches a picture for all families and borders, mirrored and inverted too, and measures the
 // spacing of the tags found. Costs about ten times as much as detect().
-Explanation explain(const Image8& image, const std::vector<PlacedBoard>& boards);
+Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal

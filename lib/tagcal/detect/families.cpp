@@ -4,14 +4,23 @@
 #include <apriltag/tag25h9.h>
 #include <apriltag/tag36h10.h>
 #include <apriltag/tag36h11.h>
+#include <apriltag/tagCircle21h7.h>
+#include <apriltag/tagCircle49h12.h>
+#include <apriltag/tagCustom48h12.h>
 #include <apriltag/tagStandard41h12.h>
+#include <apriltag/tagStandard52h13.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <mutex>
+#include <tuple>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/detect/apriltag/dictionary_family.hpp"
+#include "tagcal/detect/opencv/marker_dictionary.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -30,18 +39,29 @@ constexpr std::array kFamilies = {
     KnownFamily{"tag25h9", tag25h9_create, tag25h9_destroy},
     KnownFamily{"tag16h5", tag16h5_create, tag16h5_destroy},
     KnownFamily{"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
+    KnownFamily{"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
+    KnownFamily{"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy},
+    KnownFamily{"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
+    KnownFamily{"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
 };
+
+FamilyHandle create_plain_family(std::string_view name) {
+  const auto* const known = std::ranges::find(kFamilies, name, &KnownFamily::name);
+  if (known != kFamilies.end()) return FamilyHandle(known->create(), FamilyDeleter{known->destroy});
+  FamilyHandle family = create_dictionary_family(name);
+  if (!family) {
+    throw Error(
+        fmt::format("family: must be one of {}, or a dictionary of OpenCV (DICT_4X4_50, "
+                    "..), got {}",
+                    fmt::join(tag_family_names(), ", "), name));
+  }
+  return family;
+}
 
 }  // namespace
 
 FamilyHandle internal::create_family(std::string_view name, int border_bits) {
-  const auto known = std::find_if(kFamilies.begin(), kFamilies.end(),
-                                  [&](const KnownFamily& family) { return family.name == name; });
-  if (known == kFamilies.end()) {
-    throw Error(fmt::format("family: must be one of {}, got {}",
-                            fmt::join(tag_family_names(), ", "), name));
-  }
-  FamilyHandle family(known->create(), FamilyDeleter{known->destroy});
+  FamilyHandle family = create_plain_family(name);
   const int widest = family->reversed_border ? 1 : 2;
   if (border_bits < 1 || border_bits > widest) {
     throw Error(fmt::format("border_bits: must be {} for {}, got {}", widest == 1 ? "1" : "1 or 2",
@@ -58,11 +78,27 @@ FamilyHandle internal::create_family(std::string_view name, int border_bits) {
   return family;
 }
 
+std::shared_ptr<apriltag_family_t> internal::shared_family(const std::string& name, int border_bits,
+                                                           int max_hamming) {
+  static std::mutex mutex;
+  static std::map<std::tuple<std::string, int, int>, std::weak_ptr<apriltag_family_t>> in_use;
+  const std::scoped_lock lock(mutex);
+  std::weak_ptr<apriltag_family_t>& known = in_use[{name, border_bits, max_hamming}];
+  if (auto family = known.lock()) return family;
+  std::shared_ptr<apriltag_family_t> family = create_family(name, border_bits);
+  const DetectorHandle builder(apriltag_detector_create());
+  apriltag_detector_add_family_bits(builder.get(), family.get(), max_hamming);
+  known = family;
+  return family;
+}
+
 std::vector<std::string> tag_family_names() {
   std::vector<std::string> names;
   for (const KnownFamily& family : kFamilies) names.emplace_back(family.name);
   return names;
 }
+
+std::vector<std::string> tag_dictionary_names() { return marker_dictionary_names(); }
 
 TagFamily tag_family(std::string_view name, int border_bits) {
   const FamilyHandle handle = create_family(name, border_bits);

@@ -24,7 +24,7 @@ void check(const TagPattern& pattern) {
 
 // Fits each corner of a large tag by itself, from pixels of its own.
 template <typename T>
-TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+TagFit fit_parts(const ImageView<T>& image, const TagPattern& pattern, const TagCorners& start,
                  const TagFitOptions& options) {
   TagFit fit;
   fit.is_by_corner = true;
@@ -55,8 +55,8 @@ TagFit fit_parts(const Image<T>& image, const TagPattern& pattern, const TagCorn
 // Fits the corners one by one or, if one of them fails, the whole tag; the unknown bends beyond
 // third order then count in the covariance.
 template <typename T>
-TagFit fit_strongly_bent(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
-                         const TagFitOptions& options) {
+TagFit fit_strongly_bent(const ImageView<T>& image, const TagPattern& pattern,
+                         const TagCorners& start, const TagFitOptions& options) {
   const TagFit parts = fit_parts(image, pattern, start, options);
   if (parts.status == TagFitStatus::converged) return parts;
   TagFitOptions whole = options;
@@ -72,7 +72,7 @@ TagFit fit_strongly_bent(const Image<T>& image, const TagPattern& pattern, const
 }
 
 template <typename T>
-TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+TagFit fit_tag(const ImageView<T>& image, const TagPattern& pattern, const TagCorners& start,
                const TagFitOptions& options) {
   const double side_px = 2 * mean_half_side(start);
   const bool is_bent = options.bend_sd_per_px > 0 && options.twist_sd_per_px2 > 0 &&
@@ -90,7 +90,7 @@ TagFit fit_tag(const Image<T>& image, const TagPattern& pattern, const TagCorner
 }
 
 template <typename T>
-TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners& start,
+TagFit refine(const ImageView<T>& image, const TagPattern& pattern, const TagCorners& start,
               const TagFitOptions& options) {
   check(pattern);
   if (options.camera && options.camera->image_size != image.size())
@@ -108,12 +108,12 @@ TagFit refine(const Image<T>& image, const TagPattern& pattern, const TagCorners
 
 }  // namespace
 
-TagFit refine_tag(const Image8& image, const TagPattern& pattern,
+TagFit refine_tag(const ImageView8& image, const TagPattern& pattern,
                   const std::array<Vector2d, 4>& start, const TagFitOptions& options) {
   return refine(image, pattern, start, options);
 }
 
-TagFit refine_tag(const Image16& image, const TagPattern& pattern,
+TagFit refine_tag(const ImageView16& image, const TagPattern& pattern,
                   const std::array<Vector2d, 4>& start, const TagFitOptions& options) {
   return refine(image, pattern, start, options);
 }

@@ -21,9 +21,9 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
 // A lens bends a large tag beyond third order: in a tag longer than 110 px, or strongly bent, each
 // corner is fitted by itself, from the 40 px of both sides next to it. The corners are then
 // uncorrelated.
-TagFit refine_tag(const Image8& image, const TagPattern& pattern,
+TagFit refine_tag(const ImageView8& image, const TagPattern& pattern,
                   const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
-TagFit refine_tag(const Image16& image, const TagPattern& pattern,
+TagFit refine_tag(const ImageView16& image, const TagPattern& pattern,
                   const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
 
 }  // namespace tagcal

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,8 @@
 #include "tagcal/scene/image.hpp"
 
 namespace tagcal {
+
+using Matrix8 = Eigen::Matrix<double, 8, 8, Eigen::DontAlign>;
 
 // How the corners of a decoded tag are refined.
 enum class Refinement {
@@ -24,7 +27,8 @@ enum class Refinement {
 
 struct DetectOptions {
   int threads = 0;      // for pictures in parallel; 0: one per core
-  int max_hamming = 1;  // wrong bits accepted in a tag (0-2)
+  int max_hamming = 1;  // wrong bits accepted in a tag (0-2; 1 at most in families of more than
+                        // 4096 tags)
   Refinement refinement = Refinement::fit;
   // The camera of all pictures, if it is known; it must outlive the search. Tags are fitted under
   // its lens (TagFitOptions::camera), or without it if that fails.
@@ -41,6 +45,20 @@ struct DetectResult {
   std::vector<View> views;  // in the order of the images; corners ordered by id
   std::vector<std::vector<UnfittedTag>> unfitted;  // for each view
   std::vector<std::string> warnings;               // those of one image begin with its name
+};
+
+// A family of tags with the width of its black border: 1 as generated, 2 as on Kalibr's boards.
+struct TagKind {
+  std::string family = "tag36h11";
+  int border_bits = 1;
+};
+
+// A tag in a picture that is on no known board. An id may be seen more than once.
+struct DetectedTag {
+  int id = 0;
+  std::array<Eigen::Vector2d, 4> corners;  // 0..3 as in CornerId, pixel centres at whole numbers
+  // Of (x0, y0, x1, y1, ..), if the tag's pattern was fitted.
+  std::optional<Matrix8> covariance_px2;
 };
 
 // One image of a batch: its name and how to load it (called from a worker thread, may throw Error).

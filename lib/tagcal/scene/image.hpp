@@ -56,6 +56,7 @@ class ImageView {
   const ImageSize& size() const { return size_; }
   int width() const { return size_.width; }
   int height() const { return size_.height; }
+  std::ptrdiff_t stride() const { return stride_; }
   bool empty() const { return size_.width <= 0 || size_.height <= 0; }
 
   const T* row(int y) const { return pixels_ + y * stride_; }
@@ -70,6 +71,8 @@ class ImageView {
 using Image8 = Image<std::uint8_t>;
 using Image16 = Image<std::uint16_t>;
 using ImageF = Image<float>;
+using ImageView8 = ImageView<std::uint8_t>;
+using ImageView16 = ImageView<std::uint16_t>;
 
 using Rgb = std::array<std::uint8_t, 3>;
 using Rgb16 = std::array<std::uint16_t, 3>;

@@ -1,5 +1,7 @@
 #include "tagcal/detect/apriltag/family_detector.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +11,7 @@
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/error.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -39,6 +42,12 @@ Quad undoubled(Quad corners) {
   return corners;
 }
 
+int most_wrong_bits(const Wanted& wanted) {
+  const FamilyHandle family = create_family(wanted.family, wanted.border_bits);
+  const int by_distance = (static_cast<int>(family->h) - 1) / 2;  // a code stays the nearest one
+  return std::min(by_distance, family->ncodes > policy::kTagMaxCodesForTwo ? 1 : 2);
+}
+
 }  // namespace
 
 bool is_whole(const FoundTag& tag, const ImageSize& size) {
@@ -47,10 +56,27 @@ bool is_whole(const FoundTag& tag, const ImageSize& size) {
       tag.fitted || tag.by_corner ? policy::kTagEdgeMarginPx : policy::kTagUnfittedEdgeMarginPx);
 }
 
+int num_halvings(const ImageSize& size) {
+  const double pixels = static_cast<double>(size.width) * size.height;
+  return std::max(
+      0, static_cast<int>(std::floor(std::log2(pixels / policy::kBoardMinHalvedPixels) / 2)));
+}
+
+bool is_worth_doubling(const ImageSize& size) {
+  return size.width * size.height <= policy::kBoardMaxDoubledPixels;
+}
+
+void check_size(const Camera* camera, const ImageSize& size, const std::string& name) {
+  if (!camera || size == camera->image_size) return;
+  const ImageSize& expected = camera->image_size;
+  throw Error(fmt::format("{}: must be {}x{} pixels as the camera's, got {}x{}", name,
+                          expected.width, expected.height, size.width, size.height));
+}
+
 FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& options)
     : wanted_(wanted),
-      family_(create_family(wanted.family, wanted.border_bits)),
-      max_hamming_(std::clamp(options.max_hamming, 0, 2)),
+      max_hamming_(std::clamp(options.max_hamming, 0, most_wrong_bits(wanted))),
+      family_(shared_family(wanted.family, wanted.border_bits, max_hamming_)),
       refinement_(options.refinement),
       camera_(options.camera) {
   for (const int shrink : policy::kTagShrinksPx) {
@@ -67,44 +93,49 @@ FamilyDetector::FamilyDetector(const Wanted& wanted, const DetectOptions& option
   }
 }
 
-std::vector<FoundTag> FamilyDetector::find(const Image8& image) {
+std::vector<FoundTag> FamilyDetector::find(const ImageView8& image) {
   std::vector<FoundTag> found;
   for (std::size_t pass = 0; pass < num_passes(); ++pass)
     find(image, {{0, 0, image.size()}, 0, pass}, found);
   return found;
 }
 
-void FamilyDetector::find(const Image8& image, const Search& search, std::vector<FoundTag>& found) {
+void FamilyDetector::find(const ImageView8& image, const Search& search,
+                          std::vector<FoundTag>& found) {
   const bool whole = search.box.size == image.size();
   Image8 part;
   if (!whole) part = part_of(image, search.box);
-  const Image8& from = whole ? image : part;
+  const ImageView8 from = whole ? image : ImageView8(part);
   const bool is_doubled = search.halvings < 0;
   std::vector<Image8> scaled;
   if (is_doubled) scaled.push_back(doubled(from));
-  for (int i = 0; i < search.halvings; ++i) scaled.push_back(halved(i > 0 ? scaled.back() : from));
-  const Image8& searched = scaled.empty() ? from : scaled.back();
+  for (int i = 0; i < search.halvings; ++i)
+    scaled.push_back(halved(i > 0 ? ImageView8(scaled.back()) : from));
+  const ImageView8 searched = scaled.empty() ? from : ImageView8(scaled.back());
   if (std::min(searched.width(), searched.height()) < policy::kTagMinPictureSidePx) return;
   const Pass& pass = passes_[search.pass];
   const Eigen::Vector2d offset(search.box.left, search.box.top);
   for (const Sighting& seen : look(searched, pass)) {
     Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, pass.shrink > 0);
     for (Eigen::Vector2d& corner : corners) corner += offset;
+    if (wanted_.any && !wanted_.patterns.contains(seen.id))
+      wanted_.patterns.emplace(seen.id, tag_pattern(*wanted_.any, seen.id, wanted_.border_bits,
+                                                    {0, wanted_.corner_squares}));
     add(image, {seen.id, corners}, search.halvings <= 0 && pass.shrink == 0, found);
   }
   num_quads_ = std::max(num_quads_, static_cast<int>(pass.detector->nquads));
 }
 
-std::vector<FamilyDetector::Sighting> FamilyDetector::look(const Image8& searched,
+std::vector<FamilyDetector::Sighting> FamilyDetector::look(const ImageView8& searched,
                                                            const Pass& pass) const {
   Image8 shrunk;
   if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
-  const Image8& looked_at = pass.shrink > 0 ? shrunk : searched;
+  const ImageView8 looked_at = pass.shrink > 0 ? ImageView8(shrunk) : searched;
   pass.detector->qtp.min_white_black_diff =
       std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise_of(searched))),
                  policy::kTagLeastRange, policy::kTagMostRange);
   // AprilTag does not write into the picture that it is given.
-  image_u8_t view = {looked_at.width(), looked_at.height(), looked_at.width(),
+  image_u8_t view = {looked_at.width(), looked_at.height(), static_cast<int>(looked_at.stride()),
                      const_cast<std::uint8_t*>(looked_at.row(0))};
   const DetectionsHandle detections(apriltag_detector_detect(pass.detector.get(), &view));
   std::vector<Sighting> sightings;
@@ -141,7 +172,7 @@ Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, const Sighting&
 
 // Adds a sighting to `found`, or replaces the same tag of another pass if that was not refined.
 // Corners that are not `exact` are used only if they can be refined.
-void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exact,
+void FamilyDetector::add(const ImageView8& image, const Sighting& sighting, bool exact,
                          std::vector<FoundTag>& found) {
   const auto same = std::ranges::find_if(found, [&](const FoundTag& other) {
     return other.id == sighting.id && overlap(other.corners, sighting.corners);
@@ -159,7 +190,7 @@ void FamilyDetector::add(const Image8& image, const Sighting& sighting, bool exa
   }
 }
 
-std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, const Quad& start,
+std::optional<FoundTag> FamilyDetector::refined(const ImageView8& image, int id, const Quad& start,
                                                 bool lens_follows) const {
   FoundTag tag{id, start, false};
   if (refinement_ == Refinement::fit && fit(tag, image, lens_follows)) return tag;
@@ -172,12 +203,12 @@ std::optional<FoundTag> FamilyDetector::refined(const Image8& image, int id, con
   return tag;
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const Image8& image, bool lens_follows) const {
+bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const {
   return (camera_ && fit(tag, image, {camera_, false, gamma_})) ||
          fit(tag, image, {nullptr, false, gamma_, false, lens_follows});
 }
 
-bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*>& tags) {
+bool FamilyDetector::find_gamma(const ImageView8& image, const std::vector<FoundTag*>& tags) {
   // Tags fitted as a whole first: their bends are modelled completely.
   std::vector<const FoundTag*> order(tags.begin(), tags.end());
   std::stable_partition(order.begin(), order.end(),
@@ -196,11 +227,13 @@ bool FamilyDetector::find_gamma(const Image8& image, const std::vector<FoundTag*
   return true;
 }
 
-bool FamilyDetector::fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const {
+bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image,
+                                 const Camera& camera) const {
   return fit(tag, image, {&camera, true, gamma_});
 }
 
-bool FamilyDetector::fit(FoundTag& tag, const Image8& image, const KnownTagOptions& known) const {
+bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image,
+                         const KnownTagOptions& known) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
   const auto fit = fit_known_tag(image, pattern->second, tag.corners, known);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -24,6 +25,7 @@ struct Wanted {
   std::set<int> ids;
   bool corner_squares = false;
   std::map<int, TagPattern> patterns;  // by id; tags without one are not fitted
+  std::optional<TagFamily> any;        // if tags of every id are wanted: for their patterns
 };
 
 struct FoundTag {
@@ -39,6 +41,13 @@ struct FoundTag {
 // True if all of a tag lies in the picture. A tag near the edge that was not fitted as a whole may
 // be the rest of a cut one, so it needs a wider margin.
 bool is_whole(const FoundTag& tag, const ImageSize& size);
+
+// Number of times that a picture of this size is halved before it is searched first.
+int num_halvings(const ImageSize& size);
+// True if a picture of this size that shows no tag is searched after doubling it.
+bool is_worth_doubling(const ImageSize& size);
+// Throws Error unless a picture has the size of the given camera's, if there is one.
+void check_size(const Camera* camera, const ImageSize& size, const std::string& name);
 
 // A part of a picture to search, after halving it `halvings` times (-1: after doubling it), in one
 // of the detector's passes.
@@ -56,14 +65,14 @@ class FamilyDetector {
   const Wanted& wanted() const { return wanted_; }
 
   // All tags of the family that lie whole in the picture, wanted or not. Precondition: 8x8 or more.
-  std::vector<FoundTag> find(const Image8& image);
+  std::vector<FoundTag> find(const ImageView8& image);
 
   // Number of passes over a picture. Each pass shrinks black more than the one before.
   std::size_t num_passes() const { return passes_.size(); }
 
   // Adds new tags to `found`. Tags seen in a halved picture are added only if their edges can be
   // fitted in the picture itself.
-  void find(const Image8& image, const Search& search, std::vector<FoundTag>& found);
+  void find(const ImageView8& image, const Search& search, std::vector<FoundTag>& found);
 
   // Largest number of four-sided black shapes in a picture that was searched, tags or not.
   int num_quads() const { return num_quads_; }
@@ -71,17 +80,17 @@ class FamilyDetector {
   // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
   // can be fitted. Also refines the edges if the detector's refinement is `stock`.
   // A tag for a fit corner by corner is left unfitted if a fit under the picture's lens follows.
-  std::optional<FoundTag> refined(const Image8& image, int id, const Quad& start,
+  std::optional<FoundTag> refined(const ImageView8& image, int id, const Quad& start,
                                   bool lens_follows = true) const;
 
   // Estimates the gamma of a picture from its tags and fits these again with it. Later fits use it
   // too, until the next call or forget_gamma(). Returns false if gamma is 1: nothing was fitted.
-  bool find_gamma(const Image8& image, const std::vector<FoundTag*>& tags);
+  bool find_gamma(const ImageView8& image, const std::vector<FoundTag*>& tags);
   void forget_gamma() { gamma_ = 1; }
 
   // Fits a tag under a roughly known lens, from its present corners (good to 2 px). If the fit
   // fails, returns false and leaves the tag unchanged.
-  bool fit_roughly(FoundTag& tag, const Image8& image, const Camera& camera) const;
+  bool fit_roughly(FoundTag& tag, const ImageView8& image, const Camera& camera) const;
 
  private:
   struct Pass {
@@ -93,15 +102,16 @@ class FamilyDetector {
     Quad corners;
   };
 
-  std::vector<Sighting> look(const Image8& searched, const Pass& pass) const;
-  void add(const Image8& image, const Sighting& sighting, bool exact, std::vector<FoundTag>& found);
-  bool fit(FoundTag& tag, const Image8& image, bool lens_follows) const;
-  bool fit(FoundTag& tag, const Image8& image, const KnownTagOptions& known) const;
+  std::vector<Sighting> look(const ImageView8& searched, const Pass& pass) const;
+  void add(const ImageView8& image, const Sighting& sighting, bool exact,
+           std::vector<FoundTag>& found);
+  bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
+  bool fit(FoundTag& tag, const ImageView8& image, const KnownTagOptions& known) const;
   Quad unhalved(const std::vector<Image8>& halves, const Sighting& seen, bool is_shrunk) const;
 
   Wanted wanted_;
-  FamilyHandle family_;
   int max_hamming_;
+  std::shared_ptr<apriltag_family_t> family_;
   Refinement refinement_;
   const Camera* camera_;
   double gamma_ = 1;

@@ -29,12 +29,6 @@ Wanted wanted_of(const std::vector<const Board*>& boards) {
   return wanted;
 }
 
-int halvings_for(const ImageSize& size) {
-  const double pixels = static_cast<double>(size.width) * size.height;
-  return std::max(
-      0, static_cast<int>(std::floor(std::log2(pixels / policy::kBoardMinHalvedPixels) / 2)));
-}
-
 // True if a search in a finer picture may find the tag.
 bool may_be_there(const MissingTag& tag) {
   return tag.why != WhyNot::too_small && tag.why != WhyNot::outside;
@@ -91,17 +85,17 @@ BoardFinder::BoardFinder(std::vector<const Board*> boards, const DetectOptions& 
       detector_(wanted_of(boards_), options),
       family_(tag_family(wanted().family, wanted().border_bits)) {}
 
-SeenBoards BoardFinder::find(const Image8& image) {
+SeenBoards BoardFinder::find(const ImageView8& image) {
   SeenBoards seen;
   const PixelBox all{0, 0, image.size()};
   std::optional<PixelBox> part = all;
-  for (int halvings = halves_ ? halvings_for(image.size()) : 0; halvings >= 0; --halvings) {
+  for (int halvings = halves_ ? num_halvings(image.size()) : 0; halvings >= 0; --halvings) {
     for (std::size_t pass = 0; part && pass < detector_.num_passes(); ++pass) {
       search(image, {*part, halvings, pass}, seen);
       part = missing_part(image.size(), seen);
     }
   }
-  const bool small = image.width() * image.height() <= policy::kBoardMaxDoubledPixels;
+  const bool small = is_worth_doubling(image.size());
   for (std::size_t pass = 0; pass < detector_.num_passes(); ++pass)
     if (halves_ && small && shows_nothing(seen)) search(image, {all, -1, pass}, seen);
   if (is_fitted_) {
@@ -120,7 +114,7 @@ SeenBoards BoardFinder::find(const Image8& image) {
   return seen;
 }
 
-void BoardFinder::search(const Image8& image, const Search& where, SeenBoards& seen) {
+void BoardFinder::search(const ImageView8& image, const Search& where, SeenBoards& seen) {
   std::vector<FoundTag> tags;
   for (const Completion& completion : seen.completions)
     tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
@@ -146,7 +140,7 @@ std::vector<FoundTag> BoardFinder::unique_tags(const std::vector<FoundTag>& tags
   return single;
 }
 
-void BoardFinder::complete(const Image8& image, const std::vector<FoundTag>& tags,
+void BoardFinder::complete(const ImageView8& image, const std::vector<FoundTag>& tags,
                            SeenBoards& seen) {
   const CompletionRules rules{max_hamming_, seen.repeated, [&](int id, const Quad& start) {
                                 return detector_.refined(image, id, start);

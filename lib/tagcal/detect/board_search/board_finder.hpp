@@ -31,12 +31,12 @@ class BoardFinder {
   const TagFamily& family() const { return family_; }
 
   // Precondition: the picture is 8x8 or larger.
-  SeenBoards find(const Image8& image);
+  SeenBoards find(const ImageView8& image);
 
  private:
   std::vector<FoundTag> unique_tags(const std::vector<FoundTag>& tags, SeenBoards& seen) const;
-  void search(const Image8& image, const Search& where, SeenBoards& seen);
-  void complete(const Image8& image, const std::vector<FoundTag>& tags, SeenBoards& seen);
+  void search(const ImageView8& image, const Search& where, SeenBoards& seen);
+  void complete(const ImageView8& image, const std::vector<FoundTag>& tags, SeenBoards& seen);
 
   std::vector<const Board*> boards_;
   int max_hamming_;

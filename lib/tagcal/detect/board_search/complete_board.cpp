@@ -38,7 +38,7 @@ double chance_of_code(const TagFamily& family, std::size_t ids, int wrong_bits) 
 
 class PanelCompletion {
  public:
-  PanelCompletion(const Image8& image, const Board& board, const TagFamily& family,
+  PanelCompletion(const ImageView8& image, const Board& board, const TagFamily& family,
                   const CompletionRules& rules)
       : image_(image), family_(family), rules_(rules), num_ids_(board.tags.size()) {
     surroundings_.corner_squares = board.corner_squares && board.grid;
@@ -239,7 +239,7 @@ class PanelCompletion {
     });
   }
 
-  const Image8& image_;
+  ImageView8 image_;
   const TagFamily& family_;
   const CompletionRules& rules_;
   std::size_t num_ids_;
@@ -273,7 +273,7 @@ std::string_view why_not_text(WhyNot why) {
   return "";
 }
 
-Completion complete_board(const Image8& image, const Board& board, const TagFamily& family,
+Completion complete_board(const ImageView8& image, const Board& board, const TagFamily& family,
                           const std::vector<FoundTag>& found, const CompletionRules& rules) {
   std::map<int, FoundTag> by_id;
   for (const FoundTag& tag : found) by_id.emplace(tag.id, tag);

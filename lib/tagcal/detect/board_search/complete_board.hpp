@@ -57,7 +57,7 @@ struct CompletionRules {
 //     chance: in small families, or with wrong bits.
 // Tags of other boards in `found` are ignored. `family` has the border of the board; ids beyond the
 // family are missing with other_bits.
-Completion complete_board(const Image8& image, const Board& board, const TagFamily& family,
+Completion complete_board(const ImageView8& image, const Board& board, const TagFamily& family,
                           const std::vector<FoundTag>& found, const CompletionRules& rules);
 
 }  // namespace tagcal::internal

@@ -49,7 +49,7 @@ double move_in_sds(const Quad& from, const FoundTag& to) {
 // Fits the found tags of one panel again under the lens estimated from all of them.
 class PanelRefinement {
  public:
-  PanelRefinement(const Image8& image, const FamilyDetector& detector, const BoardPanel& panel,
+  PanelRefinement(const ImageView8& image, const FamilyDetector& detector, const BoardPanel& panel,
                   const std::map<int, FoundTag*>& found)
       : image_(image), detector_(detector) {
     const Pose panel_from_board = panel.tags.front().board_from_tag.inverse();
@@ -167,7 +167,7 @@ class PanelRefinement {
     return fitted;
   }
 
-  const Image8& image_;
+  ImageView8 image_;
   const FamilyDetector& detector_;
   std::vector<PanelTag> tags_;
   std::vector<FoundTag> before_;
@@ -176,7 +176,7 @@ class PanelRefinement {
 
 }  // namespace
 
-void fit_under_lens(const Image8& image, const Board& board, const FamilyDetector& detector,
+void fit_under_lens(const ImageView8& image, const Board& board, const FamilyDetector& detector,
                     Completion& completion) {
   if (board.tags.empty()) return;
   std::map<int, FoundTag*> found;

@@ -9,7 +9,7 @@ namespace tagcal::internal {
 // A lens may bend tags beyond the model of a single tag's fit. Estimates the lens from all tags of
 // a panel and fits those again under it that could not be fitted, or only corner by corner. Tags
 // stay unchanged if a panel has too few of them.
-void fit_under_lens(const Image8& image, const Board& board, const FamilyDetector& detector,
+void fit_under_lens(const ImageView8& image, const Board& board, const FamilyDetector& detector,
                     Completion& completion);
 
 }  // namespace tagcal::internal

@@ -29,7 +29,8 @@ struct ViewRefinement {
   int num_straight = 0, num_bent = 0;  // fitted tags
   double gain_of_bends = 0;            // of the BIC, over tags fitted in both ways
 
-  void run(const Image8& image, const std::map<int, TagPattern>& patterns, const Camera& camera) {
+  void run(const ImageView8& image, const std::map<int, TagPattern>& patterns,
+           const Camera& camera) {
     std::vector<int> ids;
     const std::vector<TagInPicture> tags = whole_tags(patterns, camera, ids);
     num_tags = static_cast<int>(tags.size());

@@ -27,9 +27,9 @@ constexpr double kLevelInformation = 1e-9;  // numeric: keeps the system regular
 // Grey levels between the pixels of a picture, and beyond its edge those of the edge.
 class LevelAt {
  public:
-  explicit LevelAt(const Image8& image)
+  explicit LevelAt(const ImageView8& image)
       : first_(image.row(0)),
-        stride_(image.width()),
+        stride_(image.stride()),
         last_x_(std::nextafter(image.width() - 1.0, 0.0)),
         last_y_(std::nextafter(image.height() - 1.0, 0.0)) {}
 
@@ -64,7 +64,7 @@ std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_bord
 
 // The level of each cell: mean of four samples `spread` from its centre, or at its centre for 0.
 // The samples are placed by the homography's derivative at the centre.
-std::vector<double> cell_levels(const Image8& image, const Matrix3d& pixels, int width,
+std::vector<double> cell_levels(const ImageView8& image, const Matrix3d& pixels, int width,
                                 double spread) {
   const LevelAt level_at(image);
   std::vector<double> levels;
@@ -110,7 +110,7 @@ double correlation(const std::vector<double>& levels, const TagCells& pattern) {
   return (product - white * sum / n) / std::sqrt(variance * of_pattern);
 }
 
-double pattern_correlation(const Image8& image, const Quad& quad, const TagCells& pattern,
+double pattern_correlation(const ImageView8& image, const Quad& quad, const TagCells& pattern,
                            double spread) {
   if (!is_face(quad)) return -1;
   const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
@@ -125,7 +125,7 @@ Quad moved(const Quad& quad, const Vector2d& by) {
 }
 
 // The quad moved as a whole to the highest correlation, within `reach` cells.
-Quad best_moved_quad(const Image8& image, const Quad& start, const TagCells& pattern,
+Quad best_moved_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
                      double reach) {
   const double cells = pattern.width_at_border();
   const Vector2d across = (start[1] - start[0] + start[2] - start[3]) / (2 * cells);
@@ -151,7 +151,7 @@ struct Candidate {
 };
 
 struct Fitting {
-  const Image8& image;
+  ImageView8 image;
   const TagCells& pattern;
   double spread = kTagCellSampleOffset;  // cells, from a cell's centre to its samples
 
@@ -246,7 +246,9 @@ TagCells::TagCells(const TagFamily& family, int id, const CellSurroundings& surr
       cells_(static_cast<std::size_t>(width_ * width_), Cell{false, Part::fixed}) {
   const PrintedTag printed = printed_tag(family, id);
   for (int y = 0; y < width_; ++y)
-    for (int x = 0; x < width_; ++x) at(x, y).white = !printed.is_black(x, y);
+    for (int x = 0; x < width_; ++x)
+      at(x, y) = {!printed.is_black(x, y),
+                  is_determined(family, x - start(), y - start()) ? Part::fixed : Part::unknown};
   const int ring = start() - (family.reversed_border ? 0 : 1);
   const bool framed = family.reversed_border || surroundings.white_frame;
   for (int i = ring; i < width_ - ring; ++i) {
@@ -263,7 +265,7 @@ TagCells::TagCells(const TagFamily& family, int id, const CellSurroundings& surr
     at(bit.x + start(), bit.y + start()).part = Part::bit;
 }
 
-TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& pattern) {
+TagAnswer read_tag(const ImageView8& image, const Quad& quad, const TagCells& pattern) {
   TagAnswer answer;
   const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
   if (!pixels) return answer;
@@ -291,11 +293,11 @@ TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& patter
   return answer;
 }
 
-double pattern_correlation(const Image8& image, const Quad& quad, const TagCells& pattern) {
+double pattern_correlation(const ImageView8& image, const Quad& quad, const TagCells& pattern) {
   return pattern_correlation(image, quad, pattern, kTagCellSampleOffset);
 }
 
-Quad best_correlated_quad(const Image8& image, const Quad& start, const TagCells& pattern,
+Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
                           double reach) {
   Quad quad = best_moved_quad(image, start, pattern, reach);
   const double cell_px = shortest_side(start) / pattern.width_at_border();

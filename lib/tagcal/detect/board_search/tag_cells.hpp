@@ -51,14 +51,14 @@ struct TagAnswer {
 
 // Compares every cell, sharpened against the blur between neighbours, with the mean of black and
 // white, each a plane of levels fitted to the fixed cells (as AprilTag does: Olson, ICRA 2011).
-TagAnswer read_tag(const Image8& image, const Quad& quad, const TagCells& pattern);
+TagAnswer read_tag(const ImageView8& image, const Quad& quad, const TagCells& pattern);
 
 // Correlation of a pattern and the picture under it, in [-1, 1]; 0 if the picture is flat.
-double pattern_correlation(const Image8& image, const Quad& quad, const TagCells& pattern);
+double pattern_correlation(const ImageView8& image, const Quad& quad, const TagCells& pattern);
 
 // Moves a quad to the highest correlation: as a whole by up to `reach` cells, then corner by
 // corner.
-Quad best_correlated_quad(const Image8& image, const Quad& start, const TagCells& pattern,
+Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
                           double reach);
 
 }  // namespace tagcal::internal

@@ -33,7 +33,7 @@ class OtherReader {
   explicit OtherReader(const std::vector<PlacedBoard>& boards)
       : finders_(board_finders(boards, {.refinement = Refinement::edges})) {}
 
-  std::size_t count(const Image8& image) {
+  std::size_t count(const ImageView8& image) {
     if (std::min(image.width(), image.height()) < policy::kTagMinPictureSidePx) return 0;
     TagCount count;
     for (const auto& finder : finders_)
@@ -71,14 +71,14 @@ std::string warning_text(std::size_t shown, std::size_t num_pictures, const Boar
 
 }  // namespace
 
-bool is_sure(const Image8& image, const FoundTag& tag, const TagFamily& family) {
+bool is_sure(const ImageView8& image, const FoundTag& tag, const TagFamily& family) {
   const TagAnswer answer =
       read_tag(image, tag.corners, TagCells(family, tag.id, {.corner_squares = true}));
   return answer.wrong_bits <= policy::kTagMaxWrongBitsIfSure &&
          answer.wrong_fixed < policy::kTagMaxWrongFixed;
 }
 
-void TagCount::add(const Image8& image, const Completion& completion, const TagFamily& family) {
+void TagCount::add(const ImageView8& image, const Completion& completion, const TagFamily& family) {
   for (const FoundTag& tag : completion.tags)
     ++(tag.fitted || is_sure(image, tag, family) ? sure : unread);
   unread += static_cast<std::size_t>(std::ranges::count_if(

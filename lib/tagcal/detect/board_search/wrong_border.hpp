@@ -14,14 +14,14 @@ namespace tagcal::internal {
 
 // True if border, frame and bits of a found tag agree with its pattern. (Bits alone often agree
 // with the other border, and small families are read in any shape with four sides.)
-bool is_sure(const Image8& image, const FoundTag& tag, const TagFamily& family);
+bool is_sure(const ImageView8& image, const FoundTag& tag, const TagFamily& family);
 
 // Numbers of the boards' tags in a picture.
 struct TagCount {
   std::size_t sure = 0;
   std::size_t unread = 0;  // expected in the picture, but not found, or not surely
 
-  void add(const Image8& image, const Completion& completion, const TagFamily& family);
+  void add(const ImageView8& image, const Completion& completion, const TagFamily& family);
 };
 
 // True if a picture shows another kind of tags than the target's: `read` of that kind were surely

@@ -15,9 +15,10 @@ void raise_to(const std::uint8_t* in, int count, std::uint8_t* out) {
 
 }  // namespace
 
-Image8 brightest(const Image8& image, int radius) {
+Image8 brightest(const ImageView8& image, int radius) {
   const int width = image.width(), height = image.height();
-  Image8 rows = image;
+  Image8 rows(image.size());
+  for (int y = 0; y < height; ++y) std::copy_n(image.row(y), width, rows.row(y));
   for (int y = 0; y < height; ++y) {
     for (int shift = 1; shift <= std::min(radius, width - 1); ++shift) {
       raise_to(image.row(y) + shift, width - shift, rows.row(y));
@@ -32,7 +33,7 @@ Image8 brightest(const Image8& image, int radius) {
   return result;
 }
 
-Image8 halved(const Image8& image) {
+Image8 halved(const ImageView8& image) {
   Image8 result({image.width() / 2, image.height() / 2});
   for (int y = 0; y < result.height(); ++y) {
     const std::uint8_t* above = image.row(2 * y);
@@ -46,7 +47,7 @@ Image8 halved(const Image8& image) {
   return result;
 }
 
-Image8 doubled(const Image8& image) {
+Image8 doubled(const ImageView8& image) {
   // New pixels lie a quarter to each side of the old ones.
   static constexpr int kWeights[4] = {-6, 58, 222, -18};  // of 256: 1.75, 0.75, 0.25 and 1.25 away
   const auto at = [](const auto& value, int i, int n, bool after) {
@@ -74,7 +75,7 @@ Image8 doubled(const Image8& image) {
   return result;
 }
 
-double noise_of(const Image8& image) {
+double noise_of(const ImageView8& image) {
   // A quarter of the second differences along a row lies below the noise's 62.5 % quantile times
   // sqrt(1 + 4 + 1); a histogram of half levels, because a difference d covers d - 1/2 to d + 1/2.
   constexpr int kRowStep = 4;                // numeric: a sample of the rows
@@ -94,7 +95,7 @@ double noise_of(const Image8& image) {
   return quantile / (kQuantile * std::sqrt(6.0));
 }
 
-Image8 part_of(const Image8& image, const PixelBox& box) {
+Image8 part_of(const ImageView8& image, const PixelBox& box) {
   Image8 result(box.size);
   for (int y = 0; y < box.size.height; ++y)
     std::copy_n(image.row(box.top + y) + box.left, box.size.width, result.row(y));

@@ -7,14 +7,14 @@ namespace tagcal::internal {
 
 // Replaces each pixel by its brightest neighbour up to `radius` away in x and y: black shrinks by
 // `radius`.
-Image8 brightest(const Image8& image, int radius);
+Image8 brightest(const ImageView8& image, int radius);
 
 // Half as wide and high, rounded down: each pixel the mean of four. Precondition: 2x2 at least.
-Image8 halved(const Image8& image);
+Image8 halved(const ImageView8& image);
 
 // Twice as wide and high, by cubic convolution (Keys, IEEE ASSP 1981), which reproduces linear and
 // quadratic functions.
-Image8 doubled(const Image8& image);
+Image8 doubled(const ImageView8& image);
 
 // A rectangle of pixels, part of a picture.
 struct PixelBox {
@@ -23,9 +23,9 @@ struct PixelBox {
   ImageSize size;
 };
 
-Image8 part_of(const Image8& image, const PixelBox& box);
+Image8 part_of(const ImageView8& image, const PixelBox& box);
 
 // Standard deviation of a pixel's noise in the smooth parts of a picture, grey levels.
-double noise_of(const Image8& image);
+double noise_of(const ImageView8& image);
 
 }  // namespace tagcal::internal

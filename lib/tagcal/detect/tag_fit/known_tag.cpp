@@ -7,7 +7,7 @@
 
 namespace tagcal::internal {
 
-std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& pattern,
+std::optional<TagFit> fit_known_tag(const ImageView8& image, const TagPattern& pattern,
                                     const Quad& start, const KnownTagOptions& known) {
   TagFitOptions options;
   options.camera = known.camera;

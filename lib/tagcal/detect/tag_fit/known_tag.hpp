@@ -18,7 +18,7 @@ struct KnownTagOptions {
 
 // Fits a whole tag whose corners are known to 2 px. No value if the fit does not converge (unless
 // the corners are approximate, as asked for), or ends farther away, which is another minimum.
-std::optional<TagFit> fit_known_tag(const Image8& image, const TagPattern& pattern,
+std::optional<TagFit> fit_known_tag(const ImageView8& image, const TagPattern& pattern,
                                     const Quad& start, const KnownTagOptions& known);
 
 }  // namespace tagcal::internal

@@ -13,7 +13,7 @@ namespace {
 using namespace policy;
 
 // Fits a tag at a given gamma; no value if that fails.
-std::optional<TagFit> fit_with(const Image8& image, const TagInPicture& tag, double log_gamma) {
+std::optional<TagFit> fit_with(const ImageView8& image, const TagInPicture& tag, double log_gamma) {
   return fit_known_tag(image, *tag.pattern, tag.corners,
                        {tag.camera, tag.is_rough, std::exp(log_gamma), true});
 }
@@ -21,7 +21,7 @@ std::optional<TagFit> fit_with(const Image8& image, const TagInPicture& tag, dou
 // Minus twice the log-likelihood of the tags' pixels.
 class GammaCost {
  public:
-  explicit GammaCost(const Image8& image) : image_(image) {}
+  explicit GammaCost(const ImageView8& image) : image_(image) {}
 
   std::size_t num_tags() const { return tags_.size(); }
 
@@ -56,7 +56,7 @@ class GammaCost {
     return 2 * used.num_pixels * std::log(fit.noise_levels);
   }
 
-  const Image8& image_;
+  ImageView8 image_;
   std::vector<UsedTag> tags_;
   double linear_ = 0;
 };
@@ -72,7 +72,7 @@ std::optional<double> minimum_of_parabola(double x, double step, double before, 
 
 }  // namespace
 
-double gamma_of_picture(const Image8& image, std::vector<TagInPicture> tags) {
+double gamma_of_picture(const ImageView8& image, std::vector<TagInPicture> tags) {
   // First the smallest of the large tags, which cost least, then the largest of the others.
   std::ranges::stable_sort(tags, {}, [](const TagInPicture& tag) {
     const double side = shortest_side(tag.corners);

@@ -17,6 +17,6 @@ struct TagInPicture {
 
 // Estimates gamma, grey level = light^gamma (TagFitOptions::gamma), from two of the picture's tags:
 // the value with the highest likelihood of their blurred borders. 1 unless that is clearly worse.
-double gamma_of_picture(const Image8& image, std::vector<TagInPicture> tags);
+double gamma_of_picture(const ImageView8& image, std::vector<TagInPicture> tags);
 
 }  // namespace tagcal::internal

@@ -62,7 +62,7 @@ Edge edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
 }
 
 // The pixels of a strip around the edge's present estimate, without its ends.
-std::vector<Sample> samples_about(const Edge& edge, const Image8& image) {
+std::vector<Sample> samples_about(const Edge& edge, const ImageView8& image) {
   std::vector<Sample> samples;
   const double margin =
       std::min(kEdgeEndBlurs * edge.blur() + kEdgeEndPx, kEdgeMaxEndShare * edge.half);
@@ -232,7 +232,7 @@ bool fit_to(const std::vector<Sample>& samples, const EdgePrior& prior, Edge& ed
   return true;
 }
 
-bool fit_edge(Edge& edge, const Image8& image, double cell, bool dark_inside) {
+bool fit_edge(Edge& edge, const ImageView8& image, double cell, bool dark_inside) {
   for (int selection = 0; selection < kSelections; ++selection) {
     // Three rows of pixels or more, as far as the neighbouring cells allow.
     const double least =
@@ -272,7 +272,8 @@ double cell_at(const Quad& quad, const Edge& edge, std::size_t i, int cells) {
 
 }  // namespace
 
-std::optional<Quad> refine_edges(const Image8& image, const Quad& start, const QuadShape& shape) {
+std::optional<Quad> refine_edges(const ImageView8& image, const Quad& start,
+                                 const QuadShape& shape) {
   std::array<Edge, 4> edges;
   for (std::size_t i = 0; i < 4; ++i) {
     edges[i] = edge_between(start[i], start[(i + 1) % 4]);

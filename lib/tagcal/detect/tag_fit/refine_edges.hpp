@@ -22,6 +22,7 @@ struct QuadShape {
 // there the neighbouring edges, and the corner squares of Kalibr's boards, disturb the step. No
 // value if an edge cannot be fitted (too short, or no contrast of the right sign), or if a corner
 // moves by more than 2 px.
-std::optional<Quad> refine_edges(const Image8& image, const Quad& start, const QuadShape& shape);
+std::optional<Quad> refine_edges(const ImageView8& image, const Quad& start,
+                                 const QuadShape& shape);
 
 }  // namespace tagcal::internal

@@ -64,7 +64,7 @@ std::optional<Eigen::AlignedBox2d> TagFitter::box() const {
 }
 
 template <typename T>
-bool TagFitter::cut(const Image<T>& image) {
+bool TagFitter::cut(const ImageView<T>& image) {
   if (!look()) return false;
   const auto covered = box();
   if (!covered) return false;
@@ -88,8 +88,8 @@ bool TagFitter::cut(const Image<T>& image) {
   return true;
 }
 
-template bool TagFitter::cut(const Image8& image);
-template bool TagFitter::cut(const Image16& image);
+template bool TagFitter::cut(const ImageView8& image);
+template bool TagFitter::cut(const ImageView16& image);
 
 bool TagFitter::start_parameters(TagParameters& parameters) const {
   Matrix3d tag_from_image = image_from_tag_.inverse();

@@ -48,7 +48,7 @@ class TagFitter {
 
   // Copies the pixels that the pattern reaches; false if the start is no view of a tag.
   template <typename T>
-  bool cut(const Image<T>& image);
+  bool cut(const ImageView<T>& image);
   // If the region is about one corner, the others and their covariance are zero.
   TagFit fit();
   // True if a lens bends the whole tag beyond third order. If few rows showed that already, fit()

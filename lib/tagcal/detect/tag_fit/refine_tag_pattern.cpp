@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <cmath>
 
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -44,7 +46,9 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
       const bool is_black = std::ranges::any_of(
           ink, [&](const Rectangle& rectangle) { return covers(rectangle, x, y); });
       const bool is_corner = (x < 0 || x > 1) && (y < 0 || y > 1);
-      pattern.cells.push_back(is_corner && surroundings.corner_squares && !has_squares
+      const auto cell = [&](double at) { return static_cast<int>(std::floor(at * side)); };
+      const bool is_free = !is_determined(family, cell(x), cell(1 - y));
+      pattern.cells.push_back(is_free || (is_corner && surroundings.corner_squares && !has_squares)
                                   ? TagPattern::unknown
                               : is_black ? TagPattern::black
                                          : TagPattern::white);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -28,6 +29,17 @@ TagFamily with_border(TagFamily family, const Board& board) {
     bit.y += more;
   }
   return family;
+}
+
+bool is_determined(const TagFamily& family, int x, int y) {
+  const auto is_in_ring = [&](int first) {
+    const int last = family.width_at_border - 1 - first;
+    const auto [low, high] = std::minmax(x, y);
+    return low >= first && high <= last && (low == first || high == last);
+  };
+  return !family.reversed_border || is_in_ring(0) || is_in_ring(-1) ||
+         std::ranges::any_of(family.bits,
+                             [&](const TagFamily::Cell& bit) { return bit.x == x && bit.y == y; });
 }
 
 PrintedTag printed_tag(const TagFamily& family, int id) {

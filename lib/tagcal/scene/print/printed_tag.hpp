@@ -36,6 +36,12 @@ struct PrintedTag {
   }
 };
 
+// True if the family determines the colour of a cell, counted from the border's upper-left one. Of
+// a family with a reversed border these are the bits, the white ring and the black ring around it.
+// The other cells are up to the print: the middle of tagCustom48h12, and what is outside of a
+// circle.
+bool is_determined(const TagFamily& family, int x, int y);
+
 // The cells of a whole tag; lines are 0, 1, .. total_width. Throws Error for an unknown id.
 PrintedTag printed_tag(const TagFamily& family, int id);
 
