@@ -48,12 +48,12 @@ bool black(const std::vector<Rectangle>& ink, const Vector2d& p) {
 // The point of the board that is drawn at a pixel, of 20 a cell, from the upper left.
 Vector2d on_board(const Layout& layout, int x, int y) {
   const double square = layout.marker_cells + 3;
-  return {(x + 0.5) / 20 - square, (layout.rows - 1) * square - (y + 0.5) / 20};
+  return {(x + 0.5) / 20 - square, static_cast<float>(layout.rows - 1) * square - (y + 0.5) / 20};
 }
 
 TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
   for (const Layout& layout : kLayouts) {
-    const auto square = static_cast<float>(layout.marker_cells + 3);
+    const float square = static_cast<float>(layout.marker_cells) + 3;
     const auto theirs = cv::aruco::CharucoBoard::create(
         layout.columns, layout.rows, square, static_cast<float>(layout.marker_cells),
         cv::aruco::getPredefinedDictionary(layout.dictionary));
@@ -79,14 +79,16 @@ TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
       const int id = (layout.rows - 2 - i / columns) * columns + i % columns;
       const cv::Point3f& corner = theirs->chessboardCorners[static_cast<std::size_t>(id)];
       EXPECT_NEAR(corner.x, point.position.x() + square, 1e-5);
-      EXPECT_NEAR(corner.y, (layout.rows - 1) * square - point.position.y(), 1e-5);
+      EXPECT_NEAR(corner.y, static_cast<float>(layout.rows - 1) * square - point.position.y(),
+                  1e-5);
     }
     ASSERT_EQ(board.tags.size(), theirs->ids.size());
     for (std::size_t i = 0; i < board.tags.size(); ++i) {
       EXPECT_EQ(board.tags[i].id, theirs->ids[i]);
       const auto upper_left = tag_corners(board.tags[i])[3];
       EXPECT_NEAR(theirs->objPoints[i][0].x, upper_left.x() + square, 1e-5);
-      EXPECT_NEAR(theirs->objPoints[i][0].y, (layout.rows - 1) * square - upper_left.y(), 1e-5);
+      EXPECT_NEAR(theirs->objPoints[i][0].y,
+                  static_cast<float>(layout.rows - 1) * square - upper_left.y(), 1e-5);
     }
   }
 }
