@@ -12,6 +12,7 @@
 
 #include "commands/commands.hpp"
 #include "input/arguments.hpp"
+#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
 #include "input/plane_poses.hpp"
@@ -21,7 +22,6 @@
 #include "report/reproject_files.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/reproject/maps.hpp"
@@ -100,8 +100,8 @@ struct Job {
 
 class Run {
  public:
-  Run(const Arguments& arguments, const Camera& camera, Pictures pictures)
-      : arguments_(arguments), camera_(camera), pictures_(std::move(pictures)) {}
+  Run(const Arguments& arguments, const CalibrationFile& file, Pictures pictures)
+      : arguments_(arguments), file_(file), camera_(file.camera), pictures_(std::move(pictures)) {}
 
   // Fills in targets, and the pictures that go through them.
   void plan() {
@@ -167,8 +167,8 @@ class Run {
   }
 
   void plan_plane() {
-    const PlanePoses found = plane_poses({arguments_.camera, arguments_.target, arguments_.view,
-                                          arguments_.images, arguments_.threads});
+    const PlanePoses found = plane_poses({arguments_.camera, &file_, arguments_.target,
+                                          arguments_.view, arguments_.images, arguments_.threads});
     print_warnings(found.warnings);
     if (found.camera_from_plane.empty()) return;
     const PlaneRaster raster = plane_raster(arguments_.task, found.rectangle);
@@ -227,6 +227,7 @@ class Run {
   }
 
   const Arguments& arguments_;
+  const CalibrationFile& file_;
   const Camera& camera_;
   Pictures pictures_;
   std::vector<ReprojectTarget> targets_;
@@ -273,8 +274,8 @@ void check_usage(const Arguments& arguments) {
 
 int run(const Arguments& arguments) {
   check_usage(arguments);
-  const Camera camera = read_calibration(arguments.camera).camera;
-  Run reprojection(arguments, camera, pictures_of(arguments, camera));
+  const CalibrationFile file = read_camera(arguments.camera);
+  Run reprojection(arguments, file, pictures_of(arguments, file.camera));
   reprojection.plan();
   if (!reprojection.has_plan()) {
     print_to_stderr("no picture shows the target: nothing was written\n");

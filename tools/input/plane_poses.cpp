@@ -5,12 +5,11 @@
 #include <algorithm>
 
 #include "input/input.hpp"
+#include "input/lens_input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/pose/view_correspondences.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/target_file.hpp"
-#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -26,23 +25,9 @@ std::vector<double> rectangle_around(const Points& points) {
           box.max().y() + margin};
 }
 
-// The pose of a view of a calibration file.
-Pose pose_of_view(const std::string& file, const std::string& name) {
-  const YamlValue top = YamlValue::read(file);
-  const auto views = top.find("views");
-  if (!views) throw Error(fmt::format("--view: {} has no views", file));
-  for (const YamlValue& view : views->items(0, 1'000'000)) {
-    if (view.at("image").text() != name) continue;
-    const std::vector<double> q = view.at("rotation").numbers(4);
-    return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(),
-            read_vector(view.at("translation_m"))};
-  }
-  throw Error(fmt::format("--view: {} has no {}", file, name));
-}
-
 // The poses of the target in the pictures.
 void estimate_poses(const PlaneRequest& request, PlanePoses& poses) {
-  const CalibrationFile file = read_calibration(request.camera);
+  const CalibrationFile& file = *request.file;
   Input input = read_input({request.target, request.images, "", ""});
   check_image_size(file.camera.image_size, request.camera, input);
   detect_views(input, request.threads, true, &file.camera);

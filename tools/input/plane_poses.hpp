@@ -4,15 +4,16 @@
 #include <utility>
 #include <vector>
 
-#include "tagcal/geometry/pose.hpp"
+#include "tagcal/io/types.hpp"
 
 namespace tagcal::tools {
 
 struct PlaneRequest {
-  std::string camera;               // a camera file
-  std::string target;               // a target file; "": none
-  std::string view;                 // a view of the camera file; "": the target is detected
-  std::vector<std::string> images;  // pictures
+  std::string camera;                     // the name of a camera file,
+  const CalibrationFile* file = nullptr;  // and its content
+  std::string target;                     // a target file; "": none
+  std::string view;                       // a view of the camera file; "": the target is detected
+  std::vector<std::string> images;        // pictures
   int threads = 0;
 };
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "input/camera_input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/reproject/cameras.hpp"
 #include "tagcal/reproject/maps.hpp"
 
@@ -64,7 +64,7 @@ std::vector<ReprojectTarget> unturned_targets(const ReprojectTask& task, const C
   if (task.pinholes > 0) return pinholes(task, camera);
   if (!task.panorama.empty()) return {{"", panorama(task, camera), Pose()}};
   if (!task.undistort.empty()) return {{"", undistorted(task, camera), Pose()}};
-  if (!task.to_camera.empty()) return {{"", read_calibration(task.to_camera).camera, Pose()}};
+  if (!task.to_camera.empty()) return {{"", read_camera(task.to_camera).camera, Pose()}};
   return {{"", camera, Pose()}};  // --rotate alone
 }
 
