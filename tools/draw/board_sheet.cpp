@@ -1,6 +1,7 @@
 #include "draw/board_sheet.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@ using Eigen::Vector2d;
 constexpr double kMinMarginMm = 10;
 constexpr double kStepMm = 0.5;           // of the sizes that --paper picks
 constexpr double kMm = 1000;              // of a metre
+constexpr std::size_t kMostIds = 6;       // by number in the caption
 constexpr std::size_t kMostLetters = 40;  // of a file's name in the caption
 
 TagFamily family_of(const Board& board, const TagFamilies& families) {
@@ -58,11 +60,14 @@ Vector2d extent(const std::vector<Quad>& ink) {
 std::string mm(double metres) { return fmt::format("{:g}", std::round(metres * 1e6) / 1e3); }
 
 std::string ids_text(const Board& board) {
-  const auto by_id = [](const Tag& a, const Tag& b) { return a.id < b.id; };
-  if (board.tags.empty()) return "";
-  const auto [low, high] = std::ranges::minmax_element(board.tags, by_id);
-  const int first = low->id, last = high->id;
-  return first == last ? fmt::format("id {}", first) : fmt::format("ids {} to {}", first, last);
+  std::vector<int> ids;
+  for (const Tag& tag : board.tags) ids.push_back(tag.id);
+  std::ranges::sort(ids);
+  if (ids.size() == 1) return fmt::format("id {}", ids[0]);
+  const bool all = ids.back() - ids.front() + 1 == static_cast<int>(ids.size());
+  if (all) return fmt::format("ids {} to {}", ids.front(), ids.back());
+  if (ids.size() <= kMostIds) return fmt::format("ids {}", fmt::join(ids, ", "));
+  return fmt::format("{} ids from {} to {}", ids.size(), ids.front(), ids.back());
 }
 
 // Second line of the caption: the markers.
