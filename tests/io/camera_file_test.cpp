@@ -104,6 +104,11 @@ TEST_F(CameraFileTest, KalibrsChain) {
   ASSERT_TRUE(file.cameras[1].camera_from_rig);
   // The first camera's centre, seen from the second: the second is to its right.
   EXPECT_EQ((*file.cameras[1].camera_from_rig * Vector3d::Zero()).x(), -0.1100738);
+  const std::string imu =
+      "  T_cam_imu: [[0, -1, 0, 0.5], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n";
+  const CameraFile with_imu =
+      read(replaced(replaced(kKalibr, "cam0:\n", "cam0:\n" + imu), "cam1:\n", "cam1:\n" + imu));
+  EXPECT_EQ(with_imu.cameras[0].camera_from_rig->translation(), Vector3d(0.5, 0, 0));
   const CameraFile sphere = read(kKalibrSphere);
   EXPECT_TRUE(std::holds_alternative<DoubleSphere>(*sphere.cameras[0].foreign_lens));
   EXPECT_EQ(first_numbers(sphere.cameras[0], 6),
