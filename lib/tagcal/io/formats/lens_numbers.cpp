@@ -75,8 +75,9 @@ bool is_fisheye(const FileCamera& camera) {
 void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens) {
   for (std::size_t i = first; i < parameters.size(); ++i) {
     if (parameters[i] == 0) continue;
-    throw Error(fmt::format("{} has no {}, which is {} here: --model fits a lens without it", lens,
-                            Perspective::kParameterNames[i], number_text(parameters[i])));
+    throw Error(fmt::format("{} has no {}, which is {} here: --model {} fits a lens without it",
+                            lens, Perspective::kParameterNames[i], number_text(parameters[i]),
+                            first <= 8 ? "opencv4" : "opencv5"));
   }
 }
 
