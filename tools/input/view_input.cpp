@@ -7,7 +7,7 @@
 #include "input/input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
@@ -60,12 +60,8 @@ void look_by_calibration(Input& input, const ViewChoice& choice, ViewInput& resu
   find_views(input, 0, true, &file.camera);
   check_view(choice.view, input.dataset.views.size(), choice.input);
   const View& view = input.dataset.views[static_cast<std::size_t>(choice.view)];
-  const ViewCorrespondences problem =
-      view_correspondences(view, points_in_world(input.dataset.boards), file.camera_error_px);
-  PoseOptions options;
-  options.groups = problem.groups;
-  options.covariance_px2 = problem.covariance_px2;
-  const PoseEstimate pose = estimate_pose(problem.correspondences, file.camera, options);
+  const PoseEstimate pose = estimate_pose(
+      view_correspondences(view, input.dataset.boards, file.camera_error_px), file.camera);
   result.image = view.image;
   for (const Finding& finding : pose.findings) result.warnings.push_back(finding.sentence);
   if (is_answer(pose.status)) result.camera_from_world = pose.camera_from_target();
