@@ -10,7 +10,7 @@ string(REGEX REPLACE "\n$" "" symbols "${symbols}")
 string(REPLACE "\n" ";" symbols "${symbols}")
 set(found FALSE)
 foreach(symbol IN LISTS symbols)
-  if(symbol MATCHES " [A-Z] _ZN6tagcal8internal(12kAvx2Kernels|15kAvx2TagKernels)E$")
+  if(symbol MATCHES " [A-Z] _ZN6tagcal8internal(12kAvx2Kernels|15kAvx2TagKernels|21kAvx2ReprojectKernels)E$")
     set(found TRUE)
   elseif(symbol MATCHES " [TWui] ")  # code, weak code, unique, chosen at load
     message(FATAL_ERROR "${OBJECT}: must not define ${symbol}")

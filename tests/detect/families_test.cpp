@@ -6,9 +6,12 @@
 
 #include <bit>
 #include <cstdlib>
+#include <opencv2/aruco.hpp>
 #include <set>
+#include <tuple>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -56,6 +59,67 @@ TEST(Families, AreTheLibrarysOwnPictures) {
       }
       std::free(image->buf);
       std::free(image);
+    }
+  }
+}
+
+// OpenCV's own drawings are the witness.
+TEST(Families, DictionariesAreOpenCvsPictures) {
+  ASSERT_EQ(tag_dictionary_names().size(), 21u);
+  for (int i = 0; i < 21; ++i) {
+    const std::string name = tag_dictionary_names()[static_cast<std::size_t>(i)];
+    const auto dictionary = cv::aruco::getPredefinedDictionary(i);
+    const TagFamily family = tag_family(name, 1);
+    const int width = dictionary->markerSize + 2;
+    ASSERT_EQ(family.width_at_border, width) << name;
+    ASSERT_EQ(family.codes.size(), static_cast<std::size_t>(dictionary->bytesList.rows)) << name;
+    for (const std::size_t id : {std::size_t{0}, std::size_t{7}, family.codes.size() - 1}) {
+      cv::Mat theirs;
+      cv::aruco::drawMarker(dictionary, static_cast<int>(id), width, theirs);
+      const std::vector<std::uint8_t> ours = drawn(family, id);
+      for (int y = 0; y < width; ++y)
+        for (int x = 0; x < width; ++x)
+          EXPECT_EQ(ours[static_cast<std::size_t>((y + 1) * family.total_width + x + 1)],
+                    theirs.at<unsigned char>(y, x))
+              << name << " id " << id << " at " << x << "," << y;
+    }
+  }
+}
+
+// AprilTag turns codes by quarters of their bits; it must read a turned marker.
+TEST(Families, DictionariesAreReadByAprilTag) {
+  for (const std::string name : {"DICT_4X4_50", "DICT_5X5_100", "DICT_7X7_250"}) {
+    const TagFamily family = tag_family(name, 1);
+    constexpr int kCell = 8;
+    const int cells = family.total_width, side = cells * kCell;
+    const std::vector<std::uint8_t> tag = drawn(family, 11);
+    for (int turn = 0; turn < 4; ++turn) {
+      Image8 image({side + 40, side + 40}, 255);
+      for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+          int u = x / kCell, v = y / kCell;
+          for (int k = 0; k < turn; ++k) std::tie(u, v) = std::pair(v, cells - 1 - u);
+          image(20 + x, 20 + y) = tag[static_cast<std::size_t>(v * cells + u)];
+        }
+      }
+      PlacedBoard placed;
+      placed.board.family = name;
+      placed.board.border_bits = 1;
+      placed.board.corner_squares = false;
+      placed.board.tags.push_back({11, 1.0, Pose()});
+      DetectOptions options;
+      options.refinement = Refinement::stock;
+      const View view = detect(image, "", {placed}, options, nullptr);
+      ASSERT_EQ(view.observations.size(), 4u) << name << " " << turn;
+      const double near = 20 + kCell - 0.5, far = near + (cells - 2) * kCell;
+      const std::array<Eigen::Vector2d, 4> corners = {
+          Eigen::Vector2d(near, far), {far, far}, {far, near}, {near, near}};
+      for (std::size_t k = 0; k < 4; ++k)
+        EXPECT_LT(
+            (view.observations[k].pixel - corners[(k + 3 * static_cast<std::size_t>(turn)) % 4])
+                .norm(),
+            0.5)
+            << name << " " << turn << " " << view.observations[k].pixel.transpose();
     }
   }
 }
@@ -110,7 +174,7 @@ TEST(Families, UnknownNamesAndBordersAreErrors) {
     EXPECT_EQ(std::string(error.what()),
               "family: must be one of tag36h11, tag36h10, tag25h9, tag16h5, tagStandard41h12, "
               "tagStandard52h13, tagCircle21h7, tagCircle49h12, tagCustom48h12, "
-              "got tag36h12");
+              "or a dictionary of OpenCV (DICT_4X4_50, ..), got tag36h12");
   }
 }
 

@@ -16,7 +16,6 @@
 #include "report/messages.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
@@ -76,8 +75,7 @@ int run_without_target(const Arguments& a) {
   if (!a.input.target.empty())
     throw Error("--family, --target: only one of the two is possible; the target has its family");
   if (a.explain) throw Error("--explain: needs a target");
-  return run_tag_search(
-      {a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads});
+  return run_tag_search({a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads});
 }
 
 int run(const Arguments& arguments) {
@@ -113,12 +111,14 @@ Command add_detect(CLI::App& app) {
   CLI::App* command = add_command(app, "detect", "corners of a target's tags in pictures, as CSV");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
-  add_option(*command, "--family", arguments->input.family,
-             "all tags of this family in pictures, without a target; ids may repeat, and the column "
-             "`instance` counts them")
+  add_option(
+      *command, "--family", arguments->input.family,
+      "all tags of this family in pictures, without a target; ids may repeat, and the column "
+      "`instance` counts them")
       .text("NAME");
-  add_integer(*command, "--border-bits", arguments->border_bits, 1,
-            "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
+  add_integer(
+      *command, "--border-bits", arguments->border_bits, 1,
+      "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
       .text("N");
   add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
       .text("CSV");

@@ -8,12 +8,12 @@
 
 #include "commands/commands.hpp"
 #include "draw/tag_drawing.hpp"
+#include "input/camera_input.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/detect_tags.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/tags_csv.hpp"
 #include "tagcal/io/text/text_file.hpp"
@@ -56,7 +56,7 @@ std::vector<std::string> drawing_names(const Input& input) {
 
 std::optional<Camera> known_camera(const std::string& file, const Input& input) {
   if (file.empty()) return std::nullopt;
-  const CalibrationFile read = read_calibration(file);
+  const CalibrationFile read = read_camera(file);
   check_image_size(read.camera.image_size, file, input);
   return read.camera;
 }

@@ -19,6 +19,8 @@
 #include <tuple>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/detect/apriltag/dictionary_family.hpp"
+#include "tagcal/detect/opencv/marker_dictionary.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -43,16 +45,23 @@ constexpr std::array kFamilies = {
     KnownFamily{"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
 };
 
+FamilyHandle create_plain_family(std::string_view name) {
+  const auto* const known = std::ranges::find(kFamilies, name, &KnownFamily::name);
+  if (known != kFamilies.end()) return FamilyHandle(known->create(), FamilyDeleter{known->destroy});
+  FamilyHandle family = create_dictionary_family(name);
+  if (!family) {
+    throw Error(
+        fmt::format("family: must be one of {}, or a dictionary of OpenCV (DICT_4X4_50, "
+                    "..), got {}",
+                    fmt::join(tag_family_names(), ", "), name));
+  }
+  return family;
+}
+
 }  // namespace
 
 FamilyHandle internal::create_family(std::string_view name, int border_bits) {
-  const auto known = std::find_if(kFamilies.begin(), kFamilies.end(),
-                                  [&](const KnownFamily& family) { return family.name == name; });
-  if (known == kFamilies.end()) {
-    throw Error(fmt::format("family: must be one of {}, got {}",
-                            fmt::join(tag_family_names(), ", "), name));
-  }
-  FamilyHandle family(known->create(), FamilyDeleter{known->destroy});
+  FamilyHandle family = create_plain_family(name);
   const int widest = family->reversed_border ? 1 : 2;
   if (border_bits < 1 || border_bits > widest) {
     throw Error(fmt::format("border_bits: must be {} for {}, got {}", widest == 1 ? "1" : "1 or 2",
@@ -88,6 +97,8 @@ std::vector<std::string> tag_family_names() {
   for (const KnownFamily& family : kFamilies) names.emplace_back(family.name);
   return names;
 }
+
+std::vector<std::string> tag_dictionary_names() { return marker_dictionary_names(); }
 
 TagFamily tag_family(std::string_view name, int border_bits) {
   const FamilyHandle handle = create_family(name, border_bits);

@@ -11,9 +11,13 @@ namespace tagcal {
 // Names of the supported tag families.
 std::vector<std::string> tag_family_names();
 
-// The codes and layout of a family with a black border `border_bits` cells wide: 1 as generated, 2
-// as on Kalibr's boards (only for families whose border surrounds their bits). Throws Error for an
-// unknown family or a border that it cannot have.
+// Names of OpenCV's predefined dictionaries of markers, each a family too: "DICT_4X4_50", ..,
+// "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_36h11".
+std::vector<std::string> tag_dictionary_names();
+
+// The codes and layout of a family or dictionary with a black border `border_bits` cells wide: 1 as
+// generated, 2 as on Kalibr's boards (only for families whose border surrounds their bits). Throws
+// Error for an unknown family or a border that it cannot have.
 TagFamily tag_family(std::string_view name, int border_bits);
 
 }  // namespace tagcal

@@ -44,7 +44,8 @@ Quad undoubled(Quad corners) {
 
 int most_wrong_bits(const Wanted& wanted) {
   const FamilyHandle family = create_family(wanted.family, wanted.border_bits);
-  return family->ncodes > policy::kTagMaxCodesForTwo ? 1 : 2;
+  const int by_distance = (static_cast<int>(family->h) - 1) / 2;  // a code stays the nearest one
+  return std::min(by_distance, family->ncodes > policy::kTagMaxCodesForTwo ? 1 : 2);
 }
 
 }  // namespace

@@ -13,7 +13,8 @@ namespace tagcal::internal {
 std::string tags_csv(const std::vector<std::string>& images,
                      const std::vector<std::vector<DetectedTag>>& tags) {
   const bool has_covariances = std::ranges::any_of(tags, [](const auto& of_image) {
-    return std::ranges::any_of(of_image, [](const DetectedTag& t) { return t.covariance_px2; });
+    return std::ranges::any_of(of_image,
+                               [](const DetectedTag& t) { return t.covariance_px2.has_value(); });
   });
   fmt::memory_buffer out;
   const auto end = std::back_inserter(out);

@@ -1,0 +1,43 @@
+#include "tagcal/reproject/kernels/reproject_dispatch.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace tagcal::internal {
+
+const ReprojectKernels& fastest_reproject_kernels() {
+  static const ReprojectKernels* const kernels = [] {
+#if defined(__x86_64__)
+    if (kAvx2ReprojectKernels.map_row[kPinhole] && __builtin_cpu_supports("avx2") &&
+        __builtin_cpu_supports("fma"))
+      return &kAvx2ReprojectKernels;
+#endif
+    return &kPortableReprojectKernels;
+  }();
+  return *kernels;
+}
+
+double lanczos_weight(double x) {
+  constexpr double kLobes = kLanczosTaps / 2;
+  if (x == 0) return 1;
+  if (std::abs(x) >= kLobes) return 0;
+  const double angle = std::numbers::pi * x;
+  return std::sin(angle) * std::sin(angle / kLobes) / (angle * angle / kLobes);
+}
+
+const float* lanczos_phases() {
+  static const std::vector<float> phases = [] {
+    std::vector<float> rows;
+    for (int phase = 0; phase <= kPhases; ++phase) {
+      double weights[kLanczosTaps], sum = 0;
+      for (int k = 0; k < kLanczosTaps; ++k)
+        sum += weights[k] = lanczos_weight(k - 3 - static_cast<double>(phase) / kPhases);
+      for (const double weight : weights) rows.push_back(static_cast<float>(weight / sum));
+    }
+    return rows;
+  }();
+  return phases.data();
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "tagcal/reproject/kernels/map_loop.hpp"
+#include "tagcal/reproject/kernels/resample_loop.hpp"
+
+// All kernels for one kind of pack. Included by the files of kernels only.
+
+namespace tagcal::internal {
+namespace {
+
+template <typename T, int kValues>
+constexpr void fill_resampling(PixelKind kind, ReprojectKernels& kernels) {
+  kernels.nearest[kind] = nearest_row<T, kValues>;
+  kernels.bilinear[kind] = bilinear_row<T, kValues>;
+  kernels.lanczos[kind] = lanczos_row<T, kValues>;
+}
+
+template <typename Pack>
+constexpr ReprojectKernels reproject_kernels_for() {
+  ReprojectKernels kernels;
+  kernels.map_row[kPinhole] = MapLoop<PerspectiveKernel<kPinhole>, Pack>::run;
+  kernels.map_row[kBrownConrady] = MapLoop<PerspectiveKernel<kBrownConrady>, Pack>::run;
+  kernels.map_row[kRational] = MapLoop<PerspectiveKernel<kRational>, Pack>::run;
+  kernels.map_row[kFisheye] = MapLoop<FisheyeKernel, Pack>::run;
+  kernels.map_row[kParallel] = MapLoop<ParallelKernel, Pack>::run;
+  fill_resampling<unsigned char, 1>(kGrey8, kernels);
+  fill_resampling<unsigned short, 1>(kGrey16, kernels);
+  fill_resampling<unsigned char, 3>(kColour8, kernels);
+  fill_resampling<unsigned short, 3>(kColour16, kernels);
+  return kernels;
+}
+
+}  // namespace
+}  // namespace tagcal::internal

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <numbers>
+
+// The constants of reprojection, with meaning, unit and source.
+namespace tagcal::internal::policy {
+
+// Area-correct resampling: source pixels per target pixel up to which the kernel stays as it is,
+// and above which it is as wide as the target pixel. Bilinear interpolation damps the first
+// frequency that aliases (1 / scale cycles per pixel) by sinc^2: to 5 % at 1.25. Between the two
+// the width grows linearly, so that a picture has no line where sharpness changes.
+inline constexpr double kPlainScale = 1.25;
+inline constexpr double kFullScale = 1.5;
+
+// Distance in pixels of the nodes at which the Jacobian of a map is computed. Between them it is
+// interpolated; its largest stretch within a block is then at a corner of the block, because the
+// spectral norm is convex.
+inline constexpr int kBlock = 32;
+
+// Samples along the long axis of a footprint are at most this far apart, in widths of the kernel
+// across it. The sum of tents at that distance is even to 2 %.
+inline constexpr double kSampleDistance = 0.75;
+
+// A pinhole is refused if it shows rays beyond this angle from its axis (its pixels then are
+// 1 / cos^2 = 33 times as long as those in the middle), and a region of valid pixels reaches to it
+// at most.
+inline constexpr double kWidestAngle = 80 * std::numbers::pi / 180;
+
+// A cylindrical panorama shows latitudes up to this (1 / cos^2 = 4 times the middle's length).
+inline constexpr double kCylinderLatitude = 60 * std::numbers::pi / 180;
+
+// One pinhole of several shows at most this much from top to bottom.
+inline constexpr double kFanHeight = 100 * std::numbers::pi / 180;
+
+}  // namespace tagcal::internal::policy
