@@ -80,6 +80,8 @@ check_program(viewing docs/library.md "lens (336[0-9. ]+)\nmatrices (336[0-9. ]+
 if(NOT match_1 STREQUAL match_2)
   message(FATAL_ERROR "viewing: lens and matrices must agree: ${match_1}, ${match_2}")
 endif()
+check_program(reproject docs/reproject.md
+              "^f 580\\.[0-9]*, corner 200, seen 255\npixel 438\\.[0-9]* 298\\.[0-9]*, variances 0\\.375")
 foreach(part IN ITEMS chain frames windows depth clip)
   check_program(viewing_${part} docs/viewing.md ".")
   check_shown(docs/viewing.md "```\n${output}```\n")
