@@ -11,6 +11,9 @@
 #include "report/messages.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/corners_file.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/target_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -20,6 +23,7 @@ struct Arguments {
   std::string out;
   std::string format;
   std::string image_size;
+  std::string target;  // of corners; "": a camera
 };
 
 // "640x480".
@@ -67,7 +71,39 @@ CameraFile read_cameras(const Arguments& arguments, const std::string& format) {
   return read_one_camera(arguments.in);
 }
 
+// A file of OpenCV's sample may have both a camera and corners.
+bool is_camera_too(const std::string& file) {
+  try {
+    return is_camera_file(file);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+int convert_corners(const Arguments& arguments) {
+  std::vector<std::string> notes;
+  const std::vector<PlacedBoard> boards = {{read_target(arguments.target, {}, &notes), Pose()}};
+  const std::vector<View> views = read_observations(arguments.in, boards, &notes);
+  const std::string format = arguments.format.empty()
+                                 ? std::string(corners_format_of_name(arguments.out))
+                                 : arguments.format;
+  if (format.empty())
+    throw Error(fmt::format("{}: must end in .csv, .vnl, .yaml, .xml or .json, or take --to",
+                            arguments.out));
+  const std::vector<std::string> dropped = write_corners(arguments.out, views, boards, format);
+  print_notes(arguments.in, notes);
+  print_notes(arguments.out, dropped);
+  print_to_stderr("wrote {} ({}): {} views, {} corners\n", arguments.out, format, views.size(),
+                  num_corners(views));
+  return kAnswer;
+}
+
 int run(const Arguments& arguments) {
+  if (!arguments.target.empty()) return convert_corners(arguments);
+  std::error_code error;
+  if (std::filesystem::is_regular_file(arguments.in, error) && is_corners_file(arguments.in) &&
+      !is_camera_too(arguments.in))
+    throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
   const std::string format = format_of(arguments);
   check_writable(arguments.out);
   CameraFile file = read_cameras(arguments, format);
@@ -113,6 +149,10 @@ Command add_convert(CLI::App& app) {
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")
       .text("WIDTHxHEIGHT");
+  add_option(*command, "--target", arguments->target,
+             "convert corners of this board (a target file), not a camera: CSV, corners.vnl of "
+             "mrcal, image_points of OpenCV (YAML, XML, JSON)")
+      .text("T.yaml");
   add_footer(*command, footer());
   return {command, [arguments] { return run(*arguments); }};
 }

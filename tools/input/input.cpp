@@ -115,7 +115,8 @@ Input read_folder(const InputArguments& arguments) {
   set_images(read.images, input);
   if (!arguments.observations.empty()) {
     input.observations = arguments.observations;
-    input.dataset.views = read_observations(arguments.observations, input.dataset.boards);
+    input.dataset.views =
+        read_observations(arguments.observations, input.dataset.boards, &input.warnings);
   }
   std::erase_if(input.dataset.views,
                 [&](const View& view) { return exclusion.excludes(view.image); });
