@@ -166,7 +166,7 @@ TEST_F(CliSets, CalibrationsAreTheSameWithTheCache) {
 
 TEST_F(CliSets, SelectKeepsTheMostInformativeViewsAndSaysWhy) {
   const std::string set = exact_set("to_select").string();
-  const std::string command = "calibrate " + set + " --model f+c --sigma-px 0.1 --select 3";
+  const std::string command = "calibrate " + set + " --model radial1 --sigma-px 0.1 --select 3";
   const Outcome text = run(command);
   ASSERT_EQ(text.exit_code, 0) << text.out << text.err;
   EXPECT_TRUE(has(text.out, "selected   3 views")) << text.out;
@@ -183,14 +183,14 @@ TEST_F(CliSets, SelectKeepsTheMostInformativeViewsAndSaysWhy) {
   EXPECT_LT(selection.at("all_views_projection_px"), before);
   EXPECT_EQ(nlohmann::json::parse(run(command + " --json").out).at("selection"), selection);
   // Three others leave more uncertainty.
-  std::string others = "calibrate " + set + " --model f+c --sigma-px 0.1 --json";
+  std::string others = "calibrate " + set + " --model radial1 --sigma-px 0.1 --json";
   for (const auto& view : selection.at("views"))
     others += " --exclude " + view.at("image").get<std::string>();
   const auto worse = nlohmann::json::parse(run(others).out);
   EXPECT_EQ(worse.at("num_views"), 3);
   EXPECT_GT(worse.at("sigma").at("fx"), json.at("sigma").at("fx"));
   expect_bad_input("calibrate " + set + " --select 0", {"--select"});
-  EXPECT_EQ(nlohmann::json::parse(run("calibrate " + set + " --model f+c --json --select 99").out)
+  EXPECT_EQ(nlohmann::json::parse(run("calibrate " + set + " --model radial1 --json --select 99").out)
                 .at("num_views"),
             6);
 }
