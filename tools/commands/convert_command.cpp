@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <memory>
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/convert_model.hpp"
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
@@ -23,6 +25,8 @@ struct Arguments {
   std::string out;
   std::string format;
   std::string image_size;
+  ModelArguments model;
+  std::string poses;   // of `tagcal pose --json`; "": those of IN
   std::string target;  // of corners; "": a camera
 };
 
@@ -99,21 +103,31 @@ int convert_corners(const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments) {
-  if (!arguments.target.empty()) return convert_corners(arguments);
+  check_usage(arguments.model);
+  if (!arguments.target.empty()) {
+    if (!arguments.model.model.empty())
+      throw Error("--model: fits the lens of a camera, --target converts corners: take one");
+    return convert_corners(arguments);
+  }
   std::error_code error;
   if (std::filesystem::is_regular_file(arguments.in, error) && is_corners_file(arguments.in) &&
       !is_camera_too(arguments.in))
     throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
   const std::string format = format_of(arguments);
-  check_writable(arguments.out);
+  if (format != "colmap") check_writable(arguments.out);  // which may write into a folder
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
+  if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
+  if (!arguments.poses.empty()) file.poses = read_poses(arguments.poses);
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
   print_notes(arguments.in, file.notes);
   print_notes(arguments.out, notes);
+  const bool dropped = std::ranges::any_of(
+      notes, [](const std::string& note) { return note.starts_with("dropped: the poses"); });
+  const std::size_t num_poses = dropped ? 0 : file.poses.size();
   print_to_stderr("wrote {} ({}, from {}): {} camera{}, {} pose{}\n", arguments.out, format,
-                  file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s",
-                  file.poses.size(), file.poses.size() == 1 ? "" : "s");
+                  file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s", num_poses,
+                  num_poses == 1 ? "" : "s");
   return kAnswer;
 }
 
@@ -127,7 +141,9 @@ std::string footer() {
   return text +
          "\nExample: tagcal convert camera.yaml front.cameramodel\n"
          "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
-         "         tagcal convert camera.yaml sparse --to colmap";
+         "         tagcal convert camera.yaml sparse --to colmap\n"
+         "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4\n"
+         "         tagcal convert corners.vnl corners.csv --target board.yaml";
 }
 
 }  // namespace
@@ -149,6 +165,10 @@ Command add_convert(CLI::App& app) {
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")
       .text("WIDTHxHEIGHT");
+  add_model_options(*command, arguments->model);
+  add_option(*command, "--poses", arguments->poses,
+             "poses of pictures instead of those of IN: the output of tagcal pose --json")
+      .text("JSON");
   add_option(*command, "--target", arguments->target,
              "convert corners of this board (a target file), not a camera: CSV, corners.vnl of "
              "mrcal, image_points of OpenCV (YAML, XML, JSON)")
