@@ -67,14 +67,19 @@ bool is_special(const fs::path& file) {
   return fs::exists(file, unknown) && !fs::is_regular_file(file, unknown);
 }
 
+Board read_board(const InputArguments& arguments, Input& input) {
+  std::optional<double> size;
+  if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
+  return read_target(arguments.target, {}, &input.warnings, size);
+}
+
 Input read_pictures(const InputArguments& arguments) {
   if (!arguments.observations.empty()) {
     throw Error("--observations: needs a DATASET, not --target");
   }
   Input input;
-  input.name = arguments.target;
-  const Board board = read_target(arguments.target, {}, &input.warnings);
-  input.dataset.boards.push_back({board, Pose()});
+  input.name = arguments.target.empty() ? arguments.inputs.front() : arguments.target;
+  if (!arguments.target.empty()) input.dataset.boards.push_back({read_board(arguments, input), {}});
   std::vector<fs::path> files = picture_files(arguments.inputs);
   Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
@@ -134,6 +139,10 @@ void add_input(CLI::App& command, InputArguments& arguments) {
       .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
       .text("T.yaml");
+  add_positive(
+      command, "--tag-size", arguments.tag_size_m,
+      "side of the tags in metres, black edge to black edge, if --target is a field layout "
+      "of WPILib, which does not state it (0.1651)");
   add_option(command, "--refinement", arguments.refinement,
              "how corners are located in pictures: fit (of the whole printed tag, with "
              "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")
@@ -159,7 +168,10 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 }
 
 Input read_input(const InputArguments& arguments) {
-  Input input = arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
+  if (arguments.tag_size_m > 0 && arguments.target.empty())
+    throw Error("--tag-size: needs --target, a field layout of WPILib");
+  const bool is_dataset = arguments.target.empty() && arguments.family.empty();
+  Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
   input.strict = arguments.strict;
   if (!arguments.no_cache && !arguments.out.empty() && !is_special(arguments.out))

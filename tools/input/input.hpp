@@ -15,6 +15,8 @@ namespace tagcal::tools {
 // with observations.
 struct InputArguments {
   std::string target;                 // a target file; "" for a data set
+  double tag_size_m = 0;              // of a target file without one; 0: its default
+  std::string family;                 // of tags without a target; only `detect`
   std::vector<std::string> inputs;    // one folder, or pictures
   std::string observations;           // a CSV file that replaces those of the data set
   std::string refinement;             // of corners in pictures; "": the default
@@ -24,7 +26,7 @@ struct InputArguments {
   std::string out;  // the command's answer: the corner cache stands beside it; "": none
 };
 
-// `DATASET` or `IMAGE...`, `--target`, `--refinement`, `--exclude` and `--strict`.
+// `DATASET` or `IMAGE...`, `--target`, `--tag-size`, `--refinement`, `--exclude` and `--strict`.
 void add_input(CLI::App& command, InputArguments& arguments);
 void add_no_cache(CLI::App& command, InputArguments& arguments);
 void add_observations(CLI::App& command, InputArguments& arguments);
