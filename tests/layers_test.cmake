@@ -9,7 +9,7 @@
 #   3. A third party stays in its layers, or in its room.
 #   4. A header in a layer's own folder is public (installed): it includes nothing but the standard
 #      library, Eigen and public headers, and with Eigen, be it through others, geometry/pose.hpp,
-#      which refuses an alignment of other flags. At most 51 of them.
+#      which refuses an alignment of other flags. At most 54 of them.
 #   5. What stands in a sub-room is in the namespace tagcal::internal.
 cmake_minimum_required(VERSION 3.23)
 
@@ -24,19 +24,24 @@ set(rooms_detect types policy tag_fit opencv apriltag board_search checker_searc
 set(types_in_detect types)
 set(tag_fit_in_detect refine_tag refine_corner)
 set(apriltag_in_detect families)
-set(rooms_io text yaml image scene facade)
-set(most_public_headers 51)
+set(rooms_io types text yaml image formats scene facade)
+set(types_in_io types)
+set(most_public_headers 54)
 
-set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h libdeflate.h CLI nlohmann)
+set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h libdeflate.h tiffio.h stb
+                  webp CLI nlohmann)
 set(ceres_in estimate study)
 set(glog_in estimate)
 set(apriltag_in detect study)
 set(opencv2_in validate study)
-set(opencv2_in_room tagcal/detect/opencv)
+set(opencv2_in_room tagcal/detect/opencv tagcal/io/formats)
 set(yaml-cpp_in io)
 set(png.h_in io)
 set(jpeglib.h_in io)
 set(libdeflate.h_in io)
+set(tiffio.h_in io)
+set(stb_in io)
+set(webp_in io)
 set(CLI_in)
 set(nlohmann_in)
 

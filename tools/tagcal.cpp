@@ -11,7 +11,7 @@ namespace {
 std::vector<Command> command_table(CLI::App& app) {
   std::vector<Command> commands = {add_render(app),   add_detect(app), add_calibrate(app),
                                    add_validate(app), add_pose(app),   add_board(app),
-                                   add_view(app),     add_diff(app)};
+                                   add_view(app),     add_diff(app),   add_convert(app)};
   add_study_commands(app, commands);
   return commands;
 }

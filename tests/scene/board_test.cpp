@@ -144,7 +144,7 @@ TEST(Ink, KalibrsSquaresStandAtEveryCrossing) {
   const Board board = grid_board(kKalibr);
   const auto panels = board_panels(board, 0.02);
   ASSERT_EQ(panels.size(), 1u);
-  ASSERT_EQ(panels[0].corner_squares.size(), 49u);
+  ASSERT_EQ(panels[0].squares.size(), 49u);
   const auto ink = ink_cells(board, tag36h11_family());
   const double gap = 0.3 * 0.088;
   const double pitch = 1.3 * 0.088;
@@ -182,7 +182,10 @@ TEST(Ink, SpreadsIntoTheWhite) {
   const std::pair<Board, TagFamily> boards[] = {
       {grid_board({3, 2, 1.0, 0.3, 0}), tag36h11_family()},
       {grid_board({2, 2, 1.0, 0.25, 7}, "tag36h11", 1, false), tag36h11_family()},
-      {grid_board({2, 1, 1.0, 1.2, 3}, standard.name, 1, false), standard}};
+      {grid_board({2, 1, 1.0, 1.2, 3}, standard.name, 1, false), standard},
+      {checkerboard_board({.columns = 3, .rows = 2, .column_spacing = 1, .row_spacing = 0.5}), {}},
+      {checkerboard_board({2, 2, 1, 1, false}), {}},
+      {charuco_board({3, 2, 1, 1}, {.size = 0.7, .dictionary = "tag36h11"}), tag36h11_family()}};
   for (const auto& [board, family] : boards) {
     const BoardPanel panel = board_panels(board, 0.1).front();
     const auto designed = ink_cells(board, panel, family);
@@ -217,6 +220,12 @@ TEST(Ink, SpreadsNoFurtherThanEdgesMeet) {
   const Board near = grid_board({2, 2, 1.0, 0.06, 0}, "tag36h11", 1, false);
   EXPECT_NO_THROW(ink_cells(near, board_panels(near, 0.1).front(), family, 0.029));
   EXPECT_THROW(ink_cells(near, board_panels(near, 0.1).front(), family, 0.031), Error);
+  const Board checker = checkerboard_board({3, 2, 1.0, 0.5});
+  EXPECT_NO_THROW(ink_cells(checker, board_panels(checker, 0.1).front(), {}, 0.24));
+  EXPECT_THROW(ink_cells(checker, board_panels(checker, 0.1).front(), {}, -0.25), Error);
+  const Board charuco = charuco_board({3, 2, 1, 1}, {.size = 0.9, .dictionary = "tag36h11"});
+  EXPECT_NO_THROW(ink_cells(charuco, board_panels(charuco, 0.1).front(), family, 0.024));
+  EXPECT_THROW(ink_cells(charuco, board_panels(charuco, 0.1).front(), family, 0.026), Error);
   Board turned;  // a corner of the second tag is 0.1 beside the first one's side
   turned.border_bits = 1;
   turned.corner_squares = false;
@@ -267,6 +276,23 @@ TEST(Checkerboard, CornersAreRowByRowFromBelow) {
   EXPECT_EQ(points[4].id, (CornerId{11, 0}));
   EXPECT_TRUE(points[4].position.isApprox(Vector3d(0.02, 0.03, 0)));
   EXPECT_THROW(checkerboard_board({.columns = 1, .rows = 2}), Error);
+}
+
+TEST(Checkerboard, InkIsEverySecondSquare) {
+  for (const bool starts_black : {true, false}) {
+    const Board board = checkerboard_board({4, 3, 0.02, 0.03, starts_black});
+    const auto ink = ink_cells(board, {});
+    EXPECT_EQ(ink.size(), 10u);
+    for (int row = 0; row < 4; ++row)
+      for (int column = 0; column < 5; ++column)
+        EXPECT_EQ(black(ink, 0.02 * (column - 0.5), 0.03 * (row - 0.5)),
+                  ((row + column) % 2 == 0) == starts_black);
+    const BoardPanel panel = board_panels(board, 0.01).front();
+    EXPECT_EQ(panel.points.size(), 12u);
+    // The paper surrounds the white squares, too.
+    EXPECT_LT((panel.paper[0] - Vector3d(-0.03, -0.04, 0)).norm(), 1e-15);
+    EXPECT_LT((panel.paper[2] - Vector3d(0.09, 0.1, 0)).norm(), 1e-15);
+  }
 }
 
 // Layout by OpenCV: squares from the upper left, the first one black; before 4.6 white if the

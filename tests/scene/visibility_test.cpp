@@ -63,6 +63,35 @@ TEST(Visibility, NotFromBehindNorBehindTheCamera) {
   EXPECT_TRUE(visible_corners(scene, turned).empty());
 }
 
+// The corners of a checkerboard have a face as those of tags; the markers of a ChArUco board are
+// not observed.
+TEST(Visibility, CheckersAreSeenFromTheFront) {
+  const Checkerboard squares{
+      .columns = 3, .rows = 2, .column_spacing = 0.1, .row_spacing = 0.1, .first_id = 40};
+  for (const Board& board : {checkerboard_board(squares),
+                             charuco_board(squares, {.size = 0.07, .dictionary = "tag36h11"})}) {
+    Scene scene = one_board();
+    scene.boards = {{board, facing_the_camera({-0.1, 1, -0.05})}};
+    const Pose camera = looking_along_y({0, 0, 0});
+    const auto seen = visible_corners(scene, camera);
+    ASSERT_EQ(seen.size(), 6u);
+    EXPECT_EQ(seen[0].id, (CornerId{40, 0}));
+    EXPECT_LT((seen[0].pixel - Eigen::Vector2d(319.5 - 50, 239.5 + 25)).norm(), 1e-9);
+    EXPECT_TRUE(visible_corners(scene, looking_along_y({0, 2, 0})).empty());
+    const Pose back(exp_rotation({0, std::numbers::pi, 0}), Vector3d::Zero());
+    EXPECT_TRUE(visible_corners(scene, back * looking_along_y({0, 2, 0})).empty());
+    scene.occluders = {wall(-5, -0.02, 0.5)};
+    EXPECT_EQ(tags_seen(scene, camera), (std::set<int>{41, 42, 44, 45}));
+    EXPECT_EQ(named_corner(scene, {40, 0})->name, "corner 40");
+    // Its white squares hide what is behind them.
+    scene.occluders.clear();
+    Board point;
+    point.points = {{{7, 0}, {-0.149, 1.5, 0}}};
+    scene.boards.push_back({point, Pose()});
+    EXPECT_FALSE(tags_seen(scene, camera).contains(7));
+  }
+}
+
 TEST(Visibility, OnlyInsideTheImage) {
   const Scene scene = one_board();
   const Pose camera = looking_along_y({0.64, 0, 0});  // the image reaches to x = 0.64 - 0.64

@@ -12,6 +12,7 @@
 #include "commands/commands.hpp"
 #include "draw/uncertainty_picture.hpp"
 #include "input/arguments.hpp"
+#include "input/camera_input.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
 #include "tagcal/camera/model.hpp"
@@ -115,7 +116,7 @@ void overrule(const Arguments& arguments, CalibrateOptions& options) {
   options.fixed = fixed_values(arguments.fixed);
   if (arguments.start.empty()) return;
   if (options.start_focal_px > 0) throw Error("--start, --focal: give only one of the two");
-  options.start = read_calibration(arguments.start).camera;
+  options.start = read_camera(arguments.start).camera;
 }
 
 int run(const Arguments& given) {

@@ -26,5 +26,6 @@ Command add_pose(CLI::App& app);
 Command add_board(CLI::App& app);
 Command add_view(CLI::App& app);
 Command add_diff(CLI::App& app);
+Command add_convert(CLI::App& app);
 
 }  // namespace tagcal::tools

@@ -11,12 +11,12 @@
 #include "commands/commands.hpp"
 #include "draw/tag_drawing.hpp"
 #include "input/arguments.hpp"
+#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
@@ -81,7 +81,7 @@ std::string explanation_text(const std::string& name, const Explanation& e) {
 // The camera of --camera, if it is given.
 std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
   if (arguments.camera.empty()) return std::nullopt;
-  const CalibrationFile file = read_calibration(arguments.camera);
+  const CalibrationFile file = read_camera(arguments.camera);
   check_image_size(file.camera.image_size, arguments.camera, input);
   return file.camera;
 }

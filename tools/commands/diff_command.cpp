@@ -10,10 +10,10 @@
 #include "commands/commands.hpp"
 #include "draw/uncertainty_picture.hpp"
 #include "input/arguments.hpp"
+#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
-#include "tagcal/io/calibration_file.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -120,8 +120,8 @@ std::string difference_text(const LensDifference& d, const char* where) {
 }
 
 int run(const Arguments& arguments) {
-  const CalibrationFile a = read_calibration(arguments.a);
-  const CalibrationFile b = read_calibration(arguments.b);
+  const CalibrationFile a = read_camera(arguments.a);
+  const CalibrationFile b = read_camera(arguments.b);
   const std::vector<Vector2d> samples =
       arguments.whole_image ? ImageGrid{a.camera.image_size, 33, 21}.pixels() : common_region(a, b);
   const bool region_known = !a.seen.hull().empty() || !b.seen.hull().empty();

@@ -9,6 +9,7 @@
 #include "commands/commands.hpp"
 #include "draw/pose_drawing.hpp"
 #include "input/arguments.hpp"
+#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
@@ -18,7 +19,6 @@
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/pose/view_correspondences.hpp"
 #include "tagcal/internal/parallel.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
@@ -56,7 +56,7 @@ struct KnownCamera {
 KnownCamera known_camera(const Arguments& arguments, const Input& input) {
   KnownCamera known;
   if (!arguments.camera.empty()) {
-    const CalibrationFile file = read_calibration(arguments.camera);
+    const CalibrationFile file = read_camera(arguments.camera);
     check_image_size(file.camera.image_size, arguments.camera, input);
     known = {file.camera, file.camera_error_px};
   }

@@ -8,10 +8,10 @@
 
 #include "commands/commands.hpp"
 #include "input/arguments.hpp"
+#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/validate/validate.hpp"
 
 namespace tagcal::tools {
@@ -117,7 +117,7 @@ void check_truth(const Arguments& arguments, const CalibrationFile& file, const 
 }
 
 int run(const Arguments& arguments) {
-  const CalibrationFile file = read_calibration(arguments.calibration);
+  const CalibrationFile file = read_camera(arguments.calibration);
   Input input = read_input({"", {arguments.dataset}, arguments.observations});
   check_image_size(file.camera.image_size, arguments.calibration, input);
   check_truth(arguments, file, input);

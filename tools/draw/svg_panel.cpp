@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tagcal/viewing/clip.hpp"
@@ -57,17 +58,22 @@ std::string SvgPanel::things(const Scene& scene) const {
     edges += visible_edges(sheet.corners, shadows, i);
     if (!sheet.panel || !shadows.faces(i)) continue;
     const Pose camera_from_board = camera_from_world_ * scene.boards[sheet.board].world_from_board;
-    for (const Tag& tag : sheet.panel->tags) {
+    const auto add_ink = [&](const std::array<Vector3d, 4>& ink) {
       std::vector<Vector3d> corners;
-      for (const Vector3d& x : tag_corners(tag)) corners.push_back(camera_from_board * x);
+      for (const Vector3d& x : ink) corners.push_back(camera_from_board * x);
       svg += visible_area(corners, shadows, i, kInk);
-    }
+    };
+    if (scene.boards[sheet.board].board.checkerboard)
+      std::ranges::for_each(sheet.panel->squares, add_ink);
+    for (const Tag& tag : sheet.panel->tags) add_ink(tag_corners(tag));
   }
   svg += edges;
-  for (const PlacedBoard& placed : scene.boards)
+  for (const PlacedBoard& placed : scene.boards) {
+    if (placed.board.checkerboard) continue;
     for (const TargetPoint& point : placed.board.points)
       if (const auto at = pixel(placed.world_from_board * point.position))
         svg += svg_circle("", *at, 1.5, fmt::format("fill=\"{}\"", kInk));
+  }
   return svg;
 }
 

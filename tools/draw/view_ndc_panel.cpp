@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "draw/svg_labels.hpp"
@@ -96,12 +97,14 @@ class NdcPanel {
       const double level = sheet.panel ? scene.paper_level : scene.occluders[sheet.occluder].level;
       append_clipped(sheet.corners, level, result.occluders);
       if (!sheet.panel) continue;
-      for (const Tag& tag : sheet.panel->tags) {
+      const PlacedBoard& placed = scene.boards[sheet.board];
+      const auto add_ink = [&](const std::array<Vector3d, 4>& ink) {
         std::vector<Vector3d> corners;
-        for (const Vector3d& x : tag_corners(tag))
-          corners.push_back(scene.boards[sheet.board].world_from_board * x);
+        for (const Vector3d& x : ink) corners.push_back(placed.world_from_board * x);
         append_clipped(corners, scene.ink_level, result.occluders);
-      }
+      };
+      if (placed.board.checkerboard) std::ranges::for_each(sheet.panel->squares, add_ink);
+      for (const Tag& tag : sheet.panel->tags) add_ink(tag_corners(tag));
     }
     return result;
   }

@@ -91,7 +91,8 @@ Input read_folder(const InputArguments& arguments) {
   input.images = image_sources(read.images);
   if (!arguments.observations.empty()) {
     input.observations = arguments.observations;
-    input.dataset.views = read_observations(arguments.observations, input.dataset.boards);
+    input.dataset.views =
+        read_observations(arguments.observations, input.dataset.boards, &input.warnings);
   }
   return input;
 }

@@ -4,13 +4,13 @@
 
 #include <filesystem>
 
+#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/pose/view_correspondences.hpp"
-#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/scene_file.hpp"
-#include "tagcal/io/yaml/yaml_reader.hpp"
 #include "tagcal/viewing/projection.hpp"
 
 namespace tagcal::tools {
@@ -54,7 +54,7 @@ void look_by_truth(const Input& input, const ViewChoice& choice, ViewInput& resu
 }
 
 void look_by_calibration(Input& input, const ViewChoice& choice, ViewInput& result) {
-  const CalibrationFile file = read_calibration(choice.camera);
+  const CalibrationFile file = read_camera(choice.camera);
   check_image_size(file.camera.image_size, choice.camera, input);
   set_camera(result, file.camera, file.model);
   find_views(input, 0, true, &file.camera);
@@ -88,7 +88,7 @@ ViewInput dataset_input(const ViewChoice& choice) {
 
 // The camera stands at the world's origin and looks along y.
 ViewInput calibration_input(const ViewChoice& choice) {
-  const CalibrationFile file = read_calibration(choice.input);
+  const CalibrationFile file = read_camera(choice.input);
   ViewInput result;
   check_view(choice.view, 1, choice.input);
   set_camera(result, file.camera, file.model);
@@ -98,14 +98,18 @@ ViewInput calibration_input(const ViewChoice& choice) {
   return result;
 }
 
+// A file of any format, or one of its cameras, "FILE:NAME".
+bool is_calibration(const std::string& input) {
+  std::error_code error;
+  return !std::filesystem::exists(input, error) || is_camera_file(input);
+}
+
 }  // namespace
 
 ViewInput read_view_input(const ViewChoice& choice) {
   if (std::filesystem::is_directory(choice.input)) return dataset_input(choice);
   if (!choice.camera.empty()) throw Error("--camera: belongs to a data set, the folder of one");
-  const YamlValue top = YamlValue::read(choice.input);
-  const bool calibration = top.find("image_width") || top.find("camera_matrix");
-  return calibration ? calibration_input(choice) : scene_input(choice);
+  return is_calibration(choice.input) ? calibration_input(choice) : scene_input(choice);
 }
 
 }  // namespace tagcal::tools

@@ -117,7 +117,7 @@ DatasetFolder read_dataset(const fs::path& folder) {
   if (!observations && !images) top.fail_plainly("needs observations: FILE or images: FOLDER");
   if (observations) {
     read.observations = folder / observations->text();
-    dataset.views = read_observations(read.observations, dataset.boards);
+    dataset.views = read_observations(read.observations, dataset.boards, &read.warnings);
   }
   if (images) {
     read.images = list_images(folder / images->text(), *images);

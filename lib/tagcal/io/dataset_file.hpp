@@ -27,8 +27,11 @@ DatasetFolder read_dataset(const std::filesystem::path& folder);
 // order in which their images first occur in the file. Throws Error, naming file, line and column:
 // a wrong header, a wrong number of fields, a value that is no finite number, a corner that is not
 // on the boards, a corner given twice in an image, a covariance that is not positive definite.
+// Also reads, by their content, mrcal's corners.vnl and OpenCV's image_points (corners_file.hpp),
+// for one board that is a checkerboard or points; remarks on them go to `notes` (may be null).
 std::vector<View> read_observations(const std::filesystem::path& file,
-                                    const std::vector<PlacedBoard>& boards);
+                                    const std::vector<PlacedBoard>& boards,
+                                    std::vector<std::string>* notes = nullptr);
 std::string observations_csv(const std::vector<View>& views);
 
 // truth.yaml: the camera (as in a calibration file) and `poses: [{image, camera_from_world}]`.

@@ -143,7 +143,12 @@ std::string encoded(const std::string& kind, const Image<T>& image) {
   if (kind == ".png") return encode_png(image, 0);
   if (kind == ".ppm" || (kind == ".pgm" && !kIsColour<T>)) return encode_netpbm(image);
   if (kind == ".pgm") throw Error("the picture is in colour, a PGM is grey: write a .ppm");
-  throw Error("the name of a picture must end in .png, .pgm or .ppm");
+  if (kind == ".tif" || kind == ".tiff") return encode_tiff(image);
+  if (kind == ".jpg" || kind == ".jpeg") {
+    if constexpr (!kIsSixteenBit<T>) return encode_jpeg(image);
+    throw Error("the picture has 16 bits, a JPEG 8: write a .png or .tif");
+  }
+  throw Error("the name of a picture must end in .png, .tif, .tiff, .jpg, .jpeg, .pgm or .ppm");
 }
 
 }  // namespace

@@ -6,12 +6,13 @@
 
 namespace tagcal {
 
-// Reads a PNG, JPEG, PGM or PPM picture (recognised by its first bytes, not by its name) as 8-bit
-// grey. Colour becomes grey by Rec. 601 luma; alpha is ignored. 16-bit values are scaled so that
-// white is the brightest value, or twice the 99.9 % quantile if that is less: a lamp or a hot pixel
-// must not make all others dark. The picture is rotated and mirrored as the Exif tag Orientation of
-// a JPEG or PNG says, as by cv::imread; an unreadable tag is ignored. Throws Error, naming the
-// file: missing, empty, truncated, not a picture, more than 100 megapixels.
+// Reads a PNG, JPEG, TIFF (the first page), BMP, WebP, PGM or PPM picture (recognised by its first
+// bytes, not by its name) as 8-bit grey. Colour becomes grey by Rec. 601 luma; alpha is ignored.
+// 16-bit values are scaled so that white is the brightest value, or twice the 99.9 % quantile if
+// that is less: a lamp or a hot pixel must not make all others dark. The picture is rotated and
+// mirrored as the Exif tag Orientation of a JPEG, PNG, TIFF or WebP says, as by cv::imread; an
+// unreadable tag is ignored. Throws Error, naming the file: missing, empty, truncated, not a
+// picture, more than 100 megapixels.
 Image8 read_image(const std::filesystem::path& file);
 
 // Reads the same files in their own kind: grey or colour, 8 or 16 bits. 16-bit values are as
@@ -32,8 +33,8 @@ void write_png(const std::filesystem::path& file, const ImageRgb& image);
 void write_png(const std::filesystem::path& file, const ImageRgb16& image);
 
 // Writes a picture whole or not at all, as the end of the file's name says (in any case): .png,
-// .pgm (grey) or .ppm. Throws Error for another end, for a size of zero, and if it cannot be
-// written.
+// .tif, .tiff, .jpg or .jpeg (8-bit; of quality 95), .pgm (grey) or .ppm. Throws Error for another
+// end, for a size of zero, and if it cannot be written.
 void write_picture(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace tagcal

@@ -8,6 +8,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
@@ -221,8 +222,12 @@ std::string image_field(const std::string& image) {
 }  // namespace
 
 std::vector<View> read_observations(const std::filesystem::path& file,
-                                    const std::vector<PlacedBoard>& boards) {
-  return ObservationReader(file, boards).read(read_text(file));
+                                    const std::vector<PlacedBoard>& boards,
+                                    std::vector<std::string>* notes) {
+  const std::string text = read_text(file);
+  if (is_vnl(text)) return read_vnl(text, file.string(), boards, notes);
+  if (is_image_points(text)) return read_image_points(text, file.string(), boards, notes);
+  return ObservationReader(file, boards).read(text);
 }
 
 std::string observations_csv(const std::vector<View>& views) {

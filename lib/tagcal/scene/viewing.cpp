@@ -17,11 +17,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-// The paper with the tag of a point's corner.
+// The paper with a point.
 std::size_t paper_of(const NamedPoint& point, const std::vector<Sheet>& sheets) {
   for (std::size_t i = 0; point.corner && i < sheets.size(); ++i)
     if (sheets[i].panel && sheets[i].board == point.board &&
-        std::ranges::count(sheets[i].panel->tags, point.corner->tag_id, &Tag::id) > 0)
+        std::ranges::count(sheets[i].panel->points, *point.corner, &TargetPoint::id) > 0)
       return i;
   return Shadows::kNone;
 }
@@ -41,6 +41,13 @@ void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& p
     return;
   }
   f.sight = own != Shadows::kNone && !shadows.faces(own) ? Sight::turned_away : Sight::seen;
+}
+
+std::string name_of(const CornerId& id, const Board& board) {
+  const std::string number = std::to_string(id.tag_id);
+  if (board.checkerboard) return "corner " + number;
+  if (board.tags.empty()) return "point " + number;
+  return "tag " + number + " corner " + std::to_string(id.corner);
 }
 
 // The shear after which an oblique projection is orthographic; identity for other lenses.
@@ -66,15 +73,14 @@ std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_
     const Sheet& sheet = shadows.sheets()[own];
     if (!sheet.panel || !shadows.faces(own)) continue;
     const Pose& world_from_board = scene.boards[sheet.board].world_from_board;
-    for (const Tag& tag : sheet.panel->tags) {
-      const auto corners = tag_corners(tag);
-      for (int i = 0; i < 4; ++i)
-        look_at({tag.id, i}, world_from_board * corners[static_cast<std::size_t>(i)], own);
-    }
+    for (const TargetPoint& point : sheet.panel->points)
+      look_at(point.id, world_from_board * point.position, own);
   }
-  for (const PlacedBoard& placed : scene.boards)
+  for (const PlacedBoard& placed : scene.boards) {
+    if (placed.board.checkerboard) continue;  // its points are on its sheet
     for (const TargetPoint& point : placed.board.points)
       look_at(point.id, placed.world_from_board * point.position, Shadows::kNone);
+  }
   std::ranges::sort(seen, {}, &Observation::id);
   return seen;
 }
@@ -83,11 +89,7 @@ std::optional<NamedPoint> named_corner(const Scene& scene, const CornerId& id) {
   for (std::size_t board = 0; board < scene.boards.size(); ++board)
     for (const TargetPoint& point : target_points(scene.boards[board].board))
       if (point.id == id) {
-        std::string name =
-            scene.boards[board].board.tags.empty()
-                ? "point " + std::to_string(id.tag_id)
-                : "tag " + std::to_string(id.tag_id) + " corner " + std::to_string(id.corner);
-        return NamedPoint{std::move(name), board, point.position, id};
+        return NamedPoint{name_of(id, scene.boards[board].board), board, point.position, id};
       }
   return std::nullopt;
 }

@@ -51,7 +51,8 @@ NearFar enclosing_planes(const Scene& scene, const Pose& camera_from_world);
 
 // The exact pixels of the corners that a view shows, ordered by id: those in the lens' domain and
 // inside the image, on a face turned to the camera, and hidden neither by an occluder nor by the
-// paper of another board. Points of a `points` target have no face and are visible from both sides.
+// paper of another board. Points of a `points` target have no face and are visible from both sides;
+// the markers of a ChArUco board are not observed.
 std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_from_world);
 
 // Reason why a point is not seen.

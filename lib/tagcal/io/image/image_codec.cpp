@@ -13,18 +13,41 @@ using std::string_view_literals::operator""sv;
 
 constexpr std::int64_t kMaxPixels = 100'000'000;
 
+// Formats by their bytes from `offset` on. Those without a decoder are named in the error.
 struct Format {
-  std::string_view first_bytes;
-  std::unique_ptr<ImageDecoder> (*decoder)(std::string_view bytes);
+  std::string_view bytes;
+  std::size_t offset = 0;
+  std::unique_ptr<ImageDecoder> (*decoder)(std::string_view bytes) = nullptr;
+  const char* name = "";
 };
 
 constexpr Format kFormats[] = {
-    {"\x89PNG\r\n\x1a\n"sv, png_decoder},
-    {"\xff\xd8\xff"sv, jpeg_decoder},
-    {"P2"sv, netpbm_decoder},
-    {"P3"sv, netpbm_decoder},
-    {"P5"sv, netpbm_decoder},
-    {"P6"sv, netpbm_decoder},
+    {"\x89PNG\r\n\x1a\n"sv, 0, png_decoder},
+    {"\xff\xd8\xff"sv, 0, jpeg_decoder},
+    {"II*\0"sv, 0, tiff_decoder},
+    {"MM\0*"sv, 0, tiff_decoder},
+    {"II+\0"sv, 0, tiff_decoder},  // BigTIFF
+    {"MM\0+"sv, 0, tiff_decoder},
+    {"WEBPVP8"sv, 8, webp_decoder},
+    {"BM"sv, 0, bmp_decoder},
+    {"P2"sv, 0, netpbm_decoder},
+    {"P3"sv, 0, netpbm_decoder},
+    {"P5"sv, 0, netpbm_decoder},
+    {"P6"sv, 0, netpbm_decoder},
+    {"P1"sv, 0, nullptr, "a PBM (of one bit)"},
+    {"P4"sv, 0, nullptr, "a PBM (of one bit)"},
+    {"P7"sv, 0, nullptr, "a PAM"},
+    {"GIF8"sv, 0, nullptr, "a GIF"},
+    {"ftyphei"sv, 4, nullptr, "a HEIC picture"},
+    {"ftyphev"sv, 4, nullptr, "a HEIC picture"},
+    {"ftypmif1"sv, 4, nullptr, "a HEIF picture"},
+    {"ftypavif"sv, 4, nullptr, "an AVIF picture"},
+    {"ftypcrx"sv, 4, nullptr, "a raw picture (CR3)"},
+    {"ftyp"sv, 4, nullptr, "a video"},
+    {"jP  \r\n\x87\n"sv, 4, nullptr, "a JPEG 2000 picture"},
+    {"\xff\x0a"sv, 0, nullptr, "a JPEG XL picture"},
+    {"v/1\x01"sv, 0, nullptr, "an OpenEXR picture"},
+    {"FUJIFILM"sv, 0, nullptr, "a raw picture (RAF)"},
 };
 
 }  // namespace
@@ -52,9 +75,13 @@ void ImageDecoder::decode_grey(const RowSink& sink) {
 }
 
 std::unique_ptr<ImageDecoder> image_decoder(std::string_view bytes) {
-  for (const Format& format : kFormats)
-    if (bytes.starts_with(format.first_bytes)) return format.decoder(bytes);
-  throw Error("is not a PNG, JPEG, PGM or PPM picture, or truncated");
+  for (const Format& format : kFormats) {
+    if (bytes.size() < format.offset || !bytes.substr(format.offset).starts_with(format.bytes))
+      continue;
+    if (format.decoder) return format.decoder(bytes);
+    throw Error(fmt::format("is {}, which is not read: convert it to PNG", format.name));
+  }
+  throw Error("is not a PNG, JPEG, TIFF, BMP, WebP, PGM or PPM picture, or truncated");
 }
 
 }  // namespace tagcal::internal

@@ -47,6 +47,9 @@ class ImageDecoder {
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> netpbm_decoder(std::string_view bytes);
+std::unique_ptr<ImageDecoder> tiff_decoder(std::string_view bytes);
+std::unique_ptr<ImageDecoder> bmp_decoder(std::string_view bytes);
+std::unique_ptr<ImageDecoder> webp_decoder(std::string_view bytes);
 
 // Decoder of the format that the first bytes name.
 std::unique_ptr<ImageDecoder> image_decoder(std::string_view bytes);
@@ -61,5 +64,9 @@ template <typename T>
 std::string encode_png(const Image<T>& image, double pixels_per_inch);
 template <typename T>
 std::string encode_netpbm(const Image<T>& image);  // PGM or PPM
+template <typename T>
+std::string encode_tiff(const Image<T>& image);
+template <typename T>
+std::string encode_jpeg(const Image<T>& image);  // of quality 95; 8-bit kinds only
 
 }  // namespace tagcal::internal

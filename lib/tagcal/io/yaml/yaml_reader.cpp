@@ -56,8 +56,15 @@ std::string advice(std::string_view key, std::initializer_list<std::string_view>
 }  // namespace
 
 YamlValue YamlValue::read(const std::filesystem::path& file) {
-  auto name = std::make_shared<const std::string>(file.string());
-  YamlValue value(name, parse_yaml(read_text(file), *name), "");
+  return parse(read_text(file), file.string());
+}
+
+YamlValue YamlValue::parse(const std::string& text, const std::string& file) {
+  return of(parse_yaml(text, file), file);
+}
+
+YamlValue YamlValue::of(std::shared_ptr<const YamlNode> top, const std::string& file) {
+  YamlValue value(std::make_shared<const std::string>(file), std::move(top), "");
   if (!value.is_map()) value.fail("must be a map of keys");
   return value;
 }

@@ -31,6 +31,9 @@ class YamlValue {
  public:
   // The top of a file, which must be a map.
   static YamlValue read(const std::filesystem::path& file);
+  // The same for a text, and for a tree that was parsed; `file` is the name in messages.
+  static YamlValue parse(const std::string& text, const std::string& file);
+  static YamlValue of(std::shared_ptr<const YamlNode> top, const std::string& file);
 
   bool is_map() const { return node_->kind == YamlNode::Kind::map; }
   bool is_list() const { return node_->kind == YamlNode::Kind::list; }
@@ -59,6 +62,7 @@ class YamlValue {
   std::string text() const;  // not empty
 
   const std::string& file() const { return *file_; }
+  const std::string& path() const { return path_; }
 
   // Throws Error("file: key: must, got value").
   [[noreturn]] void fail(const std::string& must) const;

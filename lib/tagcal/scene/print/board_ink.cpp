@@ -36,18 +36,6 @@ double outer_share(std::string_view family) {
   return found == std::end(kOuterCells) ? 0 : found->cells / found->width_at_border;
 }
 
-Rectangle rectangle(const Pose& board_from_frame, const AlignedBox2d& box) {
-  using Corner = AlignedBox2d::CornerType;
-  Rectangle result;
-  const Corner corners[] = {AlignedBox2d::BottomLeft, AlignedBox2d::BottomRight,
-                            AlignedBox2d::TopRight, AlignedBox2d::TopLeft};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Vector2d corner = box.corner(corners[i]);
-    result[i] = board_from_frame * Vector3d(corner.x(), corner.y(), 0);
-  }
-  return result;
-}
-
 Vector3d normal(const Tag& tag) { return tag.board_from_tag.rotation() * Vector3d::UnitZ(); }
 
 bool one_plane(const std::vector<Tag>& tags) {
@@ -59,46 +47,23 @@ bool one_plane(const std::vector<Tag>& tags) {
   });
 }
 
-// Adds one of Kalibr's squares, which touches the corners of up to four tags. A grown square leaves
-// out the area that it would share with the tags.
-void add_square(const Grid& grid, int column, int row, double spread_m,
-                std::vector<Rectangle>& cells) {
-  const double gap = grid.tag_spacing * grid.tag_size, pitch = grid.tag_size + gap;
-  const Vector2d high(column * pitch + spread_m, row * pitch + spread_m);
-  const Vector2d low = high - Vector2d::Constant(gap + 2 * spread_m);
-  const auto add = [&](double left, double bottom, double right, double top) {
-    cells.push_back(rectangle(Pose(), AlignedBox2d(Vector2d(left, bottom), Vector2d(right, top))));
-  };
-  if (spread_m <= 0) return add(low.x(), low.y(), high.x(), high.y());
-  const double shared = 2 * spread_m;
-  const auto strip = [&](int tag_row, double bottom) {
-    const bool is_row = tag_row >= 0 && tag_row < grid.rows;
-    add(low.x() + (is_row && column > 0 ? shared : 0), bottom,
-        high.x() - (is_row && column < grid.columns ? shared : 0), bottom + shared);
-  };
-  strip(row - 1, low.y());
-  add(low.x(), low.y() + shared, high.x(), high.y() - shared);
-  strip(row, high.y() - shared);
-}
-
-std::vector<Rectangle> corner_squares(const Board& board, double spread_m) {
-  std::vector<Rectangle> squares;
-  if (!board.grid || !board.corner_squares || board.grid->tag_spacing == 0) return squares;
-  for (int row = 0; row <= board.grid->rows; ++row)
-    for (int column = 0; column <= board.grid->columns; ++column)
-      add_square(*board.grid, column, row, spread_m, squares);
-  return squares;
-}
-
-BoardPanel make_panel(const Board& board, std::vector<Tag> tags, std::vector<Rectangle> squares,
-                      double margin_m) {
+Pose board_from_sheet(const std::vector<Tag>& tags) {
   const bool upright = (normal(tags.front()) - Vector3d::UnitZ()).norm() < 1e-9 && tags.size() > 1;
   const Pose& tag_pose = tags.front().board_from_tag;
-  const Pose board_from_sheet(upright ? Eigen::Quaterniond::Identity() : tag_pose.rotation(),
-                              tag_pose.translation());
-  const Pose sheet_from_board = board_from_sheet.inverse();
+  return Pose(upright ? Eigen::Quaterniond::Identity() : tag_pose.rotation(),
+              tag_pose.translation());
+}
+
+BoardPanel tags_panel(const Board& board, std::vector<Tag> tags, std::vector<Rectangle> squares,
+                      double margin_m) {
+  const Pose from_sheet = board_from_sheet(tags);
+  const Pose sheet_from_board = from_sheet.inverse();
   AlignedBox2d box;
+  BoardPanel panel;
   for (Tag tag : tags) {
+    const auto corners = tag_corners(tag);
+    for (int i = 0; i < 4; ++i)
+      panel.points.push_back({{tag.id, i}, corners[static_cast<std::size_t>(i)]});
     tag.size *= 1 + 2 * outer_share(board.family);
     for (const Vector3d& corner : tag_corners(tag))
       box.extend((sheet_from_board * corner).head<2>());
@@ -107,7 +72,17 @@ BoardPanel make_panel(const Board& board, std::vector<Tag> tags, std::vector<Rec
     for (const Vector3d& corner : square) box.extend((sheet_from_board * corner).head<2>());
   box.min().array() -= margin_m;
   box.max().array() += margin_m;
-  return {rectangle(board_from_sheet, box), std::move(tags), std::move(squares)};
+  panel.paper = rectangle(from_sheet, box);
+  panel.tags = std::move(tags);
+  panel.squares = std::move(squares);
+  return panel;
+}
+
+BoardPanel checkerboard_panel(const Board& board, double margin_m) {
+  AlignedBox2d box = checkerboard_area(*board.checkerboard);
+  box.min().array() -= margin_m;
+  box.max().array() += margin_m;
+  return {rectangle(Pose(), box), board.tags, black_squares(board), board.points};
 }
 
 void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
@@ -158,23 +133,31 @@ bool tags_overlap(const std::vector<Tag>& tags, double outer, double spread_m) {
   return false;
 }
 
+// Returns true if an edge of the print that moves by `spread_m` (>= 0) could meet another one.
+bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& family,
+                double spread_m) {
+  if (!std::isfinite(spread_m)) return true;
+  for (const Tag& tag : panel.tags)
+    if (2 * spread_m >= tag.size / family.width_at_border) return true;
+  const double outer = outer_share(board.family);
+  if (board.grid)
+    return 2 * spread_m >= (board.grid->tag_spacing - 2 * outer) * board.grid->tag_size;
+  if (!board.checkerboard) return tags_overlap(panel.tags, outer, spread_m);
+  const Checkerboard& squares = *board.checkerboard;
+  const double least = std::min(squares.column_spacing, squares.row_spacing);
+  if (board.charuco) return 2 * spread_m >= (least - board.charuco->size) / 2;
+  return 2 * spread_m >= least;
+}
+
 void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& family,
                   double spread_m) {
-  if (spread_m == 0) return;
-  const double outer = outer_share(board.family);
-  bool meets = !std::isfinite(spread_m);
-  for (const Tag& tag : panel.tags)
-    meets = meets || 2 * std::abs(spread_m) >= tag.size / family.width_at_border;
-  if (board.grid) {
-    const double between = (board.grid->tag_spacing - 2 * outer) * board.grid->tag_size;
-    meets = meets || 2 * std::abs(spread_m) >= between;
-  } else {
-    meets = meets || tags_overlap(panel.tags, outer, std::abs(spread_m));
-  }
-  if (!meets) return;
+  if (spread_m == 0 || !edges_meet(board, panel, family, std::abs(spread_m))) return;
   throw Error(
-      fmt::format("board: ink_spread_m: must be less than half a cell of the tags and half "
+      fmt::format("board: ink_spread_m: must be less than half a {} and half "
                   "of what is between them, got {}",
+                  board.charuco        ? "cell of the markers, half a square"
+                  : board.checkerboard ? "square"
+                                       : "cell of the tags",
                   spread_m));
 }
 
@@ -182,21 +165,22 @@ void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& 
 
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
   std::vector<BoardPanel> panels;
-  if (board.tags.empty()) return panels;
-  if (one_plane(board.tags)) {
-    panels.push_back(make_panel(board, board.tags, corner_squares(board, 0), margin_m));
-    return panels;
+  if (board.checkerboard) {
+    panels.push_back(checkerboard_panel(board, margin_m));
+  } else if (!board.tags.empty() && one_plane(board.tags)) {
+    panels.push_back(tags_panel(board, board.tags, black_squares(board), margin_m));
+  } else {
+    for (const Tag& tag : board.tags) panels.push_back(tags_panel(board, {tag}, {}, margin_m));
   }
-  for (const Tag& tag : board.tags) panels.push_back(make_panel(board, {tag}, {}, margin_m));
   return panels;
 }
 
 std::vector<Rectangle> ink_cells(const Board& board, const BoardPanel& panel,
                                  const TagFamily& family, double spread_m) {
-  const TagFamily bordered = with_border(family, board);
+  const TagFamily bordered = panel.tags.empty() ? TagFamily{} : with_border(family, board);
   check_spread(board, panel, bordered, spread_m);
   std::vector<Rectangle> cells;
-  if (!panel.corner_squares.empty()) cells = corner_squares(board, spread_m);
+  if (!panel.squares.empty()) cells = black_squares(board, spread_m);
   for (const Tag& tag : panel.tags) add_tag(tag, bordered, spread_m, cells);
   return cells;
 }

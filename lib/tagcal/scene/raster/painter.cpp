@@ -7,7 +7,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-const TagFamily& family_of(const Board& board, const TagFamilies& families) {
+TagFamily family_of(const Board& board, const TagFamilies& families) {
+  if (board.tags.empty()) return {};
   const auto family = families.find(board.family);
   if (family == families.end()) throw Error("render: family " + board.family + " is not known");
   return family->second;

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tagcal/io/types.hpp"
+
+// Cameras in the files of tagcal and of other programs (docs/convert.md has the formats and their
+// conventions). Inside the library all of them mean the same: pixel (0, 0) is the centre of the
+// upper left pixel, the camera looks along z with y down, poses are camera_from_world, in metres.
+
+namespace tagcal {
+
+struct CameraFormat {
+  std::string_view name;     // tagcal, opencv, kalibr, ros, colmap, mrcal, nerfstudio, basalt, tum
+  std::string_view program;  // and file
+  std::string_view lenses;   // that are read and written
+  bool several;              // holds several cameras
+};
+std::span<const CameraFormat> camera_formats();
+
+// Reads all cameras of a file, whose format is recognised by its content, and the poses of its
+// pictures. `file` may also be a folder with COLMAP's cameras.txt. truth.yaml of a data set counts
+// as a file of tagcal. Throws Error, naming file, key and value, also for lenses that tagcal cannot
+// represent (`LENSMODEL_CAHVOR`, `omni` with distortion, ..), by their names.
+CameraFile read_camera_file(const std::filesystem::path& file);
+
+// The same for one camera, "FILE" or "FILE:NAME"; the name may be left out if there is one camera.
+// The result has that camera, and its poses only. Throws Error for an unknown name.
+CameraFile read_one_camera(const std::string& file_and_name);
+
+// The camera of a file of one camera, for use by tagcal. Throws Error if the lens is one of others,
+// or the image size is not in the file.
+const CalibrationFile& usable_camera(const CameraFile& file, const std::string& name);
+
+// Returns true if the file is one that read_camera_file recognises; it may still have errors.
+bool is_camera_file(const std::filesystem::path& file);
+
+// The format that a name of a file stands for: "x.cameramodel" (mrcal), "transforms.json",
+// "camchain.yaml" in the end of the name, "cameras.txt", "x.tum", "x.xml" (opencv); "" for others.
+std::string_view format_of_name(const std::filesystem::path& file);
+
+// Writes the cameras and poses in a format by name, whole or not at all; colmap writes a folder
+// unless the name is cameras.txt. Returns what was changed or dropped, a sentence each. Throws
+// Error if the format cannot represent a lens (coefficients that are not zero are never dropped),
+// or several cameras.
+std::vector<std::string> write_camera_file(const std::filesystem::path& out, const CameraFile& file,
+                                           std::string_view format);
+
+}  // namespace tagcal

@@ -1,0 +1,176 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/formats/corner_lists.hpp"
+#include "tagcal/io/formats/corner_order.hpp"
+#include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
+#include "tagcal/io/formats/opencv_xml.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+YamlValue parsed(const std::string& text, const std::string& file) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first != std::string::npos && text[first] == '<')
+    return YamlValue::of(parse_opencv_xml(text, file), file);
+  return YamlValue::parse(text, file);
+}
+
+// The sample's board_width and board_height must be those of the target.
+void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
+  const auto width = top.find("board_width"), height = top.find("board_height");
+  const auto& grid = boards[0].board.checkerboard;
+  if (!width || !height || !grid) return;
+  const int w = width->whole(1, 100'000), h = height->whole(1, 100'000);
+  if (w == grid->columns && h == grid->rows) return;
+  top.fail_plainly(
+      fmt::format("board_width and board_height are {} and {}, but the target has {} "
+                  "columns and {} rows",
+                  w, h, grid->columns, grid->rows));
+}
+
+std::vector<std::string> read_names(const YamlValue& top, std::size_t count,
+                                    std::vector<std::string>* notes) {
+  std::vector<std::string> names;
+  if (const auto list = top.find("image_names")) {
+    if (count == 1 && list->is_scalar()) return {list->text()};  // a list of one in XML
+    for (const YamlValue& name : list->items(count, count)) names.push_back(name.text());
+    return names;
+  }
+  for (std::size_t i = 0; i < count; ++i) names.push_back(view_name(i));
+  if (notes)
+    notes->push_back(fmt::format("image_points has no names of pictures: they are {} to {}",
+                                 names.front(), names.back()));
+  return names;
+}
+
+// Rows of x, y, .. of the views that have all corners.
+struct FullViews {
+  std::vector<std::string> names;
+  Eigen::MatrixXd pixels;
+};
+
+FullViews full_views(const std::vector<View>& views, const std::vector<CornerId>& corners) {
+  FullViews full;
+  full.pixels.resize(static_cast<Eigen::Index>(views.size()),
+                     static_cast<Eigen::Index>(2 * corners.size()));
+  for (const View& view : views) {
+    std::map<CornerId, Eigen::Vector2d> pixels;
+    for (const Observation& o : view.observations) pixels.emplace(o.id, o.pixel);
+    if (std::ranges::any_of(corners, [&](const CornerId& id) { return !pixels.contains(id); }))
+      continue;
+    const auto row = static_cast<Eigen::Index>(full.names.size());
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      full.pixels.block<1, 2>(row, static_cast<Eigen::Index>(2 * i)) =
+          pixels.at(corners[i]).transpose();
+    full.names.push_back(view.image);
+  }
+  full.pixels.conservativeResize(static_cast<Eigen::Index>(full.names.size()), Eigen::NoChange);
+  return full;
+}
+
+std::string joined(const Eigen::MatrixXd& matrix, std::string_view separator) {
+  std::string text;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      text +=
+          fmt::format("{}{}", text.empty() ? "" : separator, dotted_number(matrix(row, column)));
+  return text;
+}
+
+std::string xml_text(std::string_view text) {
+  std::string escaped;
+  for (const char c : text)
+    escaped += c == '<'   ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '&' ? "&amp;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
+  return escaped;
+}
+
+std::string xml_of(const FullViews& full) {
+  std::string names;
+  for (const std::string& name : full.names) names += fmt::format("  \"{}\"\n", xml_text(name));
+  return fmt::format(
+      "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_names>\n{}</image_names>\n"
+      "<image_points type_id=\"opencv-matrix\">\n  <rows>{}</rows>\n  <cols>{}</cols>\n"
+      "  <dt>\"2d\"</dt>\n  <data>\n    {}</data></image_points>\n</opencv_storage>\n",
+      names, full.pixels.rows(), full.pixels.cols() / 2, joined(full.pixels, " "));
+}
+
+std::string json_of(const FullViews& full) {
+  std::string names;
+  for (const std::string& name : full.names)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", json_text(name));
+  return fmt::format(
+      "{{\n    \"image_names\": [ {} ],\n    \"image_points\": {{ \"type_id\": \"opencv-matrix\", "
+      "\"rows\": {}, \"cols\": {}, \"dt\": \"2d\", \"data\": [ {} ] }}\n}}\n",
+      names, full.pixels.rows(), full.pixels.cols() / 2, joined(full.pixels, ", "));
+}
+
+}  // namespace
+
+bool is_image_points(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first == std::string_view::npos ||
+      (text[first] != '%' && text[first] != '<' && text[first] != '{'))
+    return false;
+  return text.find("image_points") != std::string_view::npos;
+}
+
+std::vector<View> read_image_points(const std::string& text, const std::string& file,
+                                    const std::vector<PlacedBoard>& boards,
+                                    std::vector<std::string>* notes) {
+  const std::vector<CornerId> corners = listed_corners(boards, file);
+  const YamlValue top = parsed(text, file);
+  check_board(top, boards);
+  const YamlValue value = top.at("image_points");
+  const Eigen::MatrixXd points = read_matrix(value);
+  if (points.cols() != static_cast<Eigen::Index>(2 * corners.size()))
+    value.fail_plainly(
+        fmt::format("must have {} points a row, one per corner of the target, of "
+                    "type 2f or 2d, got {}",
+                    corners.size(), points.cols() / 2));
+  const std::vector<std::string> names =
+      read_names(top, static_cast<std::size_t>(points.rows()), notes);
+  std::vector<View> views;
+  for (Eigen::Index row = 0; row < points.rows(); ++row) {
+    View view{names[static_cast<std::size_t>(row)], {}};
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      Observation observation;
+      observation.id = corners[i];
+      observation.pixel = points.block<1, 2>(row, static_cast<Eigen::Index>(2 * i)).transpose();
+      view.observations.push_back(observation);
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+std::string image_points_text(const std::vector<View>& views,
+                              const std::vector<PlacedBoard>& boards, std::string_view extension,
+                              std::vector<std::string>& notes) {
+  const FullViews full = full_views(views, listed_corners(boards, "image_points"));
+  if (full.names.empty())
+    throw Error("image_points has views with all corners only, and there is none");
+  if (full.names.size() < views.size())
+    notes.push_back(fmt::format("dropped: {} views in which corners are missing",
+                                views.size() - full.names.size()));
+  switch (storage_kind(extension)) {
+    case StorageKind::xml:
+      return xml_of(full);
+    case StorageKind::json:
+      return json_of(full);
+    case StorageKind::yaml:
+      break;
+  }
+  return "%YAML:1.0\n---\n" + texts_yaml("image_names", full.names) +
+         pixels_yaml("image_points", full.pixels);
+}
+
+}  // namespace tagcal::internal

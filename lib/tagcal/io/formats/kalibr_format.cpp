@@ -1,0 +1,148 @@
+#include "tagcal/io/formats/kalibr_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+Pose read_transform(const YamlValue& value) {
+  if (!value.is_list()) value.fail("must be a 4x4 matrix by rows");
+  return read_pose(value);
+}
+
+// A list of 4 coefficients; none for the model `none`.
+std::vector<double> coefficients(const YamlValue& camera, std::string_view key) {
+  const YamlValue value = camera.at(key);
+  return value.numbers(4);
+}
+
+// pinhole: fu fv pu pv, and a distortion.
+FileCamera read_pinhole(const YamlValue& camera, const ImageSize& size,
+                        std::string_view coefficients_key) {
+  std::vector<double> p = camera.at("intrinsics").numbers(4);
+  const YamlValue model = camera.at("distortion_model");
+  const std::string name = model.text();
+  const bool equidistant = name == "equidistant";
+  if (name == "fov")
+    model.fail_plainly("the lens fov (Devernay & Faugeras) is one that tagcal does not have");
+  if (name == "radtan" || name == "radial-tangential" || equidistant) {
+    const std::vector<double> k = coefficients(camera, coefficients_key);
+    p.insert(p.end(), k.begin(), k.end());
+  } else if (name != "none") {
+    model.fail("must be radtan, equidistant, fov or none");
+  }
+  const std::string where = place(camera, "intrinsics");
+  return file_camera("", equidistant ? fisheye_lens(p, where) : perspective_lens(p, where), size);
+}
+
+// ds: xi alpha fu fv pu pv; eucm: alpha beta fu fv pu pv.
+FileCamera read_spherical(const YamlValue& camera, const std::string& kind, const ImageSize& size) {
+  const std::vector<double> k = camera.at("intrinsics").numbers(6);
+  if (const auto model = camera.find("distortion_model"); model && model->text() != "none")
+    model->fail(fmt::format("must be none with {}", kind));
+  const double p[] = {k[2], k[3], k[4], k[5], k[0], k[1]};
+  return file_camera("", foreign_lens(kind, p, place(camera, "intrinsics")), size);
+}
+
+// omni: xi fu fv pu pv.
+FileCamera read_omni(const YamlValue& camera, const ImageSize& size) {
+  const std::vector<double> k = camera.at("intrinsics").numbers(5);
+  const auto model = camera.find("distortion_model");
+  std::vector<double> distortion;
+  if (model && model->text() != "none") distortion = camera.at("distortion_coeffs").numbers(1, 4);
+  if (std::ranges::any_of(distortion, [](double value) { return value != 0; }))
+    camera.at("camera_model")
+        .fail_plainly(fmt::format("the lens omni (Mei) with {} is one that tagcal does not have",
+                                  model->text()));
+  try {
+    return file_camera("", unified_from_omni(k[0], k[1], k[2], k[3], k[4]), size);
+  } catch (const Error& error) {
+    throw Error(place(camera, "intrinsics") + ": " + error.what());
+  }
+}
+
+FileCamera read_camera(const YamlValue& camera, std::string_view coefficients_key) {
+  const ImageSize size = read_image_size_value(camera.at("resolution"));
+  const YamlValue model = camera.at("camera_model");
+  const std::string kind = model.text();
+  if (kind == "pinhole") return read_pinhole(camera, size, coefficients_key);
+  if (kind == "ds" || kind == "eucm") return read_spherical(camera, kind, size);
+  if (kind == "omni") return read_omni(camera, size);
+  model.fail("must be pinhole, ds, eucm or omni");
+}
+
+void note_not_used(const YamlValue& camera, CameraFile& file) {
+  for (const std::string_view key : {"T_cam_imu", "timeshift_cam_imu"})
+    if (camera.find(key)) file.notes.push_back(fmt::format("dropped: {}", key));
+}
+
+}  // namespace
+
+CameraFile read_kalibr(const YamlValue& top) {
+  CameraFile file;
+  file.format = "kalibr";
+  Pose camera_from_rig;
+  bool has_rig = true;
+  for (int i = 0; const auto value = top.find(fmt::format("cam{}", i)); ++i) {
+    FileCamera camera = read_camera(*value, "distortion_coeffs");
+    camera.name = fmt::format("cam{}", i);
+    if (i > 0) {
+      const auto transform = value->find("T_cn_cnm1");
+      has_rig = has_rig && transform;
+      if (transform) camera_from_rig = read_transform(*transform) * camera_from_rig;
+    }
+    if (has_rig) camera.camera_from_rig = camera_from_rig;
+    if (i == 0) note_not_used(*value, file);
+    file.cameras.push_back(std::move(camera));
+  }
+  return file;
+}
+
+CameraFile read_euroc(const YamlValue& top) {
+  CameraFile file;
+  file.format = "kalibr";
+  file.cameras.push_back(read_camera(top, "distortion_coefficients"));
+  file.cameras.front().name = "cam0";
+  file.notes.emplace_back("dropped: T_BS, the place of the camera on the body");
+  return file;
+}
+
+FormatOutput write_kalibr(const CameraFile& file) {
+  FormatOutput output;
+  std::string text;
+  for (std::size_t i = 0; i < file.cameras.size(); ++i) {
+    const FileCamera& camera = file.cameras[i];
+    const bool fisheye = is_fisheye(camera);
+    if (!fisheye) {
+      const auto p = perspective_numbers(camera, "kalibr");
+      need_zero_from(8, p, "kalibr's radtan lens (k1 k2 p1 p2)");
+    }
+    const Camera& c = camera.calibration.camera;
+    const std::span<const double> p = parameters(c.lens);
+    text += fmt::format(
+        "cam{}:\n  camera_model: pinhole\n  intrinsics: {}\n  distortion_model: {}\n"
+        "  distortion_coeffs: {}\n  resolution: [{}, {}]\n  cam_overlaps: []\n  rostopic: {}\n",
+        i, dotted_list(p.first(4)), fisheye ? "equidistant" : "radtan",
+        dotted_list(p.subspan(4, 4)), c.image_size.width, c.image_size.height,
+        fmt::format("/cam{}/image_raw", i));
+    if (i == 0) continue;
+    if (camera.camera_from_rig && file.cameras[i - 1].camera_from_rig) {
+      const Pose step = *camera.camera_from_rig * file.cameras[i - 1].camera_from_rig->inverse();
+      text += fmt::format("  T_cn_cnm1: {}\n", rows_text(step.matrix()));
+    } else {
+      output.notes.push_back(fmt::format("cam{} has no T_cn_cnm1: its place is not known", i));
+    }
+  }
+  note_no_uncertainty(file, output.notes);
+  note_no_poses(file, output.notes);
+  output.files = {{"", text}};
+  return output;
+}
+
+}  // namespace tagcal::internal

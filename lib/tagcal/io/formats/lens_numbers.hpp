@@ -1,0 +1,61 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tagcal/io/types.hpp"
+#include "tagcal/io/yaml/yaml_reader.hpp"
+
+// What readers and writers of all formats share.
+
+namespace tagcal::internal {
+
+// Pixel centres at (0.5, 0.5), as COLMAP and nerfstudio have them, less those at (0, 0).
+constexpr double kHalfPixel = 0.5;
+
+// Lenses by their first parameters, fx fy cx cy and coefficients in OpenCV's order; the others are
+// 0. Errors begin with `where`, "FILE: KEY".
+Lens perspective_lens(std::span<const double> parameters, const std::string& where);
+Lens fisheye_lens(std::span<const double> parameters, const std::string& where);
+// "ds" (xi, alpha), "eucm" (alpha, beta) or "ucm" (alpha) behind fx fy cx cy.
+ForeignLens foreign_lens(std::string_view kind, std::span<const double> parameters,
+                         const std::string& where);
+
+FileCamera file_camera(const std::string& name, const Lens& lens, const ImageSize& size);
+FileCamera file_camera(const std::string& name, const ForeignLens& lens, const ImageSize& size);
+
+// "FILE: KEY", to begin an error with.
+std::string place(const YamlValue& value, std::string_view key);
+
+// A file to be written.
+struct OutputText {
+  std::string name;  // in the folder; "": the file itself
+  std::string text;
+};
+
+// What a format's writer returns.
+struct FormatOutput {
+  std::vector<OutputText> files;
+  std::vector<std::string> notes;
+};
+
+// Of the lens: the 12 parameters of Perspective; Error for other lenses, with the format's name.
+std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format);
+bool is_fisheye(const FileCamera& camera);
+
+// Throws Error if a coefficient from index `first` on is not 0, because the format has no place for
+// it; `lens` names that of the format, for example "kalibr's radtan lens (k1 k2 p1 p2)".
+void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens);
+
+// The only camera. Throws Error if there are several, or one of a lens that no format takes.
+const FileCamera& only_camera(const CameraFile& file, std::string_view format);
+void need_own_lens(const FileCamera& camera);
+
+// Notes on what a format has no place for.
+void note_no_uncertainty(const CameraFile& file, std::vector<std::string>& notes);
+void note_no_rig(const CameraFile& file, std::vector<std::string>& notes);
+void note_no_poses(const CameraFile& file, std::vector<std::string>& notes);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,143 @@
+#include "tagcal/io/formats/mrcal_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+struct Kind {
+  std::string_view name;
+  std::size_t num_parameters;
+};
+constexpr std::array<Kind, 5> kKinds = {{{"LENSMODEL_PINHOLE", 4},
+                                         {"LENSMODEL_OPENCV4", 8},
+                                         {"LENSMODEL_OPENCV5", 9},
+                                         {"LENSMODEL_OPENCV8", 12},
+                                         {"LENSMODEL_OPENCV12", 16}}};
+
+// The dictionary as a YAML flow map, which it is but for comments and its strings of bytes
+// (b'...'): they are emptied, because they hold any punctuation.
+std::string as_yaml(std::string_view text) {
+  std::string yaml;
+  bool comment = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') comment = false;
+    if (c == '#') comment = true;
+    if (comment) continue;
+    if (c != '\'' && c != '"') {
+      yaml += c;
+      continue;
+    }
+    const bool bytes = yaml.ends_with('b');
+    if (bytes) yaml.pop_back();
+    const std::size_t end = std::min(text.find(c, i + 1), text.size());
+    yaml += bytes ? "''" : std::string(text.substr(i, end + 1 - i));
+    i = end;
+  }
+  return yaml;
+}
+
+YamlValue lens_name(const YamlValue& top) {
+  for (const std::string_view key : {"lensmodel", "lens_model", "distortion_model"})
+    if (const auto value = top.find(key)) return *value;
+  return top.at("lensmodel");
+}
+
+Lens read_lens(const YamlValue& top, std::vector<std::string>& notes) {
+  const YamlValue model = lens_name(top);
+  std::string name = model.text();
+  if (name.starts_with("DISTORTION")) name.replace(0, 10, "LENSMODEL");
+  const auto kind =
+      std::ranges::find(kKinds, name == "LENSMODEL_NONE" ? "LENSMODEL_PINHOLE" : name, &Kind::name);
+  if (kind == kKinds.end())
+    model.fail_plainly(fmt::format("the lens {} is one that tagcal does not have", shown(name)));
+  const YamlValue intrinsics = top.at("intrinsics");
+  std::vector<double> p = intrinsics.numbers(kind->num_parameters);
+  for (std::size_t i = 12; i < p.size(); ++i)
+    if (p[i] != 0)
+      intrinsics.fail_plainly(fmt::format(
+          "the lens {} has a thin prism, which tagcal does not have: value {} must be 0, got {}",
+          name, i + 1, p[i]));
+  if (p.size() > 12) {
+    p.resize(12);
+    notes.emplace_back("dropped: 4 coefficients of thin prism, which are 0");
+  }
+  return perspective_lens(p, place(top, "intrinsics"));
+}
+
+std::optional<Pose> read_extrinsics(const YamlValue& top) {
+  auto value = top.find("rt_cam_ref");
+  if (!value) value = top.find("extrinsics");
+  if (!value) return std::nullopt;
+  const std::vector<double> rt = value->numbers(6);
+  return Pose(exp_rotation({rt[0], rt[1], rt[2]}), {rt[3], rt[4], rt[5]});
+}
+
+}  // namespace
+
+bool is_mrcal_model(std::string_view text) {
+  const std::string yaml = as_yaml(text.substr(0, 4096));
+  const std::size_t first = yaml.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos || yaml[first] != '{') return false;
+  return yaml.find("'lensmodel'") != std::string::npos ||
+         yaml.find("\"lensmodel\"") != std::string::npos ||
+         yaml.find("'lens_model'") != std::string::npos ||
+         yaml.find("LENSMODEL_") != std::string::npos ||
+         yaml.find("'DISTORTION_") != std::string::npos;
+}
+
+CameraFile read_mrcal(const std::string& text, const std::string& name) {
+  const YamlValue top = YamlValue::parse(as_yaml(text), name);
+  CameraFile file;
+  file.format = "mrcal";
+  const YamlValue size = top.at("imagersize");
+  const Lens lens = read_lens(top, file.notes);
+  file.cameras.push_back(file_camera("", lens, read_image_size_value(size)));
+  file.cameras.front().camera_from_rig = read_extrinsics(top);
+  if (top.find("optimization_inputs"))
+    file.notes.emplace_back("dropped: optimization_inputs, from which mrcal knows the uncertainty");
+  if (top.find("valid_intrinsics_region"))
+    file.notes.emplace_back("dropped: valid_intrinsics_region");
+  return file;
+}
+
+FormatOutput write_mrcal(const CameraFile& file) {
+  const FileCamera& camera = only_camera(file, "mrcal");
+  const std::span<const double> p = perspective_numbers(camera, "mrcal");
+  const auto zero_from = [&](std::size_t first) {
+    return std::all_of(p.begin() + static_cast<std::ptrdiff_t>(first), p.end(),
+                       [](double k) { return k == 0; });
+  };
+  const auto kind = std::ranges::find_if(
+      kKinds, [&](const Kind& k) { return k.num_parameters >= 12 || zero_from(k.num_parameters); });
+  const auto list = [](std::span<const double> values) {
+    std::string text;
+    for (const double value : values) text += fmt::format(" {},", dotted_number(value));
+    return text;
+  };
+  const Pose pose = camera.camera_from_rig.value_or(Pose());
+  Eigen::Matrix<double, 6, 1> rt;
+  rt << log_rotation(pose.rotation()), pose.translation();
+  const ImageSize& size = camera.calibration.camera.image_size;
+  FormatOutput output;
+  output.files = {{"", fmt::format("{{\n    'lensmodel':  '{}',\n\n"
+                                   "    # intrinsics are fx,fy,cx,cy,distortion0,distortion1,....\n"
+                                   "    'intrinsics': [{}],\n\n    # extrinsics are rt_fromref\n"
+                                   "    'extrinsics': [{}],\n\n    'imagersize': [ {}, {},],\n}}\n",
+                                   kind->name, list(p.first(kind->num_parameters)),
+                                   list({rt.data(), 6}), size.width, size.height)}};
+  note_no_uncertainty(file, output.notes);
+  note_no_poses(file, output.notes);
+  return output;
+}
+
+}  // namespace tagcal::internal

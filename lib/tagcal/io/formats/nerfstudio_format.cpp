@@ -1,0 +1,163 @@
+#include "tagcal/io/formats/nerfstudio_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr const char* kHalfPixelNote =
+    "pixel centres are at (0.5, 0.5) in nerfstudio and (0, 0) here: cx and cy became 0.5 {}";
+
+// A half turn about x: from x right, y up, z backward to x right, y down, z forward.
+Pose opencv_from_opengl() { return {Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()}; }
+
+std::optional<double> number_of(const YamlValue& values, std::string_view key) {
+  const auto value = values.find(key);
+  if (!value) return std::nullopt;
+  return value->number();
+}
+
+enum class LensKind { perspective, fisheye };
+
+LensKind lens_kind(const YamlValue& top) {
+  const auto value = top.find("camera_model");
+  if (!value) {
+    const auto flag = top.find("is_fisheye");  // instant-ngp
+    return flag && flag->truth() ? LensKind::fisheye : LensKind::perspective;
+  }
+  const std::string name = value->text();
+  for (const std::string_view known :
+       {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"})
+    if (name == known) return LensKind::perspective;
+  if (name == "OPENCV_FISHEYE") return LensKind::fisheye;
+  value->fail("must be PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or OPENCV_FISHEYE");
+}
+
+// fl_x, or the field of view along x that instant-ngp gives.
+double focal(const YamlValue& values, std::string_view length, std::string_view angle, int extent) {
+  if (const auto value = values.find(length)) return value->positive();
+  if (const auto value = values.find(angle)) {
+    const double field = value->positive();
+    if (!(field < std::acos(-1.0))) value->fail("must be less than pi");
+    return focal_from_field_of_view_px(field, extent);
+  }
+  return values.at(length).positive();
+}
+
+FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::string>& notes) {
+  const ImageSize size{values.at("w").whole(1, 100'000), values.at("h").whole(1, 100'000)};
+  const double fx = focal(values, "fl_x", "camera_angle_x", size.width);
+  const bool one_focal = !values.find("fl_y") && !values.find("camera_angle_y");
+  const double fy = one_focal ? fx : focal(values, "fl_y", "camera_angle_y", size.height);
+  const auto cx = number_of(values, "cx"), cy = number_of(values, "cy");
+  if (!cx || !cy) notes.emplace_back("cx, cy are not given: the centre of the image is taken");
+  const auto k = [&](std::string_view key) { return number_of(values, key).value_or(0); };
+  const double x = cx.value_or(size.width / 2.0) - kHalfPixel;
+  const double y = cy.value_or(size.height / 2.0) - kHalfPixel;
+  const std::string where = place(values, "fl_x");
+  if (kind == LensKind::fisheye) {
+    const double p[] = {fx, fy, x, y, k("k1"), k("k2"), k("k3"), k("k4")};
+    return file_camera("", fisheye_lens(p, where), size);
+  }
+  // k4 is a fourth power series coefficient there, which OpenCV's lens does not have.
+  for (const std::string_view key : {"k4", "k5", "k6"})
+    if (k(key) != 0)
+      values.at(key).fail("must be 0: no perspective lens here has this coefficient");
+  const double p[] = {fx, fy, x, y, k("k1"), k("k2"), k("p1"), k("p2"), k("k3")};
+  return file_camera("", perspective_lens(p, where), size);
+}
+
+void read_frame(const YamlValue& frame, std::size_t camera, CameraFile& file) {
+  const Pose world_from_opengl = read_pose(frame.at("transform_matrix"));
+  file.poses.push_back(
+      {frame.at("file_path").text(), camera, opencv_from_opengl() * world_from_opengl.inverse()});
+}
+
+bool is_same(const FileCamera& a, const FileCamera& b) {
+  const auto p = parameters(a.calibration.camera.lens), q = parameters(b.calibration.camera.lens);
+  return a.calibration.camera.image_size == b.calibration.camera.image_size &&
+         std::ranges::equal(p, q);
+}
+
+// The camera of a frame that has its own numbers; equal ones are one camera.
+std::size_t camera_of(const YamlValue& frame, LensKind kind, CameraFile& file) {
+  const FileCamera camera = read_camera(frame, kind, file.notes);
+  const auto found = std::ranges::find_if(
+      file.cameras, [&](const FileCamera& other) { return is_same(camera, other); });
+  const auto index = static_cast<std::size_t>(found - file.cameras.begin());
+  if (found == file.cameras.end()) {
+    file.cameras.push_back(camera);
+    file.cameras.back().name = fmt::format("cam{}", index);
+  }
+  return index;
+}
+
+}  // namespace
+
+CameraFile read_nerfstudio(const YamlValue& top) {
+  CameraFile file;
+  file.format = "nerfstudio";
+  const LensKind kind = lens_kind(top);
+  const bool shared = top.find("fl_x") || top.find("camera_angle_x");
+  if (shared) file.cameras.push_back(read_camera(top, kind, file.notes));
+  if (const auto frames = top.find("frames")) {
+    for (const YamlValue& frame : frames->items(0, 1'000'000)) {
+      const std::size_t camera = shared ? 0 : camera_of(frame, kind, file);
+      if (shared && (frame.find("fl_x") || frame.find("k1")))
+        frame.fail_plainly("has its own lens beside that of the whole file: only one is possible");
+      read_frame(frame, camera, file);
+    }
+  }
+  if (file.cameras.empty()) top.at("fl_x");  // throws
+  file.notes.push_back(fmt::format(fmt::runtime(kHalfPixelNote), "smaller"));
+  return file;
+}
+
+FormatOutput write_nerfstudio(const CameraFile& file) {
+  const FileCamera& camera = only_camera(file, "nerfstudio");
+  const bool fisheye = is_fisheye(camera);
+  if (!fisheye)
+    need_zero_from(9, perspective_numbers(camera, "nerfstudio"),
+                   "nerfstudio's lens OPENCV (k1 k2 p1 p2 k3)");
+  const Camera& c = camera.calibration.camera;
+  const std::span<const double> p = parameters(c.lens);
+  std::string text = fmt::format(
+      "{{\n  \"camera_model\": \"{}\",\n  \"w\": {},\n  \"h\": {},\n  \"fl_x\": {},\n"
+      "  \"fl_y\": {},\n  \"cx\": {},\n  \"cy\": {},\n",
+      fisheye ? "OPENCV_FISHEYE" : "OPENCV", c.image_size.width, c.image_size.height,
+      dotted_number(p[0]), dotted_number(p[1]), dotted_number(p[2] + kHalfPixel),
+      dotted_number(p[3] + kHalfPixel));
+  constexpr std::array<std::string_view, 5> kPerspective = {"k1", "k2", "p1", "p2", "k3"};
+  constexpr std::array<std::string_view, 4> kFisheye = {"k1", "k2", "k3", "k4"};
+  const std::span<const std::string_view> names =
+      fisheye ? std::span<const std::string_view>(kFisheye) : kPerspective;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += fmt::format("  \"{}\": {},\n", names[i], dotted_number(p[4 + i]));
+  text += "  \"frames\": [";
+  for (std::size_t i = 0; i < file.poses.size(); ++i) {
+    const Pose world_from_opengl =
+        (opencv_from_opengl() * file.poses[i].camera_from_world).inverse();
+    text += fmt::format("{}\n    {{\"file_path\": {}, \"transform_matrix\": {}}}", i ? "," : "",
+                        json_text(file.poses[i].image), rows_text(world_from_opengl.matrix()));
+  }
+  FormatOutput output;
+  output.files = {{"", text + (file.poses.empty() ? "]\n}\n" : "\n  ]\n}\n")}};
+  output.notes.push_back(fmt::format(fmt::runtime(kHalfPixelNote), "larger"));
+  if (!file.poses.empty())
+    output.notes.emplace_back(
+        "poses are world from camera, the camera with y up and z backward (OpenGL); the world is "
+        "that of the target, nerfstudio takes its z for up");
+  note_no_uncertainty(file, output.notes);
+  note_no_rig(file, output.notes);
+  return output;
+}
+
+}  // namespace tagcal::internal

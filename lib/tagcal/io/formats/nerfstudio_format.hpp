@@ -1,0 +1,13 @@
+#pragma once
+
+#include "tagcal/io/formats/lens_numbers.hpp"
+
+// transforms.json of nerfstudio and instant-ngp: a lens, and a pose per picture of a camera that
+// looks along -z with y up (OpenGL).
+
+namespace tagcal::internal {
+
+CameraFile read_nerfstudio(const YamlValue& top);
+FormatOutput write_nerfstudio(const CameraFile& file);
+
+}  // namespace tagcal::internal

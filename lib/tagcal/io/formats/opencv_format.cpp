@@ -1,0 +1,244 @@
+#include "tagcal/io/formats/opencv_format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+std::vector<double> read_row(const YamlValue& value) {
+  const Eigen::MatrixXd matrix = read_matrix(value);
+  if (matrix.rows() != 1 && matrix.cols() != 1) {
+    value.fail_plainly(
+        fmt::format("must have one row or one column, got {} x {}", matrix.rows(), matrix.cols()));
+  }
+  return {matrix.data(), matrix.data() + matrix.size()};
+}
+
+void read_camera_matrix(const YamlValue& value, CameraNumbers& numbers) {
+  const Eigen::MatrixXd k = read_matrix(value);
+  if (k.rows() != 3 || k.cols() != 3) {
+    value.fail_plainly(fmt::format("must be 3 x 3, got {} x {}", k.rows(), k.cols()));
+  }
+  for (int i = 0; i < 2; ++i) {
+    if (k(i, i) > 0) continue;
+    value.fail_plainly(fmt::format("f{}: must be > 0, got {}", i == 0 ? 'x' : 'y', k(i, i)));
+  }
+  if (k(0, 1) != 0) value.fail_plainly(fmt::format("the skew must be 0, got {}", k(0, 1)));
+  if (k(1, 0) != 0 || k(2, 0) != 0 || k(2, 1) != 0 || k(2, 2) != 1) {
+    value.fail_plainly("must be [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
+  }
+  numbers.fx = k(0, 0);
+  numbers.fy = k(1, 1);
+  numbers.cx = k(0, 2);
+  numbers.cy = k(1, 2);
+}
+
+// Returns true if a key of another program says that the lens is a fisheye.
+bool is_marked_fisheye(const YamlValue& top) {
+  const auto flag = top.find("fisheye_model");  // OpenCV's calibration sample
+  if (flag && flag->whole(0, 1) == 1) return true;
+  const auto ros = top.find("distortion_model");
+  if (!ros) return false;
+  const std::string name = ros->text();
+  if (name == "equidistant" || name == "fisheye") return true;
+  if (name == "plumb_bob" || name == "rational_polynomial") return false;
+  ros->fail("must be plumb_bob, rational_polynomial or equidistant");
+}
+
+std::vector<double> read_distortion(const YamlValue& value, bool fisheye,
+                                    std::vector<std::string>& notes) {
+  const auto data = value.find("data");  // ROS: an empty list for no distortion
+  if (data && data->is_list() && data->items(0, 1'000).empty()) return {};
+  std::vector<double> k = read_row(value);
+  const auto size_is = [&](std::size_t n) { return k.size() == n; };
+  if (fisheye && !size_is(4)) {
+    value.fail_plainly(fmt::format("must have the 4 coefficients of a fisheye, got {}", k.size()));
+  }
+  if (!size_is(4) && !size_is(5) && !size_is(8) && !size_is(12) && !size_is(14)) {
+    value.fail_plainly(fmt::format("must have 4, 5 or 8 coefficients, got {}", k.size()));
+  }
+  for (std::size_t i = 8; i < k.size(); ++i) {
+    if (k[i] == 0) continue;
+    value.fail_plainly(fmt::format(
+        "coefficient {} (thin prism, tilt) must be 0: no lens here has it, got {}", i + 1, k[i]));
+  }
+  if (k.size() > 8)
+    notes.push_back(
+        fmt::format("dropped: {} coefficients of thin prism and tilt, which are 0", k.size() - 8));
+  k.resize(std::min<std::size_t>(k.size(), 8));
+  return k;
+}
+
+void read_fixed(const YamlValue& values, CalibrationFile& file) {
+  for (const std::string_view name : parameter_names(file.camera.lens))
+    if (const auto value = values.find(name))
+      file.fixed.emplace(name, parameter_kind(name) == ParameterKind::focal_length
+                                   ? value->positive()
+                                   : value->number());
+}
+
+void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
+  if (file.model.empty()) covariance.fail_plainly("needs the key model, which is missing");
+  file.covariance = read_matrix(covariance);
+  const HeldModels models(file.fixed, Model::named(file.model).lens_type());
+  const int n = models.named(file.model).num_free();
+  if (file.covariance.rows() == n && file.covariance.cols() == n) return;
+  covariance.fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
+                                      file.model, file.covariance.rows(), file.covariance.cols()));
+}
+
+void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
+  const std::size_t num_parameters = parameters(file.camera.lens).size();
+  if (const auto fixed = top.find("fixed")) read_fixed(*fixed, file);
+  if (const auto sigmas = top.find("sigmas")) {
+    file.sigmas = read_row(*sigmas);
+    if (file.sigmas.size() != num_parameters) {
+      sigmas->fail_plainly(
+          fmt::format("must have {} values, got {}", num_parameters, file.sigmas.size()));
+    }
+    for (const double sigma : file.sigmas) {
+      if (sigma < 0) sigmas->fail_plainly(fmt::format("must be >= 0, got {}", sigma));
+    }
+  }
+  if (const auto covariance = top.find("covariance")) read_covariance(*covariance, file);
+  if (const auto error = top.find("camera_error_px")) file.camera_error_px = error->not_negative();
+  if (const auto region = top.find("seen_region")) {
+    const Eigen::MatrixXd corners = read_matrix(*region);
+    if (corners.rows() < 3 || corners.cols() != 2)
+      region->fail_plainly(
+          fmt::format("must be 3 or more x 2, got {} x {}", corners.rows(), corners.cols()));
+    std::vector<Eigen::Vector2d> pixels;
+    for (const auto& row : corners.rowwise()) pixels.emplace_back(row.transpose());
+    file.seen = SeenRegion(file.camera.image_size, pixels);
+  }
+}
+
+// The keys of a file: those of the sample program before OpenCV 3 begin with a capital letter.
+struct Keys {
+  std::string_view width = "image_width";
+  std::string_view height = "image_height";
+  std::string_view matrix = "camera_matrix";
+  std::string_view distortion = "distortion_coefficients";
+};
+constexpr Keys kOldKeys = {"image_Width", "image_Height", "Camera_Matrix",
+                           "Distortion_Coefficients"};
+
+// 0 x 0 if the file has none.
+ImageSize read_size(const YamlValue& top, const Keys& keys) {
+  if (!top.find(keys.width) && !top.find(keys.height)) return {};
+  return {top.at(keys.width).whole(1, 100'000), top.at(keys.height).whole(1, 100'000)};
+}
+
+CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
+                            std::vector<std::string>& notes) {
+  CameraNumbers numbers;
+  numbers.image_size = read_size(top, keys);
+  const auto name = top.find("model");
+  const Model* model = name ? &read_model(*name) : nullptr;
+  const bool fisheye = model ? model->lens_type() == LensType::fisheye : is_marked_fisheye(top);
+  read_camera_matrix(top.at(keys.matrix), numbers);
+  numbers.distortion = read_distortion(top.at(keys.distortion), fisheye, notes);
+  const Model& holds_all = Model::named(fisheye ? "fisheye4" : "opencv8");
+  return {make_camera(numbers, model ? *model : holds_all, top),
+          model ? std::string(model->name()) : "",
+          {},
+          {},
+          {},
+          {}};
+}
+
+// tagcal's.
+void read_views(const YamlValue& views, CameraFile& file) {
+  for (const YamlValue& view : views.items(0, 1'000'000)) {
+    const std::vector<double> q = view.at("rotation").numbers(4);
+    const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
+    if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
+      view.at("rotation")
+          .fail_plainly(fmt::format(
+              "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
+    file.poses.push_back(
+        {view.at("image").text(), 0,
+         Pose(rotation, Eigen::Vector3d::Map(view.at("translation_m").numbers(3).data()))});
+  }
+}
+
+// OpenCV's sample program: a rotation vector and a translation per picture, without its name.
+void read_extrinsics(const YamlValue& value, CameraFile& file) {
+  const Eigen::MatrixXd rows = read_matrix(value);
+  if (rows.cols() != 6)
+    value.fail_plainly(
+        fmt::format("must have 6 columns (rotation vector, translation), got {}", rows.cols()));
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    const Eigen::RowVectorXd row = rows.row(i);
+    file.poses.push_back({fmt::format("view{:04}", i), 0,
+                          Pose(exp_rotation(row.head<3>().transpose()), row.tail<3>())});
+  }
+  file.notes.push_back(
+      fmt::format("extrinsic_parameters has no names of pictures: they are view0000 to {}",
+                  file.poses.back().image));
+}
+
+// A stereo pair by OpenCV's stereo_calib: intrinsics.yml.
+CameraFile read_stereo(const YamlValue& top) {
+  CameraFile file;
+  file.format = "opencv";
+  for (const auto& [name, matrix, distortion] :
+       {std::array{"left", "M1", "D1"}, std::array{"right", "M2", "D2"}}) {
+    const Keys keys{"image_width", "image_height", matrix, distortion};
+    FileCamera camera;
+    camera.name = name;
+    camera.calibration = read_camera(top, keys, file.notes);
+    file.cameras.push_back(std::move(camera));
+  }
+  if (!top.find("R") || !top.find("T")) return file;
+  const Eigen::MatrixXd r = read_matrix(top.at("R")), t = read_matrix(top.at("T"));
+  if (r.rows() != 3 || r.cols() != 3) top.at("R").fail_plainly("must be 3 x 3");
+  if (t.size() != 3) top.at("T").fail_plainly("must have 3 values");
+  file.cameras[0].camera_from_rig = Pose();
+  try {
+    file.cameras[1].camera_from_rig = Pose(rotation_from_matrix(r, "R"), {t(0), t(1), t(2)});
+  } catch (const Error& error) {
+    top.at("R").fail_plainly(error.what());
+  }
+  return file;
+}
+
+}  // namespace
+
+Eigen::MatrixXd read_matrix(const YamlValue& value) {
+  const int rows = value.at("rows").whole(1, 100'000);
+  const int cols = value.at("cols").whole(1, 100'000);
+  const auto type = value.find("dt");
+  const bool pixels = type && type->text().starts_with("2");  // two numbers an element
+  const YamlValue data = value.at("data");
+  const std::size_t per_row = static_cast<std::size_t>(cols) * (pixels ? 2 : 1);
+  const std::vector<double> numbers = data.numbers(static_cast<std::size_t>(rows) * per_row);
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return RowMajor::Map(numbers.data(), rows, static_cast<Eigen::Index>(per_row));
+}
+
+CameraFile read_opencv(const YamlValue& top) {
+  if (top.find("M1")) return read_stereo(top);
+  CameraFile file;
+  FileCamera camera;
+  camera.calibration = read_camera(top, top.find(kOldKeys.matrix) ? kOldKeys : Keys(), file.notes);
+  read_uncertainty(top, camera.calibration);
+  if (const auto name = top.find("camera_name")) camera.name = name->text();
+  file.cameras.push_back(std::move(camera));
+  if (const auto views = top.find("views"); views && top.find("model")) read_views(*views, file);
+  if (const auto rows = top.find("extrinsic_parameters")) read_extrinsics(*rows, file);
+  const bool ros = top.find("distortion_model") || top.find("camera_name");
+  file.format = top.find("model") ? "tagcal" : ros ? "ros" : "opencv";
+  if (ros && top.find("projection_matrix"))
+    file.notes.emplace_back("dropped: rectification_matrix and projection_matrix");
+  return file;
+}
+
+}  // namespace tagcal::internal

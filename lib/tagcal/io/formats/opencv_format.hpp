@@ -1,0 +1,24 @@
+#pragma once
+
+#include "tagcal/io/formats/lens_numbers.hpp"
+#include "tagcal/io/yaml/yaml_reader.hpp"
+
+// OpenCV's keys (camera_matrix, distortion_coefficients, ..), which files of tagcal and ROS have
+// too: YAML and JSON of cv::FileStorage, and its XML (opencv_xml.hpp).
+
+namespace tagcal::internal {
+
+// {rows, cols, data}, with or without OpenCV's tag.
+Eigen::MatrixXd read_matrix(const YamlValue& value);
+
+// The camera of tagcal, OpenCV or ROS; M1, D1, M2, D2 of a stereo pair; their views or
+// extrinsic_parameters.
+CameraFile read_opencv(const YamlValue& top);
+
+enum class StorageKind { yaml, xml, json };
+StorageKind storage_kind(std::string_view extension);  // ".xml", ".json"; others are YAML
+
+FormatOutput write_opencv(const CameraFile& file, StorageKind kind);
+FormatOutput write_ros(const CameraFile& file);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+// Text as cv::FileStorage writes it, in one of its three forms.
+class Storage {
+ public:
+  explicit Storage(StorageKind kind) : kind_(kind) {}
+
+  void whole(std::string_view key, int value) { add(key, fmt::to_string(value)); }
+
+  void matrix(std::string_view key, const Eigen::MatrixXd& matrix) {
+    if (kind_ == StorageKind::yaml) {
+      body_ += matrix_yaml(key, matrix);
+      return;
+    }
+    const bool xml = kind_ == StorageKind::xml;
+    std::string data;
+    for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+      for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+        data += (data.empty() ? "" : xml ? " " : ", ") + dotted_number(matrix(row, column));
+    if (xml)
+      body_ += fmt::format(
+          "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n"
+          "  <dt>d</dt>\n  <data>\n    {3}</data></{0}>\n",
+          key, matrix.rows(), matrix.cols(), data);
+    else
+      add(key, fmt::format("{{ \"type_id\": \"opencv-matrix\", \"rows\": {}, \"cols\": {}, "
+                           "\"dt\": \"d\", \"data\": [ {} ] }}",
+                           matrix.rows(), matrix.cols(), data));
+  }
+
+  std::string text() const {
+    switch (kind_) {
+      case StorageKind::yaml:
+        return "%YAML:1.0\n---\n" + body_;
+      case StorageKind::xml:
+        return "<?xml version=\"1.0\"?>\n<opencv_storage>\n" + body_ + "</opencv_storage>\n";
+      case StorageKind::json:
+        return "{\n" + body_ + "\n}\n";
+    }
+    return "";
+  }
+
+ private:
+  void add(std::string_view key, const std::string& value) {
+    if (kind_ == StorageKind::yaml)
+      body_ += fmt::format("{}: {}\n", key, value);
+    else if (kind_ == StorageKind::xml)
+      body_ += fmt::format("<{0}>{1}</{0}>\n", key, value);
+    else
+      body_ += fmt::format("{}    \"{}\": {}", body_.empty() ? "" : ",\n", key, value);
+  }
+
+  StorageKind kind_;
+  std::string body_;
+};
+
+Eigen::MatrixXd row_of(std::span<const double> values) {
+  return Eigen::RowVectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+Eigen::Matrix3d camera_matrix(std::span<const double> p) {
+  Eigen::Matrix3d matrix;
+  matrix << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1;
+  return matrix;
+}
+
+// A rotation vector and a translation per picture.
+Eigen::MatrixXd extrinsic_parameters(const std::vector<ImagePose>& poses) {
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(poses.size()), 6);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Pose& pose = poses[i].camera_from_world;
+    rows.row(static_cast<Eigen::Index>(i)) << log_rotation(pose.rotation()).transpose(),
+        pose.translation().transpose();
+  }
+  return rows;
+}
+
+}  // namespace
+
+StorageKind storage_kind(std::string_view extension) {
+  if (extension == ".xml" || extension == ".XML") return StorageKind::xml;
+  if (extension == ".json" || extension == ".JSON") return StorageKind::json;
+  return StorageKind::yaml;
+}
+
+FormatOutput write_opencv(const CameraFile& file, StorageKind kind) {
+  const FileCamera& camera = only_camera(file, "opencv");
+  const bool fisheye = is_fisheye(camera);
+  if (!fisheye) perspective_numbers(camera, "opencv");  // throws for other lenses
+  const CalibrationFile& calibration = camera.calibration;
+  const ImageSize& size = calibration.camera.image_size;
+  FormatOutput output;
+  Storage storage(kind);
+  storage.whole("image_width", size.width);
+  storage.whole("image_height", size.height);
+  storage.matrix("camera_matrix", camera_matrix(parameters(calibration.camera.lens)));
+  storage.matrix("distortion_coefficients",
+                 row_of(distortion_of(calibration.camera.lens, calibration.model)));
+  if (fisheye) {
+    storage.whole("fisheye_model", 1);
+    output.notes.emplace_back(
+        "the lens is a fisheye (fisheye_model: 1): use cv::fisheye, not cv::projectPoints");
+  }
+  if (!file.poses.empty()) {
+    storage.matrix("extrinsic_parameters", extrinsic_parameters(file.poses));
+    output.notes.emplace_back("dropped: the names of the pictures (extrinsic_parameters has none)");
+  }
+  note_no_uncertainty(file, output.notes);
+  note_no_rig(file, output.notes);
+  output.files = {{"", storage.text()}};
+  return output;
+}
+
+FormatOutput write_ros(const CameraFile& file) {
+  const FileCamera& camera = only_camera(file, "ros");
+  const bool fisheye = is_fisheye(camera);
+  const Camera& c = camera.calibration.camera;
+  if (!fisheye) perspective_numbers(camera, "ros");
+  const std::span<const double> p = parameters(c.lens);
+  const std::vector<double> k =
+      distortion_of(c.lens, camera.calibration.model == "opencv8" ? "opencv8" : "opencv5");
+  const char* const model = fisheye         ? "equidistant"
+                            : k.size() == 8 ? "rational_polynomial"
+                                            : "plumb_bob";
+  const double camera_values[] = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
+  const double rectification[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const double projection[] = {p[0], 0, p[2], 0, 0, p[1], p[3], 0, 0, 0, 1, 0};
+  FormatOutput output;
+  output.files = {{"", fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n"
+                                   "camera_matrix:\n  rows: 3\n  cols: 3\n  data: {}\n"
+                                   "distortion_model: {}\n"
+                                   "distortion_coefficients:\n  rows: 1\n  cols: {}\n  data: {}\n"
+                                   "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: {}\n"
+                                   "projection_matrix:\n  rows: 3\n  cols: 4\n  data: {}\n",
+                                   c.image_size.width, c.image_size.height,
+                                   text_yaml(camera.name.empty() ? "camera" : camera.name),
+                                   dotted_list(camera_values), model, k.size(), dotted_list(k),
+                                   dotted_list(rectification), dotted_list(projection))}};
+  output.notes.emplace_back(
+      "the rectification is the identity, the projection that of the camera matrix");
+  note_no_uncertainty(file, output.notes);
+  note_no_rig(file, output.notes);
+  note_no_poses(file, output.notes);
+  return output;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,100 @@
+#include "tagcal/io/formats/tagcal_format.hpp"
+
+#include <fmt/format.h>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+Eigen::MatrixXd row_of(const std::vector<double>& values) {
+  return Eigen::RowVectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::string fixed_yaml(const std::map<std::string, double>& fixed) {
+  if (fixed.empty()) return "";
+  std::string values;
+  for (const auto& [name, value] : fixed)
+    values += fmt::format("{}{}: {}", values.empty() ? "" : ", ", name, value);
+  return fmt::format("fixed: {{ {} }}\n", values);
+}
+
+}  // namespace
+
+std::string camera_yaml(const Camera& camera, std::string_view model) {
+  const std::span<const double> p = parameters(camera.lens);
+  const std::string size = fmt::format("image_width: {}\nimage_height: {}\n",
+                                       camera.image_size.width, camera.image_size.height);
+  if (std::holds_alternative<Parallel>(camera.lens)) return size;
+  Eigen::Matrix3d matrix;
+  matrix << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1;
+  return size + matrix_yaml("camera_matrix", matrix) +
+         matrix_yaml("distortion_coefficients", row_of(distortion_of(camera.lens, model)));
+}
+
+std::string uncertainty_yaml(const CalibrationFile& calibration) {
+  std::string text = fixed_yaml(calibration.fixed);
+  const Lens& lens = calibration.camera.lens;
+  if (!std::holds_alternative<Parallel>(lens) && !calibration.sigmas.empty()) {
+    text += texts_yaml("parameter_names", parameter_names(lens)) +
+            matrix_yaml("sigmas", row_of(calibration.sigmas));
+  }
+  if (calibration.covariance.size() > 0) {
+    std::vector<std::string_view> names;
+    const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
+    for (const FreeParameter& free : models.named(calibration.model).free())
+      names.push_back(free.name);
+    text +=
+        texts_yaml("covariance_names", names) + matrix_yaml("covariance", calibration.covariance);
+  }
+  return text;
+}
+
+std::string seen_yaml(const SeenRegion& seen) {
+  const std::vector<Eigen::Vector2d>& hull = seen.hull();
+  if (hull.empty()) return "";
+  Eigen::MatrixXd corners(static_cast<Eigen::Index>(hull.size()), 2);
+  for (std::size_t i = 0; i < hull.size(); ++i)
+    corners.row(static_cast<Eigen::Index>(i)) = hull[i].transpose();
+  return matrix_yaml("seen_region", corners);
+}
+
+std::string pose_lines(const Pose& pose, std::string_view prefix) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Eigen::Vector3d& t = pose.translation();
+  return fmt::format(
+      "     {0}rotation: [ {1}, {2}, {3}, {4} ]\n     {0}translation_m: [ {5}, {6}, {7} ]\n",
+      prefix, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
+}
+
+// A camera of another program has no name of a model: it gets that of the smallest with all its
+// coefficients and a free focal length and principal point.
+FormatOutput write_tagcal(const CameraFile& file) {
+  const FileCamera& camera = only_camera(file, "tagcal");
+  need_own_lens(camera);
+  CalibrationFile calibration = camera.calibration;
+  const Lens& lens = calibration.camera.lens;
+  if (std::holds_alternative<Parallel>(lens))
+    throw Error("a parallel camera has no focal length: a calibration file cannot hold it");
+  if (calibration.model.empty())
+    calibration.model = is_fisheye(camera)                    ? "fisheye4"
+                        : distortion_of(lens, "").size() == 8 ? "opencv8"
+                                                              : "opencv5";
+  FormatOutput output;
+  std::string text = "%YAML:1.0\n---\n" + camera_yaml(calibration.camera, calibration.model) +
+                     fmt::format("model: {}\n", text_yaml(calibration.model));
+  if (calibration.camera_error_px)
+    text += fmt::format("camera_error_px: {}\n", number_yaml(*calibration.camera_error_px));
+  text += uncertainty_yaml(calibration) + seen_yaml(calibration.seen);
+  if (!file.poses.empty()) text += "views:\n";
+  for (const ImagePose& pose : file.poses)
+    text += fmt::format("   - image: {}\n", text_yaml(pose.image)) +
+            pose_lines(pose.camera_from_world, "");
+  note_no_rig(file, output.notes);
+  output.files = {{"", text}};
+  return output;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/camera/foreign_lens.hpp"
+#include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/geometry/pose.hpp"
+
+// What files of cameras hold (calibration_file.hpp, camera_file.hpp).
+
+namespace tagcal {
+
+// A camera with what a calibration knows of it; files of other programs have the camera only.
+struct CalibrationFile {
+  Camera camera;
+  std::string model;                         // "": not in the file
+  std::map<std::string, double> fixed = {};  // lens parameters that were held
+  std::vector<double> sigmas;                // of the lens parameters; empty: not in the file
+  MatrixX covariance;                        // of the free parameters; empty: not in the file
+  SeenRegion seen;                           // region of the corners; empty: not in the file
+  // Error of a projection by this camera per coordinate, besides the noise of a corner: the error
+  // of lens and target that the residuals show (all of the residuals if the corners had no
+  // covariances) and the projection's uncertainty. No value if it is not in the file.
+  std::optional<double> camera_error_px = std::nullopt;
+};
+
+// One camera of a file of any program.
+struct FileCamera {
+  std::string name;             // in the file, for example "cam0"; may be empty
+  CalibrationFile calibration;  // an image size of 0 x 0: not in the file
+  // A lens that tagcal does not have, but can fit one of its own to; calibration.camera.lens then
+  // means nothing.
+  std::optional<ForeignLens> foreign_lens = std::nullopt;
+  // The place of the camera in its rig, or in the frame of the first camera, or of the IMU.
+  std::optional<Pose> camera_from_rig = std::nullopt;
+
+  SourceLens lens() const {
+    if (foreign_lens) return *foreign_lens;
+    return calibration.camera.lens;
+  }
+};
+
+// Where a camera was when it took a picture.
+struct ImagePose {
+  std::string image;
+  std::size_t camera = 0;  // index in CameraFile::cameras
+  Pose camera_from_world;
+};
+
+struct CameraFile {
+  std::string format;               // a name of camera_formats()
+  std::vector<FileCamera> cameras;  // one or more
+  std::vector<ImagePose> poses;     // empty: not in the file
+  std::vector<std::string> notes;   // what was changed or dropped, a sentence each
+};
+
+}  // namespace tagcal

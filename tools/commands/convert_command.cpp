@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <memory>
+#include <string>
+
+#include "commands/commands.hpp"
+#include "input/arguments.hpp"
+#include "input/camera_input.hpp"
+#include "input/input.hpp"
+#include "report/messages.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/corners_file.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/target_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+struct Arguments {
+  std::string in;
+  std::string out;
+  std::string format;
+  std::string image_size;
+  std::string target;  // of corners; "": a camera
+};
+
+// "640x480".
+ImageSize read_size(const std::string& text) {
+  ImageSize size;
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width);
+  const bool crossed = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
+  const auto height = std::from_chars(crossed ? width.ptr + 1 : end, end, size.height);
+  if (!crossed || height.ec != std::errc() || height.ptr != end || size.width < 1 ||
+      size.height < 1)
+    throw Error(
+        fmt::format("--image-size: must be WIDTHxHEIGHT, for example 640x480, got {}", text));
+  return size;
+}
+
+// Fills in the image size where the file has none.
+void add_image_size(CameraFile& file, const Arguments& arguments) {
+  if (arguments.image_size.empty()) return;
+  const ImageSize size = read_size(arguments.image_size);
+  for (FileCamera& camera : file.cameras) {
+    ImageSize& own = camera.calibration.camera.image_size;
+    if (own != ImageSize{} && own != size)
+      throw Error(fmt::format("--image-size: {} says {}x{}, got {}", arguments.in, own.width,
+                              own.height, arguments.image_size));
+    own = size;
+  }
+}
+
+std::string format_of(const Arguments& arguments) {
+  if (!arguments.format.empty()) return arguments.format;
+  const std::string_view format = format_of_name(arguments.out);
+  if (!format.empty()) return std::string(format);
+  throw Error(
+      fmt::format("{}: several formats have such a name: choose one by --to", arguments.out));
+}
+
+// All cameras of the file for a format that holds several, else one.
+CameraFile read_cameras(const Arguments& arguments, const std::string& format) {
+  for (const CameraFormat& known : camera_formats()) {
+    std::error_code error;
+    if (known.name == format && known.several && std::filesystem::exists(arguments.in, error))
+      return read_camera_file(arguments.in);
+  }
+  return read_one_camera(arguments.in);
+}
+
+// A file of OpenCV's sample may have both a camera and corners.
+bool is_camera_too(const std::string& file) {
+  try {
+    return is_camera_file(file);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+int convert_corners(const Arguments& arguments) {
+  std::vector<std::string> notes;
+  const std::vector<PlacedBoard> boards = {{read_target(arguments.target, {}, &notes), Pose()}};
+  const std::vector<View> views = read_observations(arguments.in, boards, &notes);
+  const std::string format = arguments.format.empty()
+                                 ? std::string(corners_format_of_name(arguments.out))
+                                 : arguments.format;
+  if (format.empty())
+    throw Error(fmt::format("{}: must end in .csv, .vnl, .yaml, .xml or .json, or take --to",
+                            arguments.out));
+  const std::vector<std::string> dropped = write_corners(arguments.out, views, boards, format);
+  print_notes(arguments.in, notes);
+  print_notes(arguments.out, dropped);
+  print_to_stderr("wrote {} ({}): {} views, {} corners\n", arguments.out, format, views.size(),
+                  num_corners(views));
+  return kAnswer;
+}
+
+int run(const Arguments& arguments) {
+  if (!arguments.target.empty()) return convert_corners(arguments);
+  std::error_code error;
+  if (std::filesystem::is_regular_file(arguments.in, error) && is_corners_file(arguments.in) &&
+      !is_camera_too(arguments.in))
+    throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
+  const std::string format = format_of(arguments);
+  check_writable(arguments.out);
+  CameraFile file = read_cameras(arguments, format);
+  add_image_size(file, arguments);
+  const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
+  print_notes(arguments.in, file.notes);
+  print_notes(arguments.out, notes);
+  print_to_stderr("wrote {} ({}, from {}): {} camera{}, {} pose{}\n", arguments.out, format,
+                  file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s",
+                  file.poses.size(), file.poses.size() == 1 ? "" : "s");
+  return kAnswer;
+}
+
+std::string footer() {
+  std::string text =
+      "The format of IN is recognised by its content. IN:NAME chooses one of several cameras. "
+      "Every\n--camera option takes the same files.\n\nFormats of --to:\n";
+  for (const CameraFormat& format : camera_formats())
+    text += fmt::format("  {:<11} {}\n  {:<11}   lenses: {}\n", format.name, format.program, "",
+                        format.lenses);
+  return text +
+         "\nExample: tagcal convert camera.yaml front.cameramodel\n"
+         "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
+         "         tagcal convert camera.yaml sparse --to colmap";
+}
+
+}  // namespace
+
+Command add_convert(CLI::App& app) {
+  CLI::App* command =
+      add_command(app, "convert", "a camera, its poses or corners from and to files of others");
+  const auto arguments = std::make_shared<Arguments>();
+  add_option(*command, "IN", arguments->in, "a camera's file, or FILE:NAME").text(" ").required();
+  add_option(*command, "OUT", arguments->out, "the file to write (colmap: a folder)")
+      .text(" ")
+      .required();
+  add_option(*command, "--to", arguments->format,
+             "the format of OUT; default: the one that its name stands for (x.cameramodel, "
+             "x.xml, x.tum, camchain.yaml, cameras.txt, transforms.json)")
+      .one_of(
+          {"tagcal", "opencv", "kalibr", "ros", "colmap", "mrcal", "nerfstudio", "basalt", "tum"})
+      .text("FORMAT");
+  add_option(*command, "--image-size", arguments->image_size,
+             "pixels of the pictures, where IN does not say")
+      .text("WIDTHxHEIGHT");
+  add_option(*command, "--target", arguments->target,
+             "convert corners of this board (a target file), not a camera: CSV, corners.vnl of "
+             "mrcal, image_points of OpenCV (YAML, XML, JSON)")
+      .text("T.yaml");
+  add_footer(*command, footer());
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools
