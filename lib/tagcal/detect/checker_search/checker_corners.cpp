@@ -120,6 +120,19 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
   return corners;
 }
 
+int CheckerFitter::fit_again(CheckerCorners& corners) const {
+  std::vector<CheckerPlace> places;
+  for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});
+  int count = 0;
+  for (auto& [cell, corner] : corners) {
+    const auto fitted = fit_one(cell, places, camera_);
+    if (!fitted) continue;
+    corner = *fitted;
+    ++count;
+  }
+  return count;
+}
+
 void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
   if (camera_) return;
   std::vector<PanelCorner> on_panel;

@@ -35,6 +35,9 @@ class CheckerFitter {
   // not estimated from each corner then.
   void fit_under_lens(CheckerCorners& corners) const;
 
+  // Fits known corners again under the camera that was given; returns how many it has fitted.
+  int fit_again(CheckerCorners& corners) const;
+
  private:
   std::optional<CheckerCorner> fit_one(const CheckerCell& cell,
                                        const std::vector<CheckerPlace>& known,
