@@ -27,5 +27,8 @@ Command add_board(CLI::App& app);
 Command add_view(CLI::App& app);
 Command add_diff(CLI::App& app);
 Command add_convert(CLI::App& app);
+Command add_reproject(CLI::App& app);
+Command add_project(CLI::App& app);
+Command add_unproject(CLI::App& app);
 
 }  // namespace tagcal::tools

@@ -95,10 +95,17 @@ void OutputFolder::publish() {
 }
 
 void OutputFolder::move_files() {
-  for (const auto& entry : fs::directory_iterator(partial_)) {
+  std::vector<fs::path> entries;
+  for (const auto& entry : fs::recursive_directory_iterator(partial_))
+    entries.push_back(entry.path());
+  for (const fs::path& entry : entries) {  // a folder before what is in it
+    const fs::path place = place_ / entry.lexically_relative(partial_);
     std::error_code why;
-    fs::rename(entry.path(), place_ / entry.path().filename(), why);
-    if (why) throw cannot_write(place_ / entry.path().filename(), why);
+    if (fs::is_directory(entry))
+      fs::create_directory(place, why);
+    else
+      fs::rename(entry, place, why);
+    if (why) throw cannot_write(place, why);
   }
 }
 

@@ -1,0 +1,123 @@
+#include "tagcal/estimate/uncertain_points.hpp"
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tagcal/camera/batch.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A pixel, its Jacobian by the point, and its covariance through the lens.
+struct Linear {
+  Vector2d pixel;
+  PointJacobian by_point;
+  Matrix2 by_lens_px2 = Matrix2::Zero();
+};
+
+std::span<const FreeParameter> free_of(const UncertainLens& lens) {
+  if (!lens.model || lens.covariance.size() == 0) return {};
+  const Eigen::Index n = lens.model->num_free();
+  if (lens.covariance.rows() != n || lens.covariance.cols() != n)
+    throw Error("the covariance of the lens must be " + std::to_string(n) + " x " +
+                std::to_string(n) + " with model " + std::string(lens.model->name()) + ", got " +
+                std::to_string(lens.covariance.rows()) + " x " +
+                std::to_string(lens.covariance.cols()));
+  return lens.model->free();
+}
+
+std::optional<Linear> linearised(const UncertainLens& lens, const Vector3d& x) {
+  const std::span<const FreeParameter> free = free_of(lens);
+  std::array<Vector2d, 1> pixel;
+  std::array<std::uint8_t, 1> valid{};
+  std::array<double, 12> by_pose{};
+  std::vector<double> by_parameters(2 * free.size());
+  const std::array<Vector3d, 1> points = {x};
+  project_with_jacobians(lens.lens, Pose(), points, free, {pixel, valid, by_pose, by_parameters});
+  if (valid[0] == 0) return std::nullopt;
+  Linear linear{pixel[0], {}, Matrix2::Zero()};
+  for (int row = 0; row < 2; ++row)
+    for (int i = 0; i < 3; ++i)  // by the translation: that by the point
+      linear.by_point(row, i) = by_pose[static_cast<std::size_t>(6 * row + 3 + i)];
+  if (!free.empty()) {
+    using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Map<const Rows> rows(by_parameters.data(), 2,
+                                      static_cast<Eigen::Index>(free.size()));
+    linear.by_lens_px2 = rows * lens.covariance * rows.transpose();
+  }
+  return linear;
+}
+
+// Two unit vectors across a unit vector.
+Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
+  Eigen::Index smallest = 0;
+  direction.cwiseAbs().minCoeff(&smallest);
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = direction.cross(Vector3d::Unit(smallest)).normalized();
+  basis.col(1) = direction.cross(basis.col(0));
+  return basis;
+}
+
+}  // namespace
+
+std::optional<UncertainPixel> project(const UncertainLens& lens, const UncertainPoint& in_camera) {
+  const std::optional<Linear> linear = linearised(lens, in_camera.x);
+  if (!linear) return std::nullopt;
+  return UncertainPixel{
+      linear->pixel,
+      linear->by_lens_px2 + linear->by_point * in_camera.covariance * linear->by_point.transpose()};
+}
+
+// The pixel stays where it is while direction and parameters change: J_d dd = du - J_p dp.
+std::optional<UncertainPoint> direction(const UncertainLens& lens, const UncertainPixel& pixel) {
+  if (std::holds_alternative<Parallel>(lens.lens))
+    throw Error("a parallel lens has no rays from one centre");
+  const std::optional<Ray> ray = ray_in_camera(lens.lens, pixel.pixel);
+  if (!ray) return std::nullopt;
+  const std::optional<Linear> linear = linearised(lens, ray->direction);
+  if (!linear) return std::nullopt;
+  const Eigen::Matrix<double, 3, 2> basis = across(ray->direction);
+  const Eigen::Matrix2d by_direction = linear->by_point * basis;
+  const Eigen::Matrix<double, 3, 2> by_pixel = basis * by_direction.inverse();
+  const Matrix2 sum = pixel.covariance_px2 + linear->by_lens_px2;
+  return UncertainPoint{ray->direction, by_pixel * sum * by_pixel.transpose()};
+}
+
+std::optional<UncertainPoint> point_at_depth(const UncertainLens& lens, const UncertainPixel& pixel,
+                                             double depth_m, double sigma_depth_m) {
+  const std::optional<UncertainPoint> ray = direction(lens, pixel);
+  if (!ray || !(ray->x.z() > 0) || !(depth_m > 0)) return std::nullopt;
+  const Vector3d per_depth = ray->x / ray->x.z();
+  Matrix3d by_direction = depth_m / ray->x.z() * Matrix3d::Identity();
+  by_direction.col(2) -= depth_m / ray->x.z() * per_depth;
+  return UncertainPoint{depth_m * per_depth,
+                        by_direction * ray->covariance * by_direction.transpose() +
+                            sigma_depth_m * sigma_depth_m * per_depth * per_depth.transpose()};
+}
+
+std::optional<UncertainPoint> point_on_plane(const UncertainLens& lens, const UncertainPixel& pixel,
+                                             const Pose& camera_from_plane) {
+  const std::optional<UncertainPoint> ray = direction(lens, pixel);
+  if (!ray) return std::nullopt;
+  const Pose plane_from_camera = camera_from_plane.inverse();
+  const Matrix3d turn = plane_from_camera.rotation_matrix();
+  const Vector3d d = turn * ray->x, centre = plane_from_camera.translation();
+  const double distance = -centre.z() / d.z();
+  if (!std::isfinite(distance) || !(distance > 0)) return std::nullopt;
+  Matrix3d by_direction = distance * Matrix3d::Identity();
+  by_direction.col(2) -= distance / d.z() * d;
+  by_direction = by_direction * turn;
+  UncertainPoint point{centre + distance * d,
+                       by_direction * ray->covariance * by_direction.transpose()};
+  point.x.z() = 0;
+  return point;
+}
+
+}  // namespace tagcal

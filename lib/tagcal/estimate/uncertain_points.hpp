@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "tagcal/estimate/types.hpp"
+
+// Points to pixels and back, with covariances to first order: that of the input, and that of the
+// lens' free parameters (UncertainLens::covariance, as calibrations report it; without a model or a
+// covariance the lens is taken as exact). The two are independent. A lens and a pose that were
+// estimated from one another are not: what a moved or turned camera could explain is part of these
+// covariances too (projection_uncertainty subtracts it).
+
+namespace tagcal {
+
+struct UncertainPixel {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Matrix2 covariance_px2 = Matrix2::Zero();
+};
+
+// A point (metres), or the unit direction of a ray from the camera's centre, whose covariance has
+// rank 2.
+struct UncertainPoint {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+// The pixel of a point in the camera frame; no value outside the lens' domain. Throws Error if the
+// covariance of the lens does not have the size of its model.
+std::optional<UncertainPixel> project(const UncertainLens& lens, const UncertainPoint& in_camera);
+
+// The direction of a pixel's ray in the camera frame; no value where the pixel has no ray. Throws
+// Error for a parallel lens, whose rays have no common centre, and as above.
+std::optional<UncertainPoint> direction(const UncertainLens& lens, const UncertainPixel& pixel);
+
+// The point of a pixel at a depth (z in the camera frame, > 0), in the camera frame; no value if
+// the ray does not point forward.
+std::optional<UncertainPoint> point_at_depth(const UncertainLens& lens, const UncertainPixel& pixel,
+                                             double depth_m, double sigma_depth_m = 0);
+
+// The point of a pixel on the plane z = 0 of a frame, in that frame (the pose is exact); no value
+// if the ray does not meet the plane in front of the camera.
+std::optional<UncertainPoint> point_on_plane(const UncertainLens& lens, const UncertainPixel& pixel,
+                                             const Pose& camera_from_plane);
+
+}  // namespace tagcal

@@ -1,0 +1,110 @@
+// tagcal project and unproject, from outside.
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+class CliProject : public Cli {
+ protected:
+  void SetUp() override {
+    if (fs::exists(root() / "fit.yaml")) return;
+    const Outcome fit = run("calibrate " + path("set") + " --out " + path("fit.yaml"));
+    ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  }
+
+  // The rows of a CSV without its header.
+  static std::vector<std::vector<std::string>> rows(const std::string& text) {
+    std::vector<std::vector<std::string>> table;
+    std::istringstream lines(text);
+    std::string line;
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+      std::vector<std::string> fields(1);
+      for (const char c : line) {
+        if (c == ',')
+          fields.emplace_back();
+        else
+          fields.back() += c;
+      }
+      table.push_back(fields);
+    }
+    return table;
+  }
+
+  std::string camera() const { return " --camera " + path("fit.yaml"); }
+};
+
+TEST_F(CliProject, PointsToPixelsAndBack) {
+  spill(root() / "points.csv",
+        "name,x_m,y_m,z_m\nfirst,0.1,0.05,0.5\nbehind,0,0,-1\nbeside,3,0,1\n");
+  const Outcome there =
+      run("project " + path("points.csv") + camera() + " --out " + path("px.csv"));
+  ASSERT_EQ(there.exit_code, 0) << there.err;
+  EXPECT_NE(there.err.find("of 3 points"), std::string::npos) << there.err;
+  const std::string pixels = slurp(root() / "px.csv");
+  EXPECT_TRUE(
+      pixels.starts_with("name,x_m,y_m,z_m,u_px,v_px,suu_px2,suv_px2,svv_px2,in_image,valid\n"))
+      << pixels;
+  const auto table = rows(pixels);
+  ASSERT_EQ(table.size(), 3u);
+  EXPECT_EQ(table[0].back(), "1");
+  EXPECT_GT(std::stod(table[0][6]), 1e-6);
+  EXPECT_EQ(table[1],
+            (std::vector<std::string>{"behind", "0", "0", "-1", "", "", "", "", "", "", "0"}));
+  EXPECT_NE(table[2][table[2].size() - 2], "1");  // not in the image
+  const Outcome back = run("unproject " + path("px.csv") + camera() + " --depth 0.5");
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  const auto again = rows(back.out);
+  const std::size_t x = again[0].size() - 10;
+  EXPECT_NEAR(std::stod(again[0][x]), 0.1, 1e-12);
+  EXPECT_NEAR(std::stod(again[0][x + 1]), 0.05, 1e-12);
+  EXPECT_EQ(again[1].back(), "0");
+}
+
+TEST_F(CliProject, PointsOfTheBoardByAViewAndBackToItsPlane) {
+  spill(root() / "board.csv", "x,y,z\n0.06,0,0\n0.2,0.1,0\n");
+  const std::string view = camera() + " --view 002.png";
+  ASSERT_EQ(run("project " + path("board.csv") + view + " --out " + path("seen.csv")).exit_code, 0);
+  const Outcome back = run("unproject " + path("seen.csv") + view + " --plane");
+  ASSERT_EQ(back.exit_code, 0) << back.err;
+  const auto table = rows(back.out);
+  const std::size_t x = table[1].size() - 10;
+  EXPECT_NEAR(std::stod(table[1][x]), 0.2, 1e-12);
+  EXPECT_NEAR(std::stod(table[1][x + 1]), 0.1, 1e-12);
+  EXPECT_EQ(std::stod(table[1][x + 2]), 0);
+  EXPECT_GT(std::stod(table[1][x + 3]), 0);
+  // The corner that the detector finds there is the one that is projected: tag 0, lower right.
+  const auto corners = rows(slurp(root() / "set/observations_exact.csv"));
+  const auto corner = std::ranges::find_if(corners, [](const auto& row) {
+    return row[0] == "002.png" && row[1] == "0" && row[2] == "1";
+  });
+  ASSERT_NE(corner, corners.end());
+  const auto seen = rows(slurp(root() / "seen.csv"));
+  EXPECT_NEAR(std::stod(seen[0][3]), std::stod((*corner)[3]), 0.1);
+  EXPECT_NEAR(std::stod(seen[0][4]), std::stod((*corner)[4]), 0.1);
+}
+
+TEST_F(CliProject, WrongTablesAreNamed) {
+  const auto project = [&](const std::string& text, const std::vector<std::string>& parts) {
+    spill(root() / "bad.csv", text);
+    expect_bad_input("project " + path("bad.csv") + camera(), parts);
+  };
+  project("", {"bad.csv: must begin with a line of column names"});
+  project("x,y\n1,2\n", {"bad.csv: has the column \"x\" but not \"z\""});
+  project("a,b\n1,2\n", {"bad.csv: must have the columns x_m,y_m,z_m"});
+  project("x,y,z\n1,2\n", {"bad.csv: line 2: must have 3 fields"});
+  project("x,y,z\n1,2,far\n", {"bad.csv: line 2: z: must be a finite number, got \"far\""});
+  project("x,y,z,x\n1,2,3,4\n", {"\"x\" is there twice"});
+  project("x,y,z,sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2\n1,2,3,-1,0,0,1,0,1\n",
+          {"bad.csv: point 1: the covariance must not be negative"});
+  project("x,y,z\n\"1\",2,3\n", {"bad.csv: line 2: quotes"});
+  spill(root() / "bad.csv", "u_px,v_px,depth_m\n1,2,3\n");
+  expect_bad_input("unproject " + path("bad.csv") + camera() + " --depth 2", {"--depth: excludes"});
+  expect_bad_input("unproject " + path("bad.csv") + camera() + " --plane",
+                   {"--plane: needs --view"});
+  expect_bad_input("unproject " + path("bad.csv") + camera() + " --view no", {"has no no"});
+  expect_bad_input("project " + path("nothing.csv") + camera(), {"nothing.csv"});
+}
+
+}  // namespace
+}  // namespace tagcal::tools

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tagcal/reproject/types.hpp"
+
+namespace tagcal::tools {
+
+// camera.yaml, panorama.yaml or plane.yaml.
+std::string target_file_name(const Target& target);
+
+// Its content: a camera file that every --camera reads, or the keys of types.hpp. `poses`: of a
+// plane in each picture; else one without a name.
+using NamedPoses = std::vector<std::pair<std::string, Pose>>;
+std::string target_yaml(const Target& target, const NamedPoses& camera_from_target,
+                        const std::string& source_camera);
+
+// "640x480 pixels, fx 512.31"
+std::string described(const Target& target);
+
+// A map as NumPy's .npy: float32, height x width x 2, the last axis x and y (what numpy.load gives
+// to cv2.remap).
+std::string map_npy(const PixelMap& map);
+
+}  // namespace tagcal::tools
