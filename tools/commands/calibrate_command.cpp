@@ -165,8 +165,8 @@ Command add_calibrate(CLI::App& app) {
   add_flag(*command, "--keep-all", arguments->keep_all,
            "reject no corner and no view, except views that repeat another");
   add_option(*command, "--start", arguments->start,
-             "a camera to start from, instead of a search: a calibration file of tagcal or OpenCV")
-      .text("C.yaml");
+             "a camera to start from, instead of a search: a file of any format (tagcal convert)")
+      .text("CAMERA");
   add_positive(*command, "--focal", arguments->job.options.start_focal_px,
                "a focal length in pixels to start from, instead of a search");
   add_option(*command, "--fix", arguments->fixed,

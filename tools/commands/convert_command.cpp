@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <memory>
 #include <string>
@@ -23,6 +24,7 @@ struct Arguments {
   std::string out;
   std::string format;
   std::string image_size;
+  std::string poses;   // of `tagcal pose --json`; "": those of IN
   std::string target;  // of corners; "": a camera
 };
 
@@ -105,15 +107,19 @@ int run(const Arguments& arguments) {
       !is_camera_too(arguments.in))
     throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
   const std::string format = format_of(arguments);
-  check_writable(arguments.out);
+  if (format != "colmap") check_writable(arguments.out);  // which may write into a folder
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
+  if (!arguments.poses.empty()) file.poses = read_poses(arguments.poses);
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
   print_notes(arguments.in, file.notes);
   print_notes(arguments.out, notes);
+  const bool dropped = std::ranges::any_of(
+      notes, [](const std::string& note) { return note.starts_with("dropped: the poses"); });
+  const std::size_t num_poses = dropped ? 0 : file.poses.size();
   print_to_stderr("wrote {} ({}, from {}): {} camera{}, {} pose{}\n", arguments.out, format,
-                  file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s",
-                  file.poses.size(), file.poses.size() == 1 ? "" : "s");
+                  file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s", num_poses,
+                  num_poses == 1 ? "" : "s");
   return kAnswer;
 }
 
@@ -127,7 +133,8 @@ std::string footer() {
   return text +
          "\nExample: tagcal convert camera.yaml front.cameramodel\n"
          "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
-         "         tagcal convert camera.yaml sparse --to colmap";
+         "         tagcal convert camera.yaml sparse --to colmap\n"
+         "         tagcal convert corners.vnl corners.csv --target board.yaml";
 }
 
 }  // namespace
@@ -149,6 +156,9 @@ Command add_convert(CLI::App& app) {
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")
       .text("WIDTHxHEIGHT");
+  add_option(*command, "--poses", arguments->poses,
+             "poses of pictures instead of those of IN: the output of tagcal pose --json")
+      .text("JSON");
   add_option(*command, "--target", arguments->target,
              "convert corners of this board (a target file), not a camera: CSV, corners.vnl of "
              "mrcal, image_points of OpenCV (YAML, XML, JSON)")

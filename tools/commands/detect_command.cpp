@@ -135,8 +135,9 @@ Command add_detect(CLI::App& app) {
   add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
       .text("CSV");
   add_option(*command, "--camera", arguments->camera,
-             "calibration of the camera, if it is known: --refinement fit then uses its lens")
-      .text("C.yaml");
+             "file of the camera, if it is known, of any format (tagcal convert): --refinement fit "
+             "then uses its lens")
+      .text("CAMERA");
   add_option(
       *command, "--draw", arguments->draw,
       fmt::format("folder for the pictures with tags, ids and corners drawn in, and "

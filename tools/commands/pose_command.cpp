@@ -229,7 +229,9 @@ Command add_pose(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
   add_observations(*command, arguments->input);
-  add_option(*command, "--camera", arguments->camera, "the camera's calibration").text("C.yaml");
+  add_option(*command, "--camera", arguments->camera,
+             "the camera's file, of any format (tagcal convert)")
+      .text("CAMERA");
   add_flag(*command, "--unknown-focal", arguments->unknown_focal,
            "estimate the focal length too, of a pinhole with the principal point at the image's "
            "centre; instead of --camera");

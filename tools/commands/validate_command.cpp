@@ -142,7 +142,7 @@ Command add_validate(CLI::App& app) {
       add_command(app, "validate", "a calibration against OpenCV's projection and the truth");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "CALIBRATION", arguments->calibration,
-             "a calibration file of tagcal or OpenCV")
+             "a camera's file, of any format (tagcal convert)")
       .text(" ")
       .required();
   add_option(*command, "--dataset", arguments->dataset, "a folder with dataset.yaml")

@@ -115,8 +115,8 @@ Command add_view(CLI::App& app) {
       .text(" ")
       .required();
   add_option(*command, "--camera", choice.camera,
-             "for a data set: this calibration, and the pose that the view's corners give")
-      .text("C.yaml");
+             "for a data set: the camera of this file, and the pose that the view's corners give")
+      .text("CAMERA");
   add_option(*command, "--at", arguments->at,
              "the point to follow: a corner of a tag, or a point of the world in metres "
              "(the first corner)")

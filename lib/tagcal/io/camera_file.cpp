@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
@@ -19,6 +18,7 @@
 #include "tagcal/io/formats/tum_format.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -26,27 +26,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<CameraFormat, 9> kFormats = {{
-    {"tagcal", "tagcal's calibration; truth.yaml is read too", "all of tagcal", false},
-    {"opencv", "cv::FileStorage: YAML, .xml, .json; intrinsics.yml of a stereo pair is read too",
-     "4, 5 or 8 coefficients, fisheye (12 and 14 are read if the rest is 0)", false},
-    {"kalibr", "camchain.yaml; sensor.yaml of EuRoC is read too",
-     "pinhole with radtan or equidistant (ds, eucm, omni without distortion: read only)", true},
-    {"ros", "camera_info YAML", "plumb_bob, rational_polynomial, equidistant", false},
-    {"colmap", "a folder with cameras.txt, images.txt, points3D.txt; or cameras.txt",
-     "PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE (SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL and "
-     "their _FISHEYE are read too)",
-     true},
-    {"mrcal", "x.cameramodel", "PINHOLE, OPENCV4, 5, 8 (12 is read without thin prism)", false},
-    {"nerfstudio", "transforms.json, of instant-ngp too", "OPENCV, OPENCV_FISHEYE", false},
-    {"basalt", "calibration.json", "pinhole, pinhole-radtan8, kb4 (ds, eucm, ucm: read only)",
-     true},
-    {"tum", "a trajectory; written only", "none: poses only", false},
-}};
-
 std::string format_names() {
   std::string names;
-  for (const CameraFormat& format : kFormats)
+  for (const CameraFormat& format : camera_formats())
     names += (names.empty() ? "" : ", ") + std::string(format.name);
   return names;
 }
@@ -189,8 +171,6 @@ CameraFile only(CameraFile file, std::size_t camera) {
 
 }  // namespace
 
-std::span<const CameraFormat> camera_formats() { return kFormats; }
-
 CameraFile read_camera_file(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return read_folder(path);
@@ -247,24 +227,24 @@ const CalibrationFile& usable_camera(const CameraFile& file, const std::string& 
   return camera.calibration;
 }
 
+std::vector<ImagePose> read_poses(const fs::path& file) {
+  const YamlValue top = YamlValue::read(file);
+  std::vector<ImagePose> poses;
+  for (const YamlValue& view : top.at("views").items(0, 1'000'000)) {
+    const auto pose = view.find("camera_from_board");
+    if (pose && (pose->is_map() || pose->is_list()))
+      poses.push_back({view.at("image").text(), 0, read_pose(*pose)});
+  }
+  if (poses.empty()) top.at("views").fail_plainly("has no view with a pose, camera_from_board");
+  return poses;
+}
+
 bool is_camera_file(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return fs::is_regular_file(path / "cameras.txt", error);
   const std::string text = read_text(path);
   if (kind_of(text) != FileKind::none) return true;
   return kind_of(YamlValue::parse(text, path.string())) != FileKind::none;
-}
-
-std::string_view format_of_name(const fs::path& file) {
-  const std::string name = file.filename().string();
-  const std::string extension = file.extension().string();
-  if (extension == ".cameramodel") return "mrcal";
-  if (extension == ".tum") return "tum";
-  if (extension == ".xml") return "opencv";
-  if (name == "cameras.txt") return "colmap";
-  if (name == "transforms.json") return "nerfstudio";
-  if (name.ends_with("camchain.yaml")) return "kalibr";
-  return "";
 }
 
 std::vector<std::string> write_camera_file(const fs::path& out, const CameraFile& file,

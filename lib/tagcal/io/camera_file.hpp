@@ -36,6 +36,10 @@ CameraFile read_one_camera(const std::string& file_and_name);
 // or the image size is not in the file.
 const CalibrationFile& usable_camera(const CameraFile& file, const std::string& name);
 
+// The poses of `tagcal pose --json`, of the views that have one; the camera is number 0. Throws
+// Error.
+std::vector<ImagePose> read_poses(const std::filesystem::path& file);
+
 // Returns true if the file is one that read_camera_file recognises; it may still have errors.
 bool is_camera_file(const std::filesystem::path& file);
 

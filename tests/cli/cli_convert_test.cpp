@@ -1,0 +1,140 @@
+// tagcal convert, from outside, and files of other programs as the camera of other commands.
+#include "camera_files.hpp"
+#include "cli_pose_fixture.hpp"
+#include "tagcal/io/calibration_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using ConvertCli = PoseCli;
+
+TEST_F(ConvertCli, EveryCameraOptionTakesEveryFormat) {
+  const Outcome known_truth =
+      run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml"));
+  ASSERT_EQ(known_truth.exit_code, 0) << known_truth.err;
+  for (const std::string format :
+       {"tagcal", "opencv", "kalibr", "ros", "colmap", "mrcal", "nerfstudio", "basalt"}) {
+    const std::string out = path("camera-" + format);
+    const Outcome written =
+        run("convert " + path("set/truth.yaml") + " " + out + " --to " + format);
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+    EXPECT_EQ(written.out, "");
+    EXPECT_NE(written.err.find("wrote " + out), std::string::npos) << written.err;
+    const Json a = Json::parse(known_truth.out)["views"];
+    const Json b = views_of(set() + exact() + " --camera " + out);
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i)
+      EXPECT_LT(distance_between_m(pose_of(a[i]["camera_from_board"]),
+                                   pose_of(b[i]["camera_from_board"])),
+                1e-9)
+          << format;
+    EXPECT_EQ(run("view " + set() + " --camera " + out + " --json").exit_code, 0) << format;
+    EXPECT_EQ(run("validate " + out + " --dataset " + set() + exact()).exit_code, 0) << format;
+  }
+  const Outcome same =
+      run("diff " + path("camera-colmap") + " " + path("set/truth.yaml") + " --json");
+  ASSERT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_LT(Json::parse(same.out)["differences"][0]["max_px"], 1e-6);
+}
+
+TEST_F(ConvertCli, PosesOfPoseGoOut) {
+  spill(path("poses.json"),
+        run("pose " + set() + exact() + " --json --camera " + path("set/truth.yaml")).out);
+  const std::string poses = " --poses " + path("poses.json");
+  const Outcome tum = run("convert " + path("set/truth.yaml") + poses + " " + path("p.tum"));
+  ASSERT_EQ(tum.exit_code, 0) << tum.err;
+  const std::string text = slurp(path("p.tum"));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1 + 6);
+  ASSERT_EQ(run("convert " + path("set/truth.yaml") + poses + " " + path("sparse") + " --to colmap")
+                .exit_code,
+            0);
+  EXPECT_EQ(
+      run("convert " + path("set/truth.yaml") + " " + path("sparse") + " --to colmap").exit_code,
+      0);
+  EXPECT_TRUE(fs::exists(path("sparse/images.txt")));
+  EXPECT_TRUE(fs::exists(path("sparse/points3D.txt")));
+}
+
+TEST_F(ConvertCli, NotesSayWhatChanges) {
+  spill(path("m.cameramodel"), kMrcal);
+  const Outcome outcome = run("convert " + path("m.cameramodel") + " " + path("cameras.txt"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* const part : {"dropped: optimization_inputs", "dropped: valid_intrinsics_region",
+                                 "cx and cy became 0.5 larger", "dropped: the place of the camera"})
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << part << "\n" << outcome.err;
+}
+
+TEST_F(ConvertCli, WrongFilesAndOptions) {
+  spill(path("stereo.yml"), kStereoYaml);
+  spill(path("basalt.json"), kBasalt);
+  spill(path("corners.vnl"), "# filename x y\na.png 1 2\n");
+  spill(path("splined.cameramodel"),
+        replaced(kMrcal, "'LENSMODEL_OPENCV8',", "'LENSMODEL_SPLINED_STEREOGRAPHIC_order=3',"));
+  const std::string truth = path("set/truth.yaml");
+  expect_bad_input("convert " + path("none.yaml") + " " + path("o.xml"), {"none.yaml"});
+  expect_bad_input("convert " + truth + " " + path("o.yaml"), {"o.yaml", "--to"});
+  expect_bad_input("convert " + truth + " " + path("o.yaml") + " --to matlab",
+                   {"matlab", "kalibr"});
+  expect_bad_input("convert " + path("stereo.yml") + " " + path("o.xml"),
+                   {"left, right", "stereo.yml:left"});
+  expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml"), {"--image-size"});
+  expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml") + " --image-size 640",
+                   {"--image-size", "WIDTHxHEIGHT"});
+  expect_bad_input("convert " + truth + " " + path("o.xml") + " --image-size 1x1", {"640x400"});
+  expect_bad_input("convert " + path("basalt.json:cam1") + " " + path("o.xml"),
+                   {"double sphere", "--model"});
+  expect_bad_input("pose " + set() + " --camera " + path("basalt.json:cam1"),
+                   {"double sphere", "tagcal convert"});
+  expect_bad_input("convert " + path("splined.cameramodel") + " " + path("o.xml"),
+                   {"LENSMODEL_SPLINED_STEREOGRAPHIC_order=3"});
+  expect_bad_input("convert " + path("corners.vnl") + " " + path("o.xml"), {"--target"});
+  expect_bad_input("convert " + path("corners.vnl") + " " + path("o.csv") + " --target " +
+                       path("set/target.yaml"),
+                   {"checkerboard"});
+  EXPECT_FALSE(fs::exists(path("o.xml")));
+  EXPECT_FALSE(fs::exists(path("o.yaml")));
+  EXPECT_EQ(
+      run("convert " + path("stereo.yml:left") + " " + path("left.xml") + " --image-size 640x480")
+          .exit_code,
+      0);
+}
+
+TEST_F(ConvertCli, CornersOfACheckerboardCalibrate) {
+  // mrcal's corners as the observations of a data set: a plane seen by a pinhole from 4 places.
+  const Lens lens = pinhole(500, 500, 320, 240);
+  std::string vnl = "# filename x y level\n";
+  for (int view = 0; view < 6; ++view) {
+    const Pose camera_from_board =
+        Pose(exp_rotation({0.5 * std::cos(view), 0.5 * std::sin(view), 0}), {-0.2, 0.1, 1}) *
+        Pose(exp_rotation({3.141592653589793, 0, 0}), {0, 0, 0});
+    for (int row = 4; row >= 0; --row)
+      for (int column = 0; column < 7; ++column) {
+        const Eigen::Vector2d p =
+            *project(lens, camera_from_board * Eigen::Vector3d(0.05 * column, 0.05 * row, 0));
+        vnl += "p" + std::to_string(view) + ".png " + std::to_string(p.x()) + " " +
+               std::to_string(p.y()) + " 0\n";
+      }
+  }
+  spill(path("checker/corners.vnl"), vnl);
+  spill(path("checker/board.yaml"),
+        "target_type: checkerboard\ntargetCols: 7\ntargetRows: 5\nrowSpacingMeters: 0.05\n"
+        "colSpacingMeters: 0.05\n");
+  spill(path("checker/dataset.yaml"),
+        "image_size: [640, 480]\ntarget: board.yaml\nobservations: corners.vnl\n");
+  const Outcome outcome =
+      run("calibrate " + path("checker") + " --model pinhole --out " + path("k.yaml"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NEAR(std::get<Perspective>(read_calibration(path("k.yaml")).camera.lens).parameters()[0],
+              500, 0.01);
+  const std::string target = " --target " + path("checker/board.yaml");
+  EXPECT_EQ(run("convert " + path("checker/corners.vnl") + " " + path("c.xml") + target).exit_code,
+            0);
+  EXPECT_EQ(run("convert " + path("c.xml") + " " + path("c.vnl") + target).exit_code, 0);
+  EXPECT_EQ(slurp(path("c.vnl")).size() > 100, true);
+  EXPECT_EQ(run("calibrate " + path("checker") + " --model pinhole --observations " + path("c.xml"))
+                .exit_code,
+            0);
+}
+
+}  // namespace
+}  // namespace tagcal::tools
