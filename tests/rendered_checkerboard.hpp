@@ -27,7 +27,7 @@ struct CheckerView {
   Camera camera;
   Board board;
   Image8 image;
-  Image8 noiseless;
+  Image8 quiet;                                 // with noise of half a level
   std::map<CornerId, Eigen::Vector2d> corners;  // those in the picture
   double least_px = 0;                          // between corners
   // True if all corners are seen, and the squares about them.
@@ -80,8 +80,8 @@ inline CheckerView checker_view(const Board& board, const Camera& camera,
   }
   const ImageF light = render_light(scene, families, pose);
   view.image = expose(light, scene.sensor, random.next());
-  scene.sensor.noise_levels = 0;
-  view.noiseless = expose(light, scene.sensor, 0);
+  scene.sensor.noise_levels = 0.5;
+  view.quiet = expose(light, scene.sensor, random.next());
   return view;
 }
 

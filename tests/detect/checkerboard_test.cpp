@@ -118,6 +118,25 @@ TEST(Checkerboards, PartsAndOtherBoardsAreNotReported) {
   EXPECT_NE(why.checkerboards[0].find("not seen whole"), std::string::npos);
 }
 
+// A part of a larger board that has the size of the target is no view of it.
+TEST(Checkerboards, LargerBoardsAreNotTakenForTheirParts) {
+  Random random(12);
+  CheckerView view = checker_view(checkers(8, 5), camera(0), {20, 10, .8, 2, .1}, random);
+  Image8 hidden = view.image;  // a junction in each line of the outer ring but its ends
+  for (const auto& [id, at] : view.corners) {
+    const int column = id.tag_id % 8, row = id.tag_id / 8;
+    const bool is_outside = column == 0 || column == 7 || row == 0 || row == 4;
+    if (!is_outside || (column + row) % 2 == 0) continue;
+    for (int y = -4; y <= 4; ++y)
+      for (int x = -4; x <= 4; ++x)
+        hidden(static_cast<int>(at.x()) + x, static_cast<int>(at.y()) + y) = 120;
+  }
+  for (const auto& [columns, rows] : {std::pair(6, 3), {7, 4}, {8, 3}})
+    EXPECT_TRUE(
+        detect(hidden, {{checkers(columns, rows), Pose()}}, {}, "", nullptr).observations.empty())
+        << columns << " x " << rows;
+}
+
 TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
   Random random(8);
   Image8 noise(kSize);
@@ -149,7 +168,8 @@ TEST(CharucoBoards, AreFoundInPart) {
       const CheckerView view = checker_view(
           board, camera(i), {i == 1 ? 110.0 : 34.0, 30, .8, 2, random.uniform(-3, 3)}, random);
       const View seen = found(view);
-      EXPECT_GT(seen.observations.size() * 10, view.corners.size() * 9) << i;
+      // Corners whose squares are cut by the picture's edge may be missing.
+      EXPECT_GE(seen.observations.size() * 10, view.corners.size() * (i == 1 ? 8 : 10)) << i;
       EXPECT_EQ(view.corners.size() < 30, i == 1);
       sum += nees(seen, view);
       ++count;

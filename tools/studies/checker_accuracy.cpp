@@ -113,8 +113,8 @@ const Row kRows[] = {{{10, 30, .8, 2}},  {{15, 0, .8, 2}},  {{15, 30, .8, 2}}, {
                      {{15, 30, 1.5, 2}}, {{20, 30, .8, 2}}, {{20, 60, .8, 2}}, {{20, 30, .8, 8}},
                      {{20, 30, .8, 0}},  {{30, 30, .8, 2}}, {{50, 30, .8, 2}}};
 
-// The bound is the covariance of a fit under the true lens to the picture without noise, scaled to
-// the noise and its rounding.
+// The bound is the covariance of a fit under the true lens to the picture with next to no noise,
+// scaled to the noise and its rounding.
 void run(const Row& row, int count) {
   const Camera camera{Perspective({520, 520, 322, 238, -.2, .05}), {640, 480}};
   const Board board = checkerboard_board({8, 5, .03, .03});
@@ -126,12 +126,13 @@ void run(const Row& row, int count) {
     const CheckerView view = checker_view(board, camera, row.spec, random);
     unknown.add(found_in(view.image, view, nullptr), view);
     known.add(found_in(view.image, view, &view.camera), view);
-    exact.add(found_in(view.noiseless, view, &view.camera), view);
+    exact.add(found_in(view.quiet, view, &view.camera), view);
     add_corner_sub_pix(view, std::min(5.0, row.spec.square_px / 3), random, sub_pix);
     add_sector_based(view, &sector_based);
   }
-  // A picture without noise has that of rounding, 1 / 12, or less: that variance is its floor.
-  const double scale = std::sqrt(12 * row.spec.noise_levels * row.spec.noise_levels + 1);
+  const double rounding = 1.0 / 12, quiet = 0.25;  // variances, levels squared
+  const double scale =
+      std::sqrt((row.spec.noise_levels * row.spec.noise_levels + rounding) / (quiet + rounding));
   bound = scale * std::sqrt(exact.predicted / (2 * exact.errors.count()));
   std::printf("%.0f px, tilt %.0f deg, blur %.1f px, noise %.0f\n", row.spec.square_px,
               row.spec.tilt_deg, row.spec.blur_px, row.spec.noise_levels);

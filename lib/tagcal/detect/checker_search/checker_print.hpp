@@ -24,8 +24,10 @@ class CheckerPrint {
   int rows() const { return rows_; }
   bool starts_black() const { return starts_black_; }
   void set_starts_black(bool value) { starts_black_ = value; }
-  bool contains(const CheckerCell& corner) const;
   bool is_at_edge(const CheckerCell& corner) const;
+
+  // The same squares with one more on each side. Precondition: no markers.
+  CheckerPrint enlarged() const;
 
   // The print about a corner; unit: squares; x right, y up. `outside` is the part of the outermost
   // squares that is known.
