@@ -31,7 +31,7 @@ step() {
     $(((after - before) % 1000000 / 10000)))")
 }
 
-step render "$out/dataset.yaml" "$scene" -- render "$scene" --out "$out"
+step render "$out/dataset.yaml" "$scene" -- render "$scene" --force --out "$out"
 step detect "$out/corners.csv" "$out/dataset.yaml" -- detect "$out" --out "$out/corners.csv"
 step calibrate "$out/camera.yaml" "$out/corners.csv" -- \
   calibrate "$out" --observations "$out/corners.csv" --out "$out/camera.yaml"

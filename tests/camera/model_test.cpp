@@ -70,7 +70,7 @@ TEST(Model, TheHeldLadderHasNothingEmptyAndNothingTwice) {
   std::vector<std::string_view> names;
   for (const Model* model : centre.all()) names.push_back(model->name());
   EXPECT_EQ(names, (std::vector<std::string_view>{"weak", "f", "pinhole", "radial1", "radial2",
-                                                  "fisheye4", "opencv5", "opencv8"}));
+                                                  "opencv4", "fisheye4", "opencv5", "opencv8"}));
   const HeldModels focal({{"f", 500}}, LensType::perspective);
   EXPECT_EQ(focal.named("f").name(), "f+c");  // nothing is free in f itself
   EXPECT_EQ(focal.all().front()->name(), "weak");

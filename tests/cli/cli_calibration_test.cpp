@@ -19,7 +19,7 @@ TEST_F(Cli, AutoExplainsEveryStep) {
   EXPECT_NE(text.out.find("+ radial1 "), std::string::npos) << text.out;
   EXPECT_NE(text.out.find("- opencv8 "), std::string::npos);
   const Json json = Json::parse(run(set + " --json --advise").out);
-  ASSERT_EQ(json["steps"].size(), 9u);
+  ASSERT_EQ(json["steps"].size(), 10u);
   EXPECT_EQ(json["steps"][0]["model"], "weak");
   EXPECT_EQ(json["steps"][4]["model"], "radial1");
   EXPECT_EQ(json["steps"][4]["taken"], true);

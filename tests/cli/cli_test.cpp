@@ -42,8 +42,11 @@ TEST_F(Cli, RenderingAgainReplacesTheRenderAndKeepsTheUsersFiles) {
   spill(root() / "again/notes.txt", "mine");
   spill(root() / "again/images/mine.txt", "mine too");
   spill(root() / "again/results/deep/camera.yaml", "mine as well");
-  ASSERT_EQ(run(command + " --views 2/ ").exit_code, 2);
-  ASSERT_EQ(run(command + "/ --views 2").exit_code, 0);
+  ASSERT_EQ(run(command + " --force --views 2/ ").exit_code, 2);
+  const auto before = bytes_of(out);
+  expect_bad_input(command + " --views 2", {"again", "holds an earlier render", "--force"});
+  EXPECT_EQ(bytes_of(out), before);
+  ASSERT_EQ(run(command + "/ --force --views 2").exit_code, 0);
   const auto files = bytes_of(out);
   EXPECT_EQ(files.at("notes.txt"), "mine");
   EXPECT_EQ(files.at("images/mine.txt"), "mine too");
@@ -66,6 +69,8 @@ TEST_F(Cli, RenderLeavesNothingHalfWritten) {
   const auto before = names();
   const std::string scene = path("scene.yaml");
   expect_bad_input("render " + scene + " --out " + path("foreign"),
+                   {"foreign", "must be empty or an earlier render"});
+  expect_bad_input("render " + scene + " --force --out " + path("foreign"),
                    {"foreign", "must be empty or an earlier render"});
   expect_bad_input("render " + scene + " --out " + path("file"), {"file", "must be a folder"});
   expect_bad_input("render " + scene + " --out " + path("file/below"), {"file/below"});

@@ -43,7 +43,7 @@ TEST(ModelError, IsWhatTheCornersOwnNoiseDoesNotExplain) {
     EXPECT_TRUE(c.findings.empty()) << c.findings.front().sentence;
   }
   const Calibration automatic = calibrate(world_with_model_error(0.1, 1));
-  EXPECT_EQ(automatic.model, "opencv5");
+  EXPECT_EQ(automatic.model, "opencv4");
   EXPECT_NEAR(automatic.model_error_px, 0.1, 0.006);
 }
 

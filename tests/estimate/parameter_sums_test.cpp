@@ -102,7 +102,8 @@ TEST(ParameterSums, TiedParametersAreSummed) {
   Random random(2);
   const Lens lens = random_lens<Perspective>(random);
   const SeenView seen(lens, 30, false, random);
-  for (const char* model : {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5", "opencv8"}) {
+  for (const char* model :
+       {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "opencv8"}) {
     const Model m = Model::named(model);
     EXPECT_LT(difference(gram_by(kPortableKernels, lens, seen, m.free()),
                          gram_of_rows(lens, seen, m.free())),

@@ -30,7 +30,7 @@ std::size_t num_corners(const Dataset& dataset) {
 
 void expect_truth(const Calibration& c) {
   ASSERT_EQ(c.status, Status::ok);
-  ASSERT_EQ(c.model, "opencv5");
+  ASSERT_EQ(c.model, c.steps.empty() ? "opencv5" : "opencv4");  // asked for; the smallest
   const Lens truth = opencv5_lens();
   for (std::size_t i = 0; i < parameters(truth).size(); ++i)
     EXPECT_LE(std::abs(parameters(c.camera->lens)[i] - parameters(truth)[i]),

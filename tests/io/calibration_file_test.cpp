@@ -53,6 +53,7 @@ const std::vector<std::pair<std::string, Lens>>& examples() {
       {"pinhole", pinhole(900.1 / 3, 901.0 / 7, 641.0 / 3, -3)},
       {"radial1", Perspective({300, 300, 1, 2, -0.1 / 3})},
       {"radial2", Perspective({300, 300, 1, 2, -0.1 / 3, 1e-300})},
+      {"opencv4", Perspective({300, 301, 1, 2, -0.1 / 3, 0.02, 5e-4, -3e-4})},
       {"opencv5", Perspective({300, 301, 1, 2, -0.1 / 3, 0.02, 5e-4, -3e-4, 0.001})},
       {"opencv8", Perspective({300, 301, 1, 2, -0.1, 0.02, 5e-4, -3e-4, 0.01, 0.1, 0.2, 0.3})},
       {"fisheye4", Fisheye({300, 301, 1, 2, -0.1 / 3, 0.02, 5e-4, -3e-5})}};

@@ -193,7 +193,7 @@ TEST_F(DatasetFile, BadTruths) {
       {{"fx: 60", "fx: -60", "truth.yaml: camera.fx: must be > 0, got -60"},
        {"fx: 60", "fx: .nan", "truth.yaml: camera.fx: must be a finite number, got .nan"},
        {"  fx: 60\n", "", "truth.yaml: camera.fx: the key is missing"},
-       {"opencv5", "opencv4", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
+       {"opencv5", "opencv6", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
        {"opencv5", "weak", "truth.yaml: camera.model: must be one of f, f+c, pinhole, radial1"},
        {"opencv5", "radial1", "truth.yaml: camera: k2 must be 0 with model radial1, got"},
        {"opencv5", "fisheye4", "truth.yaml: camera: distortion: must have at most 4 coefficients"},

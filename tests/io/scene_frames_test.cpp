@@ -163,7 +163,7 @@ TEST_F(SceneFrames, BinnedAndResizedPicturesHaveTheSmallestModelThatContainsThem
   EXPECT_EQ(binned.model, "f");
   EXPECT_EQ(camera("model: f, f: 500, binned: [2, 1]").model, "pinhole");
   EXPECT_EQ(camera("model: f, f: 500, binned: [3, 3]").model, "f+c");  // a column is lost
-  EXPECT_EQ(camera("model: radial1, f: 500, distortion: [-0.1], binned: [1, 2]").model, "opencv5");
+  EXPECT_EQ(camera("model: radial1, f: 500, distortion: [-0.1], binned: [1, 2]").model, "opencv4");
   EXPECT_EQ(camera("model: fisheye4, f: 200, binned: [1, 2]").model, "fisheye4");
   const Scene both = camera(
       "model: f, f: 500, sector: {columns: 2, rows: 2, column: 1, row: 1}, binned: [2, 2], "

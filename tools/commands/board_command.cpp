@@ -4,11 +4,13 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "draw/sheet.hpp"
+#include "draw/board_sheet.hpp"
+#include "draw/sheet_pdf.hpp"
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "report/messages.hpp"
@@ -17,7 +19,6 @@
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -25,7 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMinMarginMm = 10;
 constexpr double kMaxPixels = 100e6;
 constexpr double kFlat_m = 1e-6;
 
@@ -33,11 +33,28 @@ struct Arguments {
   std::string target;
   std::string out;
   double dpi = 300;
+  std::string paper;
+  std::string tile;
+  bool landscape = false;
 };
+
+const Paper& paper_named(const std::string& name) {
+  return *std::ranges::find(kPapers, name, &Paper::name);  // the option allows no other names
+}
+
+void check(const Arguments& arguments, const std::string& kind) {
+  if (kind != ".svg" && kind != ".png" && kind != ".pdf")
+    throw Error(fmt::format("--out: must end in .svg, .png or .pdf, got {}", arguments.out));
+  if (!arguments.tile.empty() && kind != ".pdf")
+    throw Error(fmt::format("--tile: needs several pages, --out FILE.pdf, got {}", arguments.out));
+  if (arguments.landscape && arguments.paper.empty())
+    throw Error("--landscape: belongs to --paper");
+}
 
 Board board_to_print(const std::string& file, std::vector<std::string>* warnings) {
   Board board = read_target(file, {}, warnings);
-  if (board.tags.empty()) throw Error(fmt::format("{}: no tags to print, only points", file));
+  if (board.tags.empty() && !board.checkerboard)
+    throw Error(fmt::format("{}: no tags or squares to print, only points", file));
   for (const Tag& tag : board.tags) {
     for (const Eigen::Vector3d& corner : tag_corners(tag)) {
       if (std::abs(corner.z()) <= kFlat_m) continue;
@@ -52,18 +69,10 @@ Board board_to_print(const std::string& file, std::vector<std::string>* warnings
   return board;
 }
 
-Sheet sheet_of(const Board& board, const TagFamily& family) {
-  std::vector<Quad> ink;
-  for (const Rectangle& cell : ink_cells(board, family)) {
-    Quad quad;
-    for (int i = 0; i < 4; ++i) quad[i] = 1000 * cell[i].head<2>();
-    ink.push_back(quad);
-  }
-  double cell_mm = 0;  // a tag needs a white frame, at least one cell wide
-  for (const Tag& tag : board.tags) {
-    cell_mm = std::max(cell_mm, 1000 * tag.size / family.width_at_border);
-  }
-  return sheet_with_scale_bar(ink, std::max(kMinMarginMm, 2 * cell_mm));
+TagFamilies families_of(const Board& board) {
+  TagFamilies families;
+  if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
+  return families;
 }
 
 Image8 picture_of(const Sheet& sheet, double dpi) {
@@ -76,23 +85,93 @@ Image8 picture_of(const Sheet& sheet, double dpi) {
   return sheet_image(sheet, dpi / 25.4);
 }
 
+void write_sheet(const Arguments& arguments, const std::string& kind, const Sheet& sheet,
+                 const std::string& title) {
+  if (kind == ".svg")
+    write_whole(arguments.out, sheet_svg(sheet, title));
+  else if (kind == ".pdf")
+    write_whole(arguments.out, sheet_pdf(sheet, title));
+  else
+    write_png(arguments.out, picture_of(sheet, arguments.dpi), arguments.dpi);
+}
+
+// The file of the board that --paper makes, beside the picture. Throws Error if it is the target.
+fs::path fitted_file(const Arguments& arguments) {
+  const fs::path file = fs::path(arguments.out).replace_extension(".yaml");
+  std::error_code no_such_file;
+  if (fs::equivalent(file, arguments.target, no_such_file))
+    throw Error(
+        fmt::format("{}: --paper writes another target there, but it is the one to be read;"
+                    " give --out another name",
+                    file.string()));
+  check_writable(file);
+  return file;
+}
+
+void print_on_paper(const Arguments& arguments, const std::string& kind, const Board& board) {
+  const fs::path file = fitted_file(arguments);
+  const std::string name = file.filename().string();
+  const TagFamilies families = families_of(board);
+  const FittedBoard fitted =
+      fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
+  write_sheet(arguments, kind, board_sheet(fitted.board, families, name, fitted.page), name);
+  write_target(file, fitted.board);
+  print_to_stderr("wrote {}: {} on {}{}; print at 100 % and check the bar of 100 mm\n",
+                  arguments.out, size_text(fitted.board), arguments.paper,
+                  fitted.page.width_mm > fitted.page.height_mm ? ", landscape" : "");
+  print_to_stderr("wrote {}: the target to use with it, instead of {} ({})\n", file.string(),
+                  arguments.target, size_text(board));
+}
+
+bool fits(const Sheet& sheet, const Paper& paper) {
+  return sheet.width_mm <= paper.width_mm && sheet.height_mm <= paper.height_mm;
+}
+
+// The smallest paper that takes the sheet; empty if none does.
+std::string paper_for(const Sheet& sheet) {
+  for (const Paper& paper : kPapers)
+    if (fits(sheet, paper) || fits(sheet, paper.landscape())) return std::string(paper.name);
+  return "";
+}
+
+void print_true_to_scale(const Arguments& arguments, const std::string& kind, const Board& board,
+                         std::vector<std::string>& warnings) {
+  const std::string name = fs::path(arguments.target).filename().string();
+  const Sheet sheet = board_sheet(board, families_of(board), name);
+  std::string where;
+  if (!arguments.tile.empty()) {
+    const Tiling tiling = tiling_of(sheet, paper_named(arguments.tile));
+    write_whole(arguments.out, tiled_pdf(sheet, tiling, name));
+    where = fmt::format(" in {} page{} of {}", tiling.columns * tiling.rows,
+                        tiling.columns * tiling.rows == 1 ? "" : "s", arguments.tile);
+  } else {
+    write_sheet(arguments, kind, sheet, name);
+    const std::string paper = paper_for(sheet);
+    if (!paper.empty()) where = ", fits " + paper;
+    if (paper.empty())
+      warnings.push_back(fmt::format(
+          "{:.0f} x {:.0f} mm fit on no common paper: --paper a4 picks another size of the board, "
+          "--tile a4 prints this one on several pages",
+          sheet.width_mm, sheet.height_mm));
+  }
+  print_warnings(warnings);
+  warnings.clear();
+  print_to_stderr(
+      "wrote {}: {} on {:.0f} x {:.0f} mm{}; print at 100 % and check the bar of 100 mm\n",
+      arguments.out, size_text(board), sheet.width_mm, sheet.height_mm, where);
+}
+
 int run(const Arguments& arguments) {
   const std::string kind = fs::path(arguments.out).extension().string();
-  if (kind != ".svg" && kind != ".png") {
-    throw Error(fmt::format("--out: must end in .svg or .png, got {}", arguments.out));
-  }
+  check(arguments, kind);
   check_writable(arguments.out);
   std::vector<std::string> warnings;
   const Board board = board_to_print(arguments.target, &warnings);
-  const Sheet sheet = sheet_of(board, tag_family(board.family, board.border_bits));
-  if (kind == ".svg") {
-    write_whole(arguments.out, sheet_svg(sheet, fs::path(arguments.target).filename().string()));
-  } else {
-    write_png(arguments.out, picture_of(sheet, arguments.dpi), arguments.dpi);
-  }
+  if (arguments.paper.empty())
+    print_true_to_scale(arguments, kind, board, warnings);
+  else
+    print_on_paper(arguments, kind, board);
   print_warnings(warnings);
-  print_to_stderr("{}: {} tags on {:.0f} x {:.0f} mm; print at 100 % and check the bar of 100 mm\n",
-                  arguments.out, board.tags.size(), sheet.width_mm, sheet.height_mm);
   return kAnswer;
 }
 
@@ -102,11 +181,26 @@ Command add_board(CLI::App& app) {
   CLI::App* command = add_command(app, "board", "a target to print, true to scale");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "TARGET.yaml", arguments->target, "the target").text(" ").required();
-  add_option(*command, "--out", arguments->out, "file to write: board.svg or board.png")
+  add_option(*command, "--out", arguments->out, "file to write: board.pdf, board.svg or board.png")
       .text("FILE REQUIRED")
       .required();
   add_positive(*command, "--dpi", arguments->dpi, "resolution of a PNG in pixels per inch (300)");
-  add_footer(*command, "Example: tagcal board target.yaml --out board.svg");
+  const Option paper =
+      add_option(*command, "--paper", arguments->paper,
+                 "the largest board on this paper: another size of tags or squares; writes its "
+                 "target beside: board.yaml")
+          .text("a4|a3|letter")
+          .one_of({"a4", "a3", "letter"});
+  add_flag(*command, "--landscape", arguments->landscape,
+           "with --paper: landscape; otherwise what gives the larger board");
+  add_option(*command, "--tile", arguments->tile,
+             "true to scale over several pages of this paper, with marks to cut and join (PDF)")
+      .text("a4|a3|letter")
+      .one_of({"a4", "a3", "letter"})
+      .excludes(paper);
+  add_footer(*command,
+             "Example: tagcal board target.yaml --out board.pdf\n"
+             "         tagcal board target.yaml --out a4.pdf --paper a4");
   return {command, [arguments] { return run(*arguments); }};
 }
 

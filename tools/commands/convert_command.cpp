@@ -6,6 +6,7 @@
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/convert_model.hpp"
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
@@ -24,6 +25,7 @@ struct Arguments {
   std::string out;
   std::string format;
   std::string image_size;
+  ModelArguments model;
   std::string poses;   // of `tagcal pose --json`; "": those of IN
   std::string target;  // of corners; "": a camera
 };
@@ -101,7 +103,12 @@ int convert_corners(const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments) {
-  if (!arguments.target.empty()) return convert_corners(arguments);
+  check_usage(arguments.model);
+  if (!arguments.target.empty()) {
+    if (!arguments.model.model.empty())
+      throw Error("--model: fits the lens of a camera, --target converts corners: take one");
+    return convert_corners(arguments);
+  }
   std::error_code error;
   if (std::filesystem::is_regular_file(arguments.in, error) && is_corners_file(arguments.in) &&
       !is_camera_too(arguments.in))
@@ -110,6 +117,7 @@ int run(const Arguments& arguments) {
   if (format != "colmap") check_writable(arguments.out);  // which may write into a folder
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
+  if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
   if (!arguments.poses.empty()) file.poses = read_poses(arguments.poses);
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
   print_notes(arguments.in, file.notes);
@@ -134,6 +142,7 @@ std::string footer() {
          "\nExample: tagcal convert camera.yaml front.cameramodel\n"
          "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"
          "         tagcal convert camera.yaml sparse --to colmap\n"
+         "         tagcal convert camchain.yaml:cam0 camera.yaml --model fisheye4\n"
          "         tagcal convert corners.vnl corners.csv --target board.yaml";
 }
 
@@ -156,6 +165,7 @@ Command add_convert(CLI::App& app) {
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")
       .text("WIDTHxHEIGHT");
+  add_model_options(*command, arguments->model);
   add_option(*command, "--poses", arguments->poses,
              "poses of pictures instead of those of IN: the output of tagcal pose --json")
       .text("JSON");

@@ -39,6 +39,7 @@ struct Arguments {
   int views = 0;  // 0: the scene's
   int seed = 0;
   int threads = 0;
+  bool force = false;
   bool depth = false;
   double depth_unit_m = 0;  // 0: a millimetre
 };
@@ -109,7 +110,9 @@ int run(const Arguments& arguments) {
   std::vector<std::string> warnings;
   const MovingScene scene = scene_to_render(arguments, &warnings);
   const TagFamilies families = families_of(scene);
-  OutputFolder folder(arguments.out);
+  using Taken = OutputFolder::Taken;
+  OutputFolder folder(arguments.out,
+                      arguments.force ? Taken::by_earlier_render : Taken::by_nothing);
   const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
   const Dataset dataset = exact_dataset(scene, poses, &warnings);
   fs::create_directory(folder.path() / kImages);
@@ -151,6 +154,7 @@ Command add_render(CLI::App& app) {
              "folder to write: images, dataset.yaml, targets, truth.yaml")
       .text("DIR REQUIRED")
       .required();
+  add_flag(*command, "--force", arguments->force, "replace an earlier render in that folder");
   add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");
   add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");
   add_flag(*command, "--depth", arguments->depth,

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string_view>
 
+#include "draw/sheet_text.hpp"
 #include "tagcal/scene/raster/coverage.hpp"
 
 namespace tagcal::tools {
@@ -22,6 +23,9 @@ constexpr double kGlyphHeight = 4;
 constexpr double kGlyphStroke = 0.5;
 constexpr double kGlyphWidth = 2.5;
 constexpr double kGlyphAdvance = 3.5;
+constexpr double kTextHeight = 3;
+constexpr double kLineHeight = 4;
+constexpr double kCaptionGap = 8;
 
 Quad rectangle(double left, double top, double right, double bottom) {
   return {Vector2d(left, bottom), Vector2d(right, bottom), Vector2d(right, top),
@@ -64,27 +68,77 @@ void add_scale_bar(double left, double top, std::vector<Quad>& ink) {
   }
 }
 
+// All contours as one outline: the ways from contour to contour and back cancel, and the holes of
+// letters keep their sign.
+Contour chained(const std::vector<Contour>& contours, double scale) {
+  Contour outline;
+  for (const Contour& contour : contours) {
+    for (const Vector2d& point : contour) outline.push_back(scale * point);
+    outline.push_back(scale * contour.front());
+  }
+  for (std::size_t i = contours.size(); i > 1; --i)
+    outline.push_back(scale * contours[i - 2].front());
+  return outline;
+}
+
+// The scale bar with its label and the caption: the caption's first baseline from the bar's upper
+// left corner, and the size of all.
+struct Footer {
+  Vector2d caption = Vector2d::Zero();
+  Vector2d size = {kBar, kTick + 2 + kGlyphHeight};
+};
+
+// The caption is on the right of the bar if the page is wide enough, otherwise below.
+Footer footer_of(double page_width, const SheetFrame& frame) {
+  Footer footer;
+  if (frame.caption.empty()) return footer;
+  double width = 0;
+  for (const std::string& line : frame.caption)
+    width = std::max(width, text_width(line, kTextHeight));
+  const double height = static_cast<double>(frame.caption.size()) * kLineHeight;
+  if (page_width - 2 * frame.margin_mm >= kBar + kCaptionGap + width) {
+    footer.caption = {kBar + kCaptionGap, kTextHeight};
+    footer.size = {kBar + kCaptionGap + width, std::max(footer.size.y(), height)};
+  } else {
+    footer.caption = {0, footer.size.y() + kLineHeight};
+    footer.size = {std::max(kBar, width), footer.caption.y() + height - kLineHeight / 2};
+  }
+  return footer;
+}
+
 }  // namespace
 
-Sheet sheet_with_scale_bar(const std::vector<Quad>& ink_mm, double margin_mm) {
+Sheet sheet_with_scale_bar(const std::vector<Quad>& ink_mm, const SheetFrame& frame) {
   Eigen::AlignedBox2d box;
   for (const Quad& quad : ink_mm) {
     for (const Vector2d& corner : quad) box.extend(corner);
   }
-  Sheet sheet;
-  sheet.width_mm = std::max(box.sizes().x(), kBar) + 2 * margin_mm;
-  const double left = (sheet.width_mm - box.sizes().x()) / 2;
+  const Vector2d size = frame.page_mm.value_or(needed_size(box.sizes(), frame));
+  const Footer footer = footer_of(size.x(), frame);
+  Sheet sheet{size.x(), size.y(), {}};
+  const double bar_top = size.y() - frame.margin_mm - footer.size.y();
+  const double left = (size.x() - box.sizes().x()) / 2, top = (bar_top - box.sizes().y()) / 2;
   for (const Quad& quad : ink_mm) {
     Quad placed;
-    for (int i = 0; i < 4; ++i) {
-      placed[i] = {quad[i].x() - box.min().x() + left, box.max().y() - quad[i].y() + margin_mm};
-    }
+    for (int i = 0; i < 4; ++i)
+      placed[i] = {quad[i].x() - box.min().x() + left, box.max().y() - quad[i].y() + top};
     sheet.ink.push_back(placed);
   }
-  const double bar_top = box.sizes().y() + 2 * margin_mm;
-  add_scale_bar(margin_mm, bar_top, sheet.ink);
-  sheet.height_mm = bar_top + kTick + 2 + kGlyphHeight + margin_mm;
+  add_scale_bar(frame.margin_mm, bar_top, sheet.ink);
+  Vector2d at = Vector2d(frame.margin_mm, bar_top) + footer.caption;
+  for (const std::string& line : frame.caption) {
+    const std::vector<Contour> letters = text_contours(line, at, kTextHeight);
+    sheet.letters.insert(sheet.letters.end(), letters.begin(), letters.end());
+    at.y() += kLineHeight;
+  }
   return sheet;
+}
+
+Vector2d needed_size(const Vector2d& ink_mm, const SheetFrame& frame) {
+  const double width = std::max(ink_mm.x(), kBar) + 2 * frame.margin_mm;
+  const Footer footer = footer_of(frame.page_mm ? frame.page_mm->x() : width, frame);
+  return {std::max(width, footer.size.x() + 2 * frame.margin_mm),
+          ink_mm.y() + 3 * frame.margin_mm + footer.size.y()};
 }
 
 std::string sheet_svg(const Sheet& sheet, const std::string& title) {
@@ -98,6 +152,14 @@ std::string sheet_svg(const Sheet& sheet, const std::string& title) {
     char command = 'M';
     for (const Vector2d& corner : quad) {
       path += fmt::format("{}{:.4f} {:.4f}", command, corner.x(), corner.y());
+      command = 'L';
+    }
+    path += "Z\n";
+  }
+  for (const Contour& contour : sheet.letters) {
+    char command = 'M';
+    for (const Vector2d& point : contour) {
+      path += fmt::format("{}{:.3f} {:.3f}", command, point.x(), point.y());
       command = 'L';
     }
     path += "Z\n";
@@ -125,6 +187,7 @@ Image8 sheet_image(const Sheet& sheet, double pixels_per_mm) {
     for (Vector2d& corner : outline) corner *= pixels_per_mm;
     ink.add(outline);
   }
+  ink.add(chained(sheet.letters, pixels_per_mm));
   Image8 image(sheet_size(sheet, pixels_per_mm), 255);
   CoverageBand band(image.width(), image.height());
   band.accumulate(ink.edges());

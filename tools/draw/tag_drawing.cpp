@@ -96,8 +96,9 @@ void add_tag(int id, const Corners& corners, Lines& lines) {
   if (corners.size() == 4) outline.push_back(outline.front());
   lines.outlines.push_back(outline);
   const double height = std::max(6.0, kDigitHeight * shortest_side(corners));
-  for (const Polyline& line : number(id, sum / static_cast<double>(corners.size()), height))
-    lines.numbers.push_back(line);
+  Vector2d middle = sum / static_cast<double>(corners.size());
+  if (corners.size() == 1) middle += Vector2d(1.2 * height, -height);  // beside a single point
+  for (const Polyline& line : number(id, middle, height)) lines.numbers.push_back(line);
 }
 
 void add_unfitted(const UnfittedTag& tag, Lines& lines) {

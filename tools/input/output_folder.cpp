@@ -64,6 +64,8 @@ OutputFolder::OutputFolder(const fs::path& place, Taken taken)
       throw Error(
           fmt::format("{}: must be empty or an earlier render, has other files", place.string()));
     }
+    if (taken == Taken::by_nothing)
+      throw Error(fmt::format("{}: holds an earlier render; --force replaces it", place.string()));
     replaced_ = files_of_render(place_);
   }
   std::error_code why;

@@ -11,12 +11,13 @@ class OutputFolder {
  public:
   // Allowed at the place, besides nothing and an empty folder:
   enum class Taken {
+    by_nothing,
     by_earlier_render,  // a folder with dataset.yaml and truth.yaml; its own files are replaced
     by_any_folder,      // its files stay, except those of the same names
   };
 
   // Throws Error if anything else is at the place, or if nothing can be created there.
-  explicit OutputFolder(const std::filesystem::path& place, Taken taken = Taken::by_earlier_render);
+  OutputFolder(const std::filesystem::path& place, Taken taken);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;

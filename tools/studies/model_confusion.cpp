@@ -28,8 +28,8 @@ void print(const std::map<std::string, std::map<std::string, int>>& table) {
   for (const char* truth : kModels) {
     std::printf("%-10s", truth);
     const auto row = table.find(truth);
-    for (const char* chosen : {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5", "opencv8",
-                               "fisheye4", "weak", "refused"}) {
+    for (const char* chosen : {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5",
+                               "opencv8", "fisheye4", "weak", "refused"}) {
       const int n =
           row == table.end() || !row->second.contains(chosen) ? 0 : row->second.at(chosen);
       std::printf("%9d", n);

@@ -11,15 +11,15 @@
 
 namespace tagcal {
 
-inline constexpr std::array<const char*, 8> kModels = {"f",       "f+c",     "pinhole", "radial1",
-                                                       "radial2", "opencv5", "opencv8", "fisheye4"};
+inline constexpr std::array<const char*, 9> kModels = {
+    "f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "opencv8", "fisheye4"};
 
 // The next smaller model; empty for the smallest.
 inline std::string model_below(const std::string& model) {
   static const std::map<std::string, std::string> below = {
       {"f+c", "f"},           {"pinhole", "f+c"},     {"radial1", "f+c"},
-      {"radial2", "radial1"}, {"opencv5", "radial2"}, {"opencv8", "opencv5"},
-      {"fisheye4", "opencv5"}};
+      {"radial2", "radial1"}, {"opencv4", "radial2"}, {"opencv5", "opencv4"},
+      {"opencv8", "opencv5"}, {"fisheye4", "opencv5"}};
   const auto found = below.find(model);
   return found == below.end() ? "" : found->second;
 }
@@ -39,9 +39,10 @@ inline Lens random_lens(const std::string& model, double share, Random& random) 
   if (model == "radial1") return Perspective({f, f, cx, cy, share * k1});
   if (model == "radial2") return Perspective({f, f, cx, cy, k1, share * k2});
   const double p1 = 1e-3 * random.normal(), p2 = 1e-3 * random.normal();
+  if (model == "opencv4")
+    return Perspective({f, f * (1 + share * aspect), cx, cy, k1, k2, share * p1, share * p2});
   if (model == "opencv5")
-    return Perspective({f, f * (1 + share * aspect), cx, cy, k1, k2, share * p1, share * p2,
-                        share * random.uniform(-0.05, 0.05)});
+    return Perspective({f, fy, cx, cy, k1, k2, p1, p2, share * random.uniform(-0.05, 0.05)});
   if (model == "opencv8") {
     const double k4 = random.uniform(0.2, 0.8), k5 = random.uniform(0, 0.2);
     return Perspective({0.6 * f, 0.6 * fy, cx, cy, k4 - random.uniform(0.1, 0.3), k5, p1, p2, 0.01,

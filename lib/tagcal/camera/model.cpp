@@ -10,7 +10,7 @@
 namespace tagcal {
 namespace {
 
-const std::array<Model, 9>& candidates() {
+const std::array<Model, 10>& candidates() {
   static const std::vector<FreeParameter> fxfycxcy = {
       {"fx", {0}}, {"fy", {1}}, {"cx", {2}}, {"cy", {3}}};
   static const auto with = [](std::vector<FreeParameter> base, std::vector<FreeParameter> more) {
@@ -21,13 +21,14 @@ const std::array<Model, 9>& candidates() {
   static const FreeParameter k1 = {"k1", {4}}, k2 = {"k2", {5}}, p1 = {"p1", {6}}, p2 = {"p2", {7}};
   static const FreeParameter k3 = {"k3", {8}}, k4 = {"k4", {9}}, k5 = {"k5", {10}},
                              k6 = {"k6", {11}};
-  static const std::array<Model, 9> models = {
+  static const std::array<Model, 10> models = {
       Model("weak", LensType::parallel, {}),
       Model("f", LensType::perspective, {f}),
       Model("f+c", LensType::perspective, {f, cx, cy}),
       Model("pinhole", LensType::perspective, fxfycxcy),
       Model("radial1", LensType::perspective, {f, cx, cy, k1}),
       Model("radial2", LensType::perspective, {f, cx, cy, k1, k2}),
+      Model("opencv4", LensType::perspective, with(fxfycxcy, {k1, k2, p1, p2})),
       Model("fisheye4", LensType::fisheye,
             with(fxfycxcy, {{"k1", {4}}, {"k2", {5}}, {"k3", {6}}, {"k4", {7}}})),
       Model("opencv5", LensType::perspective, with(fxfycxcy, {k1, k2, p1, p2, k3})),

@@ -37,7 +37,7 @@ class Model {
   // Throws Error, with the known names, for an unknown name.
   static const Model& named(std::string_view name);
   // All models, from the smallest to the largest number of parameters:
-  // weak, f, f+c, pinhole, radial1, radial2, opencv5, fisheye4, opencv8.
+  // weak, f, f+c, pinhole, radial1, radial2, opencv4, fisheye4, opencv5, opencv8.
   static std::span<const Model> all();
 
   Model(std::string_view name, LensType lens_type, std::vector<FreeParameter> free);

@@ -65,8 +65,9 @@ FileKind kind_of(const YamlValue& top) {
   if (top.find("camera_model") && top.find("intrinsics")) return FileKind::euroc;
   if (is_truth(top)) return FileKind::truth;
   if (has_frames(top)) return FileKind::nerfstudio;
-  for (const std::string_view key : {"camera_matrix", "Camera_Matrix", "image_width",
-                                     "image_height", "distortion_coefficients", "M1"})
+  for (const std::string_view key :
+       {"camera_matrix", "Camera_Matrix", "cameraMatrix", "image_width", "image_height",
+        "distortion_coefficients", "M1"})
     if (top.find(key)) return FileKind::opencv;
   return FileKind::none;
 }
@@ -179,7 +180,7 @@ CameraFile read_camera_file(const fs::path& path) {
   refuse_cahvor(text, name);
   switch (kind_of(text)) {
     case FileKind::xml:
-      return read_opencv(YamlValue::of(parse_opencv_xml(text, name), name));
+      return read_keys(YamlValue::of(parse_opencv_xml(text, name), name), path);
     case FileKind::mrcal:
       return read_mrcal(text, name);
     case FileKind::colmap:

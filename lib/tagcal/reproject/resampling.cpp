@@ -46,6 +46,8 @@ class Resampler {
     row_ = options.interpolation == Interpolation::nearest    ? kernels.nearest[kKind]
            : options.interpolation == Interpolation::bilinear ? kernels.bilinear[kKind]
                                                               : kernels.lanczos[kKind];
+    mean_ = options.interpolation == Interpolation::lanczos4 ? kernels.lanczos_mean[kKind]
+                                                             : kernels.tent_mean[kKind];
   }
 
   Resampled<T> run() const {
@@ -95,12 +97,11 @@ class Resampler {
     int begin, end;
   };
 
-  void fill_plain(const Columns& columns, int v, const float* x, const float* y,
-                  Resampled<T>& result) const {
+  ResampleJob job_of(const Columns& columns, int v, const float* x, const float* y,
+                     Resampled<T>& result) const {
     ResampleJob job;
     job.source = source_.row(0);
-    job.stride =
-        (source_.height() > 1 ? source_.row(1) - source_.row(0) : source_.width()) * kValues;
+    job.stride = stride();
     job.width = source_.width();
     job.height = source_.height();
     job.x = x + columns.begin;
@@ -110,15 +111,23 @@ class Resampler {
     job.seen = result.seen.row(v) + columns.begin;
     job.border = &border_;
     job.phases = lanczos_phases();
-    row_(job);
+    job.profile = lanczos_profile();
+    return job;
+  }
+
+  void fill_plain(const Columns& columns, int v, const float* x, const float* y,
+                  Resampled<T>& result) const {
+    row_(job_of(columns, v, x, y, result));
+  }
+
+  // Values from one row of the source to the next.
+  std::ptrdiff_t stride() const {
+    return (source_.height() > 1 ? source_.row(1) - source_.row(0) : source_.width()) * kValues;
   }
 
   template <typename Kernel>
   void fill_band_by(int band, const Footprints& footprints, Resampled<T>& result) const {
-    const std::ptrdiff_t stride =
-        source_.height() > 1 ? source_.row(1) - source_.row(0) : source_.width();
-    Averager<Value, kValues, Kernel> averager(values(source_.row(0)), stride * kValues,
-                                              source_.size());
+    Averager<Value, kValues, Kernel> averager(values(source_.row(0)), stride(), source_.size());
     const int blocks = (rows_.size.width + policy::kBlock - 1) / policy::kBlock;
     for_rows(band, [&](int v, const float* x, const float* y) {
       int begin = 0;  // of blocks that are plain so far
@@ -127,15 +136,30 @@ class Resampler {
         const int end = std::min(block * policy::kBlock, rows_.size.width);
         if (end > begin) fill_plain({begin, end}, v, x, y, result);
         begin = std::min(end + policy::kBlock, rows_.size.width);
-        for (int u = end; u < begin; ++u) {
-          if (is_seen(x[u], y[u]))
-            write(averager, {x[u], y[u]}, footprints.at(u, v), result.image(u, v));
-          else
-            result.image(u, v) = border_;
-          result.seen(u, v) = is_seen(x[u], y[u]) ? 255 : 0;
-        }
+        const Columns columns{end, begin};
+        if (end < begin)
+          fill_averaged(columns, job_of(columns, v, x, y, result), v, footprints, averager, result);
       }
     });
+  }
+
+  template <typename Averager>
+  void fill_averaged(const Columns& columns, const ResampleJob& job, int v,
+                     const Footprints& footprints, Averager& averager, Resampled<T>& result) const {
+    const bool round = footprints.is_round(columns.begin / policy::kBlock);
+    for (int u = columns.begin; u < columns.end; ++u) {
+      const long i = u - columns.begin;
+      const bool seen = is_seen(job.x[i], job.y[i]);
+      job.seen[i] = seen ? 255 : 0;
+      if (!seen) {
+        result.image(u, v) = border_;
+        continue;
+      }
+      const Footprint footprint =
+          round ? Footprint{footprints.round_width(u, v), {0, 0}} : footprints.at(u, v);
+      if (footprint.along.isZero(0) && mean_(job, i, static_cast<float>(footprint.width))) continue;
+      write(averager, {job.x[i], job.y[i]}, footprint, result.image(u, v));
+    }
   }
 
   bool is_seen(float x, float y) const {
@@ -159,6 +183,7 @@ class Resampler {
   const ResampleOptions& options_;
   const T& border_;
   ReprojectKernels::ResampleRow row_;
+  ReprojectKernels::MeanPixel mean_;
 };
 
 std::string text(const ImageSize& size) {

@@ -45,8 +45,9 @@ bool contains(const std::string& model, const std::string& other) {
       {"pinhole", {"f", "f+c", "pinhole"}},
       {"radial1", {"f", "f+c", "radial1"}},
       {"radial2", {"f", "f+c", "radial1", "radial2"}},
-      {"opencv5", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5"}},
-      {"opencv8", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv5", "opencv8"}},
+      {"opencv4", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4"}},
+      {"opencv5", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5"}},
+      {"opencv8", {"f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "opencv8"}},
       {"fisheye4", {"fisheye4"}}};
   const auto found = contained.find(model);
   return found != contained.end() && found->second.contains(other);

@@ -349,4 +349,10 @@ inline constexpr double kOutlyingTagRatio = 4;
 // pattern cannot be read.
 inline constexpr double kLargestTagScale = 0.2;
 
+// ---- Fits between models of lenses (lens_fit.hpp)
+
+// px. A fitted lens replaces its source up to this difference over the region: about the noise of a
+// good corner. Source: none; chosen by hand (docs/models.md has differences of usual lenses).
+inline constexpr double kLargestLensFitDifferencePx = 0.1;
+
 }  // namespace tagcal::internal::policy

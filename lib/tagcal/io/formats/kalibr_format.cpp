@@ -77,9 +77,19 @@ FileCamera read_camera(const YamlValue& camera, std::string_view coefficients_ke
   model.fail("must be pinhole, ds, eucm or omni");
 }
 
-void note_not_used(const YamlValue& camera, CameraFile& file) {
-  for (const std::string_view key : {"T_cam_imu", "timeshift_cam_imu"})
-    if (camera.find(key)) file.notes.push_back(fmt::format("dropped: {}", key));
+// With the IMU's step of Kalibr every camera has its place from the IMU, which becomes the rig.
+void use_imu(const YamlValue& top, CameraFile& file) {
+  std::vector<Pose> camera_from_imu;
+  for (const FileCamera& camera : file.cameras)
+    if (const auto transform = top.at(camera.name).find("T_cam_imu"))
+      camera_from_imu.push_back(read_transform(*transform));
+  if (camera_from_imu.size() == file.cameras.size()) {
+    for (std::size_t i = 0; i < file.cameras.size(); ++i)
+      file.cameras[i].camera_from_rig = camera_from_imu[i];
+    file.notes.emplace_back("the rig is the IMU (T_cam_imu)");
+  }
+  if (top.at("cam0").find("timeshift_cam_imu"))
+    file.notes.emplace_back("dropped: timeshift_cam_imu");
 }
 
 }  // namespace
@@ -98,9 +108,9 @@ CameraFile read_kalibr(const YamlValue& top) {
       if (transform) camera_from_rig = read_transform(*transform) * camera_from_rig;
     }
     if (has_rig) camera.camera_from_rig = camera_from_rig;
-    if (i == 0) note_not_used(*value, file);
     file.cameras.push_back(std::move(camera));
   }
+  use_imu(top, file);
   return file;
 }
 
@@ -139,6 +149,9 @@ FormatOutput write_kalibr(const CameraFile& file) {
       output.notes.push_back(fmt::format("cam{} has no T_cn_cnm1: its place is not known", i));
     }
   }
+  if (!file.cameras.empty() && file.cameras[0].camera_from_rig &&
+      minus(*file.cameras[0].camera_from_rig, Pose()).norm() != 0)
+    output.notes.emplace_back("dropped: the place of cam0 in the rig");
   note_no_uncertainty(file, output.notes);
   note_no_poses(file, output.notes);
   output.files = {{"", text}};

@@ -120,15 +120,26 @@ void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
   }
 }
 
-// The keys of a file: those of the sample program before OpenCV 3 begin with a capital letter.
+// The keys of a file: those of the sample program, of the same before OpenCV 3, and of people who
+// name them after OpenCV's arguments.
 struct Keys {
   std::string_view width = "image_width";
   std::string_view height = "image_height";
   std::string_view matrix = "camera_matrix";
   std::string_view distortion = "distortion_coefficients";
 };
-constexpr Keys kOldKeys = {"image_Width", "image_Height", "Camera_Matrix",
-                           "Distortion_Coefficients"};
+
+Keys keys_of(const YamlValue& top) {
+  const auto first = [&](std::initializer_list<std::string_view> names) {
+    const auto found = std::ranges::find_if(
+        names, [&](std::string_view name) { return top.find(name).has_value(); });
+    return found == names.end() ? *names.begin() : *found;
+  };
+  return {
+      first({"image_width", "image_Width"}), first({"image_height", "image_Height"}),
+      first({"camera_matrix", "Camera_Matrix", "cameraMatrix"}),
+      first({"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs"})};
+}
 
 // 0 x 0 if the file has none.
 ImageSize read_size(const YamlValue& top, const Keys& keys) {
@@ -228,7 +239,7 @@ CameraFile read_opencv(const YamlValue& top) {
   if (top.find("M1")) return read_stereo(top);
   CameraFile file;
   FileCamera camera;
-  camera.calibration = read_camera(top, top.find(kOldKeys.matrix) ? kOldKeys : Keys(), file.notes);
+  camera.calibration = read_camera(top, keys_of(top), file.notes);
   read_uncertainty(top, camera.calibration);
   if (const auto name = top.find("camera_name")) camera.name = name->text();
   file.cameras.push_back(std::move(camera));

@@ -26,6 +26,16 @@ double lanczos_weight(double x) {
   return std::sin(angle) * std::sin(angle / kLobes) / (angle * angle / kLobes);
 }
 
+const float* lanczos_profile() {
+  static const std::vector<float> profile = [] {
+    std::vector<float> values;
+    for (int i = 0; i <= kProfileSteps * kLanczosTaps / 2 + 1; ++i)
+      values.push_back(static_cast<float>(lanczos_weight(static_cast<double>(i) / kProfileSteps)));
+    return values;
+  }();
+  return profile.data();
+}
+
 const float* lanczos_phases() {
   static const std::vector<float> phases = [] {
     std::vector<float> rows;

@@ -11,6 +11,9 @@ const ReprojectKernels& fastest_reproject_kernels();
 // the taps -3 .. 4; each row sums to 1.
 const float* lanczos_phases();
 
+// The kernel at the distances i / kProfileSteps, 0 from distance 4 on.
+const float* lanczos_profile();
+
 // sinc(x) sinc(x / 4) for |x| < 4, else 0.
 double lanczos_weight(double x);
 

@@ -31,13 +31,15 @@ struct ResampleJob {
   const float* y = nullptr;
   long num_pixels = 0;
   void* target = nullptr;
-  unsigned char* seen = nullptr;  // 255 where the coordinates are in the source, else 0
-  const void* border = nullptr;   // the pixel that is written where they are not
-  const float* phases = nullptr;  // of Lanczos: kPhases + 1 rows of kLanczosTaps weights
+  unsigned char* seen = nullptr;   // 255 where the coordinates are in the source, else 0
+  const void* border = nullptr;    // the pixel that is written where they are not
+  const float* phases = nullptr;   // of Lanczos: kPhases + 1 rows of kLanczosTaps weights
+  const float* profile = nullptr;  // of Lanczos: kProfileSteps weights per unit of distance, to 4
 };
 
 inline constexpr int kLanczosTaps = 8;
 inline constexpr int kPhases = 1024;
+inline constexpr int kProfileSteps = 512;
 
 // Kinds of pixels: 8 and 16 bits, one and three values.
 enum PixelKind { kGrey8, kGrey16, kColour8, kColour16, kNumPixelKinds };
@@ -45,10 +47,15 @@ enum PixelKind { kGrey8, kGrey16, kColour8, kColour16, kNumPixelKinds };
 struct ReprojectKernels {
   using MapRow = void (*)(const MapRowJob&);
   using ResampleRow = void (*)(const ResampleJob&);
+  // The mean about the coordinates of pixel i with the kernel widened, if that is fast: false, and
+  // nothing written, if taps are beyond the border, or more than 16 in a row.
+  using MeanPixel = bool (*)(const ResampleJob&, long i, float width);
   MapRow map_row[kNumKernelKinds] = {};
   ResampleRow nearest[kNumPixelKinds] = {};
   ResampleRow bilinear[kNumPixelKinds] = {};
   ResampleRow lanczos[kNumPixelKinds] = {};
+  MeanPixel tent_mean[kNumPixelKinds] = {};
+  MeanPixel lanczos_mean[kNumPixelKinds] = {};
 };
 
 extern const ReprojectKernels kPortableReprojectKernels;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tagcal/reproject/kernels/map_loop.hpp"
+#include "tagcal/reproject/kernels/mean_loop.hpp"
 #include "tagcal/reproject/kernels/resample_loop.hpp"
 
 // All kernels for one kind of pack. Included by the files of kernels only.
@@ -13,6 +14,8 @@ constexpr void fill_resampling(PixelKind kind, ReprojectKernels& kernels) {
   kernels.nearest[kind] = nearest_row<T, kValues>;
   kernels.bilinear[kind] = bilinear_row<T, kValues>;
   kernels.lanczos[kind] = lanczos_row<T, kValues>;
+  kernels.tent_mean[kind] = mean_pixel<T, kValues, false>;
+  kernels.lanczos_mean[kind] = mean_pixel<T, kValues, true>;
 }
 
 template <typename Pack>

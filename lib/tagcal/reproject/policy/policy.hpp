@@ -12,6 +12,10 @@ namespace tagcal::internal::policy {
 inline constexpr double kPlainScale = 1.25;
 inline constexpr double kFullScale = 1.5;
 
+// A footprint up to this much longer than wide is taken as round, as wide as it is long: one sample
+// of the kernel serves it. A longer one is this much wider than its short axis.
+inline constexpr double kRoundRatio = 1.25;
+
 // Distance in pixels of the nodes at which the Jacobian of a map is computed. Between them it is
 // interpolated; its largest stretch within a block is then at a corner of the block, because the
 // spectral norm is convex.

@@ -26,20 +26,27 @@ class Footprints {
   // True if the plain kernel serves all pixels of the block.
   bool is_plain(int block) const { return plain_[static_cast<std::size_t>(block)] != 0; }
 
+  // True if all footprints of the block are round.
+  bool is_round(int block) const { return round_[static_cast<std::size_t>(block)] != 0; }
+
   Footprint at(int u, int v) const;
+
+  // The width of a footprint in a block whose footprints are round: linear between the nodes.
+  double round_width(int u, int v) const;
 
  private:
   struct Node {
     Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
     bool valid = false;
+    Footprint footprint;
   };
 
-  static Node node_at(const MapRows& rows, double u, double v);
+  Node node_at(const MapRows& rows, double u, double v) const;
 
   int first_row_;
   double largest_;
   std::vector<Node> upper_, lower_;  // one more than blocks
-  std::vector<char> plain_;
+  std::vector<char> plain_, round_;
 };
 
 }  // namespace tagcal::internal

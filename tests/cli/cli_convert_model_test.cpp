@@ -1,0 +1,95 @@
+#include "cli_fixture.hpp"
+
+// `convert --model` from outside: a lens of one model for that of another.
+
+namespace tagcal::tools {
+namespace {
+
+constexpr const char* kDoubleSphere = R"(cam0:
+  camera_model: ds
+  intrinsics: [-0.17213086034353243, 0.5931177593944744, 158.28600034966977, 158.2743455478755, 254.96116578191653, 256.8894394501779]
+  distortion_model: none
+  distortion_coeffs: []
+  resolution: [512, 512]
+)";
+
+class ConvertModel : public Cli {
+ protected:
+  void SetUp() override { spill(root() / "ds.yaml", kDoubleSphere); }
+
+  // The arguments of a conversion of a file.
+  static std::string convert(const std::string& in, const std::string& out,
+                             const std::string& more) {
+    return "convert " + path(in) + " " + path(out) + " --to tagcal " + more;
+  }
+};
+
+TEST_F(ConvertModel, ADoubleSphereBecomesAFisheye) {
+  const Outcome outcome =
+      run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.svg")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("model fisheye4 for the double sphere lens"), std::string::npos)
+      << outcome.out;
+  EXPECT_NE(outcome.out.find("  whole image         0.000"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find("+-"), std::string::npos);  // nothing is known about the source
+  const std::string file = slurp(root() / "kb.yaml");
+  EXPECT_NE(file.find("model: \"fisheye4\""), std::string::npos) << file;
+  EXPECT_EQ(file.find("covariance"), std::string::npos);
+  const std::string svg = slurp(root() / "d.svg");
+  EXPECT_NE(svg.find("difference of model fisheye4 from the lens, pixels"), std::string::npos);
+  EXPECT_NE(svg.find(">0.01 px<"), std::string::npos);  // of the scale
+  EXPECT_EQ(
+      run(convert("ds.yaml", "kb.yaml", "--model fisheye4 --picture " + path("d.png"))).exit_code,
+      0);
+  EXPECT_TRUE(slurp(root() / "d.png").starts_with("\x89PNG"));
+}
+
+TEST_F(ConvertModel, ALensThatTheModelDoesNotDescribeIsAFailedCheck) {
+  fs::remove(root() / "five.yaml");
+  const Outcome outcome =
+      run(convert("ds.yaml", "five.yaml", "--model opencv5 --picture " + path("five.svg")));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("model opencv5 has no projection for "), std::string::npos);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_FALSE(fs::exists(root() / "five.yaml"));
+  EXPECT_TRUE(fs::exists(root() / "five.svg"));
+}
+
+TEST_F(ConvertModel, ACalibrationKeepsItsStandardDeviations) {
+  ASSERT_EQ(
+      run("calibrate " + path("set") + " --observations " + path("set/observations_exact.csv") +
+          " --model radial1 --out " + path("radial1.yaml"))
+          .exit_code,
+      0);
+  const Outcome wide = run(convert("radial1.yaml", "larger.yaml", "--model opencv4"));
+  ASSERT_EQ(wide.exit_code, 0) << wide.err;
+  EXPECT_NE(wide.out.find("model opencv4 for the lens of model radial1"), std::string::npos);
+  EXPECT_NE(wide.out.find("  where corners were  "), std::string::npos);
+  EXPECT_NE(wide.out.find(" +- "), std::string::npos);
+  // The file is a calibration like any other.
+  EXPECT_EQ(run("diff " + path("radial1.yaml") + " " + path("larger.yaml")).exit_code, 0);
+  const Outcome small = run(convert("radial1.yaml", "small.yaml", "--model f+c"));
+  EXPECT_EQ(small.exit_code, 1);
+  EXPECT_NE(small.err.find("over the part of the image that had corners, more than 0.1 px"),
+            std::string::npos);
+  EXPECT_EQ(
+      run(convert("radial1.yaml", "small.yaml", "--model f+c --max-difference-px 100")).exit_code,
+      0);
+}
+
+TEST_F(ConvertModel, BadOptions) {
+  const auto bad = [](const std::string& more, const std::vector<std::string>& parts) {
+    expect_bad_input(convert("ds.yaml", "no.yaml", more), parts);
+    EXPECT_FALSE(fs::exists(root() / "no.yaml"));
+  };
+  bad("--model fisheye5", {"--model", "opencv4", "fisheye5"});
+  bad("--model weak", {"--model", "weak", "parallel"});
+  bad("--max-difference-px 1", {"--max-difference-px: needs --model"});
+  bad("--picture a.svg", {"--picture: needs --model"});
+  bad("--model f --picture a.gif", {"a.gif", ".svg or .png"});
+  bad("--model f --max-difference-px 0", {"--max-difference-px"});
+  bad("", {"double sphere", "--model"});
+}
+
+}  // namespace
+}  // namespace tagcal::tools

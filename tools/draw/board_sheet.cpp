@@ -1,0 +1,189 @@
+#include "draw/board_sheet.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tagcal/error.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kMinMarginMm = 10;
+constexpr double kStepMm = 0.5;           // of the sizes that --paper picks
+constexpr double kMm = 1000;              // of a metre
+constexpr std::size_t kMostIds = 6;       // by number in the caption
+constexpr std::size_t kMostLetters = 40;  // of a file's name in the caption
+
+TagFamily family_of(const Board& board, const TagFamilies& families) {
+  return board.tags.empty() ? TagFamily{} : families.at(board.family);
+}
+
+// A tag needs a white frame, two cells wide; a checkerboard has white squares at its border, and
+// needs half a square more beside its black ones.
+double margin_mm(const Board& board, const TagFamilies& families) {
+  double margin = kMinMarginMm;
+  if (board.checkerboard) {
+    const Checkerboard& squares = *board.checkerboard;
+    return std::max(margin, kMm * std::min(squares.column_spacing, squares.row_spacing) / 2);
+  }
+  const TagFamily family = family_of(board, families);
+  for (const Tag& tag : board.tags)
+    margin = std::max(margin, 2 * kMm * tag.size / family.width_at_border);
+  return margin;
+}
+
+std::vector<Quad> ink_mm(const Board& board, const TagFamilies& families) {
+  std::vector<Quad> ink;
+  for (const Rectangle& cell : ink_cells(board, family_of(board, families))) {
+    Quad quad;
+    for (std::size_t i = 0; i < 4; ++i) quad[i] = kMm * cell[i].head<2>();
+    ink.push_back(quad);
+  }
+  return ink;
+}
+
+Vector2d extent(const std::vector<Quad>& ink) {
+  Eigen::AlignedBox2d box;
+  for (const Quad& quad : ink)
+    for (const Vector2d& corner : quad) box.extend(corner);
+  return box.sizes();
+}
+
+std::string mm(double metres) { return fmt::format("{:g}", std::round(metres * 1e6) / 1e3); }
+
+std::string ids_text(const Board& board) {
+  std::vector<int> ids;
+  for (const Tag& tag : board.tags) ids.push_back(tag.id);
+  std::ranges::sort(ids);
+  if (ids.size() == 1) return fmt::format("id {}", ids[0]);
+  const bool all = ids.back() - ids.front() + 1 == static_cast<int>(ids.size());
+  if (all) return fmt::format("ids {} to {}", ids.front(), ids.back());
+  if (ids.size() <= kMostIds) return fmt::format("ids {}", fmt::join(ids, ", "));
+  return fmt::format("{} ids from {} to {}", ids.size(), ids.front(), ids.back());
+}
+
+// Second line of the caption: the markers.
+std::string pattern_text(const Board& board) {
+  if (board.charuco)
+    return fmt::format("{}, {}, markers of {} mm{}", board.family, ids_text(board),
+                       mm(board.charuco->size), board.charuco->legacy ? ", legacy layout" : "");
+  if (!board.checkerboard)
+    return fmt::format("{}, {}, border of {} cell{}", board.family, ids_text(board),
+                       board.border_bits, board.border_bits == 1 ? "" : "s");
+  return fmt::format("{} square at the lower left",
+                     board.checkerboard->starts_black ? "black" : "white");
+}
+
+SheetFrame frame_of(const Board& board, const TagFamilies& families, const std::string& name,
+                    const std::optional<Paper>& page) {
+  const bool short_name = name.size() <= kMostLetters;
+  SheetFrame frame{margin_mm(board, families),
+                   {(short_name ? name + ": " : "") + size_text(board),
+                    pattern_text(board) + "; print at 100 %"}};
+  if (!page) return frame;
+  frame.page_mm = Vector2d(page->width_mm, page->height_mm);
+  // To fill the page, the white around the board is only as wide as printers and tags need.
+  frame.margin_mm = std::max(kMinMarginMm, frame.margin_mm / 2);
+  return frame;
+}
+
+// The length that --paper picks, in metres.
+double leading_size(const Board& board) {
+  if (board.checkerboard) return board.checkerboard->column_spacing;
+  return board.tags.front().size;
+}
+
+Board resized(const Board& board, double size_m) {
+  const double scale = size_m / leading_size(board);
+  if (board.charuco) {
+    Checkerboard squares = *board.checkerboard;
+    CharucoMarkers markers = *board.charuco;
+    squares.column_spacing = squares.row_spacing = size_m;
+    const double step_m = kStepMm / kMm;
+    markers.size = std::max(1.0, std::floor(markers.size * scale / step_m)) * kStepMm / kMm;
+    return charuco_board(squares, markers);
+  }
+  if (board.checkerboard) {
+    Checkerboard squares = *board.checkerboard;
+    const bool square = squares.row_spacing == squares.column_spacing;
+    squares.row_spacing = square ? size_m : squares.row_spacing * scale;
+    squares.column_spacing = size_m;
+    return checkerboard_board(squares);
+  }
+  if (board.grid) {
+    Grid grid = *board.grid;
+    grid.tag_size = size_m;
+    return grid_board(grid, board.family, board.border_bits, board.corner_squares);
+  }
+  Board result = board;
+  for (Tag& tag : result.tags) {
+    tag.size *= scale;
+    tag.board_from_tag =
+        Pose(tag.board_from_tag.rotation(), scale * tag.board_from_tag.translation());
+  }
+  return result;
+}
+
+// The greatest number of steps whose board fits the page; 0 if none does.
+int most_steps(const Board& board, const TagFamilies& families, const std::string& name,
+               const Paper& page) {
+  const Vector2d ink = extent(ink_mm(board, families));  // grows with the size
+  const double size_mm = kMm * leading_size(board);
+  const double longest = std::max(page.width_mm, page.height_mm);
+  for (int steps = static_cast<int>(longest / kStepMm); steps > 0; --steps) {
+    const double size_m = steps * kStepMm / kMm;
+    if ((ink * (size_m * kMm / size_mm)).maxCoeff() > longest) continue;
+    const Board fitted = resized(board, size_m);
+    const Vector2d needed =
+        needed_size(ink * (size_m * kMm / size_mm), frame_of(fitted, families, name, page));
+    if (needed.x() <= page.width_mm && needed.y() <= page.height_mm) return steps;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string size_text(const Board& board) {
+  if (board.checkerboard) {
+    const Checkerboard& squares = *board.checkerboard;
+    const std::string size =
+        squares.column_spacing == squares.row_spacing
+            ? mm(squares.column_spacing)
+            : fmt::format("{} x {}", mm(squares.column_spacing), mm(squares.row_spacing));
+    return fmt::format("{} x {} squares of {} mm", squares.columns + 1, squares.rows + 1, size);
+  }
+  if (board.grid)
+    return fmt::format("{} x {} tags of {} mm, gaps of {} mm", board.grid->columns,
+                       board.grid->rows, mm(board.grid->tag_size),
+                       mm(board.grid->tag_size * board.grid->tag_spacing));
+  const auto [least, greatest] = std::ranges::minmax(board.tags, {}, &Tag::size);
+  const bool same = least.size == greatest.size;
+  return fmt::format("{} tag{} of {}{} mm", board.tags.size(), board.tags.size() == 1 ? "" : "s",
+                     same ? "" : mm(least.size) + " to ", mm(greatest.size));
+}
+
+Sheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,
+                  const std::optional<Paper>& page) {
+  return sheet_with_scale_bar(ink_mm(board, families), frame_of(board, families, name, page));
+}
+
+FittedBoard fitted_board(const Board& board, const TagFamilies& families, const std::string& name,
+                         const Paper& paper, bool landscape) {
+  const int lying = most_steps(board, families, name, paper.landscape());
+  const int upright = landscape ? 0 : most_steps(board, families, name, paper);
+  const int steps = std::max(lying, upright);
+  if (steps == 0)
+    throw Error(fmt::format("--paper: {} is too small: tags or squares would have less than {} mm",
+                            paper.name, kStepMm));
+  return {resized(board, steps * kStepMm / kMm), lying > upright ? paper.landscape() : paper};
+}
+
+}  // namespace tagcal::tools
