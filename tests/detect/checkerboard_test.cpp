@@ -118,25 +118,6 @@ TEST(Checkerboards, PartsAndOtherBoardsAreNotReported) {
   EXPECT_NE(why.checkerboards[0].find("not seen whole"), std::string::npos);
 }
 
-// A part of a larger board that has the size of the target is no view of it.
-TEST(Checkerboards, LargerBoardsAreNotTakenForTheirParts) {
-  Random random(12);
-  CheckerView view = checker_view(checkers(8, 5), camera(0), {20, 10, .8, 2, .1}, random);
-  Image8 hidden = view.image;  // a junction in each line of the outer ring but its ends
-  for (const auto& [id, at] : view.corners) {
-    const int column = id.tag_id % 8, row = id.tag_id / 8;
-    const bool is_outside = column == 0 || column == 7 || row == 0 || row == 4;
-    if (!is_outside || (column + row) % 2 == 0) continue;
-    for (int y = -4; y <= 4; ++y)
-      for (int x = -4; x <= 4; ++x)
-        hidden(static_cast<int>(at.x()) + x, static_cast<int>(at.y()) + y) = 120;
-  }
-  for (const auto& [columns, rows] : {std::pair(6, 3), {7, 4}, {8, 3}})
-    EXPECT_TRUE(
-        detect(hidden, {{checkers(columns, rows), Pose()}}, {}, "", nullptr).observations.empty())
-        << columns << " x " << rows;
-}
-
 TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
   Random random(8);
   Image8 noise(kSize);

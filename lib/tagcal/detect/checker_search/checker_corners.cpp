@@ -120,27 +120,6 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
   return corners;
 }
 
-double CheckerFitter::share_beyond(const CheckerCorners& corners) const {
-  const CheckerPrint larger = print_.enlarged();
-  const CheckerFitter fitter(image_, larger, camera_);
-  std::vector<CheckerPlace> places;
-  for (const auto& [cell, corner] : corners)
-    places.push_back({Vector2d(cell.first + 1, cell.second + 1), corner.at});
-  double most = 0;
-  const auto try_side = [&](int count, const auto& cell_at) {
-    int found = 0;
-    for (int i = 1; i <= count; ++i)
-      if (fitter.fit_one(cell_at(i), places, camera_)) ++found;
-    most = std::max(most, static_cast<double>(found) / count);
-  };
-  const int right = larger.columns() - 1, top = larger.rows() - 1;
-  try_side(print_.rows(), [](int i) { return CheckerCell{0, i}; });
-  try_side(print_.rows(), [&](int i) { return CheckerCell{right, i}; });
-  try_side(print_.columns(), [](int i) { return CheckerCell{i, 0}; });
-  try_side(print_.columns(), [&](int i) { return CheckerCell{i, top}; });
-  return most;
-}
-
 int CheckerFitter::fit_again(CheckerCorners& corners) const {
   std::vector<CheckerPlace> places;
   for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});

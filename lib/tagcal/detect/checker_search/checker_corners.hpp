@@ -35,10 +35,6 @@ class CheckerFitter {
   // not estimated from each corner then.
   void fit_under_lens(CheckerCorners& corners) const;
 
-  // The share of the places one square beyond the corners, on the side where most are, that look
-  // like corners too: the board in the picture is then larger than the print.
-  double share_beyond(const CheckerCorners& corners) const;
-
   // Fits known corners again under the camera that was given; returns how many it has fitted.
   int fit_again(CheckerCorners& corners) const;
 

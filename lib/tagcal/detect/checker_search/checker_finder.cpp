@@ -285,7 +285,6 @@ std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, con
   const CheckerFitter fitter(image, print, camera_);
   CheckerCorners corners = fitter.fit(places);
   if (!is_verified(corners, print)) return std::nullopt;
-  if (fitter.share_beyond(corners) > policy::kCheckerMaxBeyond) return std::nullopt;
   fitter.fit_under_lens(corners);
   return corners;
 }

@@ -46,13 +46,6 @@ CheckerPrint::CheckerPrint(const Board& board)
   }
 }
 
-CheckerPrint CheckerPrint::enlarged() const {
-  CheckerPrint result = *this;
-  result.columns_ += 2;
-  result.rows_ += 2;
-  return result;
-}
-
 bool CheckerPrint::is_at_edge(const CheckerCell& corner) const {
   return corner.first == 0 || corner.second == 0 || corner.first == columns_ - 1 ||
          corner.second == rows_ - 1;

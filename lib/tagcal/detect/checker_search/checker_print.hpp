@@ -26,9 +26,6 @@ class CheckerPrint {
   void set_starts_black(bool value) { starts_black_ = value; }
   bool is_at_edge(const CheckerCell& corner) const;
 
-  // The same squares with one more on each side. Precondition: no markers.
-  CheckerPrint enlarged() const;
-
   // The print about a corner; unit: squares; x right, y up. `outside` is the part of the outermost
   // squares that is known.
   CornerPattern about(const CheckerCell& corner, double outside) const;

@@ -349,9 +349,6 @@ inline constexpr double kCheckerMinFitted = 0.6;
 inline constexpr double kCheckerMinFittedOutside = 0.3;
 // px. Shorter side of the smallest squares that are fitted. Source: none; chosen by hand.
 inline constexpr double kCheckerMinSidePx = 3;
-// Share of the places one square beyond a side that look like corners, from which on the board in
-// the picture is larger. Source: none; chosen by hand: outlines of squares hardly do.
-inline constexpr double kCheckerMaxBeyond = 0.4;
 // Squares beyond the next junction that are fitted with a corner: pixels before them are then
 // known. Source: 3 spreads of 0.9 px for squares of 10 px.
 inline constexpr double kCheckerBeyond = 0.3;
