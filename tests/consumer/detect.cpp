@@ -10,7 +10,7 @@ int main() {
   const tagcal::Image8 image = tagcal::read_image("board.png");
 
   std::vector<std::string> warnings;
-  const tagcal::View view = tagcal::detect(image, "board.png", {board}, {}, &warnings);
+  const tagcal::View view = tagcal::detect(image, {board}, {}, "board.png", &warnings);
   for (const std::string& warning : warnings) std::cerr << warning << "\n";
   for (const tagcal::Observation& seen : view.observations) {
     std::cout << seen.id.tag_id << ":" << seen.id.corner << " " << seen.pixel.transpose();

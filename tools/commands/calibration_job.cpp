@@ -29,7 +29,8 @@ void check_truth_has_one_lens(const Input& input) {
   if (parallel && parallel->oblique())
     throw Error(input.name + ": truth.yaml: camera: is an oblique projection, which no model has");
   if (!truth->lenses.empty())
-    throw Error(input.name + ": truth.yaml: poses: each view has its own lens, calibrate finds one");
+    throw Error(input.name +
+                ": truth.yaml: poses: each view has its own lens, calibrate finds one");
 }
 
 }  // namespace

@@ -1,17 +1,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <filesystem>
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "commands/commands.hpp"
+#include "commands/detect_tags_run.hpp"
 #include "draw/tag_drawing.hpp"
 #include "input/arguments.hpp"
-#include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
@@ -31,21 +30,9 @@ struct Arguments {
   std::string camera;  // a file
   std::string draw;    // a folder
   bool explain = false;
+  int border_bits = 0;  // 0: not given
   int threads = 0;
 };
-
-// A picture is drawn under its own name, whatever its folder and format.
-std::vector<std::string> drawing_names(const Input& input) {
-  std::vector<std::string> names;
-  std::set<std::string> taken;
-  for (const ImageSource& image : input.images) {
-    names.push_back(std::filesystem::path(image.name).stem().string() + ".png");
-    if (!taken.insert(names.back()).second) {
-      throw Error(fmt::format("--draw: two pictures would be drawn as {}", names.back()));
-    }
-  }
-  return names;
-}
 
 void draw(const Input& input, const std::vector<std::string>& names, OutputFolder& folder) {
   for (std::size_t i = 0; i < input.images.size(); ++i) {
@@ -81,28 +68,29 @@ std::string explanation_text(const std::string& name, const Explanation& e, bool
   return text;
 }
 
-// The camera of --camera, if it is given.
-std::optional<Camera> known_camera(const Arguments& arguments, const Input& input) {
-  if (arguments.camera.empty()) return std::nullopt;
-  const CalibrationFile file = read_camera(arguments.camera);
-  check_image_size(file.camera.image_size, arguments.camera, input);
-  return file.camera;
-}
-
 void explain_all(const Input& input) {
   for (const ImageSource& image : input.images)
     print_to_stderr("{}", explanation_text(image.name, explain(image.load(), input.dataset.boards),
                                            has_tags(input.dataset.boards)));
 }
 
+int run_without_target(const Arguments& a) {
+  if (!a.input.target.empty())
+    throw Error("--family, --target: only one of the two is possible; the target has its family");
+  if (a.explain) throw Error("--explain: needs a target");
+  return run_tag_search({a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads});
+}
+
 int run(const Arguments& arguments) {
+  if (!arguments.input.family.empty()) return run_without_target(arguments);
+  if (arguments.border_bits > 0) throw Error("--border-bits: needs --family");
   check_writable(arguments.out);
   Input input = read_input(arguments.input);
   std::optional<OutputFolder> drawings;
   const std::vector<std::string> names =
       arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
-  const std::optional<Camera> camera = known_camera(arguments, input);
+  const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
   const std::vector<View>& views = input.dataset.views;
   const std::string csv = observations_csv(views);
@@ -132,6 +120,15 @@ Command add_detect(CLI::App& app) {
   CLI::App* command = add_command(app, "detect", "corners of a target in pictures, as CSV");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
+  add_option(
+      *command, "--family", arguments->input.family,
+      "all tags of this family in pictures, without a target; ids may repeat, and the column "
+      "`instance` counts them")
+      .text("NAME");
+  add_integer(
+      *command, "--border-bits", arguments->border_bits, 1,
+      "width of these tags' black border in cells: 1 (the default), or 2 as on Kalibr's boards")
+      .text("N");
   add_option(*command, "--out", arguments->out, "file for the corners, instead of stdout")
       .text("CSV");
   add_option(*command, "--camera", arguments->camera,
@@ -151,7 +148,8 @@ Command add_detect(CLI::App& app) {
   add_footer(*command,
              "Example: tagcal detect desk --out corners.csv\n"
              "         tagcal detect --target board.yaml photos/*.jpg > corners.csv\n"
-             "         tagcal detect --target board.yaml photo.jpg --explain --draw drawn");
+             "         tagcal detect --target board.yaml photo.jpg --explain --draw drawn\n"
+             "         tagcal detect --family tag36h11 photo.jpg");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -17,7 +17,7 @@
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/image_file.hpp"
 
@@ -91,10 +91,8 @@ TargetPoints points_in_target(const std::vector<PlacedBoard>& boards) {
 PoseAndFocalOptions options_for(const ViewCorrespondences& problem, const Arguments& arguments) {
   PoseAndFocalOptions options;
   options.sigma_px = arguments.sigma_px;
-  options.groups = problem.groups;
-  if (arguments.sigma_px == 0) options.covariance_px2 = problem.covariance_px2;
   options.prior_focal_px = arguments.prior_focal_px;
-  return options;
+  return problem.with_these(options);
 }
 
 PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOptions& options,

@@ -118,7 +118,7 @@ void check_truth(const Arguments& arguments, const CalibrationFile& file, const 
 
 int run(const Arguments& arguments) {
   const CalibrationFile file = read_camera(arguments.calibration);
-  Input input = read_input({"", {arguments.dataset}, arguments.observations});
+  Input input = read_input({.inputs = {arguments.dataset}, .observations = arguments.observations});
   check_image_size(file.camera.image_size, arguments.calibration, input);
   check_truth(arguments, file, input);
   need_views(input, 0);

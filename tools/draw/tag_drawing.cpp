@@ -111,16 +111,8 @@ void add_unfitted(const UnfittedTag& tag, Lines& lines) {
     lines.numbers.push_back(line);
 }
 
-}  // namespace
-
-ImageRgb draw_tags(const Image8& picture, const View& view,
-                   const std::vector<UnfittedTag>& unfitted) {
-  std::map<int, Corners> tags;
-  for (const Observation& seen : view.observations) tags[seen.id.tag_id][seen.id.corner] = &seen;
-  Lines lines;
-  for (const auto& [id, corners] : tags) add_tag(id, corners, lines);
-  for (const UnfittedTag& tag : unfitted) add_unfitted(tag, lines);
-  // The width grows with the picture, and is a pixel at least.
+// The width grows with the picture, and is a pixel at least.
+ImageRgb drawn(const Image8& picture, const Lines& lines) {
   const double width = std::max(1.0, std::max(picture.width(), picture.height()) / 1200.0);
   Canvas canvas(picture);
   canvas.draw(lines.outlines, {kTagColour, width, 0.8});
@@ -131,6 +123,34 @@ ImageRgb draw_tags(const Image8& picture, const View& view,
   canvas.draw(lines.ellipses, {kEllipseColour, width, 0.9});
   canvas.draw(lines.crosses, {kCornerColour, std::max(1.0, 0.6 * width), 1});
   return canvas.image();
+}
+
+}  // namespace
+
+ImageRgb draw_tags(const Image8& picture, const View& view,
+                   const std::vector<UnfittedTag>& unfitted) {
+  std::map<int, Corners> tags;
+  for (const Observation& seen : view.observations) tags[seen.id.tag_id][seen.id.corner] = &seen;
+  Lines lines;
+  for (const auto& [id, corners] : tags) add_tag(id, corners, lines);
+  for (const UnfittedTag& tag : unfitted) add_unfitted(tag, lines);
+  return drawn(picture, lines);
+}
+
+ImageRgb draw_tags(const Image8& picture, const std::vector<DetectedTag>& tags) {
+  Lines lines;
+  for (const DetectedTag& tag : tags) {
+    std::array<Observation, 4> seen;
+    Corners corners;
+    for (int i = 0; i < 4; ++i) {
+      Observation& corner = seen[static_cast<std::size_t>(i)];
+      corner = {{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
+      if (tag.covariance_px2) corner.covariance_px2 = tag.covariance_px2->block<2, 2>(2 * i, 2 * i);
+      corners[i] = &corner;
+    }
+    add_tag(tag.id, corners, lines);
+  }
+  return drawn(picture, lines);
 }
 
 }  // namespace tagcal::tools

@@ -17,4 +17,7 @@ inline constexpr double kEllipseScale = 100;
 ImageRgb draw_tags(const Image8& picture, const View& view,
                    const std::vector<UnfittedTag>& unfitted);
 
+// The same for tags without a board.
+ImageRgb draw_tags(const Image8& picture, const std::vector<DetectedTag>& tags);
+
 }  // namespace tagcal::tools

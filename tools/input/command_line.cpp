@@ -14,6 +14,7 @@
 
 #include "report/messages.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -58,14 +58,19 @@ void check_one_size(const std::vector<fs::path>& files, const ImageSize& size) {
   }
 }
 
+Board read_board(const InputArguments& arguments, Input& input) {
+  std::optional<double> size;
+  if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
+  return read_target(arguments.target, {}, &input.warnings, size);
+}
+
 Input read_pictures(const InputArguments& arguments) {
   if (!arguments.observations.empty()) {
     throw Error("--observations: needs a DATASET, not --target");
   }
   Input input;
-  input.name = arguments.target;
-  const Board board = read_target(arguments.target, {}, &input.warnings);
-  input.dataset.boards.push_back({board, Pose()});
+  input.name = arguments.target.empty() ? arguments.inputs.front() : arguments.target;
+  if (!arguments.target.empty()) input.dataset.boards.push_back({read_board(arguments, input), {}});
   const std::vector<fs::path> files(arguments.inputs.begin(), arguments.inputs.end());
   input.images = image_sources(files);
   input.dataset.image_size = read_image_size(files.front());
@@ -107,6 +112,10 @@ void add_input(CLI::App& command, InputArguments& arguments) {
       .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
       .text("T.yaml");
+  add_positive(
+      command, "--tag-size", arguments.tag_size_m,
+      "side of the tags in metres, black edge to black edge, if --target is a field layout "
+      "of WPILib, which does not state it (0.1651)");
   add_option(command, "--refinement", arguments.refinement,
              "how corners are located in pictures: fit (of the whole printed tag, with "
              "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")
@@ -121,7 +130,10 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 }
 
 Input read_input(const InputArguments& arguments) {
-  Input input = arguments.target.empty() ? read_folder(arguments) : read_pictures(arguments);
+  if (arguments.tag_size_m > 0 && arguments.target.empty())
+    throw Error("--tag-size: needs --target, a field layout of WPILib");
+  const bool is_dataset = arguments.target.empty() && arguments.family.empty();
+  Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
   return input;
 }

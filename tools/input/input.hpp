@@ -14,12 +14,14 @@ namespace tagcal::tools {
 // with observations.
 struct InputArguments {
   std::string target;               // a target file; "" for a data set
+  double tag_size_m = 0;            // of a target file without one; 0: its default
+  std::string family;               // of tags without a target; only `detect`
   std::vector<std::string> inputs;  // one folder, or pictures
   std::string observations;         // a CSV file that replaces those of the data set
   std::string refinement;           // of corners in pictures; "": the default
 };
 
-// `DATASET` or `IMAGE...`, `--target` and `--refinement`.
+// `DATASET` or `IMAGE...`, `--target`, `--tag-size` and `--refinement`.
 void add_input(CLI::App& command, InputArguments& arguments);
 void add_observations(CLI::App& command, InputArguments& arguments);
 

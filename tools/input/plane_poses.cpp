@@ -8,11 +8,10 @@
 #include "input/lens_input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/io/target_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Points = std::map<CornerId, Eigen::Vector3d>;
@@ -28,7 +27,7 @@ std::vector<double> rectangle_around(const Points& points) {
 // The poses of the target in the pictures.
 void estimate_poses(const PlaneRequest& request, PlanePoses& poses) {
   const CalibrationFile& file = *request.file;
-  Input input = read_input({request.target, request.images, "", ""});
+  Input input = read_input({.target = request.target, .inputs = request.images});
   check_image_size(file.camera.image_size, request.camera, input);
   detect_views(input, request.threads, true, &file.camera);
   poses.warnings = input.warnings;
@@ -37,13 +36,9 @@ void estimate_poses(const PlaneRequest& request, PlanePoses& poses) {
   for (std::size_t i = 0; i < request.images.size(); ++i) {
     const auto view = std::ranges::find(input.dataset.views, input.images[i].name, &View::image);
     PoseEstimate estimate;
-    if (view != input.dataset.views.end()) {
-      const ViewCorrespondences problem = view_correspondences(*view, points, file.camera_error_px);
-      PoseOptions options;
-      options.groups = problem.groups;
-      options.covariance_px2 = problem.covariance_px2;
-      estimate = estimate_pose(problem.correspondences, file.camera, options);
-    }
+    if (view != input.dataset.views.end())
+      estimate =
+          estimate_pose(view_correspondences(*view, points, file.camera_error_px), file.camera);
     if (is_answer(estimate.status))
       poses.camera_from_plane.emplace_back(i, estimate.camera_from_target());
     if (estimate.status != Status::ok)

@@ -8,13 +8,12 @@
 #include "input/input.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/viewing/projection.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 void check_view(int view, std::size_t num_views, const std::string& input) {
@@ -60,12 +59,8 @@ void look_by_calibration(Input& input, const ViewChoice& choice, ViewInput& resu
   find_views(input, 0, true, &file.camera);
   check_view(choice.view, input.dataset.views.size(), choice.input);
   const View& view = input.dataset.views[static_cast<std::size_t>(choice.view)];
-  const ViewCorrespondences problem =
-      view_correspondences(view, points_in_world(input.dataset.boards), file.camera_error_px);
-  PoseOptions options;
-  options.groups = problem.groups;
-  options.covariance_px2 = problem.covariance_px2;
-  const PoseEstimate pose = estimate_pose(problem.correspondences, file.camera, options);
+  const PoseEstimate pose = estimate_pose(
+      view_correspondences(view, input.dataset.boards, file.camera_error_px), file.camera);
   result.image = view.image;
   for (const Finding& finding : pose.findings) result.warnings.push_back(finding.sentence);
   if (is_answer(pose.status)) result.camera_from_world = pose.camera_from_target();

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 
 namespace tagcal::tools {
@@ -50,11 +51,33 @@ Json covariance_json(const Matrix6& covariance) {
   return rows;
 }
 
+Json vector_json(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Vector6d sigmas_of(const Matrix6& covariance) {
+  const Vector6d variance = covariance.diagonal();
+  return variance.unaryExpr([](double v) { return std::sqrt(v < 0 ? 0 : v); });
+}
+
+// NaN, of an angle that is not defined, becomes null.
+Json camera_json(const PoseHypothesis& hypothesis) {
+  const CameraInTarget camera = camera_in_target(hypothesis);
+  const Vector6d sigma = sigmas_of(camera.covariance);
+  return {{"position_m", vector_json(camera.position_m)},
+          {"azimuth_deg", degrees(camera.azimuth_rad)},
+          {"elevation_deg", degrees(camera.elevation_rad)},
+          {"roll_deg", degrees(camera.roll_rad)},
+          {"sigma_position_m", vector_json(sigma.head<3>())},
+          {"sigma_azimuth_deg", degrees(sigma[3])},
+          {"sigma_elevation_deg", degrees(sigma[4])},
+          {"sigma_roll_deg", degrees(sigma[5])}};
+}
+
 Json alternative_json(const std::vector<PoseHypothesis>& hypotheses) {
   if (hypotheses.size() < 2) return nullptr;
   const PoseHypothesis& other = hypotheses[1];
   return {{"camera_from_board", pose_json(other.camera_from_target)},
           {"covariance", covariance_json(other.covariance)},
+          {"camera_in_target", camera_json(other)},
           {"rms_px", other.rms_px},
           {"probability", other.probability}};
 }
@@ -87,6 +110,7 @@ Json view_json(const PoseReport& view) {
           {"status", status_name(view.status)},
           {"camera_from_board", best ? pose_json(best->camera_from_target) : Json()},
           {"covariance", best ? covariance_json(best->covariance) : Json()},
+          {"camera_in_target", best ? camera_json(*best) : Json()},
           {"focal_px", or_null(view.focal_px)},
           {"sigma_focal_px", or_null(view.sigma_focal_px)},
           {"prior_focal_px", or_null(view.prior_focal_px)},
@@ -116,18 +140,33 @@ std::string rotation_lines(const Pose& pose) {
                           degrees(angles.pitch_rad), degrees(angles.yaw_rad)));
 }
 
+// The camera's place in the target's frame.
+std::string camera_lines(const PoseHypothesis& hypothesis) {
+  const CameraInTarget camera = camera_in_target(hypothesis);
+  const Vector6d sigma = sigmas_of(camera.covariance);
+  const Vector3d& at = camera.position_m;
+  return line("camera at", fmt::format("{:9.6f} {:9.6f} {:9.6f} m  x, y, z in the target's frame",
+                                       at.x(), at.y(), at.z())) +
+         line("  sigma", fmt::format("{:9.6f} {:9.6f} {:9.6f} m", sigma[0], sigma[1], sigma[2])) +
+         line("looks to", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  azimuth, elevation, roll",
+                                      degrees(camera.azimuth_rad), degrees(camera.elevation_rad),
+                                      degrees(camera.roll_rad))) +
+         line("  sigma", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg", degrees(sigma[3]),
+                                     degrees(sigma[4]), degrees(sigma[5])));
+}
+
 // Each line of standard deviations is below the line of its numbers.
 std::string hypothesis_lines(const PoseHypothesis& hypothesis) {
   const Pose& pose = hypothesis.camera_from_target;
-  const Vector6d variance = hypothesis.covariance.diagonal();
-  const Vector6d sigma = variance.cwiseMax(0).cwiseSqrt();
+  const Vector6d sigma = sigmas_of(hypothesis.covariance);
   const Vector3d& t = pose.translation();
   return rotation_lines(pose) +
          line("  sigma", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  about the camera's x, y, z",
                                      degrees(sigma[0]), degrees(sigma[1]), degrees(sigma[2]))) +
          line("translation",
               fmt::format("{:9.6f} {:9.6f} {:9.6f} m  x, y, z", t.x(), t.y(), t.z())) +
-         line("  sigma", fmt::format("{:9.6f} {:9.6f} {:9.6f} m", sigma[3], sigma[4], sigma[5]));
+         line("  sigma", fmt::format("{:9.6f} {:9.6f} {:9.6f} m", sigma[3], sigma[4], sigma[5])) +
+         camera_lines(hypothesis);
 }
 
 std::string poses_text(const PoseReport& view) {

@@ -18,6 +18,7 @@
 #include "study/study_commands.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 using namespace study;

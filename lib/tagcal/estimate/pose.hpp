@@ -5,6 +5,7 @@
 
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/estimate/types.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 
 // Pose, and focal length, of the camera of one view: the most likely answer, its covariance, and
 // the reason where the view does not determine it.
@@ -17,6 +18,11 @@ namespace tagcal {
 PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, const Camera& camera,
                            const PoseOptions& options = {});
 
+// The same for the corners of a view (view_correspondences), with their groups and, unless the
+// options state the noise, their covariances.
+PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera,
+                           const PoseOptions& options = {});
+
 // Returns pose and focal length of a pinhole with square pixels and its principal point in the
 // centre of the image, from four points or more: in a plane that is tilted enough, or in space. The
 // focal length is refused (focal_not_observable) if sd(f) / f exceeds 10 % at the estimate, if weak
@@ -24,5 +30,26 @@ PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, cons
 PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> correspondences,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options = {});
+PoseAndFocalEstimate estimate_pose_and_focal(const ViewCorrespondences& seen,
+                                             const ImageSize& image_size,
+                                             const PoseAndFocalOptions& options = {});
+
+// Where the camera is in the target's frame, and where it looks. Azimuth: of the optical axis about
+// z of the target, from +x towards +y; elevation: of the optical axis above the target's xy-plane,
+// towards +z; roll: of the camera about the optical axis, clockwise as seen from behind it, 0 if z
+// of the target is up in the image. The ranges are those of roll_pitch_yaw
+// (geometry/viewpoint.hpp).
+struct CameraInTarget {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double azimuth_rad = 0;
+  double elevation_rad = 0;
+  double roll_rad = 0;
+  // The optical axis is along z of the target: azimuth and roll are one valid choice, and their
+  // rows and columns of the covariance are NaN.
+  bool gimbal_lock = false;
+  // Of (position, azimuth, elevation, roll), by linearisation.
+  Matrix6 covariance = Matrix6::Zero();
+};
+CameraInTarget camera_in_target(const PoseHypothesis& hypothesis);
 
 }  // namespace tagcal

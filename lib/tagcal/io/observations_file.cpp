@@ -9,6 +9,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
@@ -21,12 +22,6 @@ constexpr std::array<std::string_view, 8> kColumns = {"image", "tag_id",  "corne
 
 std::string header(std::size_t num_columns) {
   return fmt::format("{}", fmt::join(kColumns.begin(), kColumns.begin() + num_columns, ","));
-}
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
 // The corners of each id: bit k of the value is corner k.
@@ -109,9 +104,12 @@ class ObservationReader {
 
   void take_header(std::string_view line) {
     split(line);
-    bool is_header = num_fields_ == 5 || num_fields_ == 8;
-    for (std::size_t i = 0; is_header && i < num_fields_; ++i)
-      is_header = fields_[i] == kColumns[i];
+    // Tags that were found without a board have one more column, which adds nothing on a board.
+    const bool has_instance = line.ends_with(",instance");
+    const std::size_t named = num_fields_ - (has_instance ? 1 : 0);
+    bool is_header = named == 5 || named == 8;
+    for (std::size_t i = 0; is_header && i < named; ++i) is_header = fields_[i] == kColumns[i];
+    has_covariances_ = named == 8;
     if (!is_header) {
       fail(fmt::format("the header must be {}, or {}; got {}", header(5), header(8), shown(line)));
     }
@@ -164,7 +162,7 @@ class ObservationReader {
     Observation observation;
     observation.id = corner_id();
     observation.pixel = {number(3), number(4)};
-    if (num_columns_ == 8) observation.covariance_px2 = covariance();
+    if (has_covariances_) observation.covariance_px2 = covariance();
     const std::size_t view = view_of(fields_[0]);
     views_[view].observations.push_back(observation);
     lines_[view].push_back(line_);
@@ -204,20 +202,11 @@ class ObservationReader {
   std::size_t current_ = 0;  // the view of the previous row
   std::size_t line_ = 0;
   std::size_t num_columns_ = 0;
+  bool has_covariances_ = false;
   std::array<std::string_view, kColumns.size()> fields_;
   std::size_t num_fields_ = 0;  // may exceed the size of fields_
   std::string unquoted_;
 };
-
-std::string image_field(const std::string& image) {
-  if (image.empty() || image.find_first_of("\r\n") != std::string::npos) {
-    throw Error(fmt::format("image: must be a name of one line, got {}", shown(image)));
-  }
-  if (image.find_first_of(",\"") == std::string::npos && trimmed(image) == image) return image;
-  std::string quoted = "\"";
-  for (const char c : image) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + '"';
-}
 
 }  // namespace
 

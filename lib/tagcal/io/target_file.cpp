@@ -7,8 +7,8 @@ namespace tagcal {
 using namespace internal;
 
 Board read_target(const std::filesystem::path& file, std::optional<int> first_id,
-                  std::vector<std::string>* warnings) {
-  return board_from_yaml(YamlValue::read(file), first_id, warnings);
+                  std::vector<std::string>* warnings, std::optional<double> tag_size_m) {
+  return board_from_yaml(YamlValue::read(file), first_id, warnings, tag_size_m);
 }
 
 void write_target(const std::filesystem::path& file, const Board& board) {

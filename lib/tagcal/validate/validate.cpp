@@ -8,7 +8,7 @@
 
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -147,10 +147,7 @@ Validation validate(const Camera& camera, const std::vector<double>& sigmas, con
   std::size_t count = 0;
   for (const View& view : dataset.views) {
     const ViewCorrespondences seen = view_correspondences(view, points, camera_error_px);
-    PoseOptions options;
-    options.groups = seen.groups;
-    options.covariance_px2 = seen.covariance_px2;
-    const PoseEstimate pose = estimate_pose(seen.correspondences, camera, options);
+    const PoseEstimate pose = estimate_pose(seen, camera);
     if (!is_answer(pose.status)) {
       ++result.num_without_pose;
       result.warnings.push_back(

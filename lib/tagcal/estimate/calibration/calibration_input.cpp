@@ -12,8 +12,8 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 
 namespace tagcal::internal {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "tagcal/io/yaml/yaml_field.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -224,8 +225,11 @@ std::string charuco_yaml(const Checkerboard& squares, const CharucoMarkers& mark
 }  // namespace
 
 Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
-                      std::vector<std::string>* warnings) {
+                      std::vector<std::string>* warnings, std::optional<double> tag_size_m) {
+  if (is_field_layout(top)) return read_field_layout(top, first_id, tag_size_m, warnings);
   const YamlValue type = top.at("target_type");
+  if (tag_size_m)
+    top.fail_plainly("states the size of its tags: only a field layout of WPILib can be given one");
   const std::string name = type.text();
   if (name == "aprilgrid") return read_grid(top, first_id, warnings);
   if (name == "tags") return read_tags(top, first_id);

@@ -1,21 +1,9 @@
-#include "tagcal/estimate/pose/view_correspondences.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 
-#include <algorithm>
+#include "tagcal/estimate/pose/corner_noise.hpp"
 
-#include "tagcal/estimate/policy/policy.hpp"
-
-namespace tagcal::internal {
-
-void CornerNoise::add(const View& view) {
-  num_corners += view.observations.size();
-  num_known += static_cast<std::size_t>(std::ranges::count_if(
-      view.observations, [](const Observation& o) { return o.covariance_px2.has_value(); }));
-}
-
-Matrix2 covariance_or_assumed(const Observation& corner) {
-  return corner.covariance_px2.value_or(policy::kAssumedSigmaPx * policy::kAssumedSigmaPx *
-                                        Matrix2::Identity());
-}
+namespace tagcal {
+using namespace internal;
 
 ViewCorrespondences view_correspondences(const View& view,
                                          const std::map<CornerId, Eigen::Vector3d>& target,
@@ -37,4 +25,14 @@ ViewCorrespondences view_correspondences(const View& view,
   return result;
 }
 
-}  // namespace tagcal::internal
+ViewCorrespondences view_correspondences(const View& view, const std::vector<PlacedBoard>& boards,
+                                         const std::optional<double>& camera_error_px) {
+  return view_correspondences(view, points_in_world(boards), camera_error_px);
+}
+
+std::vector<Correspondence> correspondences(const View& view,
+                                            const std::vector<PlacedBoard>& boards) {
+  return view_correspondences(view, boards).correspondences;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tagcal::internal {
+
+// The name of an image as a field of CSV: in double quotes if it has a comma, a double quote or
+// outer spaces. Throws Error unless it is one line.
+std::string image_field(const std::string& image);
+
+// Without spaces and tabs at both ends.
+std::string_view trimmed(std::string_view text);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,95 @@
+#include "commands/detect_tags_run.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "commands/commands.hpp"
+#include "draw/tag_drawing.hpp"
+#include "input/camera_input.hpp"
+#include "input/output_folder.hpp"
+#include "report/messages.hpp"
+#include "report/progress.hpp"
+#include "tagcal/detect/detect_tags.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text/tags_csv.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+using Tags = std::vector<std::vector<DetectedTag>>;
+
+Tags found_tags(const TagSearch& search, const Input& input, const Camera* camera) {
+  DetectOptions options;
+  options.threads = search.threads;
+  options.refinement = input.refinement;
+  options.camera = camera;
+  Progress progress("detecting", static_cast<int>(input.images.size()));
+  return detect_all_tags(input.images, {search.input.family, search.border_bits}, options,
+                         [&](int done, int) { progress.update(done); });
+}
+
+void draw(const Input& input, const Tags& tags, const std::vector<std::string>& names,
+          OutputFolder& folder) {
+  for (std::size_t i = 0; i < input.images.size(); ++i)
+    write_png(folder.path() / names[i], draw_tags(input.images[i].load(), tags[i]));
+  folder.publish();
+}
+
+}  // namespace
+
+std::vector<std::string> drawing_names(const Input& input) {
+  std::vector<std::string> names;
+  std::set<std::string> taken;
+  for (const ImageSource& image : input.images) {
+    names.push_back(std::filesystem::path(image.name).stem().string() + ".png");
+    if (!taken.insert(names.back()).second)
+      throw Error(fmt::format("--draw: two pictures would be drawn as {}", names.back()));
+  }
+  return names;
+}
+
+std::optional<Camera> known_camera(const std::string& file, const Input& input) {
+  if (file.empty()) return std::nullopt;
+  const CalibrationFile read = read_camera(file);
+  check_image_size(read.camera.image_size, file, input);
+  return read.camera;
+}
+
+int run_tag_search(const TagSearch& search) {
+  check_writable(search.out);
+  const Input input = read_input(search.input);
+  const std::optional<Camera> camera = known_camera(search.camera, input);
+  std::optional<OutputFolder> drawings;
+  std::vector<std::string> drawn;
+  if (!search.draw.empty()) {
+    drawn = drawing_names(input);
+    drawings.emplace(search.draw, OutputFolder::Taken::by_any_folder);
+  }
+  const Tags tags = found_tags(search, input, camera ? &*camera : nullptr);
+  std::vector<std::string> names;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    names.push_back(input.images[i].name);
+    count += tags[i].size();
+  }
+  const std::string csv = tags_csv(names, tags);
+  if (search.out.empty())
+    print_result(csv);
+  else
+    write_whole(search.out, csv);
+  if (drawings) draw(input, tags, drawn, *drawings);
+  std::vector<std::string> warnings = input.warnings;
+  if (count == 0)
+    warnings.push_back(fmt::format("no tag of {} found in any picture", search.input.family));
+  print_warnings(warnings);
+  print_to_stderr("{} images, {} tags\n", input.images.size(), count);
+  return kAnswer;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "input/input.hpp"
+
+namespace tagcal::tools {
+
+// `detect` without a target: all tags of a family in pictures.
+struct TagSearch {
+  InputArguments input;
+  int border_bits = 1;
+  std::string out;     // a CSV file; "": stdout
+  std::string camera;  // a file, or ""
+  std::string draw;    // a folder, or ""
+  int threads = 0;
+};
+
+// Prints or writes the corners with the column `instance`. Returns the exit code.
+int run_tag_search(const TagSearch& search);
+
+// Names of the drawings: each picture is drawn under its own name, whatever its folder and format.
+std::vector<std::string> drawing_names(const Input& input);
+
+// The camera of a file, for pictures of its size; none for "".
+std::optional<Camera> known_camera(const std::string& file, const Input& input);
+
+}  // namespace tagcal::tools
