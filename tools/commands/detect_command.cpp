@@ -85,10 +85,11 @@ int run(const Arguments& arguments) {
   if (!arguments.input.family.empty()) return run_without_target(arguments);
   if (arguments.border_bits > 0) throw Error("--border-bits: needs --family");
   check_writable(arguments.out);
-  Input input = read_input(arguments.input);
+  InputArguments with_cache = arguments.input;
+  with_cache.out = arguments.out;
+  Input input = read_input(with_cache);
   std::optional<OutputFolder> drawings;
-  const std::vector<std::string> names =
-      arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
+  if (!arguments.draw.empty()) drawing_names(input);  // throws before the work
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
@@ -98,8 +99,12 @@ int run(const Arguments& arguments) {
     print_result(csv);
   } else {
     write_whole(arguments.out, csv);
+    say_wrote(arguments.out);
   }
-  if (drawings) draw(input, names, *drawings);
+  if (drawings) {
+    draw(input, drawing_names(input), *drawings);
+    say_wrote(arguments.draw);
+  }
   if (arguments.explain) explain_all(input);
   if (num_corners(views) == 0)
     input.warnings.emplace_back(has_tags(input.dataset.boards) ? "no tag found in any picture"
@@ -120,6 +125,7 @@ Command add_detect(CLI::App& app) {
   CLI::App* command = add_command(app, "detect", "corners of a target in pictures, as CSV");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
+  add_no_cache(*command, arguments->input);
   add_option(
       *command, "--family", arguments->input.family,
       "all tags of this family in pictures, without a target; ids may repeat, and the column "

@@ -10,6 +10,7 @@
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
 namespace tagcal {
@@ -113,6 +114,39 @@ View detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
   return view;
 }
 
+namespace {
+
+DetectedPicture search(Worker& worker, const ImageSource& source, const DetectOptions& options) {
+  DetectedPicture found;
+  Image8 image;
+  try {
+    image = source.load();
+  } catch (const Error& error) {
+    if (!options.skip_unreadable) throw;
+    found.view.image = source.name;
+    found.unreadable = error.what();
+    return found;
+  }
+  PictureReport report;
+  found.view = worker.detect(image, source.name, report);
+  found.unfitted = std::move(report.unfitted);
+  found.warnings = std::move(report.warnings);
+  found.num_sure = static_cast<int>(report.count.sure);
+  found.num_unread = static_cast<int>(report.count.unread);
+  return found;
+}
+
+DetectedPicture find_or_search(Worker& worker, std::size_t i, const ImageSource& source,
+                               const DetectOptions& options) {
+  if (!options.earlier) return search(worker, source, options);
+  if (auto found = options.earlier->find(i)) return std::move(*found);
+  DetectedPicture found = search(worker, source, options);
+  if (found.unreadable.empty()) options.earlier->keep(i, found);
+  return found;
+}
+
+}  // namespace
+
 DetectResult detect_all(const std::vector<ImageSource>& images,
                         const std::vector<PlacedBoard>& boards, const DetectOptions& options,
                         const std::function<void(int, int)>& progress) {
@@ -122,24 +156,26 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   const int num_workers =
       std::clamp(static_cast<int>(images.size()), 1, threads_of(options.threads));
   for (int i = 0; i < num_workers; ++i) workers.emplace_back(boards, options);
-  DetectResult result;
-  result.views.resize(images.size());
-  std::vector<PictureReport> reports(images.size());
+  std::vector<DetectedPicture> pictures(images.size());
   parallel_for(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
-        result.views[i] = worker.detect(images[i].load(), images[i].name, reports[i]);
+        pictures[i] = find_or_search(worker, i, images[i], options);
       },
       progress);
   std::vector<TagCount> counts;
-  for (const PictureReport& report : reports) counts.push_back(report.count);
+  for (const DetectedPicture& p : pictures)
+    counts.push_back(
+        {static_cast<std::size_t>(p.num_sure), static_cast<std::size_t>(p.num_unread)});
+  DetectResult result;
   result.warnings = symmetry_warnings(boards);
   for (std::string& warning : wrong_border_warnings(images, counts, boards, options))
     result.warnings.push_back(std::move(warning));
-  for (PictureReport& report : reports) {
-    const auto& lines = report.warnings;
-    result.warnings.insert(result.warnings.end(), lines.begin(), lines.end());
-    result.unfitted.push_back(std::move(report.unfitted));
+  for (DetectedPicture& p : pictures) {
+    result.warnings.insert(result.warnings.end(), p.warnings.begin(), p.warnings.end());
+    result.views.push_back(std::move(p.view));
+    result.unfitted.push_back(std::move(p.unfitted));
+    result.unreadable.push_back(std::move(p.unreadable));
   }
   return result;
 }
