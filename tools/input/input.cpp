@@ -14,6 +14,7 @@
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
+#include "tagcal/detect/checker_search/refine_checkers.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -235,7 +236,7 @@ void detect_views(Input& input, int threads, bool shows_progress, const Camera* 
   if (input.images.empty()) throw Error(fmt::format("{}: has no pictures", input.name));
   const auto& boards = input.dataset.boards;
   if (std::all_of(boards.begin(), boards.end(),
-                  [](const auto& b) { return b.board.tags.empty(); })) {
+                  [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
     throw Error(fmt::format("{}: the target has no tags to detect, only points", input.name));
   }
   DetectOptions options;
@@ -265,7 +266,14 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
                                           camera, threads, [&](int done, int) {
                                             if (progress) progress->update(done);
                                           });
-  input.dataset.views = std::move(refined.views);
+  const RefinedCorners checkers =
+      refine_checkers(input.images, input.dataset.boards, refined.views, camera, threads);
+  input.dataset.views = checkers.views;
+  if (checkers.num_refined < checkers.num_tags)
+    input.warnings.push_back(
+        fmt::format("{} of {} corners of checkerboards are not refined: the fit with the lens "
+                    "failed",
+                    checkers.num_tags - checkers.num_refined, checkers.num_tags));
   if (refined.num_refined < refined.num_tags)
     input.warnings.push_back(
         fmt::format("the corners of {} of {} tags are not refined: the fit with the lens failed",
@@ -311,6 +319,12 @@ int num_tags(const std::vector<View>& views) {
     count += ids.size();
   }
   return static_cast<int>(count);
+}
+
+bool has_tags(const std::vector<PlacedBoard>& boards) {
+  return std::ranges::any_of(boards, [](const PlacedBoard& placed) {
+    return !placed.board.tags.empty() && !placed.board.charuco;
+  });
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {

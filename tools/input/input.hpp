@@ -77,6 +77,9 @@ void check_writable(const std::filesystem::path& file);
 int num_corners(const std::vector<View>& views);
 int num_tags(const std::vector<View>& views);
 
+// True if a board has tags whose corners are observed.
+bool has_tags(const std::vector<PlacedBoard>& boards);
+
 void print_warnings(const std::vector<std::string>& warnings);  // to stderr
 void print_result(const std::string& text);  // to stdout; throws Error if it cannot
 

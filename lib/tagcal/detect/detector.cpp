@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
+#include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -27,7 +28,9 @@ struct PictureReport {
 class Worker {
  public:
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
-      : camera_(options.camera), finders_(board_finders(boards, options)) {}
+      : camera_(options.camera),
+        finders_(board_finders(boards, options)),
+        checkers_(boards, options) {}
 
   View detect(const ImageView8& image, const std::string& name, PictureReport& report) {
     check_size(camera_, image.size(), name);
@@ -49,9 +52,11 @@ class Worker {
             report.unfitted.push_back({tag.id, *tag.expected});
       }
     }
+    add_checkers(image, name, view, report);
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (view.observations.empty()) report.warnings.push_back(name + ": no tag of the boards found");
+    if (view.observations.empty() && !finders_.empty())
+      report.warnings.push_back(name + ": no tag of the boards found");
     return view;
   }
 
@@ -68,6 +73,17 @@ class Worker {
     }
   }
 
+  void add_checkers(const ImageView8& image, const std::string& name, View& view,
+                    PictureReport& report) {
+    const std::vector<SeenChecker> seen = checkers_.find(image);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      view.observations.insert(view.observations.end(), seen[i].corners.begin(),
+                               seen[i].corners.end());
+      if (seen[i].answer == CheckerAnswer::found) continue;
+      report.warnings.push_back(name + ": " + why_not_text(seen[i], *checkers_.boards()[i]));
+    }
+  }
+
   static void add_corners(const FoundTag& tag, View& view) {
     for (int i = 0; i < 4; ++i) {
       Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
@@ -78,6 +94,7 @@ class Worker {
 
   const Camera* camera_;
   std::vector<std::unique_ptr<BoardFinder>> finders_;
+  CheckerFinder checkers_;
 };
 
 }  // namespace
@@ -151,7 +168,9 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
     counts.push_back(
         {static_cast<std::size_t>(p.num_sure), static_cast<std::size_t>(p.num_unread)});
   DetectResult result;
-  result.warnings = wrong_border_warnings(images, counts, boards, options);
+  result.warnings = symmetry_warnings(boards);
+  for (std::string& warning : wrong_border_warnings(images, counts, boards, options))
+    result.warnings.push_back(std::move(warning));
   for (DetectedPicture& p : pictures) {
     result.warnings.insert(result.warnings.end(), p.warnings.begin(), p.warnings.end());
     result.views.push_back(std::move(p.view));
