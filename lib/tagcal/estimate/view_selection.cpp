@@ -12,8 +12,8 @@
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/projection_effect.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
-#include "tagcal/estimate/pose/view_correspondences.hpp"
 
 namespace tagcal {
 using namespace internal;
