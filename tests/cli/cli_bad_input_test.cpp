@@ -66,8 +66,8 @@ TEST_F(Cli, BadPicturesAreNamed) {
   spill(root() / "deep.pgm", "P2 640 400 65535\n1 2 3");
   for (const std::string bad :
        {"empty.png", "text.png", "cut.png", "missing.png", "cut.jpg", "cut.pgm", "deep.pgm"}) {
-    expect_bad_input(detect + path(bad), {bad});
-    expect_bad_input(detect + path(bad) + " --out " + path("never.csv"), {bad});
+    expect_bad_input(detect + path(bad) + " --strict", {bad});
+    expect_bad_input(detect + path(bad) + " --strict --out " + path("never.csv"), {bad});
   }
   expect_bad_input(detect + path("small.pgm"), {"small.pgm", "640x400", "64x48"});
   expect_bad_input(detect + path("set/images/001.png"), {"001.png", "given twice"});

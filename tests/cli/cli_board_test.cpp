@@ -145,6 +145,21 @@ TEST_F(CliBoard, SquaresAreTrueToScale) {
   EXPECT_NEAR(top.y, (15 + 30) * 5 - 0.5, 0.2);
 }
 
+TEST_F(CliBoard, NamesOfFilesMayBeAnything) {
+  target("checker");
+  for (const std::string name : {"b\xE4r<&>.yaml", "\xC3\x9C ber.yaml"}) {
+    fs::copy_file(root() / "checker.yaml", root() / name, fs::copy_options::overwrite_existing);
+    for (const std::string out : {"named.pdf", "named.svg", "named.png"}) {
+      const Outcome made = run("board '" + path(name) + "' --dpi 50 --out " + path(out));
+      EXPECT_EQ(made.exit_code, 0) << made.err;
+    }
+    const std::string svg = slurp(root() / "named.svg");
+    const bool utf8 = name.starts_with("\xC3");
+    EXPECT_NE(svg.find(utf8 ? "<title>\xC3\x9C ber.yaml<" : "<title>b?r&lt;&amp;>.yaml<"),
+              std::string::npos);
+  }
+}
+
 TEST_F(CliBoard, WarnsWherePaperIsTooSmall) {
   const Outcome large = run("board " + target("grid") + " --out " + path("large.svg"));
   EXPECT_EQ(large.exit_code, 0);

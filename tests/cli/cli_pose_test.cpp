@@ -260,7 +260,7 @@ TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {
   expect_bad_input("pose " + set() + camera + " --draw " + path("a-file"), {"a-file", "folder"});
   expect_bad_input("pose " + set() + camera + " --draw " + path("a-file/below"), {"a-file/below"});
   expect_bad_input("pose --target " + path("set/target.yaml") + " " + path("set/images/000.png") +
-                       " " + path("cut.png") + camera + draw,
+                       " " + path("cut.png") + " --strict" + camera + draw,
                    {"cut.png"});
   EXPECT_EQ(names(), before);
 }

@@ -127,7 +127,7 @@ TEST_F(Cli, CalibratesWhatItRenderedAndPrintsOneJsonObject) {
     EXPECT_GT(at, last) << key;  // in this order
     last = at;
   }
-  EXPECT_EQ(json.size(), 25u);
+  EXPECT_EQ(json.size(), 26u);
   EXPECT_EQ(json["status"], "ok");
   EXPECT_EQ(json["model"], "radial1");
   EXPECT_EQ(json["num_views"], 6);

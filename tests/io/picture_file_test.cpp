@@ -82,6 +82,16 @@ TEST_F(PictureFile, JpegsAreGreyOrColour) {
   EXPECT_EQ(size_of(colour), image.size());
 }
 
+TEST_F(PictureFile, PicturesOfAFolderAreListedByName) {
+  for (const char* name : {"b.TIF", "a.png", "c.webp", ".hidden.png", "notes.txt", "d.ppm~"})
+    write(name, "");
+  fs::create_directory(folder_ / "below");
+  EXPECT_EQ(list_pictures(folder_),
+            (std::vector<fs::path>{folder_ / "a.png", folder_ / "b.TIF", folder_ / "c.webp"}));
+  EXPECT_NE(error_of([&] { list_pictures(folder_ / "none"); }).find("must be a folder"),
+            std::string::npos);
+}
+
 TEST_F(PictureFile, WhatCannotBeWrittenIsSaid) {
   const auto error = [&](const std::string& name, const Picture& picture) {
     return error_of([&] { write_picture(folder_ / name, picture); });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr double kMaxPixels = 100e6;
 constexpr double kFlat_m = 1e-6;
+constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // by U+FFFD
 
 struct Arguments {
   std::string target;
@@ -40,6 +42,16 @@ struct Arguments {
 
 const Paper& paper_named(const std::string& name) {
   return *std::ranges::find(kPapers, name, &Paper::name);  // the option allows no other names
+}
+
+// The name of a file for titles and captions, which must be UTF-8 without control characters.
+std::string printable_name(const fs::path& file) {
+  std::string name = file.filename().string();
+  const bool utf8 =
+      nlohmann::json(name).dump(-1, ' ', false, kReplace).find("\xEF\xBF\xBD") == std::string::npos;
+  std::ranges::replace_if(
+      name, [&](char c) { return (c >= 0 && c < ' ') || (c < 0 && !utf8); }, '?');
+  return name;
 }
 
 void check(const Arguments& arguments, const std::string& kind) {
@@ -110,7 +122,7 @@ fs::path fitted_file(const Arguments& arguments) {
 
 void print_on_paper(const Arguments& arguments, const std::string& kind, const Board& board) {
   const fs::path file = fitted_file(arguments);
-  const std::string name = file.filename().string();
+  const std::string name = printable_name(file);
   const TagFamilies families = families_of(board);
   const FittedBoard fitted =
       fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
@@ -136,7 +148,7 @@ std::string paper_for(const Sheet& sheet) {
 
 void print_true_to_scale(const Arguments& arguments, const std::string& kind, const Board& board,
                          std::vector<std::string>& warnings) {
-  const std::string name = fs::path(arguments.target).filename().string();
+  const std::string name = printable_name(arguments.target);
   const Sheet sheet = board_sheet(board, families_of(board), name);
   std::string where;
   if (!arguments.tile.empty()) {

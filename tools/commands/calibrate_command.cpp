@@ -64,13 +64,19 @@ int run_one(const Arguments& arguments) {
   check_writable(arguments.out);
   check_writable(arguments.uncertainty);
   check_picture(arguments.uncertainty);
-  const CalibrationAnswer answer = run_job(arguments.job);
+  CalibrationJob job = arguments.job;
+  job.input.out = arguments.out;
+  const CalibrationAnswer answer = run_job(job);
   const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
   if (answered && !arguments.out.empty()) {
     write_whole(arguments.out, calibration_yaml(calibration));
+    say_wrote(arguments.out);
   }
-  if (answered && !arguments.uncertainty.empty()) write_picture(arguments.uncertainty, calibration);
+  if (answered && !arguments.uncertainty.empty()) {
+    write_picture(arguments.uncertainty, calibration);
+    say_wrote(arguments.uncertainty);
+  }
   std::string text = arguments.json
                          ? calibration_json(answer)
                          : calibration_summary(answer, is_auto(arguments.job.options.model));
@@ -144,6 +150,7 @@ Command add_calibrate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
+  add_no_cache(*command, arguments->job.input);
   add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names()).text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; default: each corner's own covariance if the "
@@ -179,6 +186,8 @@ Command add_calibrate(CLI::App& app) {
            "estimate a bend of the board (two parameters); needs one flat board");
   add_flag(*command, "--refine-corners", arguments->job.refine_corners,
            "fit the corners in their pictures again with the estimated lens, and calibrate again");
+  add_integer(*command, "--select", arguments->job.select, 1,
+              "calibrate from the N most informative views only, and print what each adds");
   add_flag(*command, "--advise", arguments->job.advise,
            "print the next view that would improve the answer most, and by how much");
   add_flag(*command, "--json", arguments->json,

@@ -110,6 +110,7 @@ Row row_of(const std::string& name, const CalibrationAnswer& answer) {
 
 Outcome calibrate_set(CalibrationJob job, const DataSet& set, bool as_json) {
   job.input.inputs = {set.folder};
+  job.input.out = set.file.string();
   const CalibrationAnswer answer = run_job(job);
   Outcome outcome;
   outcome.code = is_answer(answer.calibration.status) ? kAnswer : kNoAnswer;
@@ -207,6 +208,10 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
         [&](std::size_t i) { outcomes[i] = outcome_of(one, sets[i], output.json); },
         [&](int done, int) { progress.update(done); });
   }
+  const auto answers =
+      std::ranges::count_if(outcomes, [](const Outcome& o) { return o.code == kAnswer; });
+  if (!output.folder.empty() && answers > 0)
+    say_wrote(output.folder, fmt::format("{} calibrations", answers));
   print_result(output.json ? array(outcomes) : table(outcomes));
   return worst(outcomes);
 }

@@ -1,5 +1,8 @@
 #include "commands/calibration_job.hpp"
 
+#include <set>
+#include <utility>
+
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
@@ -19,6 +22,25 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
   }
   refine_views(input, *calibration.camera, job.threads, job.shows_progress);
   calibration = calibrate(input.dataset, options);
+}
+
+// Keeps the most informative views only, and calibrates again.
+std::optional<ViewSelection> select_and_calibrate(const CalibrationJob& job,
+                                                  const CalibrateOptions& options, Input& input,
+                                                  Calibration& calibration) {
+  ViewSelection selection = select_views(input.dataset, calibration, job.select);
+  if (selection.views.empty()) {
+    input.warnings.emplace_back(
+        "--select: no view is selected, because the calibration of all views has no covariance");
+    return std::nullopt;
+  }
+  std::set<std::size_t> kept;
+  for (const SelectedView& view : selection.views) kept.insert(view.view);
+  std::vector<View> views;
+  for (const std::size_t view : kept) views.push_back(std::move(input.dataset.views[view]));
+  input.dataset.views = std::move(views);
+  calibration = calibrate(input.dataset, options);
+  return selection;
 }
 
 // Throws Error for synthetic pictures whose own truth says that no model contains their camera.
@@ -48,6 +70,8 @@ CalibrationAnswer run_job(const CalibrationJob& job) {
   CalibrateOptions options = job.options;
   options.num_threads = static_cast<std::size_t>(job.threads);
   answer.calibration = calibrate(input.dataset, options);
+  if (job.select > 0)
+    answer.selection = select_and_calibrate(job, options, input, answer.calibration);
   progress.reset();
   if (job.refine_corners) calibrate_again(job, options, input, answer.calibration);
   std::vector<Finding> findings;

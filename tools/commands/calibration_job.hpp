@@ -5,6 +5,7 @@
 #include "input/input.hpp"
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/view_selection.hpp"
 
 namespace tagcal::tools {
 
@@ -13,6 +14,7 @@ struct CalibrationJob {
   InputArguments input;
   CalibrateOptions options;
   bool advise = false;
+  int select = 0;               // number of views to keep; 0: all
   bool refine_corners = false;  // fit them again under the first lens, and calibrate again
   int threads = 0;              // of detection and solver; 0: one per core
   bool shows_progress = true;   // on stderr
@@ -27,6 +29,7 @@ struct CommandSeconds {
 struct CalibrationAnswer {
   Calibration calibration;  // with findings about the input
   std::optional<AdvisedView> advice;
+  std::optional<ViewSelection> selection;
   CommandSeconds seconds;
 };
 

@@ -48,14 +48,17 @@ std::string ids_text(const std::vector<int>& ids) {
   return ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, " "));
 }
 
-std::string explanation_text(const std::string& name, const Explanation& e) {
+std::string explanation_text(const std::string& name, const Explanation& e, bool has_tags) {
   std::string text = fmt::format("{}: {}x{} pixels, {} four-sided black shapes\n", name,
                                  e.size.width, e.size.height, e.quads);
   for (const SeenKind& kind : e.decoded) {
     text += fmt::format("  can be read as {}, border_bits {}: {} tags: {}\n", kind.family,
                         kind.border_bits, kind.ids.size(), ids_text(kind.ids));
   }
-  text += fmt::format("  reported: {} tags: {}\n", e.reported.size(), ids_text(e.reported));
+  if (has_tags) {
+    text += fmt::format("  reported: {} tags: {}\n", e.reported.size(), ids_text(e.reported));
+  }
+  for (const std::string& board : e.checkerboards) text += fmt::format("  {}\n", board);
   std::map<std::string, std::vector<int>> by_reason;
   for (const NotReported& tag : e.not_reported) by_reason[tag.why].push_back(tag.id);
   for (const auto& [why, ids] : by_reason) {
@@ -67,8 +70,8 @@ std::string explanation_text(const std::string& name, const Explanation& e) {
 
 void explain_all(const Input& input) {
   for (const ImageSource& image : input.images)
-    print_to_stderr("{}",
-                    explanation_text(image.name, explain(image.load(), input.dataset.boards)));
+    print_to_stderr("{}", explanation_text(image.name, explain(image.load(), input.dataset.boards),
+                                           has_tags(input.dataset.boards)));
 }
 
 int run_without_target(const Arguments& a) {
@@ -82,10 +85,11 @@ int run(const Arguments& arguments) {
   if (!arguments.input.family.empty()) return run_without_target(arguments);
   if (arguments.border_bits > 0) throw Error("--border-bits: needs --family");
   check_writable(arguments.out);
-  Input input = read_input(arguments.input);
+  InputArguments with_cache = arguments.input;
+  with_cache.out = arguments.out;
+  Input input = read_input(with_cache);
   std::optional<OutputFolder> drawings;
-  const std::vector<std::string> names =
-      arguments.draw.empty() ? std::vector<std::string>() : drawing_names(input);
+  if (!arguments.draw.empty()) drawing_names(input);  // throws before the work
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
@@ -95,22 +99,33 @@ int run(const Arguments& arguments) {
     print_result(csv);
   } else {
     write_whole(arguments.out, csv);
+    say_wrote(arguments.out);
   }
-  if (drawings) draw(input, names, *drawings);
+  if (drawings) {
+    draw(input, drawing_names(input), *drawings);
+    say_wrote(arguments.draw);
+  }
   if (arguments.explain) explain_all(input);
-  if (num_corners(views) == 0) input.warnings.emplace_back("no tag found in any picture");
+  if (num_corners(views) == 0)
+    input.warnings.emplace_back(has_tags(input.dataset.boards) ? "no tag found in any picture"
+                                                               : "no corner found in any picture");
   print_warnings(input.warnings);
-  print_to_stderr("{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
-                  num_corners(views));
+  if (has_tags(input.dataset.boards)) {
+    print_to_stderr("{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
+                    num_corners(views));
+  } else {
+    print_to_stderr("{} images, {} corners\n", input.images.size(), num_corners(views));
+  }
   return kAnswer;
 }
 
 }  // namespace
 
 Command add_detect(CLI::App& app) {
-  CLI::App* command = add_command(app, "detect", "corners of a target's tags in pictures, as CSV");
+  CLI::App* command = add_command(app, "detect", "corners of a target in pictures, as CSV");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
+  add_no_cache(*command, arguments->input);
   add_option(
       *command, "--family", arguments->input.family,
       "all tags of this family in pictures, without a target; ids may repeat, and the column "

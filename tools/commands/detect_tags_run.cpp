@@ -88,6 +88,8 @@ int run_tag_search(const TagSearch& search) {
   if (count == 0)
     warnings.push_back(fmt::format("no tag of {} found in any picture", search.input.family));
   print_warnings(warnings);
+  if (!search.out.empty()) say_wrote(search.out);
+  if (!search.draw.empty()) say_wrote(search.draw);
   print_to_stderr("{} images, {} tags\n", input.images.size(), count);
   return kAnswer;
 }

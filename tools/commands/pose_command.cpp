@@ -124,7 +124,8 @@ std::vector<std::string> drawing_names(const std::vector<View>& views) {
   std::set<std::string> used;
   for (const View& view : views) {
     std::string stem = view.image;
-    for (const std::string_view kind : {".png", ".jpg", ".jpeg", ".pgm"})
+    for (const std::string_view kind :
+         {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm"})
       if (stem.ends_with(kind)) stem.erase(stem.size() - kind.size());
     std::ranges::replace_if(
         stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
@@ -212,7 +213,10 @@ int run(const Arguments& arguments) {
       Poses(arguments, input, camera).run(folder ? &*folder : nullptr);
   const auto answers =
       std::ranges::count_if(reports, [](const auto& r) { return is_answer(r.status); });
-  if (folder && answers > 0) folder->publish();
+  if (folder && answers > 0) {
+    folder->publish();
+    say_wrote(arguments.draw);
+  }
   print_warnings(input.warnings);
   print_result(arguments.json ? pose_json(reports) : pose_text(reports));
   print_to_stderr("{} of {} views with an answer\n", answers, reports.size());

@@ -68,8 +68,9 @@ class Answer {
     else
       write_whole(arguments.out, text_);
     const std::size_t others = table_.size() - num_valid_;
-    print_to_stderr("{}{} of {} points{}\n", arguments.out.empty() ? "" : arguments.out + ": ",
-                    num_valid_, table_.size(),
+    print_to_stderr("{}{} of {} points{}\n",
+                    arguments.out.empty() ? "" : "wrote " + arguments.out + ": ", num_valid_,
+                    table_.size(),
                     others == 0 ? "" : fmt::format("; {} {} (valid = 0)", others, invalid));
   }
 

@@ -138,8 +138,8 @@ int run(const Arguments& arguments) {
   folder.publish();
   if (depth) warn_of_depths(num_beyond, depth->unit_m, warnings);
   print_warnings(warnings);
-  print_to_stderr("{}: {} images, {} exact corners\n", arguments.out, poses.size(),
-                  num_corners(dataset.views));
+  say_wrote(arguments.out,
+            fmt::format("{} images, {} exact corners", poses.size(), num_corners(dataset.views)));
   return kAnswer;
 }
 

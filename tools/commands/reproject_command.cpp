@@ -152,7 +152,7 @@ class Run {
       const fs::path folder =
           name.empty() ? fs::path(arguments_.out) : arguments_.out / fs::path(name);
       const auto count = std::ranges::count(jobs_, t, &Job::target);
-      text += fmt::format("{}: {}, {} ({}){}{}\n", folder.string(), count_text(count),
+      text += fmt::format("wrote {}: {}, {} ({}){}{}\n", folder.string(), count_text(count),
                           target_file_name(targets_[t].target), described(targets_[t].target),
                           arguments_.maps ? ", map.npy" : "",
                           shares_[t] >= 0 ? fmt::format(", {:.1f} % seen", 100 * shares_[t]) : "");

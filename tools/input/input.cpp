@@ -9,9 +9,12 @@
 #include <set>
 
 #include "input/arguments.hpp"
+#include "input/corner_cache.hpp"
+#include "input/picture_files.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
+#include "tagcal/detect/checker_search/refine_checkers.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -29,32 +32,40 @@ const std::map<std::string, Refinement> kRefinements = {
     {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
 
 // A picture is named by its file name, or by the given path if two pictures share a name.
-std::vector<ImageSource> image_sources(const std::vector<fs::path>& files) {
+void set_images(const std::vector<fs::path>& files, Input& input) {
   std::map<std::string, int> uses;
-  std::set<fs::path> seen;
-  for (const fs::path& file : files) {
-    ++uses[file.filename().string()];
-    if (!seen.insert(file.lexically_normal()).second) {
-      throw Error(fmt::format("{}: given twice", file.string()));
-    }
-  }
-  std::vector<ImageSource> sources;
+  for (const fs::path& file : files) ++uses[file.filename().string()];
   for (const fs::path& file : files) {
     const std::string name = file.filename().string();
-    sources.push_back({uses[name] > 1 ? file.string() : name, [file] { return read_image(file); }});
+    input.images.push_back(
+        {uses[name] > 1 ? file.string() : name, [file] { return read_image(file); }});
+    input.files[input.images.back().name] = file;
   }
-  return sources;
 }
 
-// Reads headers only, so that a wrong picture is reported before the work begins.
-void check_one_size(const std::vector<fs::path>& files, const ImageSize& size) {
-  for (const fs::path& file : files) {
-    const ImageSize found = read_image_size(file);
-    if (found == size) continue;
-    throw Error(fmt::format("{}: must be {}x{} pixels as {} is, got {}x{}", file.string(),
-                            size.width, size.height, files.front().string(), found.width,
-                            found.height));
+// Makes warnings of the messages about pictures that cannot be read, or the error.
+void leave_out(const std::vector<std::string>& unreadable, bool strict, bool none_left,
+               std::vector<std::string>& warnings) {
+  if (unreadable.empty()) return;
+  if (strict) throw Error(unreadable.front());
+  if (none_left) {
+    throw Error(unreadable.size() == 1 ? unreadable.front()
+                                       : fmt::format("none of {} pictures can be read: {}",
+                                                     unreadable.size(), unreadable.front()));
   }
+  for (const std::string& message : unreadable)
+    warnings.push_back(message + "; the picture is left out");
+}
+
+void warn_of_unused(const Exclusion& exclusion, std::vector<std::string>& warnings) {
+  for (const std::string& pattern : exclusion.unused())
+    warnings.push_back(fmt::format("--exclude: {} is the name of no picture", pattern));
+}
+
+// A device or a pipe, such as /dev/stdout: nothing can stand beside it.
+bool is_special(const fs::path& file) {
+  std::error_code unknown;
+  return fs::exists(file, unknown) && !fs::is_regular_file(file, unknown);
 }
 
 Board read_board(const InputArguments& arguments, Input& input) {
@@ -70,10 +81,16 @@ Input read_pictures(const InputArguments& arguments) {
   Input input;
   input.name = arguments.target.empty() ? arguments.inputs.front() : arguments.target;
   if (!arguments.target.empty()) input.dataset.boards.push_back({read_board(arguments, input), {}});
-  const std::vector<fs::path> files(arguments.inputs.begin(), arguments.inputs.end());
-  input.images = image_sources(files);
-  input.dataset.image_size = read_image_size(files.front());
-  check_one_size(files, input.dataset.image_size);
+  std::vector<fs::path> files = picture_files(arguments.inputs);
+  Exclusion exclusion(arguments.excluded);
+  std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
+  if (files.empty()) throw Error("--exclude: leaves no picture");
+  warn_of_unused(exclusion, input.warnings);
+  std::vector<ImageSize> sizes;
+  const std::vector<std::string> unreadable = remove_unreadable(files, sizes);
+  leave_out(unreadable, arguments.strict, files.empty(), input.warnings);
+  input.dataset.image_size = common_size(files, sizes);
+  set_images(files, input);
   return input;
 }
 
@@ -87,18 +104,29 @@ Input read_folder(const InputArguments& arguments) {
     throw Error(fmt::format(
         "{}: must be a folder with dataset.yaml, got a file (pictures need --target)", folder));
   }
-  DatasetFolder read = read_dataset(folder);
+  if (!fs::exists(fs::path(folder) / "dataset.yaml") && fs::is_directory(folder) &&
+      !list_pictures(folder).empty()) {
+    throw Error(fmt::format(
+        "{}: has pictures, but no dataset.yaml: name their board with --target T.yaml", folder));
+  }
+  Exclusion exclusion(arguments.excluded);
+  DatasetFolder read =
+      read_dataset(folder, [&](const fs::path& file) { return exclusion.excludes(file); });
   Input input;
   input.name = folder;
   input.dataset = std::move(read.dataset);
   input.warnings = std::move(read.warnings);
   input.observations = read.observations.string();
-  input.images = image_sources(read.images);
+  leave_out(read.unreadable, arguments.strict, read.images.empty(), input.warnings);
+  set_images(read.images, input);
   if (!arguments.observations.empty()) {
     input.observations = arguments.observations;
     input.dataset.views =
         read_observations(arguments.observations, input.dataset.boards, &input.warnings);
   }
+  std::erase_if(input.dataset.views,
+                [&](const View& view) { return exclusion.excludes(view.image); });
+  warn_of_unused(exclusion, input.warnings);
   return input;
 }
 
@@ -106,7 +134,8 @@ Input read_folder(const InputArguments& arguments) {
 
 void add_input(CLI::App& command, InputArguments& arguments) {
   add_option(command, "DATASET|IMAGE", arguments.inputs,
-             "a folder with dataset.yaml, or (with --target) pictures")
+             "a folder with dataset.yaml, or (with --target) pictures: files, folders, patterns "
+             "('photos/*.png') or @LIST, a file with one of these a line")
       .text(" ")
       .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
@@ -120,6 +149,17 @@ void add_input(CLI::App& command, InputArguments& arguments) {
              "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")
       .one_of({"fit", "edges", "stock"})
       .text("R");
+  add_option(command, "--exclude", arguments.excluded,
+             "leave out this picture: a name, or a pattern ('blurred*'); may be repeated")
+      .text("NAME")
+      .repeatable();
+  add_flag(command, "--strict", arguments.strict,
+           "a picture that cannot be read ends the run; default: it is left out with a warning");
+}
+
+void add_no_cache(CLI::App& command, InputArguments& arguments) {
+  add_flag(command, "--no-cache", arguments.no_cache,
+           "detect all corners again, and keep none beside --out (FILE.corners-cache)");
 }
 
 void add_observations(CLI::App& command, InputArguments& arguments) {
@@ -134,6 +174,9 @@ Input read_input(const InputArguments& arguments) {
   const bool is_dataset = arguments.target.empty() && arguments.family.empty();
   Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
+  input.strict = arguments.strict;
+  if (!arguments.no_cache && !arguments.out.empty() && !is_special(arguments.out))
+    input.cache = arguments.out + ".corners-cache";
   return input;
 }
 
@@ -144,25 +187,75 @@ void check_image_size(const ImageSize& size, const std::string& file, const Inpu
                           expected.height, input.name, size.width, size.height));
 }
 
+namespace {
+
+EarlierResults earlier_results(const Input& input, std::optional<CornerCache>& cache) {
+  return {[&](std::size_t i) {
+            const std::string& name = input.images[i].name;
+            return cache->find(name, input.files.at(name));
+          },
+          [&](std::size_t i, const DetectedPicture& found) {
+            cache->keep(input.images[i].name, found);
+          }};
+}
+
+void save(CornerCache& cache, Input& input, bool says_so) {
+  const bool written = cache.save();
+  if (!cache.warning().empty()) input.warnings.push_back(cache.warning());
+  if (!says_so) return;
+  if (cache.num_reused() > 0) {
+    print_to_stderr(
+        "corners of {} of {} pictures are those of {} (--no-cache: detect them again)\n",
+        cache.num_reused(), input.images.size(), input.cache.string());
+  }
+  if (written) say_wrote(input.cache);
+}
+
+void take_over(DetectResult result, Input& input) {
+  input.dataset.views.clear();
+  input.unfitted.clear();
+  std::vector<std::string> unreadable;
+  std::vector<ImageSource> images;
+  for (std::size_t i = 0; i < result.views.size(); ++i) {
+    if (!result.unreadable[i].empty()) {
+      unreadable.push_back(result.unreadable[i]);
+      continue;
+    }
+    images.push_back(std::move(input.images[i]));
+    input.dataset.views.push_back(std::move(result.views[i]));
+    input.unfitted.push_back(std::move(result.unfitted[i]));
+  }
+  input.images = std::move(images);
+  leave_out(unreadable, input.strict, input.images.empty(), input.warnings);
+  input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
+}
+
+}  // namespace
+
 void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
   if (input.images.empty()) throw Error(fmt::format("{}: has no pictures", input.name));
   const auto& boards = input.dataset.boards;
   if (std::all_of(boards.begin(), boards.end(),
-                  [](const auto& b) { return b.board.tags.empty(); })) {
+                  [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
     throw Error(fmt::format("{}: the target has no tags to detect, only points", input.name));
   }
   DetectOptions options;
   options.threads = threads;
   options.refinement = input.refinement;
   options.camera = camera;
+  options.skip_unreadable = !input.strict;
   std::optional<Progress> progress;
   if (shows_progress) progress.emplace("detecting", static_cast<int>(input.images.size()));
+  std::optional<CornerCache> cache;
+  if (!input.cache.empty()) cache.emplace(input.cache, boards, options);
+  const EarlierResults earlier = earlier_results(input, cache);
+  if (cache) options.earlier = &earlier;
   DetectResult result = detect_all(input.images, boards, options, [&](int done, int) {
     if (progress) progress->update(done);
   });
-  input.dataset.views = std::move(result.views);
-  input.unfitted = std::move(result.unfitted);
-  input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
+  progress.reset();
+  if (cache) save(*cache, input, shows_progress);
+  take_over(std::move(result), input);
 }
 
 void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress) {
@@ -173,7 +266,14 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
                                           camera, threads, [&](int done, int) {
                                             if (progress) progress->update(done);
                                           });
-  input.dataset.views = std::move(refined.views);
+  const RefinedCorners checkers =
+      refine_checkers(input.images, input.dataset.boards, refined.views, camera, threads);
+  input.dataset.views = checkers.views;
+  if (checkers.num_refined < checkers.num_tags)
+    input.warnings.push_back(
+        fmt::format("{} of {} corners of checkerboards are not refined: the fit with the lens "
+                    "failed",
+                    checkers.num_tags - checkers.num_refined, checkers.num_tags));
   if (refined.num_refined < refined.num_tags)
     input.warnings.push_back(
         fmt::format("the corners of {} of {} tags are not refined: the fit with the lens failed",
@@ -219,6 +319,12 @@ int num_tags(const std::vector<View>& views) {
     count += ids.size();
   }
   return static_cast<int>(count);
+}
+
+bool has_tags(const std::vector<PlacedBoard>& boards) {
+  return std::ranges::any_of(boards, [](const PlacedBoard& placed) {
+    return !placed.board.tags.empty() && !placed.board.charuco;
+  });
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {

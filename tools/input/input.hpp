@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,16 +14,21 @@ namespace tagcal::tools {
 // The input arguments of a command: `DATASET`, or `--target T.yaml IMAGE...`, and optionally a file
 // with observations.
 struct InputArguments {
-  std::string target;               // a target file; "" for a data set
-  double tag_size_m = 0;            // of a target file without one; 0: its default
-  std::string family;               // of tags without a target; only `detect`
-  std::vector<std::string> inputs;  // one folder, or pictures
-  std::string observations;         // a CSV file that replaces those of the data set
-  std::string refinement;           // of corners in pictures; "": the default
+  std::string target;                 // a target file; "" for a data set
+  double tag_size_m = 0;              // of a target file without one; 0: its default
+  std::string family;                 // of tags without a target; only `detect`
+  std::vector<std::string> inputs;    // one folder, or pictures
+  std::string observations;           // a CSV file that replaces those of the data set
+  std::string refinement;             // of corners in pictures; "": the default
+  std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
+  bool strict = false;                // a picture that cannot be read ends the run
+  bool no_cache = false;
+  std::string out;  // the command's answer: the corner cache stands beside it; "": none
 };
 
-// `DATASET` or `IMAGE...`, `--target`, `--tag-size` and `--refinement`.
+// `DATASET` or `IMAGE...`, `--target`, `--tag-size`, `--refinement`, `--exclude` and `--strict`.
 void add_input(CLI::App& command, InputArguments& arguments);
+void add_no_cache(CLI::App& command, InputArguments& arguments);
 void add_observations(CLI::App& command, InputArguments& arguments);
 
 struct Input {
@@ -30,21 +36,26 @@ struct Input {
   Dataset dataset;           // with views if there are observations
   std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
+  std::map<std::string, std::filesystem::path> files;  // of the images, by name
+  bool strict = false;
+  std::filesystem::path cache;  // file of corners found before; "": none
   Refinement refinement = DetectOptions().refinement;
   std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, if detected
   std::vector<std::string> warnings;
 };
 
-// Reads boards, observations, truth, and the headers of the pictures. Throws Error if the pictures
-// do not have one common size.
+// Reads boards, observations, truth, and the headers of the pictures. A picture that cannot be read
+// is left out with a warning, or throws Error if that is not allowed. Throws Error if the pictures
+// do not have one common size, or none is left.
 Input read_input(const InputArguments& arguments);
 
 // Throws Error if a camera, read from `file`, has another image size than the pictures.
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
 
 // Fills in the views by detection, with progress on stderr, and adds the detector's warnings. Tags
-// are fitted with the lens of `camera` if it is given. Throws Error without pictures, and for
-// targets without tags.
+// are fitted with the lens of `camera` if it is given. Pictures that turn out to be damaged are
+// left out as by read_input. Corners are taken from the cache where they are known. Throws Error
+// without pictures, and for targets without tags.
 void detect_views(Input& input, int threads, bool shows_progress = true,
                   const Camera* camera = nullptr);
 
@@ -65,6 +76,9 @@ void check_writable(const std::filesystem::path& file);
 
 int num_corners(const std::vector<View>& views);
 int num_tags(const std::vector<View>& views);
+
+// True if a board has tags whose corners are observed.
+bool has_tags(const std::vector<PlacedBoard>& boards);
 
 void print_warnings(const std::vector<std::string>& warnings);  // to stderr
 void print_result(const std::string& text);  // to stdout; throws Error if it cannot

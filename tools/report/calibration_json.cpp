@@ -149,6 +149,16 @@ Json views_json(const Calibration& calibration) {
   return list;
 }
 
+Json selection_json(const std::optional<ViewSelection>& selection) {
+  if (!selection) return nullptr;
+  Json views = Json::array();
+  for (const SelectedView& view : selection->views)
+    views.push_back({{"image", view.image},
+                     {"num_corners", view.num_corners},
+                     {"projection_px", view.projection_px}});  // infinity becomes null
+  return {{"views", std::move(views)}, {"all_views_projection_px", selection->all_px}};
+}
+
 Json seconds_json(const CalibrationAnswer& answer) {
   const CalibrateSeconds& spent = answer.calibration.seconds;
   return {{"read", answer.seconds.read},
@@ -190,6 +200,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"board_warp", warp_json(calibration.board_warp)},
                {"weak_directions", weak_directions_json(calibration)},
                {"advice", advice_json(answer.advice)},
+               {"selection", selection_json(answer.selection)},
                {"steps", steps_json(calibration.steps)},
                {"findings", findings_json(calibration.findings)},
                {"warnings", sentences(calibration.findings)},

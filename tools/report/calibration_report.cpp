@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -98,6 +99,25 @@ std::string noise_text(const Calibration& calibration) {
       calibration.model_error_px);
 }
 
+// "selected   5 views, one after the other .." and a line for each.
+std::string selection_text(const std::optional<ViewSelection>& selection) {
+  if (!selection) return "";
+  std::string text = fmt::format(
+      "selected   {} views; the projection's sd at infinity (RMS over the image) after each:\n",
+      selection->views.size());
+  double before = std::numeric_limits<double>::infinity();
+  for (const SelectedView& view : selection->views) {
+    const double now = view.projection_px;
+    const std::string by =
+        std::isfinite(before) ? fmt::format(", {:.1f} % less", 100 * (1 - now / before)) : "";
+    text += fmt::format("  {}: {} corners, {}\n", view.image, view.num_corners,
+                        std::isfinite(now) ? fmt::format("sd {:.4f} px{}", now, by)
+                                           : std::string("not all parameters are determined yet"));
+    before = now;
+  }
+  return text + fmt::format("  all views: sd {:.4f} px\n", selection->all_px);
+}
+
 }  // namespace
 
 std::string advice_sentence(const std::optional<AdvisedView>& advice) {
@@ -119,6 +139,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
   }
   text += scales_text(calibration) + projection_text(calibration);
   text += steps_text(calibration.steps) + dropped_corners_text(calibration);
+  text += selection_text(answer.selection);
   text += findings_text(calibration.findings);
   text +=
       fmt::format("time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",

@@ -5,6 +5,13 @@
 
 namespace tagcal::tools {
 
+void say_wrote(const std::filesystem::path& file, const std::string& content) {
+  std::error_code unknown;
+  const auto kind = std::filesystem::status(file, unknown).type();
+  if (kind == std::filesystem::file_type::regular || kind == std::filesystem::file_type::directory)
+    print_to_stderr("wrote {}{}{}\n", file.string(), content.empty() ? "" : ": ", content);
+}
+
 void reserve_standard_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(stream, F_GETFD) != -1) continue;

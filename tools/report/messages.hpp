@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <string>
 #include <utility>
 
@@ -15,6 +16,10 @@ void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
   const std::string text = fmt::format(format, std::forward<Args>(args)...);
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
+
+// "wrote FILE", and what it holds: every command says this of each file and folder that it wrote.
+// Not of devices and pipes, such as /dev/stdout.
+void say_wrote(const std::filesystem::path& file, const std::string& content = "");
 
 // Opens a descriptor for each of stdin, stdout and stderr that the caller closed: otherwise the
 // next file that is opened gets its number, and messages are written into that file. Writing to a

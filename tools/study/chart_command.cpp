@@ -52,6 +52,7 @@ void write_result(const ChartResult& result, const fs::path& place, OutputFolder
       draw_with_gnuplot(picture.script, folder.path() / picture.file_name);
   }
   folder.publish();
+  say_wrote(place);
   fmt::print("{}: {} panels, {} methods, {} trials a panel; see chart.md{}\n", place.string(),
              result.panels.size(), result.methods.size(), result.num_trials,
              can_draw ? " and chart.png" : "");

@@ -94,6 +94,7 @@ int run(const Arguments& a) {
   }
   write_whole(folder.path() / "atlas.md", atlas_page(sheets, origin));
   folder.publish();
+  say_wrote(a.out);
   fmt::print("{}: {} maps, {} cells or maps of tagcal miss the marks; see atlas.md\n", a.out,
              sheets.size(), misses);
   if (!can_draw)

@@ -8,7 +8,9 @@
 
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
+#include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
 namespace tagcal {
@@ -26,7 +28,9 @@ struct PictureReport {
 class Worker {
  public:
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
-      : camera_(options.camera), finders_(board_finders(boards, options)) {}
+      : camera_(options.camera),
+        finders_(board_finders(boards, options)),
+        checkers_(boards, options) {}
 
   View detect(const ImageView8& image, const std::string& name, PictureReport& report) {
     check_size(camera_, image.size(), name);
@@ -48,9 +52,11 @@ class Worker {
             report.unfitted.push_back({tag.id, *tag.expected});
       }
     }
+    add_checkers(image, name, view, report);
     std::sort(view.observations.begin(), view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (view.observations.empty()) report.warnings.push_back(name + ": no tag of the boards found");
+    if (view.observations.empty() && !finders_.empty())
+      report.warnings.push_back(name + ": no tag of the boards found");
     return view;
   }
 
@@ -67,6 +73,17 @@ class Worker {
     }
   }
 
+  void add_checkers(const ImageView8& image, const std::string& name, View& view,
+                    PictureReport& report) {
+    const std::vector<SeenChecker> seen = checkers_.find(image);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      view.observations.insert(view.observations.end(), seen[i].corners.begin(),
+                               seen[i].corners.end());
+      if (seen[i].answer == CheckerAnswer::found) continue;
+      report.warnings.push_back(name + ": " + why_not_text(seen[i], *checkers_.boards()[i]));
+    }
+  }
+
   static void add_corners(const FoundTag& tag, View& view) {
     for (int i = 0; i < 4; ++i) {
       Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
@@ -77,6 +94,7 @@ class Worker {
 
   const Camera* camera_;
   std::vector<std::unique_ptr<BoardFinder>> finders_;
+  CheckerFinder checkers_;
 };
 
 }  // namespace
@@ -96,6 +114,39 @@ View detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
   return view;
 }
 
+namespace {
+
+DetectedPicture search(Worker& worker, const ImageSource& source, const DetectOptions& options) {
+  DetectedPicture found;
+  Image8 image;
+  try {
+    image = source.load();
+  } catch (const Error& error) {
+    if (!options.skip_unreadable) throw;
+    found.view.image = source.name;
+    found.unreadable = error.what();
+    return found;
+  }
+  PictureReport report;
+  found.view = worker.detect(image, source.name, report);
+  found.unfitted = std::move(report.unfitted);
+  found.warnings = std::move(report.warnings);
+  found.num_sure = static_cast<int>(report.count.sure);
+  found.num_unread = static_cast<int>(report.count.unread);
+  return found;
+}
+
+DetectedPicture find_or_search(Worker& worker, std::size_t i, const ImageSource& source,
+                               const DetectOptions& options) {
+  if (!options.earlier) return search(worker, source, options);
+  if (auto found = options.earlier->find(i)) return std::move(*found);
+  DetectedPicture found = search(worker, source, options);
+  if (found.unreadable.empty()) options.earlier->keep(i, found);
+  return found;
+}
+
+}  // namespace
+
 DetectResult detect_all(const std::vector<ImageSource>& images,
                         const std::vector<PlacedBoard>& boards, const DetectOptions& options,
                         const std::function<void(int, int)>& progress) {
@@ -105,22 +156,26 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   const int num_workers =
       std::clamp(static_cast<int>(images.size()), 1, threads_of(options.threads));
   for (int i = 0; i < num_workers; ++i) workers.emplace_back(boards, options);
-  DetectResult result;
-  result.views.resize(images.size());
-  std::vector<PictureReport> reports(images.size());
+  std::vector<DetectedPicture> pictures(images.size());
   parallel_for(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
-        result.views[i] = worker.detect(images[i].load(), images[i].name, reports[i]);
+        pictures[i] = find_or_search(worker, i, images[i], options);
       },
       progress);
   std::vector<TagCount> counts;
-  for (const PictureReport& report : reports) counts.push_back(report.count);
-  result.warnings = wrong_border_warnings(images, counts, boards, options);
-  for (PictureReport& report : reports) {
-    const auto& lines = report.warnings;
-    result.warnings.insert(result.warnings.end(), lines.begin(), lines.end());
-    result.unfitted.push_back(std::move(report.unfitted));
+  for (const DetectedPicture& p : pictures)
+    counts.push_back(
+        {static_cast<std::size_t>(p.num_sure), static_cast<std::size_t>(p.num_unread)});
+  DetectResult result;
+  result.warnings = symmetry_warnings(boards);
+  for (std::string& warning : wrong_border_warnings(images, counts, boards, options))
+    result.warnings.push_back(std::move(warning));
+  for (DetectedPicture& p : pictures) {
+    result.warnings.insert(result.warnings.end(), p.warnings.begin(), p.warnings.end());
+    result.views.push_back(std::move(p.view));
+    result.unfitted.push_back(std::move(p.unfitted));
+    result.unreadable.push_back(std::move(p.unreadable));
   }
   return result;
 }

@@ -10,6 +10,7 @@
 
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
+#include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -122,8 +123,9 @@ class Explainer {
     }
     result_.decoded = all_kinds(image_, result_.quads);
     for (const PlacedBoard& placed : boards_) {
-      if (!placed.board.tags.empty()) explain_board(placed.board);
+      if (!placed.board.tags.empty() && !placed.board.charuco) explain_board(placed.board);
     }
+    explain_checkers();
     std::ranges::sort(result_.reported);
     std::ranges::sort(result_.not_reported, {}, &NotReported::id);
     if (result_.reported.empty() &&
@@ -139,6 +141,20 @@ class Explainer {
     const Completion& completion = seen.completions.front();
     report(completion, seen.repeated);
     name_mistakes(board, completion, seen.strange.size());
+  }
+
+  void explain_checkers() {
+    CheckerFinder finder(boards_, {});
+    const std::vector<SeenChecker> seen = finder.find(image_);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const Board& board = *finder.boards()[i];
+      result_.checkerboards.push_back(
+          seen[i].answer == CheckerAnswer::found
+              ? fmt::format("the checkerboard of {} x {} corners: {} of {} corners are reported",
+                            board.checkerboard->columns, board.checkerboard->rows,
+                            seen[i].corners.size(), board.points.size())
+              : why_not_text(seen[i], board));
+    }
   }
 
   void report(const Completion& completion, const std::set<int>& repeated) {

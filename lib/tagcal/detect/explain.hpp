@@ -23,11 +23,12 @@ struct NotReported {
 // The content of a picture, and the reasons why tags are missing.
 struct Explanation {
   ImageSize size;
-  int quads = 0;                          // black shapes with four sides, tags or not
-  std::vector<SeenKind> decoded;          // one for each known family and border with tags
-  std::vector<int> reported;              // ids of the boards' tags that detect() reports
-  std::vector<NotReported> not_reported;  // the boards' other tags, by id
-  std::vector<std::string> mistakes;      // probable mistakes of target file or picture
+  int quads = 0;                           // black shapes with four sides, tags or not
+  std::vector<SeenKind> decoded;           // one for each known family and border with tags
+  std::vector<int> reported;               // ids of the boards' tags that detect() reports
+  std::vector<NotReported> not_reported;   // the boards' other tags, by id
+  std::vector<std::string> checkerboards;  // a sentence for each checkerboard and ChArUco board
+  std::vector<std::string> mistakes;       // probable mistakes of target file or picture
 };
 
 // Searches a picture for all families and borders, mirrored and inverted too, and measures the

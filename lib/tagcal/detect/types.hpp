@@ -19,10 +19,35 @@ using Matrix8 = Eigen::Matrix<double, 8, 8, Eigen::DontAlign>;
 // How the corners of a decoded tag are refined.
 enum class Refinement {
   stock,  // as AprilTag gives them
-  edges,  // each side of the tag fitted by itself: refine_edges.hpp
+  edges,  // each side of the tag fitted by itself, without covariances
   fit,    // the whole printed pattern fitted (refine_tag.hpp), with covariances; if that fails,
           // under the lens estimated from the picture's tags; if that fails too, the tag is not
           // reported
+};
+
+// A tag that was read but is not reported, because its pattern could not be fitted.
+struct UnfittedTag {
+  int id = 0;
+  std::array<Eigen::Vector2d, 4> corners;  // approximate, px
+};
+
+// All that a search found in one picture.
+struct DetectedPicture {
+  View view;  // corners ordered by id
+  std::vector<UnfittedTag> unfitted;
+  std::vector<std::string> warnings;  // begin with the picture's name
+  // Numbers of the boards' tags: whose print surely is the target's, and which were expected in the
+  // picture but not surely read. They decide whether the target's border is wrong.
+  int num_sure = 0;
+  int num_unread = 0;
+  std::string unreadable;  // why it could not be loaded; the rest is empty then
+};
+
+// Results that a program kept from an earlier run on the same pictures, with the same boards and
+// options. The functions are called from worker threads, with the picture's index.
+struct EarlierResults {
+  std::function<std::optional<DetectedPicture>(std::size_t)> find;
+  std::function<void(std::size_t, const DetectedPicture&)> keep;  // one that was not found
 };
 
 struct DetectOptions {
@@ -33,18 +58,15 @@ struct DetectOptions {
   // The camera of all pictures, if it is known; it must outlive the search. Tags are fitted under
   // its lens (TagFitOptions::camera), or without it if that fails.
   const Camera* camera = nullptr;
-};
-
-// A tag that was read but is not reported, because its pattern could not be fitted.
-struct UnfittedTag {
-  int id = 0;
-  std::array<Eigen::Vector2d, 4> corners;  // approximate, px
+  bool skip_unreadable = false;             // pictures that cannot be loaded do not end the search
+  const EarlierResults* earlier = nullptr;  // of detect_all; must outlive the search
 };
 
 struct DetectResult {
   std::vector<View> views;  // in the order of the images; corners ordered by id
   std::vector<std::vector<UnfittedTag>> unfitted;  // for each view
-  std::vector<std::string> warnings;               // those of one image begin with its name
+  std::vector<std::string> unreadable;  // for each view: why its picture could not be loaded, or ""
+  std::vector<std::string> warnings;    // those of one image begin with its name
 };
 
 // A family of tags with the width of its black border: 1 as generated, 2 as on Kalibr's boards.

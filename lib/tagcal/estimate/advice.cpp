@@ -12,6 +12,7 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/projection_effect.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/geometry/pose.hpp"
@@ -230,10 +231,7 @@ struct JudgedView {
 
 std::vector<JudgedView> judge_candidates(const BoardPoints& board, const CurrentEstimate& current) {
   const UncertainLens lens{current.model, current.camera.lens, {}};
-  const MatrixXd projection =
-      aligned_jacobian(lens, ImageGrid{current.camera.image_size, 9, 7}.pixels(), kInfinitelyFar);
-  const MatrixXd effect = projection.transpose() * projection /
-                          static_cast<double>(std::max<Index>(1, projection.rows()));
+  const MatrixXd effect = projection_effect(lens, current.camera.image_size);
   const std::vector<std::string> missing = current.seen.missing_parts();
   const double noise = current.sigma_px * current.sigma_px;
   std::vector<JudgedView> all;

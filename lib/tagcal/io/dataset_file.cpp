@@ -34,36 +34,32 @@ std::vector<PlacedBoard> read_boards(const YamlValue& target, std::vector<std::s
   return boards;
 }
 
-bool is_picture(const fs::path& file) {
-  std::string extension = file.extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg" || extension == ".pgm";
-}
-
 std::vector<fs::path> list_images(const fs::path& folder, const YamlValue& images) {
   std::error_code error;
-  fs::directory_iterator entries(folder, error);
+  const fs::directory_iterator can_be_read(folder, error);
   if (error) images.fail("must be a folder of pictures (" + error.message() + ")");
-  std::vector<fs::path> files;
-  for (; entries != fs::directory_iterator(); entries.increment(error)) {
-    const bool is_hidden = entries->path().filename().string().starts_with('.');
-    if (!is_hidden && is_picture(entries->path())) files.push_back(entries->path());
-  }
-  if (error) images.fail("must be a folder that can be read (" + error.message() + ")");
-  if (files.empty()) images.fail("must be a folder with .png, .jpg, .jpeg or .pgm files");
-  std::sort(files.begin(), files.end());
+  std::vector<fs::path> files = list_pictures(folder);
+  if (files.empty())
+    images.fail("must be a folder with pictures (png, jpg, tif, bmp, webp, pgm or ppm)");
   return files;
 }
 
-void check_sizes(const std::vector<fs::path>& images, const ImageSize& size) {
-  for (const fs::path& image : images) {
-    const ImageSize found = read_image_size(image);
-    if (found == size) continue;
+// Removes the pictures that cannot be opened, and returns why.
+std::vector<std::string> check_sizes(std::vector<fs::path>& images, const ImageSize& size) {
+  std::vector<std::string> unreadable;
+  std::erase_if(images, [&](const fs::path& image) {
+    ImageSize found;
+    try {
+      found = read_image_size(image);
+    } catch (const Error& error) {
+      unreadable.emplace_back(error.what());
+      return true;
+    }
+    if (found == size) return false;
     throw Error(fmt::format("{}: is {}x{} pixels, but image_size in dataset.yaml is [{}, {}]",
                             image.string(), found.width, found.height, size.width, size.height));
-  }
+  });
+  return unreadable;
 }
 
 Truth read_truth_of(const fs::path& file, const ImageSize& size) {
@@ -101,7 +97,8 @@ std::string write_boards(const fs::path& folder, const std::vector<PlacedBoard>&
 
 }  // namespace
 
-DatasetFolder read_dataset(const fs::path& folder) {
+DatasetFolder read_dataset(const fs::path& folder,
+                           const std::function<bool(const fs::path&)>& leave_out) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     throw Error(folder.string() + ": must be the folder of a data set, with dataset.yaml in it");
@@ -121,13 +118,15 @@ DatasetFolder read_dataset(const fs::path& folder) {
   }
   if (images) {
     read.images = list_images(folder / images->text(), *images);
-    check_sizes(read.images, dataset.image_size);
+    if (leave_out) std::erase_if(read.images, leave_out);
+    read.unreadable = check_sizes(read.images, dataset.image_size);
   }
   if (const auto depth = top.find("depth")) {
     depth->allow_only({"folder", "unit_m"});
     read.depth_unit_m = depth->at("unit_m").positive();
     read.depths = list_images(folder / depth->at("folder").text(), depth->at("folder"));
-    check_sizes(read.depths, dataset.image_size);
+    const auto unreadable = check_sizes(read.depths, dataset.image_size);
+    if (!unreadable.empty()) throw Error(unreadable.front());
   }
   if (const auto truth = top.find("truth")) {
     dataset.truth = read_truth_of(folder / truth->text(), dataset.image_size);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,14 +15,19 @@ struct DatasetFolder {
   Dataset dataset;                            // without views if there are only images
   std::filesystem::path observations;         // the file with the views; empty: none
   std::vector<std::filesystem::path> images;  // of `images: FOLDER`, sorted by name
+  std::vector<std::string> unreadable;        // pictures that are not in `images`: file and reason
   std::vector<std::filesystem::path> depths;  // of `depth`, sorted by name
   double depth_unit_m = 0;                    // of their values; 0: no depths
   std::vector<std::string> warnings;
 };
 
 // Reads and checks dataset.yaml, its targets, observations and truth. Throws Error: see the
-// functions below, and image_size that is not positive, ids that two boards share.
-DatasetFolder read_dataset(const std::filesystem::path& folder);
+// functions below, and image_size that is not positive, ids that two boards share, pictures of
+// another size. Pictures that cannot be opened are left out and named.
+// `leave_out`: pictures for which it is true are not opened, and not in the result.
+DatasetFolder read_dataset(
+    const std::filesystem::path& folder,
+    const std::function<bool(const std::filesystem::path& picture)>& leave_out = {});
 
 // Observations as CSV: `image,tag_id,corner,x_px,y_px[,sxx_px2,sxy_px2,syy_px2]`. Views are in the
 // order in which their images first occur in the file. Throws Error, naming file, line and column:

@@ -1,6 +1,9 @@
 #include "tagcal/io/image_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -16,9 +19,12 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
+constexpr std::string_view kPictureKinds[] = {".png", ".jpg",  ".jpeg", ".tif", ".tiff",
+                                              ".bmp", ".webp", ".pgm",  ".ppm"};
 constexpr std::uintmax_t kMaxFileBytes = 1ULL << 30;
 
-std::string read_bytes(const std::filesystem::path& file) {
+// The size of a file that may be a picture.
+std::size_t checked_size(const std::filesystem::path& file) {
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) throw Error("no such file");
@@ -28,13 +34,39 @@ std::string read_bytes(const std::filesystem::path& file) {
   if (error) throw Error("cannot be read: " + error.message());
   if (size == 0) throw Error("is empty");
   if (size > kMaxFileBytes) throw Error("is larger than 1 GiB");
-  std::string bytes(size, '\0');
+  return static_cast<std::size_t>(size);
+}
+
+std::string read_bytes(const std::filesystem::path& file) {
+  std::string bytes(checked_size(file), '\0');
   std::ifstream stream(file, std::ios::binary);
-  if (!stream.read(bytes.data(), static_cast<std::streamsize>(size))) {
+  if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
     throw Error("cannot be read");
   }
   return bytes;
 }
+
+// A file in memory, of which only the parts that are used are read: headers of thousands of
+// pictures need not read their pixels.
+class MappedFile {
+ public:
+  explicit MappedFile(const std::filesystem::path& file) : size_(checked_size(file)) {
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) throw Error("cannot be read");
+    memory_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
+    ::close(descriptor);
+    if (memory_ == MAP_FAILED) throw Error("cannot be read");
+  }
+  ~MappedFile() { ::munmap(memory_, size_); }
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+
+  std::string_view bytes() const { return {static_cast<const char*>(memory_), size_}; }
+
+ private:
+  std::size_t size_;
+  void* memory_ = nullptr;
+};
 
 Image8 scaled(const Image16& image, int white) {
   Image8 result(image.size());
@@ -151,6 +183,12 @@ std::string encoded(const std::string& kind, const Image<T>& image) {
   throw Error("the name of a picture must end in .png, .tif, .tiff, .jpg, .jpeg, .pgm or .ppm");
 }
 
+bool is_named_as_picture(const std::filesystem::path& file) {
+  const std::string kind = lower_case(file.extension().string());
+  return !file.filename().string().starts_with('.') &&
+         std::ranges::any_of(kPictureKinds, [&](std::string_view known) { return kind == known; });
+}
+
 }  // namespace
 
 Image8 read_image(const std::filesystem::path& file) {
@@ -170,11 +208,22 @@ Picture read_picture(const std::filesystem::path& file) {
 
 ImageSize read_image_size(const std::filesystem::path& file) {
   return naming(file, [&] {
-    const std::string bytes = read_bytes(file);
-    const ImageDecoder::Header header = image_decoder(bytes)->header();
+    const MappedFile mapped(file);
+    const ImageDecoder::Header header = image_decoder(mapped.bytes())->header();
     const ImageSize stored{header.width, header.height};
     return swaps_sides(header.orientation) ? ImageSize{stored.height, stored.width} : stored;
   });
+}
+
+std::vector<std::filesystem::path> list_pictures(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> files;
+  std::filesystem::directory_iterator entries(folder, error);
+  for (; !error && entries != std::filesystem::directory_iterator(); entries.increment(error))
+    if (is_named_as_picture(entries->path())) files.push_back(entries->path());
+  if (error) throw Error(folder.string() + ": must be a folder of pictures: " + error.message());
+  std::sort(files.begin(), files.end());
+  return files;
 }
 
 void write_png(const std::filesystem::path& file, const Image8& image, double pixels_per_inch) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "tagcal/scene/image.hpp"
 
@@ -20,8 +21,14 @@ Image8 read_image(const std::filesystem::path& file);
 // Rotates and throws as read_image does.
 Picture read_picture(const std::filesystem::path& file);
 
-// The size of a picture as read_image returns it, from its header alone.
+// The size of a picture as read_image returns it, from its header alone. Reads the parts of the
+// file that it needs.
 ImageSize read_image_size(const std::filesystem::path& file);
+
+// The files of a folder whose names end as those of pictures do (.png, .jpg, .jpeg, .tif, .tiff,
+// .bmp, .webp, .pgm, .ppm, in any case), sorted by name; hidden files are not among them. Throws
+// Error if it is not a folder that can be read.
+std::vector<std::filesystem::path> list_pictures(const std::filesystem::path& folder);
 
 // Writes an 8-bit grey PNG, whole or not at all. Throws Error if that fails. A resolution above 0
 // is written into the file, for printing true to scale.

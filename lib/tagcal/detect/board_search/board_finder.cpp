@@ -155,7 +155,7 @@ std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<Placed
   std::map<std::pair<std::string, int>, std::vector<const Board*>> by_family;
   for (const PlacedBoard& placed : boards) {
     const Board& board = placed.board;
-    if (!board.tags.empty()) by_family[{board.family, board.border_bits}].push_back(&board);
+    if (!board.tags.empty() && !board.charuco) by_family[{board.family, board.border_bits}].push_back(&board);
   }
   std::vector<std::unique_ptr<BoardFinder>> finders;
   for (auto& [family, of_family] : by_family)

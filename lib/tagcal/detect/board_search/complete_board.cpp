@@ -45,6 +45,10 @@ class PanelCompletion {
     if (board.grid) {
       surroundings_.white_frame = board.grid->tag_spacing * family.width_at_border >= 1;
     }
+    if (board.charuco) {
+      const double white = (board.checkerboard->column_spacing - board.charuco->size) / 2;
+      surroundings_.white_frame = white * family.width_at_border >= board.charuco->size;
+    }
   }
 
   void run(const BoardPanel& panel, const std::map<int, FoundTag>& found, Completion& result) {

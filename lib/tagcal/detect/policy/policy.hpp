@@ -315,4 +315,54 @@ inline constexpr double kBoardSpacingTolerance = 0.04;
 // none; chosen by hand.
 inline constexpr double kBoardMetresTolerance = 0.2;
 
+// ---- Finding checkerboards
+
+// px. Shorter side of the smallest halved picture that is searched. Source: none; chosen by hand.
+inline constexpr int kCheckerMinPicturePx = 100;
+// Grey levels between black and white on a circle about a junction, at least. Source: none; chosen
+// by hand.
+inline constexpr float kJunctionMinContrast = 12;
+// Grey levels per px^2. Least root of minus the Hessian's determinant of the smoothed picture.
+// Source: contrast C and spread s have C / (pi s^2); C = 15, s = 2.
+inline constexpr double kJunctionMinStrength = 1.2;
+// px. Radii of the circles that are tried. Source: none; chosen by hand with `corner_accuracy
+// found`: 3 for squares of 10 px seen at 60 degrees, 5 and 8 for noise and blur.
+inline constexpr std::array<double, 3> kJunctionRadiiPx = {5, 3, 8};
+// Radians. Largest bend of a line at a junction, and least angle between two. Source: none; chosen
+// by hand.
+inline constexpr double kJunctionMaxBend = 0.6;
+inline constexpr double kJunctionMinAngle = 0.25;
+// Radians. Largest turn of a line from a junction to the next one. Source: none; chosen by hand.
+inline constexpr double kGridMaxTurn = 0.45;
+// px. Distances in which the next junction is looked for. Source: none; chosen by hand.
+inline constexpr double kGridFirstReachPx = 16;
+inline constexpr double kGridLastReachPx = 300;
+// Share of the distance to the next junction by which a prediction may be off. Source: none; chosen
+// by hand.
+inline constexpr double kGridTolerance = 0.35;
+// Share of the junctions of a grid's outermost line, against its fullest line, below which the line
+// is not the board's. Source: none; chosen by hand.
+inline constexpr double kGridMinLineShare = 0.34;
+// Share of a board's corners that must be fitted, and of each outermost line. Source: none; chosen
+// by hand.
+inline constexpr double kCheckerMinFitted = 0.6;
+inline constexpr double kCheckerMinFittedOutside = 0.3;
+// px. Shorter side of the smallest squares that are fitted. Source: none; chosen by hand.
+inline constexpr double kCheckerMinSidePx = 3;
+// Squares beyond the next junction that are fitted with a corner: pixels before them are then
+// known. Source: 3 spreads of 0.9 px for squares of 10 px.
+inline constexpr double kCheckerBeyond = 0.3;
+// Part of the outermost squares that is printed for sure. Source: none; chosen by hand.
+inline constexpr double kCheckerOutside = 0.5;
+// Share of a square by which a corner may move from its prediction.
+// Source: none; chosen by hand.
+inline constexpr double kCheckerMaxMove = 0.3;
+// Squares up to which a corner is predicted from markers and other corners. Source: none; chosen by
+// hand.
+inline constexpr double kCheckerNearSquares = 1.6;
+inline constexpr double kCheckerLocalSquares = 2.3;
+// Spread of the corners about the lens of the picture, in their standard deviations, up to which
+// they are fitted under it. Source: none; chosen by hand.
+inline constexpr double kCheckerMaxSpread = 2.5;
+
 }  // namespace tagcal::internal::policy

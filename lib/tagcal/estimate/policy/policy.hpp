@@ -192,6 +192,11 @@ inline constexpr double kCornerInset = 0.2;
 // the one that fills most gaps. Source: none; chosen by hand (docs/how_sure.md).
 inline constexpr double kNearlyLeastVariance = 2;
 
+// The share of the information of all views that stands in for what the first selected views do not
+// determine (view_selection.cpp): so small that it decides nothing once they do. Source: none;
+// chosen by hand.
+inline constexpr double kSelectionPrior = 1e-6;
+
 // ---- Calibration: start, rejection, choice of the model (calibration/)
 
 // A share of a count, as a fraction of whole numbers: comparisons with it are exact.

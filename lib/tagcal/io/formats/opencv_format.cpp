@@ -76,12 +76,14 @@ std::vector<double> read_distortion(const YamlValue& value, bool fisheye,
   return k;
 }
 
-void read_fixed(const YamlValue& values, CalibrationFile& file) {
-  for (const std::string_view name : parameter_names(file.camera.lens))
+std::map<std::string, double> fixed_values(const YamlValue& values,
+                                           std::span<const std::string_view> names) {
+  std::map<std::string, double> fixed;
+  for (const std::string_view name : names)
     if (const auto value = values.find(name))
-      file.fixed.emplace(name, parameter_kind(name) == ParameterKind::focal_length
-                                   ? value->positive()
-                                   : value->number());
+      fixed.emplace(name, parameter_kind(name) == ParameterKind::focal_length ? value->positive()
+                                                                              : value->number());
+  return fixed;
 }
 
 void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
@@ -96,7 +98,8 @@ void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
 
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
   const std::size_t num_parameters = parameters(file.camera.lens).size();
-  if (const auto fixed = top.find("fixed")) read_fixed(*fixed, file);
+  if (const auto fixed = top.find("fixed"))
+    file.fixed = fixed_values(*fixed, parameter_names(file.camera.lens));
   if (const auto sigmas = top.find("sigmas")) {
     file.sigmas = read_row(*sigmas);
     if (file.sigmas.size() != num_parameters) {
@@ -157,7 +160,20 @@ CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
   read_camera_matrix(top.at(keys.matrix), numbers);
   numbers.distortion = read_distortion(top.at(keys.distortion), fisheye, notes);
   const Model& holds_all = Model::named(fisheye ? "fisheye4" : "opencv8");
-  return {make_camera(numbers, model ? *model : holds_all, top),
+  // A fixed parameter may have a value that the model alone would not have.
+  const auto fixed = top.find("fixed");
+  std::optional<HeldModels> held;
+  if (model && fixed) {
+    const std::span<const std::string_view> names =
+        fisheye ? std::span<const std::string_view>(Fisheye::kParameterNames)
+                : Perspective::kParameterNames;
+    held.emplace(fixed_values(*fixed, names), model->lens_type());
+  }
+  return {make_camera(numbers,
+                      held    ? held->named(model->name())
+                      : model ? *model
+                              : holds_all,
+                      top),
           model ? std::string(model->name()) : "",
           {},
           {},

@@ -40,7 +40,11 @@ void check_held(const Lens& lens, const ImageSize& size, const Model& model,
   const std::span<const double> values = parameters(lens);
   const Eigen::Vector2d centre = image_centre(size);
   for (const int i : held_parameters(model, static_cast<int>(values.size()))) {
-    const double held_at = i == 2 ? centre.x() : i == 3 ? centre.y() : 0;
+    const auto fixed = model.held().find(i);
+    const double held_at = fixed != model.held().end() ? fixed->second
+                           : i == 2                    ? centre.x()
+                           : i == 3                    ? centre.y()
+                                                       : 0;
     const double value = values[static_cast<std::size_t>(i)];
     if (value == held_at) continue;
     where.fail_plainly(fmt::format("{} must be {} with model {}, got {}",

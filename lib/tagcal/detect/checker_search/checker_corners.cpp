@@ -1,0 +1,150 @@
+#include "tagcal/detect/checker_search/checker_corners.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "tagcal/detect/board_search/panel_lens.hpp"
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/solvers/plane.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+Vector2d on_board(const CheckerCell& cell) { return {cell.first, cell.second}; }
+
+// The homography from the board about a corner, which is (0, 0), to pixels, by the places within
+// some squares of it. No value if they do not determine it.
+std::optional<Matrix3d> local_homography(const CheckerCell& cell,
+                                         const std::vector<CheckerPlace>& known) {
+  for (const double reach : {1.5, policy::kCheckerLocalSquares}) {  // numeric: squares, near first
+    std::vector<Vector2d> points;
+    std::vector<Vector3d> pixels;
+    std::optional<Vector2d> origin;
+    constexpr double kUnit = 1.0 / 32;  // per px: entries of similar size
+    for (const CheckerPlace& place : known) {
+      const Vector2d from = place.on_board - on_board(cell);
+      if (from.cwiseAbs().maxCoeff() > reach) continue;
+      if (!origin) origin = place.at;
+      points.push_back(from);
+      pixels.push_back((kUnit * (place.at - *origin)).homogeneous());
+    }
+    if (points.size() < 4) continue;
+    const auto h = homography(points, pixels);
+    if (!h || std::abs((*h)(2, 2)) == 0) continue;
+    Matrix3d to_pixels = Matrix3d::Identity();
+    to_pixels.diagonal().head<2>().setConstant(1 / kUnit);
+    to_pixels.topRightCorner<2, 1>() = *origin;
+    return to_pixels * *h / (*h)(2, 2);
+  }
+  return std::nullopt;
+}
+
+// Length of a square's shorter side at the origin, px.
+double shorter_side(const Matrix3d& h) {
+  const Vector2d origin = h.col(2).hnormalized();
+  const auto side = [&](const Vector3d& to) { return ((h * to).hnormalized() - origin).norm(); };
+  constexpr double kDelta = 1e-3;  // numeric: of differences, small against a square
+  return std::min(side({kDelta, 0, 1}), side({0, kDelta, 1})) / kDelta;
+}
+
+}  // namespace
+
+CheckerFitter::CheckerFitter(const ImageView8& image, const CheckerPrint& print,
+                             const Camera* camera)
+    : image_(image), print_(print), camera_(camera) {}
+
+std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
+                                                    const std::vector<CheckerPlace>& known,
+                                                    const Camera* camera) const {
+  const auto h = local_homography(cell, known);
+  if (!h) return std::nullopt;
+  const Vector2d start = h->col(2).hnormalized();
+  const double side = shorter_side(*h);
+  if (!start.allFinite() || side < policy::kCheckerMinSidePx) return std::nullopt;
+  TagFitOptions options;
+  options.camera = camera;
+  const double longer =
+      std::max({policy::kTagSmallestPicturePx, 1.0 * image_.width(), 1.0 * image_.height()});
+  options.bend_sd_per_px = policy::kTagBendSd / longer;
+  options.twist_sd_per_px2 = policy::kTagTwistSd / (longer * longer);
+  options.shift_sd_px = policy::kTagShiftSdPx;
+  for (const double outside : {1.0, policy::kCheckerOutside}) {
+    if (outside < 1 && !print_.is_at_edge(cell)) break;
+    const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h, options);
+    if (fit.status != TagFitStatus::converged) continue;
+    if ((fit.corner - start).norm() > policy::kCheckerMaxMove * side) continue;
+    return CheckerCorner{fit.corner, fit.covariance_px2};
+  }
+  return std::nullopt;
+}
+
+CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const {
+  CheckerCorners corners;
+  std::vector<CheckerPlace> places = known;
+  std::map<CheckerCell, std::size_t> tried;  // number of places near it in the last try
+  bool has_new = true;
+  while (has_new) {
+    has_new = false;
+    std::vector<CheckerPlace> found;
+    for (int row = 0; row < print_.rows(); ++row) {
+      for (int column = 0; column < print_.columns(); ++column) {
+        const CheckerCell cell{column, row};
+        if (corners.contains(cell)) continue;
+        std::size_t near = 0;
+        for (const CheckerPlace& place : places)
+          near += (place.on_board - on_board(cell)).norm() < policy::kCheckerNearSquares ? 1U : 0U;
+        if (near < 2 || near <= tried[cell]) continue;
+        tried[cell] = near;
+        const auto corner = fit_one(cell, places, camera_);
+        if (!corner) continue;
+        corners[cell] = *corner;
+        found.push_back({on_board(cell), corner->at});
+      }
+    }
+    for (const CheckerPlace& place : found) {
+      // A fitted corner replaces its own seed.
+      std::erase_if(places, [&](const CheckerPlace& old) {
+        return (old.on_board - place.on_board).norm() < 1e-6;
+      });
+      places.push_back(place);
+      has_new = true;
+    }
+  }
+  return corners;
+}
+
+int CheckerFitter::fit_again(CheckerCorners& corners) const {
+  std::vector<CheckerPlace> places;
+  for (const auto& [cell, corner] : corners) places.push_back({on_board(cell), corner.at});
+  int count = 0;
+  for (auto& [cell, corner] : corners) {
+    const auto fitted = fit_one(cell, places, camera_);
+    if (!fitted) continue;
+    corner = *fitted;
+    ++count;
+  }
+  return count;
+}
+
+void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
+  if (camera_) return;
+  std::vector<PanelCorner> on_panel;
+  std::vector<CheckerPlace> places;
+  for (const auto& [cell, corner] : corners) {
+    on_panel.push_back({on_board(cell), corner.at, std::sqrt(corner.covariance_px2.trace() / 2)});
+    places.push_back({on_board(cell), corner.at});
+  }
+  const auto lens = lens_of_panel(on_panel, image_.size());
+  if (!lens || lens->spread > policy::kCheckerMaxSpread) return;
+  for (auto& [cell, corner] : corners)
+    if (const auto fitted = fit_one(cell, places, &lens->camera)) corner = *fitted;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "tagcal/detect/checker_search/checker_print.hpp"
+
+// Private to detect: the corners of one checkerboard in one picture.
+namespace tagcal::internal {
+
+struct CheckerCorner {
+  Eigen::Vector2d at;
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();
+};
+
+using CheckerCorners = std::map<CheckerCell, CheckerCorner>;
+
+// A place on the board, in squares from the first corner, and its pixel.
+struct CheckerPlace {
+  Eigen::Vector2d on_board;
+  Eigen::Vector2d at;
+};
+
+class CheckerFitter {
+ public:
+  // Picture, print and camera (may be null) must outlive it.
+  CheckerFitter(const ImageView8& image, const CheckerPrint& print, const Camera* camera);
+
+  // Fits the corners that stand near enough to the known places to be predicted by a homography of
+  // the nearest ones; corners that are found predict further ones.
+  CheckerCorners fit(const std::vector<CheckerPlace>& known) const;
+
+  // Fits the corners again under the lens that they show together, if they determine it: bends are
+  // not estimated from each corner then.
+  void fit_under_lens(CheckerCorners& corners) const;
+
+  // Fits known corners again under the camera that was given; returns how many it has fitted.
+  int fit_again(CheckerCorners& corners) const;
+
+ private:
+  std::optional<CheckerCorner> fit_one(const CheckerCell& cell,
+                                       const std::vector<CheckerPlace>& known,
+                                       const Camera* camera) const;
+
+  const ImageView8& image_;
+  const CheckerPrint& print_;
+  const Camera* camera_;
+};
+
+}  // namespace tagcal::internal

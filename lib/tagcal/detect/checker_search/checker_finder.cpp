@@ -1,0 +1,337 @@
+#include "tagcal/detect/checker_search/checker_finder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+
+// The bounds of a grid's cells.
+struct Bounds {
+  GridCell low{0, 0}, high{0, 0};
+  int columns() const { return high.first - low.first + 1; }
+  int rows() const { return high.second - low.second + 1; }
+};
+
+Bounds bounds_of(const JunctionGrid& grid) {
+  Bounds bounds{grid.begin()->first, grid.begin()->first};
+  for (const auto& [cell, at] : grid) {
+    bounds.low = {std::min(bounds.low.first, cell.first), std::min(bounds.low.second, cell.second)};
+    bounds.high = {std::max(bounds.high.first, cell.first),
+                   std::max(bounds.high.second, cell.second)};
+  }
+  return bounds;
+}
+
+// Removes outermost lines with few junctions: they are not the board's.
+void trim(JunctionGrid& grid) {
+  for (bool is_trimmed = true; is_trimmed && !grid.empty();) {
+    is_trimmed = false;
+    const Bounds bounds = bounds_of(grid);
+    std::map<int, int> in_column, in_row;
+    for (const auto& [cell, at] : grid) {
+      ++in_column[cell.first];
+      ++in_row[cell.second];
+    }
+    const auto cut = [&](std::map<int, int>& count, int line, auto member) {
+      int most = 0;
+      for (const auto& [i, n] : count) most = std::max(most, n);
+      if (is_trimmed || count[line] >= policy::kGridMinLineShare * most) return;
+      std::erase_if(grid, [&](const auto& node) { return node.first.*member == line; });
+      is_trimmed = true;
+    };
+    cut(in_column, bounds.low.first, &GridCell::first);
+    cut(in_column, bounds.high.first, &GridCell::first);
+    cut(in_row, bounds.low.second, &GridCell::second);
+    cut(in_row, bounds.high.second, &GridCell::second);
+  }
+}
+
+// One of the four ways in which a grid may be numbered: directions of the board's x and y in it.
+struct Numbering {
+  GridCell x, y;
+  GridCell origin;  // the junction of the first corner
+
+  GridCell junction(const CheckerCell& corner) const {
+    return {origin.first + corner.first * x.first + corner.second * y.first,
+            origin.second + corner.first * x.second + corner.second * y.second};
+  }
+
+  // Colour of the square to the lower left of the first corner.
+  bool starts_black() const {
+    const int across = -(x.first + y.first), down = -(x.second + y.second);
+    const bool is_white_towards_both = (origin.first + origin.second) % 2 == 0;
+    return is_white_towards_both != (across * down > 0);
+  }
+};
+
+// The numberings of a grid with the board's number of columns and rows.
+std::vector<Numbering> numberings(const Bounds& bounds, const CheckerPrint& print) {
+  std::vector<Numbering> result;
+  // The board's y is a quarter turn from its x towards the picture's top.
+  constexpr std::pair<GridCell, GridCell> kAxes[] = {
+      {{1, 0}, {0, -1}}, {{0, -1}, {-1, 0}}, {{-1, 0}, {0, 1}}, {{0, 1}, {1, 0}}};
+  for (const auto& [x, y] : kAxes) {
+    const bool is_turned = x.first == 0;
+    if ((is_turned ? bounds.rows() : bounds.columns()) != print.columns() ||
+        (is_turned ? bounds.columns() : bounds.rows()) != print.rows())
+      continue;
+    result.push_back({x,
+                      y,
+                      {x.first + y.first > 0 ? bounds.low.first : bounds.high.first,
+                       x.second + y.second > 0 ? bounds.low.second : bounds.high.second}});
+  }
+  return result;
+}
+
+// Mean direction of the board's y in the picture.
+Vector2d up_in_picture(const JunctionGrid& grid, const GridCell& y) {
+  Vector2d sum = Vector2d::Zero();
+  for (const auto& [cell, at] : grid)
+    if (const auto next = grid.find({cell.first + y.first, cell.second + y.second});
+        next != grid.end())
+      sum += next->second - at;
+  return sum.normalized();
+}
+
+// The numbering whose colours are the board's; of several the one whose y points up in the picture.
+std::optional<Numbering> numbering_of(const JunctionGrid& grid, const CheckerPrint& print) {
+  std::vector<Numbering> possible = numberings(bounds_of(grid), print);
+  if (std::ranges::any_of(possible, [&](const Numbering& numbering) {
+        return numbering.starts_black() == print.starts_black();
+      }))
+    std::erase_if(possible, [&](const Numbering& numbering) {
+      return numbering.starts_black() != print.starts_black();
+    });
+  std::optional<Numbering> best;
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Numbering& numbering : possible) {
+    const double up = -up_in_picture(grid, numbering.y).y();
+    if (up <= highest) continue;
+    highest = up;
+    best = numbering;
+  }
+  return best;
+}
+
+bool is_of_size(const JunctionGrid& grid, const CheckerPrint& print) {
+  return !numberings(bounds_of(grid), print).empty();
+}
+
+// True if enough corners were fitted, also of each outermost line.
+bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
+  const int columns = print.columns(), rows = print.rows();
+  const auto count = [&](const auto& test) {
+    return static_cast<double>(
+        std::ranges::count_if(corners, [&](const auto& corner) { return test(corner.first); }));
+  };
+  const double column = policy::kCheckerMinFittedOutside * rows;
+  const double row = policy::kCheckerMinFittedOutside * columns;
+  return static_cast<double>(corners.size()) >= policy::kCheckerMinFitted * columns * rows &&
+         count([](const CheckerCell& c) { return c.first == 0; }) >= column &&
+         count([&](const CheckerCell& c) { return c.first == columns - 1; }) >= column &&
+         count([](const CheckerCell& c) { return c.second == 0; }) >= row &&
+         count([&](const CheckerCell& c) { return c.second == rows - 1; }) >= row;
+}
+
+// The grids of junctions of a picture halved as often as given, in its own pixels.
+std::vector<JunctionGrid> grids_of(const ImageView8& image, int halvings) {
+  std::vector<JunctionGrid> grids = junction_grids(find_junctions(image));
+  const double scale = std::exp2(halvings);
+  for (JunctionGrid& grid : grids) {
+    trim(grid);
+    for (auto& [cell, at] : grid)
+      at = scale * at + Vector2d::Constant((scale - 1) / 2);  // pixel centres at whole numbers
+  }
+  std::erase_if(grids, [](const JunctionGrid& grid) { return grid.size() < 4; });
+  std::ranges::stable_sort(grids, std::ranges::greater(),
+                           [](const JunctionGrid& grid) { return grid.size(); });
+  return grids;
+}
+
+Vector2d middle_of(const JunctionGrid& grid) {
+  Vector2d sum = Vector2d::Zero();
+  for (const auto& [cell, at] : grid) sum += at;
+  return sum / static_cast<double>(grid.size());
+}
+
+bool overlap(const JunctionGrid& a, const JunctionGrid& b) {
+  const double size = (a.begin()->second - a.rbegin()->second).norm();
+  return (middle_of(a) - middle_of(b)).norm() < size / 4;
+}
+
+std::vector<Observation> observations_of(const CheckerCorners& corners, const Checkerboard& board) {
+  std::vector<Observation> result;
+  for (const auto& [cell, corner] : corners)
+    result.push_back({{board.first_id + cell.second * board.columns + cell.first, 0},
+                      corner.at,
+                      corner.covariance_px2});
+  std::ranges::sort(result, {}, &Observation::id);
+  return result;
+}
+
+}  // namespace
+
+BoardSymmetry symmetry_of(const Checkerboard& board) {
+  if ((board.columns + board.rows) % 2 != 0) return BoardSymmetry::none;
+  return board.columns == board.rows && board.columns % 2 == 0 ? BoardSymmetry::quarter_turn
+                                                               : BoardSymmetry::half_turn;
+}
+
+std::string why_not_text(const SeenChecker& seen, const Board& board) {
+  const std::string name = fmt::format("the checkerboard of {} x {} corners",
+                                       board.checkerboard->columns, board.checkerboard->rows);
+  switch (seen.answer) {
+    case CheckerAnswer::found:
+      return {};
+    case CheckerAnswer::no_grid:
+      return board.charuco ? "no marker of the ChArUco board found" : "no checkerboard found";
+    case CheckerAnswer::other_grid:
+      return fmt::format(
+          "{} is not seen whole: the largest grid has {} x {}. Parts of a board without markers "
+          "cannot be numbered",
+          name, seen.size.first, seen.size.second);
+    case CheckerAnswer::not_fitted:
+      return fmt::format("{}: its corners do not look like its pattern", name);
+    case CheckerAnswer::seen_twice:
+      return fmt::format("{} is seen more than once, so it is not reported", name);
+  }
+  return {};
+}
+
+std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards) {
+  std::vector<std::string> warnings;
+  for (const PlacedBoard& placed : boards) {
+    if (!placed.board.checkerboard || placed.board.charuco) continue;
+    const Checkerboard& board = *placed.board.checkerboard;
+    const BoardSymmetry symmetry = symmetry_of(board);
+    if (symmetry == BoardSymmetry::none) continue;
+    warnings.push_back(fmt::format(
+        "the checkerboard of {} x {} corners looks the same after {}: in each picture its y axis "
+        "is taken to be the one that points up most, so a board on its head is numbered from the "
+        "wrong end. A calibration does not change, poses do. Use a board with an odd number of "
+        "squares in one direction and an even number in the other",
+        board.columns, board.rows,
+        symmetry == BoardSymmetry::half_turn ? "half a turn" : "a quarter turn"));
+  }
+  return warnings;
+}
+
+CheckerFinder::CheckerFinder(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
+    : camera_(options.camera) {
+  for (const PlacedBoard& placed : boards) {
+    const Board& board = placed.board;
+    if (!board.checkerboard) continue;
+    boards_.push_back(&board);
+    Target target{&board, CheckerPrint(board), nullptr};
+    if (board.charuco) {
+      // The markers only lead to the corners, so that their sides are enough.
+      DetectOptions of_markers = options;
+      of_markers.refinement = Refinement::edges;
+      target.markers = std::make_unique<BoardFinder>(std::vector<const Board*>{&board}, of_markers);
+    }
+    targets_.push_back(std::move(target));
+  }
+}
+
+std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
+  std::vector<SeenChecker> result(targets_.size());
+  std::vector<bool> is_done(targets_.size(), false);
+  std::vector<Image8> halves;
+  // A halved picture shows large squares with less noise; the finest one has the last word.
+  int halvings = 0;
+  for (int side = std::min(image.width(), image.height()); side >= policy::kCheckerMinPicturePx;
+       side /= 2) {
+    if (halvings > 0) halves.push_back(halves.empty() ? halved(image) : halved(halves.back()));
+    ++halvings;
+  }
+  for (std::size_t i = 0; i < targets_.size(); ++i) {
+    is_done[i] = targets_[i].markers != nullptr;
+    if (is_done[i]) result[i] = find_charuco(image, targets_[i]);
+  }
+  for (std::size_t level = 0; level <= halves.size(); ++level) {
+    if (std::ranges::all_of(is_done, [](bool done) { return done; })) break;
+    grids_ = grids_of(level == 0 ? image : ImageView8(halves[level - 1]), static_cast<int>(level));
+    for (std::size_t i = 0; i < targets_.size(); ++i) {
+      if (is_done[i]) continue;
+      SeenChecker seen = find_plain(image, targets_[i]);
+      is_done[i] = seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
+      if (is_done[i] || seen.answer > result[i].answer) result[i] = std::move(seen);
+    }
+  }
+  return result;
+}
+
+std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, const Target& target,
+                                                    const JunctionGrid& grid) const {
+  CheckerPrint print = target.print;
+  const auto numbering = numbering_of(grid, print);
+  if (!numbering) return std::nullopt;
+  print.set_starts_black(numbering->starts_black());
+  std::vector<CheckerPlace> places;
+  for (int row = 0; row < print.rows(); ++row)
+    for (int column = 0; column < print.columns(); ++column)
+      if (const auto node = grid.find(numbering->junction({column, row})); node != grid.end())
+        places.push_back({Vector2d(column, row), node->second});
+  const CheckerFitter fitter(image, print, camera_);
+  CheckerCorners corners = fitter.fit(places);
+  if (!is_verified(corners, print)) return std::nullopt;
+  fitter.fit_under_lens(corners);
+  return corners;
+}
+
+SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& target) const {
+  SeenChecker seen;
+  if (grids_.empty()) return seen;
+  const Bounds largest = bounds_of(grids_.front());
+  seen.size = {largest.columns(), largest.rows()};
+  seen.answer = CheckerAnswer::other_grid;
+  const JunctionGrid* first = nullptr;
+  for (const JunctionGrid& grid : grids_) {
+    if (!is_of_size(grid, target.print)) continue;
+    if (first && overlap(*first, grid)) continue;
+    const auto corners = fitted(image, target, grid);
+    if (!corners) {
+      if (!first) seen.answer = CheckerAnswer::not_fitted;
+      continue;
+    }
+    if (first) return {CheckerAnswer::seen_twice, seen.size, {}};
+    first = &grid;
+    seen.answer = CheckerAnswer::found;
+    seen.corners = observations_of(*corners, *target.board->checkerboard);
+  }
+  return seen;
+}
+
+SeenChecker CheckerFinder::find_charuco(const ImageView8& image, const Target& target) const {
+  SeenChecker seen;
+  const Checkerboard& board = *target.board->checkerboard;
+  std::map<int, const Tag*> by_id;
+  for (const Tag& tag : target.board->tags) by_id[tag.id] = &tag;
+  std::vector<CheckerPlace> places;
+  for (const Completion& completion : target.markers->find(image).completions) {
+    for (const FoundTag& found : completion.tags) {
+      const auto on_board = tag_corners(*by_id.at(found.id));
+      for (std::size_t k = 0; k < 4; ++k)
+        places.push_back({on_board[k].head<2>() / board.column_spacing, found.corners[k]});
+    }
+  }
+  if (places.empty()) return seen;
+  const CheckerFitter fitter(image, target.print, camera_);
+  CheckerCorners corners = fitter.fit(places);
+  seen.answer = corners.empty() ? CheckerAnswer::not_fitted : CheckerAnswer::found;
+  fitter.fit_under_lens(corners);
+  seen.corners = observations_of(corners, board);
+  return seen;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/checker_search/checker_corners.hpp"
+#include "tagcal/detect/checker_search/junction_grid.hpp"
+#include "tagcal/detect/types.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+// Private to detect.
+namespace tagcal::internal {
+
+// The turns by which a checkerboard looks the same.
+enum class BoardSymmetry { none, half_turn, quarter_turn };
+BoardSymmetry symmetry_of(const Checkerboard& board);
+
+// Why a board is not reported, or what a reader of its corners should know.
+enum class CheckerAnswer {
+  found,
+  no_grid,     // no grid of junctions
+  other_grid,  // grids of another size: a part of the board, or another one
+  not_fitted,  // too few corners look like the pattern
+  seen_twice,  // more than one grid has the board's size
+};
+
+struct SeenChecker {
+  CheckerAnswer answer = CheckerAnswer::no_grid;
+  CheckerCell size{0, 0};  // of the largest grid
+  std::vector<Observation> corners;
+};
+
+// One sentence that says why a board is not reported; empty if it is.
+std::string why_not_text(const SeenChecker& seen, const Board& board);
+
+// Finds checkerboards and ChArUco boards. Not thread-safe.
+class CheckerFinder {
+ public:
+  // The boards must outlive it; those that are no checkerboards are left out. Throws Error as
+  // tag_family() does.
+  CheckerFinder(const std::vector<PlacedBoard>& boards, const DetectOptions& options);
+
+  // For each checkerboard, in the order of the boards.
+  std::vector<SeenChecker> find(const ImageView8& image);
+  const std::vector<const Board*>& boards() const { return boards_; }
+
+ private:
+  struct Target {
+    const Board* board = nullptr;
+    CheckerPrint print;
+    std::unique_ptr<BoardFinder> markers;  // of a ChArUco board
+  };
+
+  SeenChecker find_plain(const ImageView8& image, const Target& target) const;
+  std::optional<CheckerCorners> fitted(const ImageView8& image, const Target& target,
+                                       const JunctionGrid& grid) const;
+  SeenChecker find_charuco(const ImageView8& image, const Target& target) const;
+
+  const Camera* camera_;
+  std::vector<const Board*> boards_;
+  std::vector<Target> targets_;
+  std::vector<JunctionGrid> grids_;  // of the present picture, the largest first
+};
+
+// One sentence for each board that looks the same if it is turned.
+std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards);
+
+}  // namespace tagcal::internal

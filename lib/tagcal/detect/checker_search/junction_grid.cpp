@@ -1,0 +1,221 @@
+#include "tagcal/detect/checker_search/junction_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "tagcal/detect/policy/policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+
+// Angle between two lines.
+double between(double a, double b) { return std::abs(std::remainder(a - b, std::numbers::pi)); }
+
+Vector2d along(double angle) { return {std::cos(angle), std::sin(angle)}; }
+
+GridCell operator+(const GridCell& a, const GridCell& b) {
+  return {a.first + b.first, a.second + b.second};
+}
+GridCell operator-(const GridCell& a) { return {-a.first, -a.second}; }
+
+constexpr GridCell kSteps[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+
+// Junctions by place, in square bins.
+class Bins {
+ public:
+  explicit Bins(const std::vector<Junction>& junctions) : junctions_(junctions) {
+    for (std::size_t i = 0; i < junctions.size(); ++i) bins_[bin(junctions[i].at)].push_back(i);
+  }
+
+  template <typename Visit>
+  void near(const Vector2d& at, double radius, const Visit& visit) const {
+    const auto low = bin(at - Vector2d::Constant(radius)),
+               high = bin(at + Vector2d::Constant(radius));
+    for (int y = low.second; y <= high.second; ++y)
+      for (int x = low.first; x <= high.first; ++x)
+        if (const auto it = bins_.find({x, y}); it != bins_.end())
+          for (const std::size_t i : it->second)
+            if ((junctions_[i].at - at).norm() <= radius) visit(i);
+  }
+
+ private:
+  static std::pair<int, int> bin(const Vector2d& at) {
+    constexpr double kSide = 16;  // px
+    return {static_cast<int>(std::floor(at.x() / kSide)),
+            static_cast<int>(std::floor(at.y() / kSide))};
+  }
+  const std::vector<Junction>& junctions_;
+  std::map<std::pair<int, int>, std::vector<std::size_t>> bins_;
+};
+
+class Grower {
+ public:
+  explicit Grower(const std::vector<Junction>& junctions)
+      : junctions_(junctions), bins_(junctions), used_(junctions.size(), false) {}
+
+  std::optional<JunctionGrid> grown_from(std::size_t seed) {
+    cells_.clear();
+    if (used_[seed] || !start(seed)) return std::nullopt;
+    while (grow()) {
+    }
+    JunctionGrid grid;
+    for (const auto& [cell, i] : cells_) {
+      used_[i] = true;
+      grid[cell] = junctions_[i].at;
+    }
+    return grid;
+  }
+
+ private:
+  // True if the lines of `other` are those of `one` with the colours exchanged.
+  bool is_opposite(const Junction& one, const Junction& other) const {
+    return between(one.first, other.second) < policy::kGridMaxTurn &&
+           between(one.second, other.first) < policy::kGridMaxTurn;
+  }
+  bool is_alike(const Junction& one, const Junction& other) const {
+    return between(one.first, other.first) < policy::kGridMaxTurn &&
+           between(one.second, other.second) < policy::kGridMaxTurn;
+  }
+
+  bool is_taken(std::size_t i) const {
+    return used_[i] ||
+           std::ranges::any_of(cells_, [i](const auto& cell) { return cell.second == i; });
+  }
+
+  // The nearest junction of exchanged colours along a direction.
+  std::optional<std::size_t> next(std::size_t from, double direction) const {
+    const Junction& one = junctions_[from];
+    for (double radius = policy::kGridFirstReachPx; radius < policy::kGridLastReachPx;
+         radius *= 2) {
+      std::optional<std::size_t> best;
+      double least = radius;
+      bins_.near(one.at, radius, [&](std::size_t i) {
+        const Vector2d to = junctions_[i].at - one.at;
+        const double distance = to.norm();
+        if (i == from || distance >= least || is_taken(i)) return;
+        if (to.dot(along(direction)) < std::cos(policy::kGridMaxTurn) * distance) return;
+        if (!is_opposite(one, junctions_[i])) return;
+        least = distance;
+        best = i;
+      });
+      if (best) return best;
+    }
+    return std::nullopt;
+  }
+
+  bool start(std::size_t seed) {
+    const Junction& one = junctions_[seed];
+    for (const double sign : {0.0, std::numbers::pi}) {
+      const auto right = next(seed, one.first + sign);
+      const auto below = next(seed, one.second + sign);
+      if (!right || !below || *right == *below) continue;
+      const Vector2d a = junctions_[*right].at - one.at, b = junctions_[*below].at - one.at;
+      const auto last =
+          nearest(one.at + a + b, policy::kGridTolerance * std::min(a.norm(), b.norm()),
+                  [&](const Junction& other) { return is_alike(one, other); });
+      if (!last) continue;
+      cells_ = {{{0, 0}, seed}, {{1, 0}, *right}, {{0, 1}, *below}, {{1, 1}, *last}};
+      return true;
+    }
+    return false;
+  }
+
+  template <typename Test>
+  std::optional<std::size_t> nearest(const Vector2d& at, double reach, const Test& test) const {
+    std::optional<std::size_t> best;
+    double least = reach;
+    bins_.near(at, reach, [&](std::size_t i) {
+      const double distance = (junctions_[i].at - at).norm();
+      if (distance > least || is_taken(i) || !test(junctions_[i])) return;
+      least = distance;
+      best = i;
+    });
+    return best;
+  }
+
+  std::optional<Vector2d> place(const GridCell& cell) const {
+    const auto it = cells_.find(cell);
+    if (it == cells_.end()) return std::nullopt;
+    return junctions_[it->second].at;
+  }
+
+  struct Prediction {
+    Vector2d at = Vector2d::Zero();
+    double step = 0;  // least distance to the next one
+    int count = 0;
+  };
+
+  // The mean of linear continuations of the lines, and of parallelograms.
+  Prediction predict(const GridCell& cell) const {
+    Prediction lines, parallels;
+    const auto add = [](Prediction& to, const Vector2d& at, double step) {
+      to.at += at;
+      to.step = to.count == 0 ? step : std::min(to.step, step);
+      ++to.count;
+    };
+    for (const GridCell& step : kSteps) {
+      const auto one = place(cell + -step);
+      if (!one) continue;
+      if (const auto two = place(cell + -step + -step))
+        add(lines, 2 * *one - *two, (*one - *two).norm());
+      for (const GridCell& side : kSteps) {
+        if (side == step || side == -step) continue;
+        const auto beside = place(cell + side), before = place(cell + -step + side);
+        if (beside && before)
+          add(parallels, *one + *beside - *before,
+              std::min((*beside - *before).norm(), (*one - *before).norm()));
+      }
+    }
+    Prediction& best = lines.count > 0 ? lines : parallels;
+    if (best.count > 0) best.at /= best.count;
+    return best;
+  }
+
+  bool grow() {
+    std::vector<GridCell> border;
+    for (const auto& [cell, i] : cells_)
+      for (const GridCell& step : kSteps)
+        if (!cells_.contains(cell + step)) border.push_back(cell + step);
+    std::ranges::sort(border);
+    border.erase(std::unique(border.begin(), border.end()), border.end());
+    bool has_grown = false;
+    for (const GridCell& cell : border) {
+      const Prediction expected = predict(cell);
+      if (expected.count == 0) continue;
+      const Junction& like = junctions_[neighbour(cell)];
+      const auto found = nearest(expected.at, policy::kGridTolerance * expected.step,
+                                 [&](const Junction& other) { return is_opposite(like, other); });
+      if (!found) continue;
+      cells_[cell] = *found;
+      has_grown = true;
+    }
+    return has_grown;
+  }
+
+  std::size_t neighbour(const GridCell& cell) const {
+    for (const GridCell& step : kSteps)
+      if (const auto it = cells_.find(cell + step); it != cells_.end()) return it->second;
+    return cells_.begin()->second;
+  }
+
+  const std::vector<Junction>& junctions_;
+  Bins bins_;
+  std::vector<bool> used_;
+  std::map<GridCell, std::size_t> cells_;
+};
+
+}  // namespace
+
+std::vector<JunctionGrid> junction_grids(const std::vector<Junction>& junctions) {
+  Grower grower(junctions);
+  std::vector<JunctionGrid> grids;
+  for (std::size_t i = 0; i < junctions.size(); ++i)
+    if (auto grid = grower.grown_from(i)) grids.push_back(std::move(*grid));
+  return grids;
+}
+
+}  // namespace tagcal::internal

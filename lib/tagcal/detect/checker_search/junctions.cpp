@@ -1,0 +1,150 @@
+#include "tagcal/detect/checker_search/junctions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "tagcal/detect/policy/policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+using std::numbers::pi;
+
+// Smooths with the binomial filter 1 4 6 4 1 in both directions: a Gaussian of 1 px.
+ImageF smoothed(const ImageView8& image) {
+  const int width = image.width(), height = image.height();
+  ImageF across(image.size()), result(image.size());
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* from = image.row(y);
+    float* to = across.row(y);
+    for (int x = 0; x < width; ++x) {
+      const auto at = [&](int i) { return static_cast<float>(from[std::clamp(i, 0, width - 1)]); };
+      // numeric: binomial coefficients
+      to[x] = (at(x - 2) + at(x + 2) + 4.F * (at(x - 1) + at(x + 1)) + 6.F * at(x)) / 16.F;
+    }
+  }
+  for (int y = 0; y < height; ++y) {
+    const auto row = [&](int i) { return across.row(std::clamp(i, 0, height - 1)); };
+    const float *a = row(y - 2), *b = row(y - 1), *c = row(y), *d = row(y + 1), *e = row(y + 2);
+    float* to = result.row(y);
+    for (int x = 0; x < width; ++x)
+      to[x] = (a[x] + e[x] + 4.F * (b[x] + d[x]) + 6.F * c[x]) / 16.F;  // numeric: as above
+  }
+  return result;
+}
+
+struct Hessian {
+  float xx, xy, yy;
+};
+
+Hessian hessian(const ImageF& image, int x, int y) {
+  const float *a = image.row(y - 1) + x, *b = image.row(y) + x, *c = image.row(y + 1) + x;
+  const float two = 2, quarter = 0.25F;  // numeric: second differences
+  return {b[-1] - two * b[0] + b[1], quarter * (c[1] - c[-1] - a[1] + a[-1]),
+          a[0] - two * b[0] + c[0]};
+}
+
+// Saddle strength: minus the determinant of the Hessian; zero at the picture's border.
+ImageF saddles(const ImageF& image) {
+  ImageF result(image.size());
+  for (int y = 1; y + 1 < image.height(); ++y) {
+    for (int x = 1; x + 1 < image.width(); ++x) {
+      const Hessian h = hessian(image, x, y);
+      result(x, y) = std::max(0.F, h.xy * h.xy - h.xx * h.yy);
+    }
+  }
+  return result;
+}
+
+float sample(const ImageF& image, const Vector2d& at) {
+  const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
+  const auto u = static_cast<float>(at.x() - x), v = static_cast<float>(at.y() - y);
+  const float *a = image.row(y) + x, *b = image.row(y + 1) + x;
+  return (1 - v) * ((1 - u) * a[0] + u * a[1]) + v * ((1 - u) * b[0] + u * b[1]);
+}
+
+// The two lines through a place, from the four borders that a circle about it crosses; no value for
+// another number of borders, or borders that are not opposite.
+std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& at, double radius) {
+  constexpr int kSamples = 32;
+  const Vector2d reach = Vector2d::Constant(radius + 1);
+  const Vector2d last(image.width() - 1, image.height() - 1);
+  if (((at - reach).array() < 0).any() || ((at + reach).array() >= last.array()).any())
+    return std::nullopt;
+  std::array<float, kSamples> level;
+  for (int i = 0; i < kSamples; ++i) {
+    const double angle = 2 * pi * i / kSamples;
+    level[static_cast<std::size_t>(i)] =
+        sample(image, at + radius * Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  const auto [low, high] = std::ranges::minmax(level);
+  if (high - low < policy::kJunctionMinContrast) return std::nullopt;
+  const float middle = (low + high) / 2;
+  std::vector<double> up, down;  // angles at which white begins and ends
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const float a = level[i] - middle, b = level[(i + 1) % kSamples] - middle;
+    if ((a > 0) == (b > 0)) continue;
+    (b > 0 ? up : down).push_back(2 * pi * (static_cast<double>(i) + a / (a - b)) / kSamples);
+  }
+  if (up.size() != 2 || down.size() != 2) return std::nullopt;
+  if (std::abs(up[1] - up[0] - pi) > policy::kJunctionMaxBend ||
+      std::abs(down[1] - down[0] - pi) > policy::kJunctionMaxBend)
+    return std::nullopt;
+  Junction junction{at, (up[0] + up[1] - pi) / 2, (down[0] + down[1] - pi) / 2, 0};
+  while (junction.second <= junction.first) junction.second += pi;
+  while (junction.second > junction.first + pi) junction.second -= pi;
+  const double width = junction.second - junction.first;
+  if (width < policy::kJunctionMinAngle || width > pi - policy::kJunctionMinAngle)
+    return std::nullopt;
+  return junction;
+}
+
+// The saddle point near a pixel: where the gradient vanishes.
+Vector2d saddle_point(const ImageF& image, int x, int y) {
+  const Hessian h = hessian(image, x, y);
+  const Vector2d gradient(image(x + 1, y) - image(x - 1, y), image(x, y + 1) - image(x, y - 1));
+  const double det = h.xx * h.yy - h.xy * h.xy;
+  const Vector2d step(-(h.yy * gradient.x() - h.xy * gradient.y()) / (2 * det),
+                      -(h.xx * gradient.y() - h.xy * gradient.x()) / (2 * det));
+  return Vector2d(x, y) + step.cwiseMax(-1.0).cwiseMin(1.0);
+}
+
+bool is_peak(const ImageF& strength, int x, int y) {
+  const float here = strength(x, y);
+  for (int v = -2; v <= 2; ++v)
+    for (int u = -2; u <= 2; ++u)
+      if ((u != 0 || v != 0) && (strength(x + u, y + v) > here ||
+                                 (strength(x + u, y + v) == here && (v < 0 || (v == 0 && u < 0)))))
+        return false;
+  return true;
+}
+
+}  // namespace
+
+std::vector<Junction> find_junctions(const ImageView8& image) {
+  const ImageF smooth = smoothed(image);
+  const ImageF strength = saddles(smooth);
+  const auto least = static_cast<float>(std::pow(policy::kJunctionMinStrength, 2));
+  std::vector<Junction> junctions;
+  for (int y = 3; y + 3 < image.height(); ++y) {
+    for (int x = 3; x + 3 < image.width(); ++x) {
+      if (strength(x, y) < least || !is_peak(strength, x, y)) continue;
+      const Vector2d at = saddle_point(smooth, x, y);
+      for (const double radius : policy::kJunctionRadiiPx) {
+        auto junction = junction_on_circle(smooth, at, radius);
+        if (!junction) continue;
+        junction->strength = std::sqrt(strength(x, y));
+        junctions.push_back(*junction);
+        break;
+      }
+    }
+  }
+  std::ranges::stable_sort(junctions, std::ranges::greater(), &Junction::strength);
+  return junctions;
+}
+
+}  // namespace tagcal::internal

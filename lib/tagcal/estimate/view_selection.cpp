@@ -1,0 +1,112 @@
+#include "tagcal/estimate/view_selection.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/bundle/projection_effect.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
+#include "tagcal/estimate/pose/reprojection.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+using Eigen::MatrixXd;
+using Points = std::map<CornerId, Eigen::Vector3d>;
+
+// A view that took part in the calibration, with its information for the calibration's noise.
+struct Candidate {
+  SelectedView view;
+  MatrixXd information;
+};
+
+// The corners of a view that were not rejected.
+ViewProblem problem_of(const View& view, const Points& points, const Calibration& c,
+                       const std::set<std::size_t>& rejected) {
+  ViewProblem problem;
+  for (std::size_t i = 0; i < view.observations.size(); ++i) {
+    const Observation& seen = view.observations[i];
+    const auto point = points.find(seen.id);
+    if (point == points.end() || rejected.contains(i)) continue;
+    problem.correspondences.push_back({point->second, seen.pixel});
+    if (!c.sigma_of_corners) continue;
+    const double error = c.model_error_px * c.model_error_px;
+    const Matrix2 covariance = covariance_or_assumed(seen) + error * Matrix2::Identity();
+    problem.whitening.push_back(whitening_of(covariance));
+  }
+  return problem;
+}
+
+std::vector<Candidate> candidates(const Dataset& dataset, const Calibration& c,
+                                  const Model& model) {
+  const Points points = points_in_world(dataset.boards);
+  std::map<std::size_t, std::set<std::size_t>> rejected;
+  for (const Outlier& outlier : c.outliers) rejected[outlier.view].insert(outlier.corner);
+  const double noise = c.sigma_of_corners ? 1 : c.sigma_px * c.sigma_px;
+  std::vector<Candidate> all;
+  for (const CalibratedView& view : c.views) {
+    const ViewProblem problem =
+        problem_of(dataset.views[view.view], points, c, rejected[view.view]);
+    const auto added =
+        information_of(problem, c.camera->lens, model.free(), view.camera_from_world);
+    if (!added || !added->schur.allFinite()) continue;
+    const int count = static_cast<int>(problem.correspondences.size());
+    all.push_back({{view.view, view.image, count, 0}, added->schur / noise});
+  }
+  return all;
+}
+
+double variance_of(const MatrixXd& effect, const MatrixXd& information) {
+  const auto covariance = exact_inverse(information);
+  return covariance ? (effect * *covariance).trace() : std::numeric_limits<double>::infinity();
+}
+
+// The candidate after which the variance is least; the first of equal ones.
+std::size_t best_of(const std::vector<Candidate>& left, const MatrixXd& before,
+                    const MatrixXd& effect) {
+  std::size_t best = 0;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    const double variance = variance_of(effect, before + left[i].information);
+    if (variance >= lowest) continue;
+    lowest = variance;
+    best = i;
+  }
+  return best;
+}
+
+}  // namespace
+
+ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count) {
+  assert(count >= 1);
+  if (!calibration.camera || calibration.covariance.size() == 0) return {};
+  const LensType lens_type = Model::named(calibration.model).lens_type();
+  const HeldModels models(calibration.fixed, lens_type);
+  const Model& model = models.named(calibration.model);
+  const MatrixXd effect =
+      projection_effect({&model, calibration.camera->lens, {}}, calibration.camera->image_size);
+  std::vector<Candidate> left = candidates(dataset, calibration, model);
+  MatrixXd all = MatrixXd::Zero(model.num_free(), model.num_free());
+  for (const Candidate& candidate : left) all += candidate.information;
+  ViewSelection selection;
+  selection.all_px = std::sqrt(variance_of(effect, all));
+  MatrixXd sum = MatrixXd::Zero(all.rows(), all.cols());
+  while (!left.empty() && selection.views.size() < static_cast<std::size_t>(count)) {
+    const std::size_t best = best_of(left, sum + policy::kSelectionPrior * all, effect);
+    sum += left[best].information;
+    left[best].view.projection_px = std::sqrt(variance_of(effect, sum));
+    selection.views.push_back(std::move(left[best].view));
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
+  }
+  return selection;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,210 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <numbers>
+#include <opencv2/aruco.hpp>
+#include <opencv2/aruco/charuco.hpp>
+
+#include "rendered_checkerboard.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/explain.hpp"
+#include "tagcal/detect/refine_corner.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+const ImageSize kSize{480, 360};
+
+Camera camera(int i) {
+  const Lens lenses[] = {pinhole(420, 420, 242, 178), Perspective({420, 420, 242, 178, -.3, .1}),
+                         Fisheye({170, 170, 242, 178, -.02, .004, -.002, 0})};
+  return {lenses[i % 3], kSize};
+}
+
+Board checkers(int columns, int rows, bool starts_black = true) {
+  return checkerboard_board({.columns = columns,
+                             .rows = rows,
+                             .column_spacing = .03,
+                             .row_spacing = .03,
+                             .starts_black = starts_black});
+}
+
+View found(const CheckerView& view, std::vector<std::string>* warnings = nullptr) {
+  return detect(view.image, {{view.board, Pose()}}, {}, "a.png", warnings);
+}
+
+// Mean square error in claimed variances.
+double nees(const View& seen, const CheckerView& view) {
+  double sum = 0;
+  for (const Observation& one : seen.observations) {
+    const Vector2d error = one.pixel - view.corners.at(one.id);
+    EXPECT_LT(error.norm(), 0.3) << one.id.tag_id;
+    sum += error.dot(one.covariance_px2->inverse() * error) / 2;
+  }
+  return sum / static_cast<double>(seen.observations.size());
+}
+
+TEST(Checkerboards, AreFoundWithTheirCovariances) {
+  Random random(3);
+  double sum = 0;
+  for (int i = 0; i < 6; ++i) {
+    const CheckerView view = checker_view(checkers(8, 5), camera(i),
+                                          {random.uniform(13, 24), random.uniform(0, 50),
+                                           random.uniform(.5, 1.4), 2, random.uniform(-1, 1)},
+                                          random);
+    ASSERT_TRUE(view.is_whole) << i;
+    const View seen = found(view);
+    ASSERT_EQ(seen.observations.size(), 40U) << i;
+    sum += nees(seen, view) / 6;
+  }
+  EXPECT_GT(sum, 0.7);
+  EXPECT_LT(sum, 1.4);
+}
+
+// Colours tell which end is which if one number of squares is odd and the other even.
+TEST(Checkerboards, HalfATurnIsResolvedByTheColours) {
+  Random random(4);
+  for (const bool starts_black : {false, true}) {
+    for (const double roll : {0.0, std::numbers::pi}) {
+      const CheckerView view =
+          checker_view(checkers(8, 5, starts_black), camera(0), {20, 30, .8, 2, roll}, random);
+      std::vector<std::string> warnings;
+      const View seen = found(view, &warnings);
+      ASSERT_EQ(seen.observations.size(), 40U);
+      EXPECT_LT(nees(seen, view), 2);
+      EXPECT_TRUE(warnings.empty());
+    }
+  }
+}
+
+TEST(Checkerboards, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
+  Random random(5);
+  for (const auto& [columns, rows, turn] :
+       {std::tuple(7, 5, "half a turn"), {6, 6, "a quarter turn"}, {5, 5, "half a turn"}}) {
+    const CheckerView upright =
+        checker_view(checkers(columns, rows), camera(0), {20, 20, .8, 2, .3}, random);
+    const CheckerView turned = checker_view(checkers(columns, rows), camera(0),
+                                            {20, 20, .8, 2, std::numbers::pi + .3}, random);
+    const DetectResult result =
+        detect_all({{"a", [&] { return upright.image; }}, {"b", [&] { return turned.image; }}},
+                   {{upright.board, Pose()}}, {});
+    ASSERT_EQ(result.warnings.size(), 1U);
+    EXPECT_NE(result.warnings[0].find(turn), std::string::npos) << result.warnings[0];
+    const auto last = static_cast<std::size_t>(columns * rows);
+    ASSERT_EQ(result.views[0].observations.size(), last);
+    EXPECT_LT(nees(result.views[0], upright), 2);
+    ASSERT_EQ(result.views[1].observations.size(), last);
+    // The board on its head is numbered from its other end.
+    EXPECT_LT(
+        (result.views[1].observations[0].pixel - turned.corners.at({static_cast<int>(last) - 1, 0}))
+            .norm(),
+        0.3);
+  }
+}
+
+TEST(Checkerboards, PartsAndOtherBoardsAreNotReported) {
+  Random random(6);
+  CheckerView view = checker_view(checkers(8, 5), camera(0), {20, 10, .8, 2, .1}, random);
+  view.board = checkers(9, 6);
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(found(view, &warnings).observations.empty());
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("is not seen whole: the largest grid has"), std::string::npos)
+      << warnings[0];
+  const Explanation why = explain(view.image, {{view.board, Pose()}});
+  ASSERT_EQ(why.checkerboards.size(), 1U);
+  EXPECT_NE(why.checkerboards[0].find("not seen whole"), std::string::npos);
+}
+
+TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
+  Random random(8);
+  Image8 noise(kSize);
+  for (int y = 0; y < kSize.height; ++y)
+    for (int x = 0; x < kSize.width; ++x)
+      noise(x, y) = static_cast<std::uint8_t>(random.index(256));
+  Scene scene;
+  scene.camera = camera(0);
+  scene.boards = {{grid_board({5, 4, .03, .3, 0}), Pose()}};
+  const Pose pose(Eigen::Quaterniond(0, 1, 0, 0), {-.09, .07, .25});
+  const Image8 tags =
+      expose(render_light(scene, {{"tag36h11", tag_family("tag36h11", 2)}}, pose), scene.sensor, 1);
+  for (const Image8* image : {static_cast<const Image8*>(&noise), &tags})
+    for (const auto& [columns, rows] : {std::pair(2, 2), {3, 3}, {4, 3}, {8, 5}})
+      EXPECT_TRUE(
+          detect(*image, {{checkers(columns, rows), Pose()}}, {}, "", nullptr).observations.empty())
+          << columns << " x " << rows;
+}
+
+TEST(CharucoBoards, AreFoundInPart) {
+  Random random(9);
+  const Checkerboard squares{.columns = 7, .rows = 5, .column_spacing = .03, .row_spacing = .03};
+  double sum = 0;
+  int count = 0;
+  for (const bool legacy : {false, true}) {
+    for (int i = 0; i < 3; ++i) {
+      const Board board =
+          charuco_board(squares, {.size = .022, .dictionary = "DICT_5X5_100", .legacy = legacy});
+      const CheckerView view = checker_view(
+          board, camera(i), {i == 1 ? 110.0 : 34.0, 30, .8, 2, random.uniform(-3, 3)}, random);
+      const View seen = found(view);
+      // Corners whose squares are cut by the picture's edge may be missing.
+      EXPECT_GE(seen.observations.size() * 10, view.corners.size() * (i == 1 ? 8 : 10)) << i;
+      EXPECT_EQ(view.corners.size() < 30, i == 1);
+      sum += nees(seen, view);
+      ++count;
+    }
+  }
+  EXPECT_LT(sum / count, 1.5);
+  EXPECT_GT(sum / count, 0.6);
+}
+
+// OpenCV's own drawing of its board is the witness for the places of the markers.
+TEST(CharucoBoards, AreOpenCvs) {
+  const auto theirs = cv::aruco::CharucoBoard::create(
+      6, 5, 1, 0.7F, cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50));
+  cv::Mat drawing;
+  theirs->draw({420, 350}, drawing, 0);
+  Image8 image({520, 450}, 255);
+  for (int y = 0; y < 350; ++y)
+    for (int x = 0; x < 420; ++x) image(50 + x, 50 + y) = drawing.at<unsigned char>(y, x);
+  const Board board =
+      charuco_board({.columns = 5, .rows = 4, .column_spacing = 1, .row_spacing = 1},
+                    {.size = .7, .dictionary = "DICT_4X4_50"});
+  const View seen = detect(image, {{board, Pose()}}, {}, "", nullptr);
+  // A drawing without any blur is no picture of a camera: a corner of it may be refused.
+  EXPECT_GE(seen.observations.size(), 18U);
+  for (const Observation& one : seen.observations) {
+    const int column = one.id.tag_id % 5, row = one.id.tag_id / 5;
+    EXPECT_LT((one.pixel - Vector2d(119.5 + 70 * column, 119.5 + 70 * (3 - row))).norm(), 0.6);
+  }
+}
+
+TEST(RefineCorner, RefusesWhatIsNotThePattern) {
+  Random random(10);
+  const CheckerView view = checker_view(checkers(8, 5), camera(0), {20, 0, .8, 2, 0}, random);
+  const Vector2d at = view.corners.at({11, 0}), right = view.corners.at({12, 0}),
+                 up = view.corners.at({19, 0});
+  CornerPattern pattern{{-1, 0, 1}, {-1, 0, 1}, {}};
+  using enum TagPattern::Cell;
+  Eigen::Matrix3d h = Eigen::Matrix3d::Identity();
+  h.topLeftCorner<2, 1>() = right - at;
+  h.block<2, 1>(0, 1) = up - at;
+  h.topRightCorner<2, 1>() = at + Vector2d(.5, -.4);
+  // Corner 11 is at column 3, row 1: its lower left square is black as that of the first corner.
+  pattern.cells = {black, white, white, black};
+  const CornerFit fit = refine_corner(view.image, pattern, h);
+  ASSERT_EQ(fit.status, TagFitStatus::converged);
+  EXPECT_LT((fit.corner - at).norm(), 0.05);
+  pattern.cells = {white, black, black, white};
+  EXPECT_NE(refine_corner(view.image, pattern, h).status, TagFitStatus::converged);
+  pattern.cells = {black, white, white, black};
+  h.topRightCorner<2, 1>() = (at + right) / 2;
+  const CornerFit aside = refine_corner(view.image, pattern, h);
+  EXPECT_TRUE(aside.status != TagFitStatus::converged || (aside.corner - at).norm() < .1 ||
+              (aside.corner - right).norm() < .1);
+}
+
+}  // namespace
+}  // namespace tagcal

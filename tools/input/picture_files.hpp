@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tagcal/camera/camera.hpp"
+
+namespace tagcal::tools {
+
+// The picture files that arguments name, each once, in their order: a file; a folder (every picture
+// in it, by name); a pattern with * ? [ ] ('photos/*.png', the files it matches, by name); or
+// @LIST, a text file with one of these a line. Empty lines and lines that begin with # are skipped;
+// a path in a list is relative to the current folder or, if it is not there, to the list's.
+// Pictures are not opened. Throws Error for an argument that names no file, and for a file given
+// twice.
+std::vector<std::filesystem::path> picture_files(const std::vector<std::string>& arguments);
+
+// Patterns that leave out pictures: by file name, or by the given path. Each may have * ? [ ].
+class Exclusion {
+ public:
+  explicit Exclusion(const std::vector<std::string>& patterns);
+
+  bool excludes(const std::filesystem::path& file);
+  std::vector<std::string> unused() const;  // patterns that excluded nothing
+
+ private:
+  struct Pattern {
+    std::string text;
+    bool used = false;
+  };
+  std::vector<Pattern> patterns_;
+};
+
+// Removes the files that cannot be opened as pictures, and returns one message for each. Reads
+// headers only.
+std::vector<std::string> remove_unreadable(std::vector<std::filesystem::path>& files,
+                                           std::vector<ImageSize>& sizes);
+
+// The size that most pictures have; of several, the one that comes first. Throws Error, naming the
+// others, if the sizes differ.
+ImageSize common_size(const std::vector<std::filesystem::path>& files,
+                      const std::vector<ImageSize>& sizes);
+
+}  // namespace tagcal::tools
