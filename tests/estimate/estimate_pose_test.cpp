@@ -194,7 +194,7 @@ TEST(EstimatePose, NamesWhatCannotBeSolved) {
   auto three = seen(tag_points(0.1), pose, 0, random);
   three.pop_back();
   EXPECT_EQ(estimate_pose(three, kCamera).status, Status::degenerate);
-  EXPECT_EQ(estimate_pose({}, kCamera).status, Status::degenerate);
+  EXPECT_EQ(estimate_pose(std::vector<Correspondence>(), kCamera).status, Status::degenerate);
   auto nan = seen(tag_points(0.1), pose, 0, random);
   nan[2].pixel.x() = std::nan("");
   EXPECT_EQ(estimate_pose(nan, kCamera).status, Status::degenerate);

@@ -12,6 +12,7 @@
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
+#include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -56,8 +57,17 @@ std::string digest_of_file(const fs::path& file) {
   return stream.eof() ? digest.text() : "";
 }
 
+// The program that finds the corners: its version, and where the system shows it, the date of its
+// build, because a development build changes without its version.
+std::string program_text() {
+  std::error_code error;
+  const auto built = fs::last_write_time("/proc/self/exe", error);
+  return fmt::format("tagcal {} {}", TAGCAL_VERSION,
+                     error ? 0 : std::int64_t{built.time_since_epoch().count()});
+}
+
 std::string key_of(const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
-  std::string text = fmt::format("tagcal {}\nrefinement {}\nmax_hamming {}\n", TAGCAL_VERSION,
+  std::string text = fmt::format("{}\nrefinement {}\nmax_hamming {}\n", program_text(),
                                  static_cast<int>(options.refinement), options.max_hamming);
   if (options.camera) {
     const Lens& lens = options.camera->lens;

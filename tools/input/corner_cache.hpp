@@ -13,8 +13,9 @@
 namespace tagcal::tools {
 
 // A file of corners that were found before, which never changes an answer: a picture's corners are
-// reused only if its name and its bytes, the boards, the options and the program's version are the
-// same. A damaged file, or one of other boards, options or version, is as good as none.
+// reused only if its name and its bytes, the boards, the options and the program (version and
+// build) are the same. A damaged file, or one of other boards, options or version, is as good as
+// none.
 class CornerCache {
  public:
   // `file`: where it is read now and written by `save`.
