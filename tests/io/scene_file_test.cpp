@@ -353,7 +353,7 @@ TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
       EXPECT_EQ(dataset.boards.size(), 1U);
       for (const View& view : dataset.views) EXPECT_FALSE(view.observations.empty());
     } else if (name == "calibration") {
-      EXPECT_EQ(read_calibration(file).model, "opencv5");
+      EXPECT_EQ(read_calibration(file).model, "opencv4");
     } else {
       ASSERT_EQ(name, "dataset");
       write("dataset.yaml", text);

@@ -111,7 +111,8 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
     for (const CheckerPlace& place : found) {
       // A fitted corner replaces its own seed.
       std::erase_if(places, [&](const CheckerPlace& old) {
-        return (old.on_board - place.on_board).norm() < 1e-6;
+        return (old.on_board - place.on_board).norm() <
+               1e-6;  // numeric: equal but for rounding, metres
       });
       places.push_back(place);
       has_new = true;
