@@ -80,6 +80,9 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
   expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml"), {"--image-size"});
   expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml") + " --image-size 640",
                    {"--image-size", "WIDTHxHEIGHT"});
+  expect_bad_input("convert " + path("stereo.yml:left") + " " + path("o.xml") +
+                       " --image-size 200000x480",  // which no reader takes
+                   {"--image-size", "WIDTHxHEIGHT"});
   expect_bad_input("convert " + truth + " " + path("o.xml") + " --image-size 1x1", {"640x400"});
   expect_bad_input("convert " + path("basalt.json:cam1") + " " + path("o.xml"),
                    {"double sphere", "--model"});
@@ -91,6 +94,10 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
   expect_bad_input("convert " + path("corners.vnl") + " " + path("o.csv") + " --target " +
                        path("set/target.yaml"),
                    {"checkerboard"});
+  for (const std::string option : {"--poses poses.json", "--image-size 640x480"})
+    expect_bad_input("convert " + path("corners.vnl") + " " + path("o.csv") + " --target " +
+                         path("set/target.yaml") + " " + option,
+                     {option.substr(0, option.find(' ')), "--target"});
   EXPECT_FALSE(fs::exists(path("o.xml")));
   EXPECT_FALSE(fs::exists(path("o.yaml")));
   EXPECT_EQ(

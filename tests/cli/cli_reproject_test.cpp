@@ -189,6 +189,11 @@ TEST_F(CliReproject, WrongArgumentsAreNamed) {
   write_png(root() / "small.png", Image8({10, 10}));
   expect_bad_input(with("--undistort all " + out) + " " + path("small.png"),
                    {"small.png: must be 640x400 pixels", "got 10x10"});
+  spill(root() / "cut.pgm", "P5\n640 400\n255\nabc");  // a whole header
+  expect_bad_input(
+      with("--plane --m-per-px 0.001 --target " + path("set/target.yaml") + " " + out) + " " +
+          path("cut.pgm"),
+      {"cut.pgm: is truncated"});
   EXPECT_FALSE(fs::exists(root() / "wrong"));
 }
 

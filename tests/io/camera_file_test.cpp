@@ -162,6 +162,15 @@ TEST_F(CameraFileTest, MrcalsModel) {
   EXPECT_EQ(file.notes.size(), 2U);
 }
 
+TEST_F(CameraFileTest, NerfstudioSaysOnceThatFramesHaveNoCentre) {
+  const std::string frame =
+      R"({"file_path": "a.png", "fl_x": 600, "w": 640, "h": 480,
+          "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]})";
+  const CameraFile file = read("{\"frames\": [" + frame + ", " + frame + "]}");
+  ASSERT_EQ(file.notes.size(), 2U);
+  EXPECT_EQ(file.notes[0], "cx, cy are not given: the centre of the image is taken");
+}
+
 TEST_F(CameraFileTest, NerfstudioTurnsTheCamera) {
   const CameraFile file = read(kNerfstudio);
   EXPECT_EQ(first_numbers(file.cameras[0], 8), (Numbers{600, 601, 320, 240, -0.2, 0.05, 0, 1e-05}));

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <string>
 
@@ -10,6 +9,7 @@
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
+#include "input/reproject_targets.hpp"
 #include "report/messages.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
@@ -30,24 +30,10 @@ struct Arguments {
   std::string target;  // of corners; "": a camera
 };
 
-// "640x480".
-ImageSize read_size(const std::string& text) {
-  ImageSize size;
-  const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.width);
-  const bool crossed = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  const auto height = std::from_chars(crossed ? width.ptr + 1 : end, end, size.height);
-  if (!crossed || height.ec != std::errc() || height.ptr != end || size.width < 1 ||
-      size.height < 1)
-    throw Error(
-        fmt::format("--image-size: must be WIDTHxHEIGHT, for example 640x480, got {}", text));
-  return size;
-}
-
 // Fills in the image size where the file has none.
 void add_image_size(CameraFile& file, const Arguments& arguments) {
   if (arguments.image_size.empty()) return;
-  const ImageSize size = read_size(arguments.image_size);
+  const ImageSize size = size_argument("--image-size", arguments.image_size);
   for (FileCamera& camera : file.cameras) {
     ImageSize& own = camera.calibration.camera.image_size;
     if (own != ImageSize{} && own != size)
@@ -107,6 +93,10 @@ int run(const Arguments& arguments) {
   if (!arguments.target.empty()) {
     if (!arguments.model.model.empty())
       throw Error("--model: fits the lens of a camera, --target converts corners: take one");
+    if (!arguments.poses.empty())
+      throw Error("--poses: belongs to a camera, --target converts corners: take one");
+    if (!arguments.image_size.empty())
+      throw Error("--image-size: belongs to a camera, --target converts corners: take one");
     return convert_corners(arguments);
   }
   std::error_code error;

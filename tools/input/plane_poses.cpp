@@ -27,7 +27,8 @@ std::vector<double> rectangle_around(const Points& points) {
 // The poses of the target in the pictures.
 void estimate_poses(const PlaneRequest& request, PlanePoses& poses) {
   const CalibrationFile& file = *request.file;
-  Input input = read_input({.target = request.target, .inputs = request.images});
+  // Strict: the pictures stay those of the request, one by one.
+  Input input = read_input({.target = request.target, .inputs = request.images, .strict = true});
   check_image_size(file.camera.image_size, request.camera, input);
   detect_views(input, request.threads, true, &file.camera);
   poses.warnings = input.warnings;

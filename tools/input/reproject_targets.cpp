@@ -18,7 +18,8 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 // Pixels of one new picture. Beyond it the memory of a usual machine ends: tiles do not.
 constexpr double kMostPixels = 400e6;
-constexpr int kMostSide = 1'000'000;
+constexpr int kMostSide = 1'000'000;          // of a plane, in tiles
+constexpr int kMostSideOfArgument = 100'000;  // that camera files are read with
 
 template <typename T>
 bool parsed(const std::string& text, T& number) {
@@ -79,7 +80,7 @@ ImageSize size_argument(const std::string& option, const std::string& text) {
   ImageSize size;
   if (x == std::string::npos || !parsed(text.substr(0, x), size.width) ||
       !parsed(text.substr(x + 1), size.height) || size.width <= 0 || size.height <= 0 ||
-      size.width > kMostSide || size.height > kMostSide)
+      size.width > kMostSideOfArgument || size.height > kMostSideOfArgument)
     throw Error(
         fmt::format("{}: must be WIDTHxHEIGHT in pixels, such as 1280x800, got {}", option, text));
   return size;

@@ -36,7 +36,7 @@ std::string format_names() {
 // Kinds of files that are read. The kind of a file with keys is known by a key that it must have.
 enum class FileKind { opencv, xml, kalibr, euroc, colmap, mrcal, nerfstudio, basalt, truth, none };
 
-// Returns true if the text ends in a name of a lens of other kind: CAHVOR files of JPL.
+// Throws Error, with the name of the lens, for a CAHVOR file of JPL.
 void refuse_cahvor(const std::string& text, const std::string& name) {
   const std::size_t at = text.substr(0, 4096).find("Model = CAHV");
   if (at == std::string::npos) return;

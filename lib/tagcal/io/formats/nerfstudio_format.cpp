@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* kHalfPixelNote =
     "pixel centres are at (0.5, 0.5) in nerfstudio and (0, 0) here: cx and cy became 0.5 {}";
+constexpr const char* kNoCentreNote = "cx, cy are not given: the centre of the image is taken";
 
 // A half turn about x: from x right, y up, z backward to x right, y down, z forward.
 Pose opencv_from_opengl() { return {Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()}; }
@@ -58,7 +59,8 @@ FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::
   const bool one_focal = !values.find("fl_y") && !values.find("camera_angle_y");
   const double fy = one_focal ? fx : focal(values, "fl_y", "camera_angle_y", size.height);
   const auto cx = number_of(values, "cx"), cy = number_of(values, "cy");
-  if (!cx || !cy) notes.emplace_back("cx, cy are not given: the centre of the image is taken");
+  if ((!cx || !cy) && std::ranges::find(notes, kNoCentreNote) == notes.end())
+    notes.emplace_back(kNoCentreNote);  // once, not for every frame
   const auto k = [&](std::string_view key) { return number_of(values, key).value_or(0); };
   const double x = cx.value_or(size.width / 2.0) - kHalfPixel;
   const double y = cy.value_or(size.height / 2.0) - kHalfPixel;
