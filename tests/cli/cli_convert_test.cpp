@@ -51,6 +51,12 @@ TEST_F(ConvertCli, PosesOfPoseGoOut) {
   EXPECT_EQ(
       run("convert " + path("set/truth.yaml") + " " + path("sparse") + " --to colmap").exit_code,
       0);
+  // Points of a model, which are never written, are not lost.
+  std::ofstream(path("sparse/points3D.txt")) << "1 0 0 1 255 255 255 0.5 1 0\n";
+  const Outcome refused =
+      run("convert " + path("set/truth.yaml") + " " + path("sparse") + " --to colmap");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("holds the points of a model"), std::string::npos) << refused.err;
   EXPECT_TRUE(fs::exists(path("sparse/images.txt")));
   EXPECT_TRUE(fs::exists(path("sparse/points3D.txt")));
 }

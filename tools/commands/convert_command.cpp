@@ -108,7 +108,13 @@ int run(const Arguments& arguments) {
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
   if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
-  if (!arguments.poses.empty()) file.poses = read_poses(arguments.poses);
+  if (!arguments.poses.empty()) {
+    if (file.cameras.size() > 1) {
+      throw Error(fmt::format("--poses: belongs to one camera, {} has {}: choose one by {}:NAME",
+                              arguments.in, file.cameras.size(), arguments.in));
+    }
+    file.poses = read_poses(arguments.poses);
+  }
   const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
   print_notes(arguments.in, file.notes);
   print_notes(arguments.out, notes);

@@ -140,11 +140,23 @@ CameraFile read_folder(const fs::path& folder) {
                                    "transforms.json"));
 }
 
+// COLMAP's points are never written: those of another model must not be lost.
+void keep_points_of_others(const fs::path& folder, const FormatOutput& output) {
+  for (const OutputText& file : output.files) {
+    std::error_code error;
+    const fs::path path = folder / file.name;
+    if (file.name != "points3D.txt" || !fs::exists(path, error)) continue;
+    if (read_text(path) == file.text) continue;
+    throw Error(path.string() + ": holds the points of a model: choose another folder");
+  }
+}
+
 void write_files(const fs::path& out, const FormatOutput& output) {
   const bool folder = !output.files.front().name.empty();
   std::error_code error;
   if (folder) fs::create_directories(out, error);
   if (error) throw Error(out.string() + ": cannot make the folder: " + error.message());
+  if (folder) keep_points_of_others(out, output);
   for (const OutputText& file : output.files)
     write_whole(folder ? out / file.name : out, file.text);
 }

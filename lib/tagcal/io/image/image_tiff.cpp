@@ -150,7 +150,9 @@ class TiffDecoder : public ImageDecoder {
       throw Error(fmt::format("TIFF: is {}: convert it to grey or RGB",
                               name_of_photometric(layout_.photometric)));
     }
-    if (layout_.samples < (colour ? 3 : 1) || (palette && layout_.samples != 1))
+    constexpr int kMostSamples = 5;  // of a pixel: a colour, an alpha, and one more
+    if (layout_.samples < (colour ? 3 : 1) || layout_.samples > kMostSamples ||
+        (palette && layout_.samples != 1))
       throw Error(fmt::format("TIFF: {} values per pixel do not make a picture", layout_.samples));
     const bool few = bits == 1 || bits == 2 || bits == 4;
     if (bits != 8 && !(bits == 16 && !palette) && !(few && layout_.samples == 1)) {
