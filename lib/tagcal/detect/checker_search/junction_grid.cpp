@@ -89,6 +89,8 @@ class Grower {
   // The nearest junction of exchanged colours along a direction.
   std::optional<std::size_t> next(std::size_t from, double direction) const {
     const Junction& one = junctions_[from];
+    const Vector2d heading = along(direction);
+    const double least_cos = std::cos(policy::kGridMaxTurn);
     for (double radius = policy::kGridFirstReachPx; radius < policy::kGridLastReachPx;
          radius *= 2) {
       std::optional<std::size_t> best;
@@ -96,9 +98,9 @@ class Grower {
       bins_.near(one.at, radius, [&](std::size_t i) {
         const Vector2d to = junctions_[i].at - one.at;
         const double distance = to.norm();
-        if (i == from || distance >= least || is_taken(i)) return;
-        if (to.dot(along(direction)) < std::cos(policy::kGridMaxTurn) * distance) return;
-        if (!is_opposite(one, junctions_[i])) return;
+        if (i == from || distance >= least) return;
+        if (to.dot(heading) < least_cos * distance) return;
+        if (!is_opposite(one, junctions_[i]) || is_taken(i)) return;
         least = distance;
         best = i;
       });
@@ -111,8 +113,9 @@ class Grower {
     const Junction& one = junctions_[seed];
     for (const double sign : {0.0, std::numbers::pi}) {
       const auto right = next(seed, one.first + sign);
+      if (!right) continue;
       const auto below = next(seed, one.second + sign);
-      if (!right || !below || *right == *below) continue;
+      if (!below || *right == *below) continue;
       const Vector2d a = junctions_[*right].at - one.at, b = junctions_[*below].at - one.at;
       const auto last =
           nearest(one.at + a + b, policy::kGridTolerance * std::min(a.norm(), b.norm()),

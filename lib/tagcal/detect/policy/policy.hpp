@@ -325,7 +325,7 @@ inline constexpr float kJunctionMinContrast = 12;
 // Grey levels per px^2. Least root of minus the Hessian's determinant of the smoothed picture.
 // Source: contrast C and spread s have C / (pi s^2); C = 15, s = 2.
 inline constexpr double kJunctionMinStrength = 1.2;
-// px. Radii of the circles that are tried. Source: none; chosen by hand with `corner_accuracy
+// px. Radii of the circles that are tried. Source: none; chosen by hand with `checker_accuracy
 // found`: 3 for squares of 10 px seen at 60 degrees, 5 and 8 for noise and blur.
 inline constexpr std::array<double, 3> kJunctionRadiiPx = {5, 3, 8};
 // Radians. Largest bend of a line at a junction, and least angle between two. Source: none; chosen
