@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -169,6 +170,21 @@ bool overlap(const JunctionGrid& a, const JunctionGrid& b) {
   return (middle_of(a) - middle_of(b)).norm() < size / 4;
 }
 
+// True if most junctions of a grid are also in another, which has more of them.
+bool continues(const JunctionGrid& larger, const JunctionGrid& grid) {
+  if (larger.size() <= grid.size()) return false;
+  const Vector2d& one = grid.begin()->second;
+  double step = std::numeric_limits<double>::infinity();
+  for (auto node = std::next(grid.begin()); node != grid.end(); ++node)
+    step = std::min(step, (node->second - one).norm());
+  const auto is_in_larger = [&](const auto& node) {
+    return std::ranges::any_of(larger, [&](const auto& other) {
+      return (other.second - node.second).norm() < policy::kGridTolerance * step;
+    });
+  };
+  return 2 * std::ranges::count_if(grid, is_in_larger) > static_cast<std::ptrdiff_t>(grid.size());
+}
+
 std::vector<Observation> observations_of(const CheckerCorners& corners, const Checkerboard& board) {
   std::vector<Observation> result;
   for (const auto& [cell, corner] : corners)
@@ -246,29 +262,41 @@ CheckerFinder::CheckerFinder(const std::vector<PlacedBoard>& boards, const Detec
 std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
   std::vector<SeenChecker> result(targets_.size());
   std::vector<bool> is_done(targets_.size(), false);
-  std::vector<Image8> halves;
-  // A halved picture shows large squares with less noise; the finest one has the last word.
-  int halvings = 0;
-  for (int side = std::min(image.width(), image.height()); side >= policy::kCheckerMinPicturePx;
-       side /= 2) {
-    if (halvings > 0) halves.push_back(halves.empty() ? halved(image) : halved(halves.back()));
-    ++halvings;
-  }
   for (std::size_t i = 0; i < targets_.size(); ++i) {
     is_done[i] = targets_[i].markers != nullptr;
     if (is_done[i]) result[i] = find_charuco(image, targets_[i]);
   }
-  for (std::size_t level = 0; level <= halves.size(); ++level) {
-    if (std::ranges::all_of(is_done, [](bool done) { return done; })) break;
-    grids_ = grids_of(level == 0 ? image : ImageView8(halves[level - 1]), static_cast<int>(level));
+  if (std::ranges::all_of(is_done, [](bool done) { return done; })) return result;
+  find_grids(image);
+  for (const std::vector<JunctionGrid>& grids : levels_) {
     for (std::size_t i = 0; i < targets_.size(); ++i) {
       if (is_done[i]) continue;
-      SeenChecker seen = find_plain(image, targets_[i]);
+      SeenChecker seen = find_plain(image, targets_[i], grids);
       is_done[i] = seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
       if (is_done[i] || seen.answer > result[i].answer) result[i] = std::move(seen);
     }
   }
   return result;
+}
+
+// A halved picture shows large squares with less noise; the finest one has the first word.
+void CheckerFinder::find_grids(const ImageView8& image) {
+  levels_.clear();
+  Image8 half;
+  ImageView8 picture = image;
+  do {
+    levels_.push_back(grids_of(picture, static_cast<int>(levels_.size())));
+    half = halved(picture);
+    picture = half;
+  } while (std::min(picture.width(), picture.height()) >= policy::kCheckerMinPicturePx);
+}
+
+bool CheckerFinder::is_part_of_larger(const JunctionGrid& grid, const Target& target) const {
+  return std::ranges::any_of(levels_, [&](const std::vector<JunctionGrid>& grids) {
+    return std::ranges::any_of(grids, [&](const JunctionGrid& other) {
+      return continues(other, grid) && !is_of_size(other, target.print);
+    });
+  });
 }
 
 std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, const Target& target,
@@ -289,16 +317,18 @@ std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, con
   return corners;
 }
 
-SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& target) const {
+SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& target,
+                                      const std::vector<JunctionGrid>& grids) const {
   SeenChecker seen;
-  if (grids_.empty()) return seen;
-  const Bounds largest = bounds_of(grids_.front());
+  if (grids.empty()) return seen;
+  const Bounds largest = bounds_of(grids.front());
   seen.size = {largest.columns(), largest.rows()};
   seen.answer = CheckerAnswer::other_grid;
   const JunctionGrid* first = nullptr;
-  for (const JunctionGrid& grid : grids_) {
+  for (const JunctionGrid& grid : grids) {
     if (!is_of_size(grid, target.print)) continue;
     if (first && overlap(*first, grid)) continue;
+    if (is_part_of_larger(grid, target)) continue;
     const auto corners = fitted(image, target, grid);
     if (!corners) {
       if (!first) seen.answer = CheckerAnswer::not_fitted;

@@ -53,7 +53,11 @@ class CheckerFinder {
     std::unique_ptr<BoardFinder> markers;  // of a ChArUco board
   };
 
-  SeenChecker find_plain(const ImageView8& image, const Target& target) const;
+  void find_grids(const ImageView8& image);
+  // True if a halved picture, or a finer one, shows that the grid goes on.
+  bool is_part_of_larger(const JunctionGrid& grid, const Target& target) const;
+  SeenChecker find_plain(const ImageView8& image, const Target& target,
+                         const std::vector<JunctionGrid>& grids) const;
   std::optional<CheckerCorners> fitted(const ImageView8& image, const Target& target,
                                        const JunctionGrid& grid) const;
   SeenChecker find_charuco(const ImageView8& image, const Target& target) const;
@@ -61,7 +65,8 @@ class CheckerFinder {
   const Camera* camera_;
   std::vector<const Board*> boards_;
   std::vector<Target> targets_;
-  std::vector<JunctionGrid> grids_;  // of the present picture, the largest first
+  // Of the present picture, then of its halves; of each, the largest first.
+  std::vector<std::vector<JunctionGrid>> levels_;
 };
 
 // One sentence for each board that looks the same if it is turned.
