@@ -255,7 +255,9 @@ void expect_same(const CameraFile& a, const CameraFile& b, const std::string& fo
     ASSERT_EQ(a.poses.size(), b.poses.size()) << format;
     for (std::size_t i = 0; i < a.poses.size(); ++i) {
       EXPECT_LT(minus(a.poses[i].camera_from_world, b.poses[i].camera_from_world).norm(), 1e-12);
-      if (format != "opencv") EXPECT_EQ(a.poses[i].image, b.poses[i].image);
+      if (format != "opencv") {
+        EXPECT_EQ(a.poses[i].image, b.poses[i].image);
+      }
     }
   }
 }
