@@ -128,7 +128,8 @@ TEST_F(SceneFrames, ParallelCameras) {
   const auto lens = [&](const std::string& camera) {
     const auto text = "camera: {image_size: [640, 480], model: parallel, scale_px_per_m: 100" +
                       camera + "}\n" + kBoards + "path: {type: drawn, view: front_elevation}\n";
-    const auto p = parameters(read(text).settings.camera.lens);
+    const Lens read_lens = read(text).settings.camera.lens;  // parameters() points into it
+    const auto p = parameters(read_lens);
     return std::vector<double>(p.begin(), p.end());
   };
   const double half = std::sqrt(0.5);
