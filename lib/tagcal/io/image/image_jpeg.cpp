@@ -23,15 +23,10 @@ class JpegDecoder : public ImageDecoder {
     manager_.base.error_exit = fail;
     manager_.base.emit_message = judge_warning;
     manager_.base.output_message = [](j_common_ptr) {};
-    if (!create() || !read_header(bytes)) {
-      const Error error = failure();
-      jpeg_destroy_decompress(&jpeg_);
-      throw error;
-    }
+    if (!create() || !read_header(bytes)) throw failure();
     check_picture_size(header_.width, header_.height);
     header_.orientation = jpeg_orientation(bytes);
   }
-  ~JpegDecoder() override { jpeg_destroy_decompress(&jpeg_); }
   JpegDecoder(const JpegDecoder&) = delete;
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 
@@ -118,7 +113,12 @@ class JpegDecoder : public ImageDecoder {
     return true;
   }
 
-  jpeg_decompress_struct jpeg_{};
+  // A member frees it also where the constructor throws.
+  struct Decompress : jpeg_decompress_struct {
+    Decompress() : jpeg_decompress_struct{} {}
+    ~Decompress() { jpeg_destroy_decompress(this); }
+  };
+  Decompress jpeg_;
   Manager manager_{};
   std::vector<JSAMPLE> row_;
   std::vector<std::uint16_t> values_;
