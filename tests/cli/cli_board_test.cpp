@@ -168,6 +168,14 @@ TEST_F(CliBoard, WarnsWherePaperIsTooSmall) {
   EXPECT_NE(svg.find("width=\"748.0000mm\""), std::string::npos);
 }
 
+TEST_F(CliBoard, PaperReplacesNoFileThatIsNoTarget) {
+  spill(path("precious.yaml"), "precious: 1\n");
+  expect_bad_input("board " + target("grid") + " --paper a4 --out " + path("precious.pdf"),
+                   {"precious.yaml", "another file"});
+  EXPECT_EQ(slurp(path("precious.yaml")), "precious: 1\n");
+  fs::remove(path("precious.yaml"));
+}
+
 TEST_F(CliBoard, BadInput) {
   const std::string grid = target("grid");
   const auto before = names();

@@ -38,6 +38,14 @@ TEST_F(CliSets, FoldersPatternsAndListsNameTheSamePictures) {
   EXPECT_EQ(run("detect " + path("set")).out, by_folder.out);
 }
 
+TEST_F(CliSets, DrawingsReplaceNoPictures) {
+  const fs::path folder = photos("drawn_over");
+  const std::string before = slurp(folder / "000.png");
+  expect_bad_input(detect(path("drawn_over")) + " --draw " + path("drawn_over"),
+                   {"000.png", "would be replaced"});
+  EXPECT_EQ(slurp(folder / "000.png"), before);
+}
+
 TEST_F(CliSets, EveryFormatIsTaken) {
   fs::create_directories(root() / "formats");
   const Image8 image = read_image(root() / "set/images/000.png");
@@ -190,9 +198,10 @@ TEST_F(CliSets, SelectKeepsTheMostInformativeViewsAndSaysWhy) {
   EXPECT_EQ(worse.at("num_views"), 3);
   EXPECT_GT(worse.at("sigma").at("fx"), json.at("sigma").at("fx"));
   expect_bad_input("calibrate " + set + " --select 0", {"--select"});
-  EXPECT_EQ(nlohmann::json::parse(run("calibrate " + set + " --model radial1 --json --select 99").out)
-                .at("num_views"),
-            6);
+  EXPECT_EQ(
+      nlohmann::json::parse(run("calibrate " + set + " --model radial1 --json --select 99").out)
+          .at("num_views"),
+      6);
 }
 
 }  // namespace

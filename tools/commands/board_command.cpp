@@ -107,7 +107,17 @@ void write_sheet(const Arguments& arguments, const std::string& kind, const Shee
     write_png(arguments.out, picture_of(sheet, arguments.dpi), arguments.dpi);
 }
 
-// The file of the board that --paper makes, beside the picture. Throws Error if it is the target.
+bool is_target(const fs::path& file) {
+  try {
+    read_target(file);
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
+
+// The file of the board that --paper makes, beside the picture. Throws Error if it is the target,
+// or another file than one of a target.
 fs::path fitted_file(const Arguments& arguments) {
   const fs::path file = fs::path(arguments.out).replace_extension(".yaml");
   std::error_code no_such_file;
@@ -117,6 +127,11 @@ fs::path fitted_file(const Arguments& arguments) {
                     " give --out another name",
                     file.string()));
   check_writable(file);
+  if (fs::exists(file, no_such_file) && !is_target(file))
+    throw Error(
+        fmt::format("{}: --paper writes the target there, but it is another file; give "
+                    "--out another name",
+                    file.string()));
   return file;
 }
 

@@ -89,7 +89,7 @@ int run(const Arguments& arguments) {
   with_cache.out = arguments.out;
   Input input = read_input(with_cache);
   std::optional<OutputFolder> drawings;
-  if (!arguments.draw.empty()) drawing_names(input);  // throws before the work
+  if (!arguments.draw.empty()) drawing_names(input, arguments.draw);  // throws before the work
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
@@ -102,7 +102,7 @@ int run(const Arguments& arguments) {
     say_wrote(arguments.out);
   }
   if (drawings) {
-    draw(input, drawing_names(input), *drawings);
+    draw(input, drawing_names(input, arguments.draw), *drawings);
     say_wrote(arguments.draw);
   }
   if (arguments.explain) explain_all(input);

@@ -43,13 +43,20 @@ void draw(const Input& input, const Tags& tags, const std::vector<std::string>& 
 
 }  // namespace
 
-std::vector<std::string> drawing_names(const Input& input) {
+std::vector<std::string> drawing_names(const Input& input, const std::string& folder) {
   std::vector<std::string> names;
+  std::error_code none;
   std::set<std::string> taken;
   for (const ImageSource& image : input.images) {
     names.push_back(std::filesystem::path(image.name).stem().string() + ".png");
     if (!taken.insert(names.back()).second)
       throw Error(fmt::format("--draw: two pictures would be drawn as {}", names.back()));
+    const std::filesystem::path drawn = std::filesystem::path(folder) / names.back();
+    if (!std::filesystem::exists(drawn, none)) continue;
+    for (const auto& [name, file] : input.files)
+      if (std::filesystem::equivalent(drawn, file, none))
+        throw Error(fmt::format("--draw: {} would be replaced by its drawing: take another folder",
+                                file.string()));
   }
   return names;
 }
@@ -68,7 +75,7 @@ int run_tag_search(const TagSearch& search) {
   std::optional<OutputFolder> drawings;
   std::vector<std::string> drawn;
   if (!search.draw.empty()) {
-    drawn = drawing_names(input);
+    drawn = drawing_names(input, search.draw);
     drawings.emplace(search.draw, OutputFolder::Taken::by_any_folder);
   }
   const Tags tags = found_tags(search, input, camera ? &*camera : nullptr);

@@ -20,7 +20,7 @@ struct TagSearch {
 int run_tag_search(const TagSearch& search);
 
 // Names of the drawings: each picture is drawn under its own name, whatever its folder and format.
-std::vector<std::string> drawing_names(const Input& input);
+std::vector<std::string> drawing_names(const Input& input, const std::string& folder);
 
 // The camera of a file, for pictures of its size; none for "".
 std::optional<Camera> known_camera(const std::string& file, const Input& input);

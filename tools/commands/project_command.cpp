@@ -174,6 +174,9 @@ class Unprojection {
     if (gives_points()) {
       const double depth = depth_.empty() ? arguments_.depth_m : table.numbers(row, depth_)[0];
       const double sigma = sigma_depth_.empty() ? 0 : table.numbers(row, sigma_depth_)[0];
+      if (!(sigma >= 0))
+        throw Error(
+            fmt::format("{}: sigma_depth_m: must be >= 0, got {}", arguments_.points, sigma));
       point = point_at_depth(camera_.lens, pixel, depth, sigma);
     } else {
       point = direction(camera_.lens, pixel);

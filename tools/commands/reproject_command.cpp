@@ -236,16 +236,17 @@ class Run {
   std::vector<double> shares_;  // of the pixels of each target that are seen; -1: not known
 };
 
-// Refuses to replace files, the pictures themselves even with --force.
+// Refuses to replace files, what the command reads even with --force.
 void check_not_replaced(const Arguments& arguments, const std::vector<fs::path>& files) {
   std::error_code none;
   for (const fs::path& name : files) {
     const fs::path file = fs::path(arguments.out) / name;
     if (!fs::exists(file, none)) continue;
-    for (const std::string& image : arguments.images)
-      if (fs::equivalent(file, image, none))
-        throw Error(
-            fmt::format("{}: would be replaced by its new picture: take another --out", image));
+    std::vector<std::string> sources = arguments.images;
+    sources.insert(sources.end(), {arguments.camera, arguments.task.to_camera, arguments.target});
+    for (const std::string& source : sources)
+      if (!source.empty() && fs::equivalent(file, source, none))
+        throw Error(fmt::format("{}: would be replaced by the result: take another --out", source));
     if (!arguments.force)
       throw Error(
           fmt::format("{}: exists: take another --out, or --force to replace it", file.string()));

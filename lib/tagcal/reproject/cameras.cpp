@@ -240,7 +240,9 @@ Panorama panorama_of(const Camera& camera, PanoramaKind kind, double px_per_rad)
     bottom = std::tan(std::min(bottom, policy::kCylinderLatitude));
   }
   const auto extent = [&](double from, double to) {
-    return std::max(1, static_cast<int>(std::ceil(panorama.px_per_rad * (to - from))));
+    // Limited to what an int holds; such a size is refused where a picture of it is made.
+    return static_cast<int>(
+        std::clamp(std::ceil(panorama.px_per_rad * (to - from)), 1.0, 1e9));  // numeric: see above
   };
   panorama.size = {extent(range.left_rad, range.right_rad), extent(top, bottom)};
   panorama.centre =
