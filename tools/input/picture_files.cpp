@@ -10,6 +10,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
@@ -50,12 +51,6 @@ std::vector<fs::path> files_of(const std::string& argument) {
   return {argument};
 }
 
-std::string trimmed(const std::string& line) {
-  const std::size_t begin = line.find_first_not_of(" \t\r");
-  if (begin == std::string::npos) return "";
-  return line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
-}
-
 // A line of a list as an argument. Errors name the list and the line.
 std::vector<fs::path> files_of_line(const std::string& line, const fs::path& list, int number) {
   try {
@@ -76,7 +71,7 @@ std::vector<fs::path> files_of_list(const fs::path& list) {
   int number = 1;
   for (std::size_t begin = 0; begin < text.size(); ++number) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string line = trimmed(text.substr(begin, end - begin));
+    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
     begin = end + 1;
     if (line.empty() || line.starts_with('#')) continue;
     const std::vector<fs::path> more = files_of_line(line, list, number);

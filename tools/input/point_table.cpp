@@ -9,24 +9,19 @@
 #include <iterator>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
 namespace {
 
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> fields;
   std::size_t begin = 0;
   while (true) {
     const std::size_t comma = line.find(',', begin);
-    fields.push_back(trimmed(line.substr(begin, comma - begin)));
+    fields.emplace_back(trimmed(std::string_view(line).substr(begin, comma - begin), " \t\r"));
     if (comma == std::string::npos) return fields;
     begin = comma + 1;
   }
@@ -53,7 +48,7 @@ PointTable PointTable::read(const std::string& file) {
   std::size_t number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string line = trimmed(text.substr(begin, end - begin));
+    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
     begin = end + 1;
     ++number;
     if (line.empty() || line.starts_with('#')) continue;

@@ -14,7 +14,7 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// What of the result a camera's file has, beside the results of the views.
+// A camera's file has these parts of the result, beside the results of the views.
 CalibrationFile known_of(const Calibration& calibration) {
   CalibrationFile known;
   known.camera = *calibration.camera;

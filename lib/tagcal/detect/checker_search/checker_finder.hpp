@@ -65,7 +65,7 @@ class CheckerFinder {
   const Camera* camera_;
   std::vector<const Board*> boards_;
   std::vector<Target> targets_;
-  // Of the present picture, then of its halves; of each, the largest first.
+  // The grids of the present picture, then those of its halves; each list begins with the largest.
   std::vector<std::vector<JunctionGrid>> levels_;
 };
 

@@ -8,7 +8,7 @@
 #include "tagcal/io/types.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
-// What readers and writers of all formats share.
+// Readers and writers of all formats share these.
 
 namespace tagcal::internal {
 
@@ -35,13 +35,13 @@ struct OutputText {
   std::string text;
 };
 
-// What a format's writer returns.
+// The result of a format's writer.
 struct FormatOutput {
   std::vector<OutputText> files;
   std::vector<std::string> notes;
 };
 
-// Of the lens: the 12 parameters of Perspective; Error for other lenses, with the format's name.
+// The 12 parameters of a Perspective lens. Throws Error with the format's name for other lenses.
 std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format);
 bool is_fisheye(const FileCamera& camera);
 

@@ -9,7 +9,7 @@ namespace tagcal::internal {
 // outer spaces. Throws Error unless it is one line.
 std::string image_field(const std::string& image);
 
-// Without spaces and tabs at both ends.
-std::string_view trimmed(std::string_view text);
+// The text without blanks at both ends: spaces and tabs, unless others are given.
+std::string_view trimmed(std::string_view text, std::string_view blanks = " \t");
 
 }  // namespace tagcal::internal
