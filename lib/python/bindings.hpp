@@ -1,0 +1,24 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+// The parts of the module, one file each. A part comes after those whose classes its signatures
+// name.
+
+namespace tagcal::python {
+
+void bind_geometry(pybind11::module_& m);
+void bind_camera(pybind11::module_& m);
+void bind_solvers(pybind11::module_& m);
+void bind_boards(pybind11::module_& m);
+void bind_dataset(pybind11::module_& m);
+void bind_scene(pybind11::module_& m);
+void bind_detect(pybind11::module_& m);
+void bind_pose(pybind11::module_& m);
+void bind_calibrate(pybind11::module_& m);
+void bind_uncertainty(pybind11::module_& m);
+void bind_reproject(pybind11::module_& m);
+void bind_files(pybind11::module_& m);
+void bind_validate(pybind11::module_& m);
+
+}  // namespace tagcal::python

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <vector>
+
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal::python {
+
+// A target: a Board, a PlacedBoard, or a list of these.
+class TargetLike : public pybind11::object {
+  static bool is_any(PyObject*) { return true; }
+
+ public:
+  PYBIND11_OBJECT_DEFAULT(TargetLike, pybind11::object, is_any)
+};
+
+// The boards of a target; a Board alone stands at the world's origin. Throws Error with the
+// argument's name for other objects, an empty list, and ids that two boards share.
+std::vector<PlacedBoard> boards_of(const TargetLike& target, const char* name);
+
+}  // namespace tagcal::python
+
+namespace pybind11::detail {
+template <>
+struct handle_type_name<tagcal::python::TargetLike> {
+  static constexpr auto name = const_name("TargetLike");
+};
+}  // namespace pybind11::detail

@@ -1,0 +1,344 @@
+#include "python/camera.hpp"
+
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <map>
+#include <span>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/geometry.hpp"
+#include "python/records.hpp"
+#include "tagcal/camera/batch.hpp"
+#include "tagcal/camera/model.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/viewing/viewport.hpp"
+
+namespace tagcal::python {
+
+ImageSize size_of_argument(py::handle argument, const char* name) {
+  Eigen::Vector2d size;
+  read_matrix(argument, name, {size.data(), 2}, 2, 0);
+  constexpr double kLargest = 1 << 24;  // numeric: a side; its square fits into 64 bits
+  for (const double side : size)
+    if (!(side >= 1 && side <= kLargest && side == std::floor(side)))
+      throw Error(std::string(name) + ": must be (width, height), whole numbers > 0, got (" +
+                  number(size[0]) + ", " + number(size[1]) + ")");
+  return {static_cast<int>(size[0]), static_cast<int>(size[1])};
+}
+
+namespace {
+
+using Pixels = py::array_t<double>;
+
+// OpenCV's order in our parameters: k1 k2 p1 p2 k3 k4 k5 k6 follow fx fy cx cy in both lenses.
+template <typename Lens>
+Camera camera_with_distortion(double fx, double fy, double cx, double cy, const ArrayLike& size,
+                              const ArrayLike& distortion) {
+  typename Lens::Parameters parameters{fx, fy, cx, cy};
+  const py::array_t<double> coefficients = real_array(distortion, "distortion");
+  constexpr py::ssize_t kMost = Lens::kNumParameters - 4;
+  if (coefficients.ndim() != 1 || coefficients.size() > kMost)
+    throw Error("distortion: must be a list of at most " + std::to_string(kMost) + " numbers");
+  std::copy_n(coefficients.data(), coefficients.size(), parameters.begin() + 4);
+  return {Lens(parameters), size_of_argument(size, "size")};
+}
+
+Camera pinhole_camera(double fx, double fy, double cx, double cy, const ArrayLike& size) {
+  return {pinhole(fx, fy, cx, cy), size_of_argument(size, "size")};
+}
+
+Camera parallel_camera(double sx, double sy, double cx, double cy, const ArrayLike& size, double ox,
+                       double oy) {
+  return {Parallel({sx, sy, cx, cy, ox, oy}), size_of_argument(size, "size")};
+}
+
+Camera camera_from_matrix(const ArrayLike& matrix, const ArrayLike& size,
+                          const ArrayLike& distortion, bool fisheye) {
+  const Eigen::Matrix3d k = matrix3(matrix, "matrix");
+  if (k(0, 1) != 0 || k(1, 0) != 0 || k.row(2) != Eigen::RowVector3d(0, 0, 1))
+    throw Error("matrix: must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
+  py::object flat = distortion;  // OpenCV returns (1, N) or (N, 1)
+  if (py::hasattr(flat, "ravel")) flat = flat.attr("ravel")();
+  const auto make = fisheye ? camera_with_distortion<Fisheye> : camera_with_distortion<Perspective>;
+  return make(k(0, 0), k(1, 1), k(0, 2), k(1, 2), size, py::reinterpret_borrow<ArrayLike>(flat));
+}
+
+const char* lens_name(const Camera& camera) {
+  constexpr std::array<const char*, 3> kNames = {"perspective", "fisheye", "parallel"};
+  return kNames[camera.lens.index()];
+}
+
+std::map<std::string, double> parameter_values(const Camera& camera) {
+  const auto names = parameter_names(camera.lens);
+  const auto values = parameters(camera.lens);
+  std::map<std::string, double> result;
+  for (std::size_t i = 0; i < names.size(); ++i) result[std::string(names[i])] = values[i];
+  return result;
+}
+
+Eigen::Matrix3d camera_matrix(const Camera& camera) {
+  const auto p = parameters(camera.lens);
+  Eigen::Matrix3d k = Eigen::Matrix3d::Identity();
+  k(0, 0) = p[0];
+  k(1, 1) = p[1];
+  k(0, 2) = p[2];
+  k(1, 2) = p[3];
+  return k;
+}
+
+py::array_t<double> distortion(const Camera& camera) {
+  const auto p = parameters(camera.lens).subspan(4);
+  return py::array_t<double>(static_cast<py::ssize_t>(p.size()), p.data());
+}
+
+Pose pose_or_identity(const py::object& pose) {
+  return pose.is_none() ? Pose() : pose_of(pose, "camera_from_points");
+}
+
+// Projects in blocks, so that what is thrown away (`valid`) stays in the cache.
+void project_blocks(const Camera& camera, const Pose& pose, std::span<const Eigen::Vector3d> points,
+                    double* out) {
+  constexpr std::size_t kBlock = 4096;
+  std::array<std::uint8_t, kBlock> valid;
+  const bool is_aligned = reinterpret_cast<std::uintptr_t>(out) % alignof(Eigen::Vector2d) == 0;
+  std::vector<Eigen::Vector2d> copy(is_aligned ? 0 : std::min(kBlock, points.size()));
+  for (std::size_t i = 0; i < points.size(); i += kBlock) {
+    const std::size_t n = std::min(kBlock, points.size() - i);
+    auto* const pixels = is_aligned ? reinterpret_cast<Eigen::Vector2d*>(out + 2 * i) : copy.data();
+    project(camera.lens, pose, points.subspan(i, n), {pixels, n}, {valid.data(), n});
+    if (!is_aligned) std::copy_n(copy.front().data(), 2 * n, out + 2 * i);
+  }
+}
+
+py::object project_points(const Camera& camera, const ArrayLike& points, const py::object& pose,
+                          const py::object& out) {
+  const Rows3 rows(points, "points", Rows3::Check::none);
+  const Pose camera_from_points = pose_or_identity(pose);
+  const std::array<py::ssize_t, 2> shape = {static_cast<py::ssize_t>(rows.size()), 2};
+  const std::span<const py::ssize_t> expected =
+      rows.is_single() ? std::span(shape).subspan(1) : std::span(shape);
+  py::object result = out;
+  if (out.is_none()) result = py::array_t<double>(std::vector(expected.begin(), expected.end()));
+  double* const pixels = output_array(result, "out", expected);
+  py::gil_scoped_release release;
+  project_blocks(camera, camera_from_points, rows.span(), pixels);
+  return result;
+}
+
+py::tuple rays_of_pixels(const Camera& camera, const ArrayLike& pixels) {
+  const Rows2 rows(pixels, "pixels", Rows2::Check::none);
+  std::vector<Eigen::Vector3d> origins(rows.size()), directions(rows.size());
+  {
+    py::gil_scoped_release release;
+    const Eigen::Vector3d none = Eigen::Vector3d::Constant(std::nan(""));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const std::optional<Ray> ray =
+          rows[i].allFinite() ? ray_in_camera(camera.lens, rows[i]) : std::nullopt;
+      origins[i] = ray ? ray->origin : none;
+      directions[i] = ray ? ray->direction : none;
+    }
+  }
+  py::array_t<double> o = array_of(std::span<const Eigen::Vector3d>(origins));
+  py::array_t<double> d = array_of(std::span<const Eigen::Vector3d>(directions));
+  if (rows.is_single()) return py::make_tuple(o.reshape({3}), d.reshape({3}));
+  return py::make_tuple(o, d);
+}
+
+py::object unproject_pixels(const Camera& camera, const ArrayLike& pixels) {
+  if (std::holds_alternative<Parallel>(camera.lens))
+    throw Error("unproject: the rays of a parallel lens have no common centre; use rays");
+  return rays_of_pixels(camera, pixels)[1];
+}
+
+// The free parameters of a model, or all of the lens.
+std::vector<FreeParameter> free_parameters(const Camera& camera,
+                                           const std::optional<std::string>& model) {
+  if (model) {
+    const Model& named = Model::named(*model);
+    if (static_cast<std::size_t>(named.lens_type()) != camera.lens.index())
+      throw Error("model: \"" + *model + "\" is no model of a " + lens_name(camera) + " lens");
+    return named.free();
+  }
+  std::vector<FreeParameter> all;
+  int index = 0;
+  for (const std::string_view name : parameter_names(camera.lens)) all.push_back({name, {index++}});
+  return all;
+}
+
+py::tuple jacobians(const Camera& camera, const ArrayLike& points, const py::object& pose,
+                    const std::optional<std::string>& model) {
+  const Rows3 rows(points, "points", Rows3::Check::none);
+  const Pose camera_from_points = pose_or_identity(pose);
+  const std::vector<FreeParameter> free = free_parameters(camera, model);
+  const auto n = static_cast<py::ssize_t>(rows.size());
+  const auto k = static_cast<py::ssize_t>(free.size());
+  py::array_t<double> by_pose({n, py::ssize_t{2}, py::ssize_t{6}});
+  py::array_t<double> by_parameters({n, py::ssize_t{2}, k});
+  std::vector<Eigen::Vector2d> pixels(rows.size());
+  std::vector<std::uint8_t> valid(rows.size());
+  const ProjectionOutput output = {
+      pixels,
+      valid,
+      {by_pose.mutable_data(), static_cast<std::size_t>(by_pose.size())},
+      {by_parameters.mutable_data(), static_cast<std::size_t>(by_parameters.size())}};
+  {
+    py::gil_scoped_release release;
+    project_with_jacobians(camera.lens, camera_from_points, rows.span(), free, output);
+  }
+  return py::make_tuple(array_of(std::span<const Eigen::Vector2d>(pixels)), by_pose, by_parameters);
+}
+
+std::string representation(const Camera& camera) {
+  std::string text = std::string("<Camera ") + lens_name(camera) + " " +
+                     std::to_string(camera.image_size.width) + " x " +
+                     std::to_string(camera.image_size.height);
+  const auto names = parameter_names(camera.lens);
+  const auto values = parameters(camera.lens);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (i < 4 || values[i] != 0) text += " " + std::string(names[i]) + "=" + number(values[i], 7);
+  return text + ">";
+}
+
+void define_constructors(py::class_<Camera>& camera) {
+  const py::tuple none;
+  camera
+      .def_static("pinhole", &pinhole_camera, py::arg("fx"), py::arg("fy"), py::arg("cx"),
+                  py::arg("cy"), py::arg("size"),
+                  "A pinhole without distortion. Focal lengths and principal point are pixels; "
+                  "`size` is (width, height).")
+      .def_static("perspective", &camera_with_distortion<Perspective>, py::arg("fx"), py::arg("fy"),
+                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = none,
+                  "A pinhole with Brown-Conrady distortion, polynomial or rational: k1, k2, p1, "
+                  "p2, k3, k4, k5, k6, as many as there are.")
+      .def_static("fisheye", &camera_with_distortion<Fisheye>, py::arg("fx"), py::arg("fy"),
+                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = none,
+                  "An equidistant fisheye (Kannala-Brandt): k1, k2, k3, k4.")
+      .def_static("parallel", &parallel_camera, py::arg("sx"), py::arg("sy"), py::arg("cx"),
+                  py::arg("cy"), py::arg("size"), py::arg("ox") = 0.0, py::arg("oy") = 0.0,
+                  "A parallel projection with scales in pixels per metre; ox and oy make it "
+                  "oblique, metres per metre of depth.")
+      .def_static("from_matrix", &camera_from_matrix, py::arg("matrix"), py::arg("size"),
+                  py::arg("distortion") = none, py::arg("fisheye") = false,
+                  "From OpenCV's camera matrix (3, 3) and distortion coefficients.");
+}
+
+void define_state(py::class_<Camera>& camera) {
+  camera
+      .def_property_readonly(
+          "size",
+          [](const Camera& c) { return std::pair(c.image_size.width, c.image_size.height); },
+          "(width, height), pixels.")
+      .def_property_readonly("lens", &lens_name, "\"perspective\", \"fisheye\" or \"parallel\".")
+      .def_property_readonly("parameters", &parameter_values,
+                             "The lens parameters by name: fx, fy, cx, cy, k1, ..")
+      .def_property_readonly("matrix", &camera_matrix, "OpenCV's camera matrix (3, 3).")
+      .def_property_readonly("distortion", &distortion,
+                             "The coefficients after fx, fy, cx, cy, in OpenCV's order.")
+      .def(
+          "to_dict",
+          [](const Camera& c) {
+            py::dict dict;
+            dict["lens"] = lens_name(c);
+            dict["size"] = std::vector<int>{c.image_size.width, c.image_size.height};
+            dict["parameters"] = parameter_values(c);
+            return dict;
+          },
+          "Lens, size and parameters as plain values.")
+      .def(
+          "__eq__",
+          [](const Camera& a, const py::object& other) {
+            if (!py::isinstance<Camera>(other)) return false;
+            const Camera& b = py::cast<const Camera&>(other);
+            return a.image_size == b.image_size && a.lens.index() == b.lens.index() &&
+                   std::ranges::equal(parameters(a.lens), parameters(b.lens));
+          },
+          py::arg("other"))
+      .def("__repr__", &representation)
+      .def(py::pickle(
+          [](const Camera& c) {
+            const auto p = parameters(c.lens);
+            return py::make_tuple(c.lens.index(), std::vector<double>(p.begin(), p.end()),
+                                  c.image_size.width, c.image_size.height);
+          },
+          [](const py::tuple& state) {
+            if (state.size() != 4) throw Error("not the state of a camera");
+            const auto values = py::cast<std::vector<double>>(state[1]);
+            const ImageSize size = {py::cast<int>(state[2]), py::cast<int>(state[3])};
+            const auto lens = [&]<typename L>(L*) -> Camera {
+              typename L::Parameters p{};
+              if (values.size() != p.size()) throw Error("not the state of a camera");
+              std::copy(values.begin(), values.end(), p.begin());
+              return {L(p), size};
+            };
+            const auto index = py::cast<std::size_t>(state[0]);
+            if (index == 0) return lens(static_cast<Perspective*>(nullptr));
+            if (index == 1) return lens(static_cast<Fisheye*>(nullptr));
+            return lens(static_cast<Parallel*>(nullptr));
+          }));
+}
+
+void define_projection(py::class_<Camera>& camera) {
+  camera
+      .def("project", &project_points, py::arg("points"),
+           py::arg("camera_from_points") = py::none(), py::arg("out") = py::none(),
+           "The pixels (N, 2) of points (N, 3), metres, in the camera frame, or in the frame of "
+           "the Pose `camera_from_points`. NaN where the lens has no pixel: behind the camera, "
+           "beyond the fold of the distortion. One point (3,) gives (2,). `out`: a float64 array "
+           "that takes the result.")
+      .def("unproject", &unproject_pixels, py::arg("pixels"),
+           "The unit directions (N, 3) of the rays of pixels (N, 2), in the camera frame. NaN "
+           "where no point projects there.")
+      .def("rays", &rays_of_pixels, py::arg("pixels"),
+           "The rays of pixels (N, 2): origins (N, 3), which differ for a parallel lens, and unit "
+           "directions (N, 3).")
+      .def("jacobians", &jacobians, py::arg("points"), py::arg("camera_from_points") = py::none(),
+           py::arg("model") = py::none(),
+           "Pixels (N, 2), their derivatives by a step (omega rad, tau m) of the pose, R <- "
+           "exp(omega) R, t <- t + tau, (N, 2, 6), and by the free parameters of a model (by "
+           "default: all of the lens) (N, 2, K).")
+      .def(
+          "contains",
+          [](const Camera& c, const ArrayLike& pixel) {
+            return contains(c.image_size, vector2(pixel, "pixel"));
+          },
+          py::arg("pixel"), "True if the pixel (2,) lies in the image.")
+      .def(
+          "field_of_view_rad",
+          [](const Camera& c) -> py::object {
+            const std::optional<FieldOfView> view = field_of_view(c);
+            if (!view) return py::none();
+            return py::make_tuple(view->horizontal_rad, view->vertical_rad, view->diagonal_rad);
+          },
+          "Horizontal, vertical and diagonal field of view; None if the border has no rays.")
+      .def(
+          "resized",
+          [](const Camera& c, const ArrayLike& size) {
+            return resized(c, size_of_argument(size, "size"));
+          },
+          py::arg("size"), "The camera of a picture resized to (width, height).");
+}
+
+}  // namespace
+
+void bind_camera(py::module_& m) {
+  py::class_<Camera> camera(m, "Camera",
+                            "A lens and the size of the image behind it. The camera looks along "
+                            "z, x is right, y is down.");
+  define_constructors(camera);
+  define_state(camera);
+  define_projection(camera);
+  m.def(
+      "model_names",
+      [] {
+        std::vector<std::string> names;
+        for (const Model& model : Model::all()) names.emplace_back(model.name());
+        return names;
+      },
+      "The models of the ladder, from the smallest to the largest number of parameters.");
+}
+
+}  // namespace tagcal::python

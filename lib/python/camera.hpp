@@ -1,0 +1,12 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include "tagcal/camera/camera.hpp"
+
+namespace tagcal::python {
+
+// (width, height), both whole numbers > 0. Throws Error with the argument's name.
+ImageSize size_of_argument(pybind11::handle argument, const char* name);
+
+}  // namespace tagcal::python

@@ -1,0 +1,343 @@
+#include "tagcal/estimate/pose.hpp"
+
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/boards.hpp"
+#include "python/camera.hpp"
+#include "python/findings.hpp"
+#include "python/geometry.hpp"
+#include "python/records.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/internal/parallel.hpp"
+
+namespace tagcal::python {
+
+std::string refusal(Status status, const std::vector<Finding>& findings) {
+  std::string text = "no answer: " + std::string(status_name(status));
+  for (const Finding& finding : findings)
+    if (finding.severity == Severity::refusal) return text + ": " + finding.sentence;
+  return text;
+}
+
+std::string warnings_text(const std::vector<Finding>& findings) {
+  const auto count = std::ranges::count(findings, Severity::warning, &Finding::severity);
+  if (count == 0) return "";
+  return ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
+}
+
+namespace {
+
+// The arguments of an estimate, checked and in the library's form.
+struct Input {
+  std::vector<Correspondence> correspondences;
+  std::vector<Matrix2> covariances;
+  std::vector<int> groups;
+};
+
+std::vector<int> groups_of(const py::object& argument, std::size_t n) {
+  if (argument.is_none()) return {};
+  const py::array_t<double> array = real_array(argument, "groups");
+  if (array.ndim() != 1 || array.shape(0) != static_cast<py::ssize_t>(n))
+    throw Error("groups: must have the shape (" + std::to_string(n) + ",)");
+  std::vector<int> groups(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    constexpr double kLargest = 1 << 30;  // numeric: fits an int
+    const double group = array.data()[i];
+    if (!(std::abs(group) <= kLargest && group == std::floor(group)))
+      throw Error("groups: must be whole numbers, got " + number(group));
+    groups[i] = static_cast<int>(group);
+  }
+  return groups;
+}
+
+Input input_of(const ArrayLike& points, const ArrayLike& pixels, const py::object& covariances,
+               const py::object& groups) {
+  const Rows3 x(points, "points");
+  const Rows2 p(pixels, "pixels");
+  check_same_length(x.size(), "points", p.size(), "pixels");
+  Input input;
+  input.correspondences.resize(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) input.correspondences[i] = {x[i], p[i]};
+  input.covariances = covariances2(covariances, "covariances", x.size());
+  input.groups = groups_of(groups, x.size());
+  return input;
+}
+
+template <typename Options>
+Options options_of(double sigma_px, bool reject_outliers, int max_iterations, std::uint64_t seed) {
+  if (!(sigma_px >= 0 && std::isfinite(sigma_px)))
+    throw Error("sigma_px: must be >= 0 (0: estimated), got " + number(sigma_px));
+  if (max_iterations < 1)
+    throw Error("max_iterations: must be > 0, got " + std::to_string(max_iterations));
+  Options options;
+  options.sigma_px = sigma_px;
+  options.reject_outliers = reject_outliers;
+  options.max_iterations = max_iterations;
+  options.seed = seed;
+  return options;
+}
+
+PoseEstimate estimate(const ArrayLike& points, const ArrayLike& pixels, const Camera& camera,
+                      double sigma_px, const py::object& covariances, const py::object& groups,
+                      bool reject_outliers, int max_iterations, std::uint64_t seed) {
+  const Input input = input_of(points, pixels, covariances, groups);
+  auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  options.covariance_px2 = input.covariances;
+  options.groups = input.groups;
+  py::gil_scoped_release release;
+  return estimate_pose(input.correspondences, camera, options);
+}
+
+PoseAndFocalEstimate estimate_with_focal(const ArrayLike& points, const ArrayLike& pixels,
+                                         const ArrayLike& size, double sigma_px,
+                                         const py::object& covariances, const py::object& groups,
+                                         double prior_focal_px, bool reject_outliers,
+                                         int max_iterations, std::uint64_t seed) {
+  const Input input = input_of(points, pixels, covariances, groups);
+  auto options = options_of<PoseAndFocalOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  if (!(prior_focal_px >= 0 && std::isfinite(prior_focal_px)))
+    throw Error("prior_focal_px: must be >= 0 (0: none), got " + number(prior_focal_px));
+  options.prior_focal_px = prior_focal_px;
+  options.covariance_px2 = input.covariances;
+  options.groups = input.groups;
+  const ImageSize image_size = size_of_argument(size, "size");
+  py::gil_scoped_release release;
+  return estimate_pose_and_focal(input.correspondences, image_size, options);
+}
+
+PoseEstimate estimate_of_view(const View& view, const TargetLike& target, const Camera& camera,
+                              const std::optional<double>& camera_error_px, double sigma_px,
+                              bool reject_outliers, int max_iterations, std::uint64_t seed) {
+  const std::vector<PlacedBoard> boards = boards_of(target, "target");
+  const auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  if (camera_error_px && !(*camera_error_px >= 0 && std::isfinite(*camera_error_px)))
+    throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
+  py::gil_scoped_release release;
+  return estimate_pose(view_correspondences(view, boards, camera_error_px), camera, options);
+}
+
+// The poses of many targets, as a list and as arrays.
+struct PoseEstimates {
+  std::vector<PoseEstimate> estimates;
+};
+
+// (N, rows, rows); NaN for a target without an answer.
+template <typename Matrix>
+py::array_t<double> matrices(const PoseEstimates& all, py::ssize_t rows, const Matrix& matrix) {
+  py::array_t<double> array({static_cast<py::ssize_t>(all.estimates.size()), rows, rows});
+  double* out = array.mutable_data();
+  for (const PoseEstimate& estimate : all.estimates) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> m(out, rows,
+                                                                                         rows);
+    if (is_answer(estimate.status))
+      m = matrix(estimate.hypotheses.front());
+    else
+      m.setConstant(std::nan(""));
+    out += rows * rows;
+  }
+  return array;
+}
+
+// points (M, 3), the same for all, or (N, M, 3); pixels (N, M, 2).
+PoseEstimates estimate_many(const ArrayLike& points, const ArrayLike& pixels, const Camera& camera,
+                            double sigma_px, bool reject_outliers, int max_iterations,
+                            std::uint64_t seed, int threads) {
+  const py::array_t<double> x = real_array(points, "points");
+  const py::array_t<double> p = real_array(pixels, "pixels");
+  const auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
+  if (threads < 0)
+    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
+  const auto shape = [](const py::array& array) {
+    return py::cast<std::string>(py::str(array.attr("shape")));
+  };
+  if (p.ndim() != 3 || p.shape(2) != 2)
+    throw Error("pixels: must have the shape (N, M, 2), got " + shape(p));
+  const py::ssize_t n = p.shape(0), m = p.shape(1);
+  const bool is_common = x.ndim() == 2;
+  if (!(is_common && x.shape(0) == m && x.shape(1) == 3) &&
+      !(x.ndim() == 3 && x.shape(0) == n && x.shape(1) == m && x.shape(2) == 3))
+    throw Error("points: must have the shape (" + std::to_string(m) + ", 3) or (" +
+                std::to_string(n) + ", " + std::to_string(m) + ", 3), got " + shape(x));
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  if (!std::all_of(x.data(), x.data() + x.size(), is_finite)) throw Error("points: must be finite");
+  if (!std::all_of(p.data(), p.data() + p.size(), is_finite)) throw Error("pixels: must be finite");
+
+  PoseEstimates all;
+  all.estimates.resize(static_cast<std::size_t>(n));
+  const double* const first_point = x.data();
+  const double* const first_pixel = p.data();
+  py::gil_scoped_release release;
+  const auto estimate_one = [&](std::size_t i) {
+    const double* point = first_point + (is_common ? 0 : i * static_cast<std::size_t>(3 * m));
+    const double* pixel = first_pixel + i * static_cast<std::size_t>(2 * m);
+    std::vector<Correspondence> correspondences(static_cast<std::size_t>(m));
+    for (Correspondence& c : correspondences) {
+      c = {{point[0], point[1], point[2]}, {pixel[0], pixel[1]}};
+      point += 3;
+      pixel += 2;
+    }
+    all.estimates[i] = estimate_pose(correspondences, camera, options);
+  };
+  internal::parallel_for(all.estimates.size(), threads, estimate_one);
+  return all;
+}
+
+template <typename Estimate>
+const Pose& pose_of_answer(const Estimate& estimate) {
+  if (!is_answer(estimate.status)) throw Error(refusal(estimate.status, estimate.findings));
+  return estimate.camera_from_target();
+}
+
+template <typename Estimate>
+std::string estimate_text(const Estimate& estimate) {
+  std::string text(status_name(estimate.status));
+  if (!is_answer(estimate.status)) return refusal(estimate.status, estimate.findings);
+  const PoseHypothesis& best = estimate.hypotheses.front();
+  const Eigen::Vector3d& t = best.camera_from_target.translation();
+  text += ", target at (" + number(t[0], 5) + ", " + number(t[1], 5) + ", " + number(t[2], 5) +
+          ") m, rms " + number(best.rms_px, 3) + " px";
+  if (estimate.hypotheses.size() > 1)
+    text += ", probability " + number(best.probability, 3) + " of " +
+            std::to_string(estimate.hypotheses.size()) + " poses";
+  return text + warnings_text(estimate.findings);
+}
+
+void bind_results(py::module_& m) {
+  Record<Finding>(m, "Finding", "A fact that an estimate reports about its data, model or solver.")
+      .field("code", &Finding::code, "Stable between versions, such as \"direction_weak\".")
+      .field(
+          "severity", [](const Finding& f) { return std::string(severity_name(f.severity)); },
+          "\"note\", \"warning\" or \"refusal\".")
+      .field("sentence", &Finding::sentence, "What was found, what it means, what to do.")
+      .representation([](const Finding& f) {
+        return std::string(severity_name(f.severity)) + " " + f.code + ": " + f.sentence;
+      });
+  Record<PoseHypothesis>(m, "PoseHypothesis", "One pose that fits, with its covariance.")
+      .field("camera_from_target", &PoseHypothesis::camera_from_target, "The pose.")
+      .field(
+          "covariance", [](const PoseHypothesis& h) { return Eigen::MatrixXd(h.covariance); },
+          "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau.")
+      .field("rms_px", &PoseHypothesis::rms_px, "sqrt(sum |r|^2 / points) over the inliers.")
+      .field("probability", &PoseHypothesis::probability, "Among the hypotheses.")
+      .field("focal_px", &PoseHypothesis::focal_px, "Of this hypothesis, if estimated; else 0.")
+      .representation([](const PoseHypothesis& h) {
+        return "probability " + number(h.probability, 3) + ", rms " + number(h.rms_px, 3) + " px";
+      });
+}
+
+// The fields that both estimates have.
+template <typename Estimate>
+void add_common_fields(Record<Estimate>& record) {
+  record
+      .field(
+          "status", [](const Estimate& e) { return std::string(status_name(e.status)); },
+          "\"ok\" and \"ambiguous\" are answers; \"focal_not_observable\", \"not_observable\", "
+          "\"degenerate\", \"no_consensus\" and \"not_converged\" are none.")
+      .field("hypotheses", &Estimate::hypotheses, "Best first; two if a plane fits two poses.")
+      .field("outliers", &Estimate::outliers, "Rejected correspondences by index, ascending.")
+      .field("sigma_px", &Estimate::sigma_px, "Noise per coordinate behind the covariance.")
+      .field("findings", &Estimate::findings, "What the estimate found out about its data.");
+  record
+      .def_property_readonly(
+          "is_answer", [](const Estimate& e) { return is_answer(e.status); },
+          "True if the status is \"ok\" or \"ambiguous\".")
+      .def_property_readonly("camera_from_target", &pose_of_answer<Estimate>,
+                             "The likeliest pose. Raises Error if there is no answer.");
+  record.representation(&estimate_text<Estimate>);
+}
+
+void bind_estimates(py::module_& m) {
+  Record<PoseEstimate> pose(m, "PoseEstimate", "The pose of a camera before a target.");
+  add_common_fields(pose);
+  Record<PoseAndFocalEstimate> focal(m, "PoseAndFocalEstimate",
+                                     "Pose and focal length of one view.");
+  focal.field("focal_px", &PoseAndFocalEstimate::focal_px, "If the status is an answer; else 0.")
+      .field("sigma_focal_px", &PoseAndFocalEstimate::sigma_focal_px, "Its standard deviation.")
+      .field(
+          "covariance", [](const PoseAndFocalEstimate& e) { return Eigen::MatrixXd(e.covariance); },
+          "(7, 7), of (omega rad, tau m, log f) of the likeliest hypothesis.");
+  add_common_fields(focal);
+
+  py::class_<PoseEstimates>(m, "PoseEstimates",
+                            "The poses of many targets: a sequence of PoseEstimate, and arrays.")
+      .def("__len__", [](const PoseEstimates& all) { return all.estimates.size(); })
+      .def(
+          "__getitem__",
+          [](const PoseEstimates& all, py::ssize_t i) {
+            const auto n = static_cast<py::ssize_t>(all.estimates.size());
+            if (i < 0) i += n;
+            if (i < 0 || i >= n) throw py::index_error("no such target");
+            return all.estimates[static_cast<std::size_t>(i)];
+          },
+          py::arg("index"))
+      .def_property_readonly(
+          "status",
+          [](const PoseEstimates& all) {
+            py::list names;
+            for (const PoseEstimate& e : all.estimates)
+              names.append(std::string(status_name(e.status)));
+            return names;
+          },
+          "The status of each, as text.")
+      .def_property_readonly(
+          "camera_from_target",
+          [](const PoseEstimates& all) {
+            return matrices(all, 4,
+                            [](const PoseHypothesis& h) { return h.camera_from_target.matrix(); });
+          },
+          "(N, 4, 4), the likeliest poses; NaN without an answer.")
+      .def_property_readonly(
+          "covariance",
+          [](const PoseEstimates& all) {
+            return matrices(all, 6, [](const PoseHypothesis& h) { return h.covariance; });
+          },
+          "(N, 6, 6), of (omega rad, tau m); NaN without an answer.")
+      .def("__repr__", [](const PoseEstimates& all) {
+        const auto answers = std::ranges::count_if(
+            all.estimates, [](const PoseEstimate& e) { return is_answer(e.status); });
+        return "<PoseEstimates " + std::to_string(answers) + " answers of " +
+               std::to_string(all.estimates.size()) + ">";
+      });
+}
+
+}  // namespace
+
+void bind_pose(py::module_& m) {
+  bind_results(m);
+  bind_estimates(m);
+  m.def("estimate_pose", &estimate, py::arg("points"), py::arg("pixels"), py::arg("camera"),
+        py::arg("sigma_px") = 0.0, py::arg("covariances") = py::none(),
+        py::arg("groups") = py::none(), py::arg("reject_outliers") = true,
+        py::arg("max_iterations") = 50, py::arg("seed") = 0,
+        "The pose of a camera before a target, from four points (N, 3), metres, or more and their "
+        "pixels (N, 2). Noise per coordinate is `sigma_px` (0: estimated), or `covariances` (N, 2, "
+        "2), px^2. Points with equal numbers in `groups` (N,), such as the corners of a tag, are "
+        "inliers together. Wrong correspondences are rejected by RANSAC.");
+  m.def("estimate_poses", &estimate_many, py::arg("points"), py::arg("pixels"), py::arg("camera"),
+        py::arg("sigma_px") = 0.0, py::arg("reject_outliers") = true,
+        py::arg("max_iterations") = 50, py::arg("seed") = 0, py::arg("threads") = 1,
+        "The same for N targets in one call: points (M, 3), the same for all, or (N, M, 3), and "
+        "pixels (N, M, 2). `threads` 0: one per core.");
+  m.def("estimate_pose_and_focal", &estimate_with_focal, py::arg("points"), py::arg("pixels"),
+        py::arg("size"), py::arg("sigma_px") = 0.0, py::arg("covariances") = py::none(),
+        py::arg("groups") = py::none(), py::arg("prior_focal_px") = 0.0,
+        py::arg("reject_outliers") = true, py::arg("max_iterations") = 50, py::arg("seed") = 0,
+        "Pose and focal length of a pinhole with square pixels and its principal point in the "
+        "centre of the image of `size` (width, height). Refused (\"focal_not_observable\") if the "
+        "view does not determine the focal length to 10 %.");
+  m.def("estimate_view_pose", &estimate_of_view, py::arg("view"), py::arg("target"),
+        py::arg("camera"), py::arg("camera_error_px") = py::none(), py::arg("sigma_px") = 0.0,
+        py::arg("reject_outliers") = true, py::arg("max_iterations") = 50, py::arg("seed") = 0,
+        "The pose of the camera of a view, from the corners that the target has. Their covariances "
+        "are used if `camera_error_px` is given (Calibration.camera_error_px): they do not include "
+        "the errors of lens and target.");
+}
+
+}  // namespace tagcal::python

@@ -1,0 +1,41 @@
+#include "python/records.hpp"
+
+#include <pybind11/numpy.h>
+
+#include <cstdio>
+
+namespace tagcal::python {
+namespace {
+
+py::object plain(const py::handle& value) {
+  if (py::hasattr(value, "to_dict")) return value.attr("to_dict")();
+  if (py::isinstance<py::array>(value)) return value.attr("tolist")();
+  if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
+    py::list list;
+    for (const py::handle& element : value) list.append(plain(element));
+    return list;
+  }
+  if (py::isinstance<py::dict>(value)) {
+    py::dict dict;
+    for (const auto& [key, element] : py::reinterpret_borrow<py::dict>(value))
+      dict[key] = plain(element);
+    return dict;
+  }
+  return py::reinterpret_borrow<py::object>(value);
+}
+
+}  // namespace
+
+py::dict dict_of_fields(const py::object& record) {
+  py::dict dict;
+  for (const py::handle& name : record.attr("_fields")) dict[name] = plain(record.attr(name));
+  return dict;
+}
+
+std::string number(double value, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+}  // namespace tagcal::python

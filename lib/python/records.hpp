@@ -1,0 +1,54 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <string>
+#include <utility>
+
+// Classes of results: read-only fields, `to_dict()`, and a representation that reads well.
+
+namespace tagcal::python {
+
+namespace py = pybind11;
+
+// The fields of a Record as plain values: numbers, texts, None, lists and dictionaries; arrays
+// become nested lists, other records dictionaries.
+py::dict dict_of_fields(const py::object& record);
+
+// A class with read-only fields, named in `_fields` as those of a namedtuple are.
+template <typename T, typename... Options>
+class Record : public py::class_<T, Options...> {
+ public:
+  Record(py::handle scope, const char* name, const char* doc)
+      : py::class_<T, Options...>(scope, name, doc) {
+    this->attr("_fields") = py::tuple();
+    this->def("to_dict", &dict_of_fields,
+              "The fields as plain values: arrays as nested lists, records as dictionaries.");
+  }
+
+  // `get`: a member, or a function of a const T&. `doc`: what it is, its shape and its unit.
+  template <typename Get>
+  Record& field(const char* name, Get&& get, const char* doc) {
+    if constexpr (std::is_member_object_pointer_v<std::decay_t<Get>>)
+      this->def_readonly(name, get, doc);
+    else
+      this->def_property_readonly(name, std::forward<Get>(get), doc);
+    const py::tuple fields = this->attr("_fields");
+    this->attr("_fields") = fields + py::make_tuple(name);
+    return *this;
+  }
+
+  // `text`: a function of a const T&; "<Name text>".
+  template <typename Text>
+  Record& representation(Text&& text) {
+    const auto name = py::cast<std::string>(this->attr("__name__"));
+    this->def("__repr__",
+              [name, text](const T& record) { return "<" + name + " " + text(record) + ">"; });
+    return *this;
+  }
+};
+
+// A number as a person writes it, with `digits` significant digits.
+std::string number(double value, int digits = 6);
+
+}  // namespace tagcal::python

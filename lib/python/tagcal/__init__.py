@@ -1,0 +1,8 @@
+"""Where a camera is, how it projects, and how far to trust that.
+
+Lengths are metres, angles radians, noise is the standard deviation of one pixel coordinate. Pixel
+(0, 0) is the centre of the top-left pixel. `a_from_b` takes coordinates in b to coordinates in a.
+"""
+
+from tagcal._core import *  # noqa: F403
+from tagcal._core import __all__, __version__  # noqa: F401
