@@ -6,3 +6,19 @@ Lengths are metres, angles radians, noise is the standard deviation of one pixel
 
 from tagcal._core import *  # noqa: F403
 from tagcal._core import __all__, __version__  # noqa: F401
+
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
+if _TYPE_CHECKING:
+    from tagcal import plot as plot
+else:
+
+    def __getattr__(name):  # tagcal.plot is loaded when it is used
+        if name == "plot":
+            import importlib
+
+            return importlib.import_module("tagcal.plot")
+        raise AttributeError(f"module 'tagcal' has no attribute '{name}'")
+
+    def __dir__():
+        return sorted([*globals(), "plot"])
