@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Installs missing packages (Debian, by apt) and builds build/release/tools/tagcal. A second run has
-# nothing left to do. `--peers` also installs the programs of others that read our files in tests.
+# nothing left to do. `--python` also builds the Python module for Debian's python3, from then on
+# with every run; another Python is chosen by configuring build/release with -D Python_EXECUTABLE.
+# `--peers` also installs the programs of others that read our files in tests.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -11,16 +13,26 @@ packages=(
   libdeflate-dev libtiff-dev libwebp-dev libstb-dev libcairo2-dev libopencv-contrib-dev
   libgtest-dev librapidcheck-dev gnuplot-nox
 )
+python=(
+  python3-dev pybind11-dev python3-numpy python3-pytest python3-opencv python3-matplotlib
+  python3-setuptools python3-pip python3-venv mypy
+)
 peers=(colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
 
-case "${1:-}" in
-  "") ;;
-  --peers) packages+=("${peers[@]}") ;;
-  *)
-    echo "setup.sh: $1: unknown option (known: --peers)" >&2
-    exit 2
-    ;;
-esac
+configure=(./tools/configure.sh release)
+for option in "$@"; do
+  case "$option" in
+    --python)
+      packages+=("${python[@]}")
+      configure+=(--python)
+      ;;
+    --peers) packages+=("${peers[@]}") ;;
+    *)
+      echo "setup.sh: $option: unknown option (known: --python, --peers)" >&2
+      exit 2
+      ;;
+  esac
+done
 
 missing_packages() {
   local installed package
@@ -45,5 +57,10 @@ install_packages() {
 mapfile -t missing < <(missing_packages)
 if [ "${#missing[@]}" -gt 0 ]; then install_packages "${missing[@]}"; fi
 
-[ -f build/release/build.ninja ] || cmake --preset release
-cmake --build --preset release --target tagcal_command --parallel "$(nproc)"
+"${configure[@]}"
+targets=(tagcal_command)
+if ./tools/configure.sh release --has-python; then targets+=(tagcal_python); fi
+cmake --build --preset release --target "${targets[@]}" --parallel "$(nproc)"
+if [ "${configure[*]: -1}" = --python ]; then
+  echo "setup: import tagcal works after: export PYTHONPATH='$PWD/build/release/python'" >&2
+fi

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the set-up, then builds and tests everything. `--asan` does so under the address and
-# undefined-behaviour sanitizers instead.
+# Runs the set-up, then builds and tests everything, the Python module too. `--asan` does so under
+# the address and undefined-behaviour sanitizers instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -14,7 +14,7 @@ case "${1:-}" in
     ;;
 esac
 
-./tools/setup.sh
-[ -f "build/$preset/build.ninja" ] || cmake --preset "$preset"
+./tools/setup.sh --python
+./tools/configure.sh "$preset" --python
 cmake --build --preset "$preset" --parallel "$(nproc)"
 ctest --preset "$preset" --parallel "$(nproc)"

@@ -42,12 +42,21 @@ void check_finite(const char* name, std::span<const double> values, std::size_t 
                   " in row " + std::to_string(i / row_length));
 }
 
+// As py::isinstance<py::array_t<double>>, without making a dtype to compare with.
+bool is_double_array(py::handle object) {
+  namespace detail = py::detail;
+  if (!detail::npy_api::get().PyArray_Check_(object.ptr())) return false;
+  const auto* const dtype =
+      detail::array_descriptor_proxy(detail::array_proxy(object.ptr())->descr);
+  return dtype->type_num == detail::npy_api::NPY_DOUBLE_ && dtype->byteorder == '=';
+}
+
 }  // namespace
 
 py::array_t<double> real_array(py::handle argument, const char* name) {
   using Contiguous = py::array_t<double, py::array::c_style | py::array::forcecast>;
   constexpr int kAligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
-  if (py::isinstance<py::array_t<double>>(argument)) {
+  if (is_double_array(argument)) {
     auto array = py::reinterpret_borrow<py::array_t<double>>(argument);
     if ((array.flags() & py::array::c_style) != 0 && (array.flags() & kAligned) != 0) return array;
   }
@@ -159,7 +168,7 @@ double* output_array(py::handle argument, const char* name, std::span<const py::
   const std::string must = std::string(name) +
                            ": must be a writable, C-contiguous float64 array of the shape " +
                            expected + ", got ";
-  if (!py::isinstance<py::array_t<double>>(argument))
+  if (!is_double_array(argument))
     throw Error(must + (py::isinstance<py::array>(argument)
                             ? "dtype " + text(argument.attr("dtype"))
                             : text(py::type::handle_of(argument).attr("__name__"))));

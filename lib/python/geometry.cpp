@@ -112,9 +112,11 @@ void bind_geometry(py::module_& m) {
                   "camera_from_world of a camera on a sphere about `target` (3,) that looks at "
                   "its centre: azimuth about the world's z from +x towards +y, elevation from the "
                   "ground towards +z.")
-      .def_property_readonly("matrix", &Pose::matrix,
-                             "The matrix (4, 4) for homogeneous column vectors.")
-      .def_property_readonly("rotation_matrix", &Pose::rotation_matrix, "R, (3, 3).")
+      .def_property_readonly(
+          "matrix", [](const Pose& pose) { return pose.matrix(); },
+          "The matrix (4, 4) for homogeneous column vectors.")
+      .def_property_readonly(
+          "rotation_matrix", [](const Pose& pose) { return pose.rotation_matrix(); }, "R, (3, 3).")
       .def_property_readonly("quaternion", &quaternion, "(4,), unit, in the order w, x, y, z.")
       .def_property_readonly(
           "rotation_vector", [](const Pose& pose) { return log_rotation(pose.rotation()); },
@@ -122,7 +124,8 @@ void bind_geometry(py::module_& m) {
       .def_property_readonly(
           "translation", [](const Pose& pose) -> Eigen::Vector3d { return pose.translation(); },
           "(3,), metres: the origin of the source frame in the target frame; OpenCV's tvec.")
-      .def("inverse", &Pose::inverse, "source_from_target.")
+      .def(
+          "inverse", [](const Pose& pose) { return pose.inverse(); }, "source_from_target.")
       .def(
           "__matmul__",
           [](const Pose& a_from_b, const Pose& b_from_c) { return a_from_b * b_from_c; },

@@ -1,17 +1,43 @@
 #include <pybind11/pybind11.h>
 
+#include <exception>
+#include <string_view>
+
 #include "python/bindings.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/version.hpp"
 
+namespace {
+
+namespace py = pybind11;
+
+// tagcal.Error, a ValueError. Names of files need not be UTF-8: what is not is replaced.
+void define_error(py::module_& m) {
+  static PyObject* const error = PyErr_NewExceptionWithDoc(
+      "tagcal.Error", "Bad input: one line that names the argument, or the file and the key.",
+      PyExc_ValueError, nullptr);
+  if (error == nullptr) throw py::error_already_set();
+  m.add_object("Error", py::reinterpret_borrow<py::object>(error));
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const tagcal::Error& e) {
+      const std::string_view text = e.what();
+      const auto message = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
+          text.data(), static_cast<py::ssize_t>(text.size()), "backslashreplace"));
+      PyErr_SetObject(error, message.ptr());
+    }
+  });
+}
+
+}  // namespace
+
 PYBIND11_MODULE(_core, m) {
-  namespace py = pybind11;
   using namespace tagcal::python;
   m.attr("__name__") = "tagcal";  // users know the classes from the package
   m.doc() = "Where a camera is, how it projects, and how far to trust that.";
   m.attr("__version__") = TAGCAL_VERSION;
-  const py::object error = py::register_exception<tagcal::Error>(m, "Error", PyExc_ValueError);
-  error.attr("__doc__") = "Bad input: one line that names the argument, or the file and the key.";
+  define_error(m);
 
   bind_geometry(m);
   bind_camera(m);

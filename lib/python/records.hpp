@@ -22,7 +22,10 @@ class Record : public py::class_<T, Options...> {
   Record(py::handle scope, const char* name, const char* doc)
       : py::class_<T, Options...>(scope, name, doc) {
     this->attr("_fields") = py::tuple();
-    this->def("to_dict", &dict_of_fields,
+    const auto to_dict = [](const T& record) {
+      return dict_of_fields(py::cast(&record, py::return_value_policy::reference));
+    };
+    this->def("to_dict", to_dict,
               "The fields as plain values: arrays as nested lists, records as dictionaries.");
   }
 
