@@ -196,8 +196,12 @@ Board board_from_dict(const py::dict& fields) {
   arguments.attr("pop")("kind");
   if (arguments.contains("board_from_tags")) {
     py::list poses;
-    for (const py::handle& pose : arguments["board_from_tags"])
+    for (const py::handle& pose : arguments["board_from_tags"]) {
+      if (!py::isinstance<py::dict>(pose) || !pose.contains("quaternion") ||
+          !pose.contains("translation"))
+        throw Error("fields: board_from_tags: must have a quaternion and a translation");
       poses.append(py::type::of<Pose>()(pose["quaternion"], pose["translation"]));
+    }
     arguments["board_from_tags"] = poses;
   }
   return py::cast<Board>(py::type::of<Board>().attr(kind.c_str())(**arguments));
