@@ -136,7 +136,7 @@ void bind_view(py::module_& m) {
 void bind_boards(py::module_& m) {
   py::class_<Board>(m, "Board", "A calibration target: tags, a checkerboard, or measured points.");
   py::class_<PlacedBoard>(m, "PlacedBoard", "A board and its place in the world.")
-      .def(py::init([](const Board& board, const py::object& world_from_board) {
+      .def(py::init([](const Board& board, const PoseLike& world_from_board) {
              return PlacedBoard{board, pose_of(world_from_board, "world_from_board")};
            }),
            py::arg("board"), py::arg("world_from_board"));

@@ -9,4 +9,19 @@ namespace tagcal::python {
 // A Pose, or a matrix (4, 4) of a rigid motion. Throws Error with the argument's name.
 Pose pose_of(pybind11::handle argument, const char* name);
 
+// What pose_of takes.
+class PoseLike : public pybind11::object {
+  static bool is_any(PyObject*) { return true; }
+
+ public:
+  PYBIND11_OBJECT_DEFAULT(PoseLike, pybind11::object, is_any)
+};
+
 }  // namespace tagcal::python
+
+namespace pybind11::detail {
+template <>
+struct handle_type_name<tagcal::python::PoseLike> {
+  static constexpr auto name = const_name("PoseLike");
+};
+}  // namespace pybind11::detail
