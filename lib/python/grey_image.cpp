@@ -15,8 +15,11 @@ using Input =
     std::variant<std::filesystem::path, PictureArray<std::uint8_t>, PictureArray<std::uint16_t>>;
 
 Input input_of(const ImageLike& argument, const std::string& name) {
-  if (py::isinstance<py::str>(argument) || py::hasattr(argument, "__fspath__"))
-    return py::cast<std::filesystem::path>(argument);
+  if (py::isinstance<py::str>(argument) || py::hasattr(argument, "__fspath__")) {
+    py::detail::make_caster<std::filesystem::path> path;
+    if (path.load(argument, true)) return py::detail::cast_op<std::filesystem::path>(path);
+    throw Error(name + ": is no path of a file");
+  }
   if (!py::isinstance<py::array>(argument))
     throw Error(name + ": must be an array (height, width) or the path of a file, got " +
                 py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
@@ -24,7 +27,8 @@ Input input_of(const ImageLike& argument, const std::string& name) {
   if (type.kind() == 'u' && type.itemsize() == 2)
     return PictureArray<std::uint16_t>(argument, name.c_str());
   if (type.kind() != 'u' || type.itemsize() != 1)
-    throw Error(name + ": must be uint8 or uint16, got " + py::cast<std::string>(type.attr("__str__")()) +
+    throw Error(name + ": must be uint8 or uint16, got " +
+                py::cast<std::string>(type.attr("__str__")()) +
                 "; convert it, for example with (255 * image).astype(np.uint8)");
   return PictureArray<std::uint8_t>(argument, name.c_str());
 }

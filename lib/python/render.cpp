@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <cstdint>
 #include <variant>
 
 #include "python/arrays.hpp"
@@ -45,16 +46,21 @@ std::variant<Image8, Image16> picture_of_view(const MovingScene& scene, int view
   return expose(light, in_view.scene.sensor, noise);
 }
 
-py::array render(const MovingScene& scene, int view, std::uint64_t seed) {
+// As a variant, so that the types of Python name both.
+std::variant<py::array_t<std::uint8_t>, py::array_t<std::uint16_t>> render(const MovingScene& scene,
+                                                                           int view,
+                                                                           std::uint64_t seed) {
   std::variant<Image8, Image16> picture;
   {
     py::gil_scoped_release release;
     picture = picture_of_view(scene, view, seed);
   }
-  return std::visit([](const auto& image) { return array_of(image); }, picture);
+  if (const auto* wide = std::get_if<Image16>(&picture))
+    return py::array_t<std::uint16_t>(array_of(*wide));
+  return py::array_t<std::uint8_t>(array_of(std::get<Image8>(picture)));
 }
 
-py::array light(const MovingScene& scene, int view, std::uint64_t seed) {
+py::array_t<float> light(const MovingScene& scene, int view, std::uint64_t seed) {
   ImageF image;
   {
     py::gil_scoped_release release;
@@ -63,7 +69,7 @@ py::array light(const MovingScene& scene, int view, std::uint64_t seed) {
   return array_of(image);
 }
 
-py::array depth(const MovingScene& scene, int view, std::uint64_t seed) {
+py::array_t<float> depth(const MovingScene& scene, int view, std::uint64_t seed) {
   ImageF image;
   {
     py::gil_scoped_release release;
