@@ -117,7 +117,10 @@ def is_literal(node: ast.expr) -> bool:
 def translated(text: str, is_method: bool) -> ast.FunctionDef:
     """The definition with types of Python. `text`: name(arguments) -> result."""
     text = re.sub(r"= <[^>]*>", "= ...", text)  # a default of a class without a literal
-    (function,) = ast.parse(f"def {text}: ...").body
+    try:
+        (function,) = ast.parse(f"def {text}: ...").body
+    except SyntaxError as error:  # a type of C++, such as tagcal::Camera, that Python has not got
+        raise SystemExit(f"{text}: bind the classes of its types before it") from error
     assert isinstance(function, ast.FunctionDef)
     arguments = function.args
     if is_method:
