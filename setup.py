@@ -55,17 +55,16 @@ def configured_folder() -> Path:
     if is_for_this_python(release):
         return release
     folder = ROOT / "build" / ("pip" + MODULE_SUFFIX.rpartition(".")[0])
-    if not is_for_this_python(folder):
-        options = {
-            "CMAKE_BUILD_TYPE": "Release",
-            "TAGCAL_BUILD_PYTHON": "ON",
-            "TAGCAL_BUILD_TESTS": "OFF",
-            "TAGCAL_BUILD_TOOLS": "OFF",
-            "Python_EXECUTABLE": sys.executable,
-        }
-        generator = ["-G", "Ninja"] if shutil.which("ninja") else []
-        definitions = [f"-D{name}={value}" for name, value in options.items()]
-        subprocess.check_call(["cmake", "-S", ROOT, "-B", folder, *generator, *definitions])
+    options = {
+        "CMAKE_BUILD_TYPE": "Release",
+        "TAGCAL_BUILD_PYTHON": "ON",
+        "TAGCAL_BUILD_TESTS": "OFF",
+        "TAGCAL_BUILD_TOOLS": "OFF",
+        "Python_EXECUTABLE": sys.executable,  # of this virtual environment, which may be a new one
+    }
+    generator = ["-G", "Ninja"] if shutil.which("ninja") else []
+    definitions = [f"-D{name}={value}" for name, value in options.items()]
+    subprocess.check_call(["cmake", "-S", ROOT, "-B", folder, *generator, *definitions])
     return folder
 
 

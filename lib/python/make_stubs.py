@@ -21,7 +21,7 @@ HEADER = f'''\
 # Written by lib/python/make_stubs.py from the docstrings of the module.
 import os
 import pathlib
-from typing import Any, ClassVar, NoReturn, Sequence, overload
+from typing import Any, Callable, ClassVar, Iterator, NoReturn, Sequence, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -103,7 +103,8 @@ class TypeOfPython(ast.NodeTransformer):
             element = element.elts[0]
         if isinstance(element, ast.Subscript):
             element = element.value
-        return expression(f"NDArray[{ast.unparse(self.visit(element))}]")
+        kind = ast.unparse(self.visit(element))
+        return expression("NDArray[np.bool_]" if kind == "bool" else f"NDArray[{kind}]")
 
 
 def is_literal(node: ast.expr) -> bool:
@@ -117,19 +118,21 @@ def is_literal(node: ast.expr) -> bool:
 def translated(text: str, is_method: bool) -> ast.FunctionDef:
     """The definition with types of Python. `text`: name(arguments) -> result."""
     text = re.sub(r"= <[^>]*>", "= ...", text)  # a default of a class without a literal
-    (function,) = ast.parse(f"def {text}: ...").body
+    try:
+        (function,) = ast.parse(f"def {text}: ...").body
+    except SyntaxError as error:  # a type of C++, such as tagcal::Camera, that Python has not got
+        raise SystemExit(f"{text}: bind the classes of its types before it") from error
     assert isinstance(function, ast.FunctionDef)
     arguments = function.args
     if is_method:
         arguments.args[0] = ast.arg("self")
-    for argument in arguments.args[1:] if is_method else arguments.args + arguments.kwonlyargs:
+    for argument in [*arguments.args[is_method:], *arguments.kwonlyargs]:
         assert argument.annotation
         argument.annotation = TypeOfPython(ARGUMENTS).visit(argument.annotation)
-    unnamed = [a for a in arguments.args if re.fullmatch(r"arg\d+", a.arg)]
+    unnamed = [i for i, a in enumerate(arguments.args) if re.fullmatch(r"arg\d+", a.arg)]
     if unnamed:  # by position only
-        count = arguments.args.index(unnamed[-1]) + 1
-        arguments.posonlyargs = arguments.args[:count]
-        arguments.args = arguments.args[count:]
+        arguments.posonlyargs = arguments.args[: unnamed[-1] + 1]
+        arguments.args = arguments.args[unnamed[-1] + 1 :]
     make_optional(arguments)
     assert function.returns
     function.returns = TypeOfPython(RESULTS).visit(function.returns)
@@ -139,30 +142,40 @@ def translated(text: str, is_method: bool) -> ast.FunctionDef:
 def make_optional(arguments: ast.arguments) -> None:
     """An argument with the default None may be None; other defaults are literals or `...`."""
     positional = arguments.posonlyargs + arguments.args
-    of_positional = zip(positional[len(positional) - len(arguments.defaults) :], arguments.defaults)
-    of_keywords = zip(arguments.kwonlyargs, arguments.kw_defaults)
-    for argument, default in [*of_positional, *of_keywords]:
+    with_default = positional[len(positional) - len(arguments.defaults) :] + arguments.kwonlyargs
+    for argument, default in zip(with_default, [*arguments.defaults, *arguments.kw_defaults]):
         assert argument.annotation
         is_none = isinstance(default, ast.Constant) and default.value is None
         if is_none and not ast.unparse(argument.annotation).endswith("| None"):
             argument.annotation = expression(f"{ast.unparse(argument.annotation)} | None")
     arguments.defaults = [d if is_literal(d) else expression("...") for d in arguments.defaults]
+    arguments.kw_defaults = [
+        d if d is None or is_literal(d) else expression("...") for d in arguments.kw_defaults
+    ]
+
+
+def argument_text(argument: ast.arg, default: "ast.expr | None") -> str:
+    text = argument.arg
+    if argument.annotation:
+        text += ": " + ast.unparse(argument.annotation)
+    return text + (f" = {ast.unparse(default)}" if default else "")
 
 
 def argument_texts(arguments: ast.arguments) -> Iterator[str]:
     positional = arguments.posonlyargs + arguments.args
     required = len(positional) - len(arguments.defaults)
-    pairs = [*zip(positional, [*[None] * required, *arguments.defaults])]
-    pairs += zip(arguments.kwonlyargs, arguments.kw_defaults)
-    for i, (argument, default) in enumerate(pairs):
-        if arguments.kwonlyargs and i == len(positional):
-            yield "*"
-        text = argument.arg
-        if argument.annotation:
-            text += ": " + ast.unparse(argument.annotation)
-        yield text + (f" = {ast.unparse(default)}" if default else "")
-        if arguments.posonlyargs and i + 1 == len(arguments.posonlyargs):
+    for i, argument in enumerate(positional):
+        yield argument_text(argument, arguments.defaults[i - required] if i >= required else None)
+        if i + 1 == len(arguments.posonlyargs):
             yield "/"
+    if arguments.vararg:
+        yield f"*{arguments.vararg.arg}: Any"
+    elif arguments.kwonlyargs:
+        yield "*"
+    for argument, value in zip(arguments.kwonlyargs, arguments.kw_defaults):
+        yield argument_text(argument, value)
+    if arguments.kwarg:
+        yield f"**{arguments.kwarg.arg}: Any"
 
 
 def definition(function: ast.FunctionDef, indent: str) -> str:

@@ -1,6 +1,5 @@
 """Bad arguments raise an error that says which, and what it must be."""
 
-
 import numpy as np
 import pytest
 

@@ -4,6 +4,7 @@ import ast
 import os
 import subprocess
 import sys
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Iterator
 
@@ -61,6 +62,28 @@ def run(*arguments: object) -> str:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+@pytest.mark.parametrize(
+    "of_pybind, of_python",
+    [
+        ("f(a: numpy.ndarray[numpy.float64[m, n]]) -> None", "f(a: ArrayLike) -> None"),
+        ("f() -> numpy.ndarray[bool]", "f() -> NDArray[np.bool_]"),
+        ("f(a: List[int]) -> List[float[3]]", "f(a: Sequence[int]) -> list[float]"),
+        ("f(a: int, *, b: str = None) -> None", "f(a: int, *, b: str | None = None) -> None"),
+        ("f(a: tagcal.A = <A (1, 2)>) -> tagcal.A", "f(a: A = ...) -> A"),
+        ("f(arg0: int, a: str = ', (') -> None", "f(arg0: int, /, a: str = ', (') -> None"),
+        ("f(*args, **kwargs) -> None", "f(*args: Any, **kwargs: Any) -> None"),
+        (
+            "f(a: os.PathLike) -> Optional[os.PathLike]",
+            "f(a: str | os.PathLike[str]) -> pathlib.Path | None",
+        ),
+    ],
+)
+def test_types_of_pybind_become_those_of_python(of_pybind: str, of_python: str) -> None:
+    make_stubs = SourceFileLoader("make_stubs", str(ROOT / "lib/python/make_stubs.py")).load_module()
+    function = make_stubs.translated(of_pybind, is_method=False)
+    assert make_stubs.definition(function, indent="") == f"def {of_python}"
 
 
 def test_every_public_name_has_a_type() -> None:
