@@ -5,4 +5,4 @@ Lengths are metres, angles radians, noise is the standard deviation of one pixel
 """
 
 from tagcal._core import *  # noqa: F403
-from tagcal._core import __all__, __version__  # noqa: F401
+from tagcal._core import __all__ as __all__, __version__ as __version__
