@@ -61,6 +61,8 @@ Calibration of_dataset(const Dataset& dataset, const Options&... options) {
 template <typename... Options>
 Calibration of_points(const ArrayLike& object_points, const ArrayLike& image_points,
                       const ArrayLike& size, const Options&... options) {
+  if (py::isinstance<Dataset>(object_points))
+    throw Error("calibrate: after a Dataset and the model all arguments are named");
   const CalibrateOptions all = options_of(options...);
   const Dataset dataset = dataset_from_points(object_points, image_points, size, {});
   py::gil_scoped_release release;

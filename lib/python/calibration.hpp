@@ -30,4 +30,7 @@ std::map<std::string, double> by_name(const Lens& lens, const std::vector<double
 // Throws Error unless the value is > 0; infinity too.
 void check_distance(double value, const char* name);
 
+// "at 2.5 m", "at infinity".
+std::string distance_text(double distance_m);
+
 }  // namespace tagcal::python

@@ -30,7 +30,7 @@ void bind_projection(py::module_& m) {
              "RMS over the samples of the region; infinite without samples.")
       .field("region_max_px", &ProjectionUncertainty::region_max_px, "Largest over the samples.")
       .representation([](const ProjectionUncertainty& p) {
-        return "at " + number(p.distance_m, 4) + " m: rms " + number(p.region_px, 3) + " px";
+        return distance_text(p.distance_m) + ": rms " + number(p.region_px, 3) + " px";
       });
 }
 
@@ -87,8 +87,7 @@ void bind_step(py::module_& m) {
              "Akaike weight, if the model contributes to the standard deviations.")
       .field("taken", &ModelStep::taken, "The answer, or a fit that the answer started from.")
       .field("sentence", &ModelStep::sentence, "The reason.")
-      .representation(
-          [](const ModelStep& s) { return s.model + (s.taken ? ", taken: " : ": ") + s.sentence; });
+      .representation([](const ModelStep& s) { return s.model + ": " + s.sentence; });
 }
 
 void bind_checks(py::module_& m) {

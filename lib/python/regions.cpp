@@ -2,6 +2,8 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <cmath>
+
 #include "python/calibration.hpp"
 #include "python/camera.hpp"
 #include "python/records.hpp"
@@ -83,6 +85,10 @@ std::map<std::string, double> by_name(const Lens& lens, const std::vector<double
 void check_distance(double value, const char* name) {
   if (!(value > 0))
     throw Error(std::string(name) + ": must be > 0, infinity too, got " + number(value));
+}
+
+std::string distance_text(double distance_m) {
+  return std::isfinite(distance_m) ? "at " + number(distance_m, 4) + " m" : "at infinity";
 }
 
 void bind_regions(py::module_& m) {

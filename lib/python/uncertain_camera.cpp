@@ -70,10 +70,10 @@ namespace {
 using Fixed = std::map<std::string, double>;
 
 // N matrices (K, K), or one for all; symmetric, finite, with variances >= 0. None: zeros.
-std::vector<Eigen::MatrixXd> covariances_of(const py::object& argument, const char* name,
-                                            std::size_t n, py::ssize_t k) {
-  if (argument.is_none()) return std::vector<Eigen::MatrixXd>(n, Eigen::MatrixXd::Zero(k, k));
-  const py::array_t<double> array = real_array(argument, name);
+std::vector<Eigen::MatrixXd> covariances_of(const std::optional<ArrayLike>& argument,
+                                            const char* name, std::size_t n, py::ssize_t k) {
+  if (!argument) return std::vector<Eigen::MatrixXd>(n, Eigen::MatrixXd::Zero(k, k));
+  const py::array_t<double> array = real_array(*argument, name);
   const bool is_one = array.ndim() == 2;
   const py::ssize_t count = is_one ? 1 : static_cast<py::ssize_t>(n);
   if ((array.ndim() != 2 && array.ndim() != 3) || array.shape(array.ndim() - 1) != k ||
@@ -131,7 +131,7 @@ class UncertainRows {
 using Arrays = std::pair<py::array_t<double>, py::array_t<double>>;
 
 Arrays project_points(const CalibrationFile& known, const ArrayLike& points,
-                      const py::object& covariances) {
+                      const std::optional<ArrayLike>& covariances) {
   const Rows3 rows(points, "points");
   const auto noise = covariances_of(covariances, "covariances", rows.size(), 3);
   UncertainRows<2> result(rows.size());
@@ -151,7 +151,7 @@ Arrays project_points(const CalibrationFile& known, const ArrayLike& points,
 // The points of pixels; `point`: a function of (lens, pixel, index) that may have no value.
 template <typename Point>
 Arrays points_of(const CalibrationFile& known, const ArrayLike& pixels,
-                 const py::object& covariances, const Point& point) {
+                 const std::optional<ArrayLike>& covariances, const Point& point) {
   const Rows2 rows(pixels, "pixels");
   const auto noise = covariances_of(covariances, "covariances", rows.size(), 2);
   UncertainRows<3> result(rows.size());
@@ -171,7 +171,7 @@ Arrays points_of(const CalibrationFile& known, const ArrayLike& pixels,
 }
 
 Arrays directions(const CalibrationFile& known, const ArrayLike& pixels,
-                  const py::object& covariances) {
+                  const std::optional<ArrayLike>& covariances) {
   return points_of(
       known, pixels, covariances,
       [](const auto& lens, const auto& pixel, std::size_t) { return direction(lens, pixel); });
@@ -193,7 +193,7 @@ std::vector<double> lengths_of(const ArrayLike& argument, const char* name, std:
 }
 
 Arrays at_depth(const CalibrationFile& known, const ArrayLike& pixels, const ArrayLike& depth_m,
-                const ArrayLike& sigma_depth_m, const py::object& covariances) {
+                const ArrayLike& sigma_depth_m, const std::optional<ArrayLike>& covariances) {
   const std::size_t n = Rows2(pixels, "pixels").size();
   const std::vector<double> depths = lengths_of(depth_m, "depth_m", n);
   const std::vector<double> sigmas = lengths_of(sigma_depth_m, "sigma_depth_m", n);
@@ -205,7 +205,7 @@ Arrays at_depth(const CalibrationFile& known, const ArrayLike& pixels, const Arr
 }
 
 Arrays on_plane(const CalibrationFile& known, const ArrayLike& pixels,
-                const ArrayLike& camera_from_plane, const py::object& covariances) {
+                const PoseLike& camera_from_plane, const std::optional<ArrayLike>& covariances) {
   const Pose pose = pose_of(camera_from_plane, "camera_from_plane");
   return points_of(known, pixels, covariances,
                    [&](const auto& lens, const auto& pixel, std::size_t) {
@@ -228,7 +228,7 @@ std::vector<double> sigmas_of(const CalibrationFile& known) {
 }
 
 CalibrationFile make(const Camera& camera, const std::optional<std::string>& model,
-                     const py::object& covariance, const Fixed& fixed,
+                     const std::optional<ArrayLike>& covariance, const Fixed& fixed,
                      const std::optional<SeenRegion>& seen,
                      const std::optional<double>& camera_error_px) {
   CalibrationFile known;
@@ -240,14 +240,14 @@ CalibrationFile make(const Camera& camera, const std::optional<std::string>& mod
     throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
   known.camera_error_px = camera_error_px;
   if (!model) {
-    if (!covariance.is_none()) throw Error("covariance: needs the model whose parameters it is of");
+    if (covariance) throw Error("covariance: needs the model whose parameters it is of");
     return known;
   }
   const Model& named = Model::named(*model);
   if (static_cast<std::size_t>(named.lens_type()) != camera.lens.index())
     throw Error("model: " + *model + " has another kind of lens than the camera");
   const HeldModels held(fixed, named.lens_type());
-  if (covariance.is_none()) return known;
+  if (!covariance) return known;
   const py::ssize_t k = held.named(*model).num_free();
   known.covariance = covariances_of(covariance, "covariance", 1, k).front();
   known.sigmas = sigmas_of(known);

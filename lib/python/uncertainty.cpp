@@ -19,7 +19,7 @@ namespace {
 
 using Samples = std::vector<Eigen::Vector2d>;
 
-Samples pixels_of(const py::object& argument, const char* name) {
+Samples pixels_of(const ArrayLike& argument, const char* name) {
   const Rows2 rows(argument, name);
   constexpr std::size_t kMost = 1 << 20;  // numeric: each takes some 300 bytes
   if (rows.size() > kMost)
@@ -31,8 +31,8 @@ Samples pixels_of(const py::object& argument, const char* name) {
 Samples whole_image(const ImageSize& size) { return ImageGrid{size, 33, 21}.pixels(); }
 
 // Samples of the region where corners were; of the whole image if that is not known.
-Samples samples_of(const py::object& argument, const CalibrationFile& known) {
-  if (!argument.is_none()) return pixels_of(argument, "samples");
+Samples samples_of(const std::optional<ArrayLike>& argument, const CalibrationFile& known) {
+  if (argument) return pixels_of(*argument, "samples");
   return known.seen.hull().empty() ? whole_image(known.camera.image_size) : known.seen.samples();
 }
 
@@ -46,7 +46,7 @@ LensOfModel uncertain_lens(const CalibrationFile& known, const char* name) {
 
 ProjectionUncertainty projection_of(const CameraLike& camera, double distance_m,
                                     const std::optional<ImageGrid>& grid,
-                                    const py::object& samples) {
+                                    const std::optional<ArrayLike>& samples) {
   const CalibrationFile known = known_camera(camera, "camera");
   const LensOfModel model = uncertain_lens(known, "camera");
   check_distance(distance_m, "distance_m");
@@ -56,7 +56,8 @@ ProjectionUncertainty projection_of(const CameraLike& camera, double distance_m,
   return projection_uncertainty(model.lens, nodes, pixels, distance_m);
 }
 
-std::vector<WeakDirection> weak_directions_of(const CameraLike& camera, const py::object& samples) {
+std::vector<WeakDirection> weak_directions_of(const CameraLike& camera,
+                                              const std::optional<ArrayLike>& samples) {
   const CalibrationFile known = known_camera(camera, "camera");
   const LensOfModel model = uncertain_lens(known, "camera");
   const Samples pixels = samples_of(samples, known);
@@ -78,14 +79,13 @@ Samples common_region(const CalibrationFile& a, const CalibrationFile& b) {
 
 std::optional<LensDifference> difference(const CameraLike& a, const CameraLike& b,
                                          double distance_m, bool is_whole_image,
-                                         const py::object& samples) {
+                                         const std::optional<ArrayLike>& samples) {
   const CalibrationFile known_a = known_camera(a, "a"), known_b = known_camera(b, "b");
   check_distance(distance_m, "distance_m");
-  if (is_whole_image && !samples.is_none())
-    throw Error("samples: give them or whole_image, not both");
-  const Samples pixels = !samples.is_none() ? pixels_of(samples, "samples")
-                         : is_whole_image   ? whole_image(known_a.camera.image_size)
-                                            : common_region(known_a, known_b);
+  if (is_whole_image && samples) throw Error("samples: give them or whole_image, not both");
+  const Samples pixels = samples          ? pixels_of(*samples, "samples")
+                         : is_whole_image ? whole_image(known_a.camera.image_size)
+                                          : common_region(known_a, known_b);
   py::gil_scoped_release release;
   return lens_difference(known_a.camera, known_b.camera, pixels, distance_m);
 }
@@ -117,8 +117,8 @@ void bind_difference(py::module_& m) {
              "(rows, columns, 2): the pixel by b minus that by a at the nodes of the grid; NaN if "
              "a or b has no value there.")
       .representation([](const LensDifference& d) {
-        return "at " + number(d.distance_m, 4) + " m: rms " + number(d.rms_px, 4) +
-               " px, at most " + number(d.max_px, 4) + " px";
+        return distance_text(d.distance_m) + ": rms " + number(d.rms_px, 4) + " px, at most " +
+               number(d.max_px, 4) + " px";
       });
   m.def("diff", &difference, py::arg("a"), py::arg("b"), py::arg("distance_m") = kInfinitelyFar,
         py::arg("whole_image") = false, py::arg("samples") = py::none(),
