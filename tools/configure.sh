@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Configures build/PRESET unless it is configured.
 #   configure.sh PRESET [--python | --has-python]
-# --python switches the Python module on, for Debian's python3, where it is off. It stays on in later
-# runs without the option. --has-python only tells by the exit code whether it is on.
+# --python switches the Python module on, for Debian's python3, where it is off. Later runs without
+# the option leave it on. --has-python only tells by the exit code whether it is on.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

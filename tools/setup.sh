@@ -61,6 +61,6 @@ if [ "${#missing[@]}" -gt 0 ]; then install_packages "${missing[@]}"; fi
 targets=(tagcal_command)
 if ./tools/configure.sh release --has-python; then targets+=(tagcal_python); fi
 cmake --build --preset release --target "${targets[@]}" --parallel "$(nproc)"
-if [ "${configure[*]: -1}" = --python ]; then
+if [ "${configure[-1]}" = --python ]; then
   echo "setup: import tagcal works after: export PYTHONPATH='$PWD/build/release/python'" >&2
 fi

@@ -28,6 +28,14 @@ class ArrayLike : public py::object {
   PYBIND11_OBJECT_DEFAULT(ArrayLike, py::object, is_any)
 };
 
+// An array that a result is written into; output_array() checks it.
+class OutputArray : public py::object {
+  static bool is_any(PyObject*) { return true; }
+
+ public:
+  PYBIND11_OBJECT_DEFAULT(OutputArray, py::object, is_any)
+};
+
 // An array of float64, contiguous and aligned, of a real dtype before. `name`: of the argument.
 py::array_t<double> real_array(py::handle argument, const char* name);
 
@@ -101,5 +109,9 @@ namespace pybind11::detail {
 template <>
 struct handle_type_name<tagcal::python::ArrayLike> {
   static constexpr auto name = const_name("ArrayLike");
+};
+template <>
+struct handle_type_name<tagcal::python::OutputArray> {
+  static constexpr auto name = const_name("OutputArray");
 };
 }  // namespace pybind11::detail

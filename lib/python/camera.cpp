@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <map>
 #include <span>
+#include <tuple>
+#include <utility>
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
@@ -33,6 +35,8 @@ ImageSize size_of_argument(py::handle argument, const char* name) {
 namespace {
 
 using Pixels = py::array_t<double>;
+using Directions = py::array_t<double>;
+using Derivatives = py::array_t<double>;
 
 // OpenCV's order in our parameters: k1 k2 p1 p2 k3 k4 k5 k6 follow fx fy cx cy in both lenses.
 template <typename Lens>
@@ -95,7 +99,7 @@ py::array_t<double> distortion(const Camera& camera) {
   return py::array_t<double>(static_cast<py::ssize_t>(p.size()), p.data());
 }
 
-Pose pose_or_identity(const py::object& pose) {
+Pose pose_or_identity(const PoseLike& pose) {
   return pose.is_none() ? Pose() : pose_of(pose, "camera_from_points");
 }
 
@@ -114,22 +118,22 @@ void project_blocks(const Camera& camera, const Pose& pose, std::span<const Eige
   }
 }
 
-py::object project_points(const Camera& camera, const ArrayLike& points, const py::object& pose,
-                          const py::object& out) {
+Pixels project_points(const Camera& camera, const ArrayLike& points, const PoseLike& pose,
+                      const OutputArray& out) {
   const Rows3 rows(points, "points", Rows3::Check::none);
   const Pose camera_from_points = pose_or_identity(pose);
   const std::array<py::ssize_t, 2> shape = {static_cast<py::ssize_t>(rows.size()), 2};
   const std::span<const py::ssize_t> expected =
       rows.is_single() ? std::span(shape).subspan(1) : std::span(shape);
-  py::object result = out;
-  if (out.is_none()) result = py::array_t<double>(std::vector(expected.begin(), expected.end()));
+  Pixels result = out.is_none() ? Pixels(std::vector(expected.begin(), expected.end()))
+                                : py::reinterpret_borrow<Pixels>(out);
   double* const pixels = output_array(result, "out", expected);
   py::gil_scoped_release release;
   project_blocks(camera, camera_from_points, rows.span(), pixels);
   return result;
 }
 
-py::tuple rays_of_pixels(const Camera& camera, const ArrayLike& pixels) {
+std::pair<Directions, Directions> rays_of_pixels(const Camera& camera, const ArrayLike& pixels) {
   const Rows2 rows(pixels, "pixels", Rows2::Check::none);
   std::vector<Eigen::Vector3d> origins(rows.size()), directions(rows.size());
   {
@@ -142,16 +146,16 @@ py::tuple rays_of_pixels(const Camera& camera, const ArrayLike& pixels) {
       directions[i] = ray ? ray->direction : none;
     }
   }
-  py::array_t<double> o = array_of(std::span<const Eigen::Vector3d>(origins));
-  py::array_t<double> d = array_of(std::span<const Eigen::Vector3d>(directions));
-  if (rows.is_single()) return py::make_tuple(o.reshape({3}), d.reshape({3}));
-  return py::make_tuple(o, d);
+  Directions o = array_of(std::span<const Eigen::Vector3d>(origins));
+  Directions d = array_of(std::span<const Eigen::Vector3d>(directions));
+  if (rows.is_single()) return {o.reshape({3}), d.reshape({3})};
+  return {o, d};
 }
 
-py::object unproject_pixels(const Camera& camera, const ArrayLike& pixels) {
+Directions unproject_pixels(const Camera& camera, const ArrayLike& pixels) {
   if (std::holds_alternative<Parallel>(camera.lens))
     throw Error("unproject: the rays of a parallel lens have no common centre; use rays");
-  return rays_of_pixels(camera, pixels)[1];
+  return rays_of_pixels(camera, pixels).second;
 }
 
 // The free parameters of a model, or all of the lens.
@@ -169,8 +173,10 @@ std::vector<FreeParameter> free_parameters(const Camera& camera,
   return all;
 }
 
-py::tuple jacobians(const Camera& camera, const ArrayLike& points, const py::object& pose,
-                    const std::optional<std::string>& model) {
+std::tuple<Pixels, Derivatives, Derivatives> jacobians(const Camera& camera,
+                                                       const ArrayLike& points,
+                                                       const PoseLike& pose,
+                                                       const std::optional<std::string>& model) {
   const Rows3 rows(points, "points", Rows3::Check::none);
   const Pose camera_from_points = pose_or_identity(pose);
   const std::vector<FreeParameter> free = free_parameters(camera, model);
@@ -189,7 +195,7 @@ py::tuple jacobians(const Camera& camera, const ArrayLike& points, const py::obj
     py::gil_scoped_release release;
     project_with_jacobians(camera.lens, camera_from_points, rows.span(), free, output);
   }
-  return py::make_tuple(array_of(std::span<const Eigen::Vector2d>(pixels)), by_pose, by_parameters);
+  return {array_of(std::span<const Eigen::Vector2d>(pixels)), by_pose, by_parameters};
 }
 
 std::string representation(const Camera& camera) {
@@ -308,10 +314,11 @@ void define_projection(py::class_<Camera>& camera) {
           py::arg("pixel"), "True if the pixel (2,) lies in the image.")
       .def(
           "field_of_view_rad",
-          [](const Camera& c) -> py::object {
-            const std::optional<FieldOfView> view = field_of_view(c);
-            if (!view) return py::none();
-            return py::make_tuple(view->horizontal_rad, view->vertical_rad, view->diagonal_rad);
+          [](const Camera& c) {
+            std::optional<std::tuple<double, double, double>> angles;
+            if (const std::optional<FieldOfView> view = field_of_view(c))
+              angles = {view->horizontal_rad, view->vertical_rad, view->diagonal_rad};
+            return angles;
           },
           "Horizontal, vertical and diagonal field of view; None if the border has no rays.")
       .def(

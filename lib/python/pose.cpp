@@ -41,7 +41,7 @@ struct Input {
   std::vector<int> groups;
 };
 
-std::vector<int> groups_of(const py::object& argument, std::size_t n) {
+std::vector<int> groups_of(const ArrayLike& argument, std::size_t n) {
   if (argument.is_none()) return {};
   const py::array_t<double> array = real_array(argument, "groups");
   if (array.ndim() != 1 || array.shape(0) != static_cast<py::ssize_t>(n))
@@ -57,8 +57,8 @@ std::vector<int> groups_of(const py::object& argument, std::size_t n) {
   return groups;
 }
 
-Input input_of(const ArrayLike& points, const ArrayLike& pixels, const py::object& covariances,
-               const py::object& groups) {
+Input input_of(const ArrayLike& points, const ArrayLike& pixels, const ArrayLike& covariances,
+               const ArrayLike& groups) {
   const Rows3 x(points, "points");
   const Rows2 p(pixels, "pixels");
   check_same_length(x.size(), "points", p.size(), "pixels");
@@ -85,7 +85,7 @@ Options options_of(double sigma_px, bool reject_outliers, int max_iterations, st
 }
 
 PoseEstimate estimate(const ArrayLike& points, const ArrayLike& pixels, const Camera& camera,
-                      double sigma_px, const py::object& covariances, const py::object& groups,
+                      double sigma_px, const ArrayLike& covariances, const ArrayLike& groups,
                       bool reject_outliers, int max_iterations, std::uint64_t seed) {
   const Input input = input_of(points, pixels, covariances, groups);
   auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
@@ -97,7 +97,7 @@ PoseEstimate estimate(const ArrayLike& points, const ArrayLike& pixels, const Ca
 
 PoseAndFocalEstimate estimate_with_focal(const ArrayLike& points, const ArrayLike& pixels,
                                          const ArrayLike& size, double sigma_px,
-                                         const py::object& covariances, const py::object& groups,
+                                         const ArrayLike& covariances, const ArrayLike& groups,
                                          double prior_focal_px, bool reject_outliers,
                                          int max_iterations, std::uint64_t seed) {
   const Input input = input_of(points, pixels, covariances, groups);
@@ -280,9 +280,8 @@ void bind_estimates(py::module_& m) {
       .def_property_readonly(
           "status",
           [](const PoseEstimates& all) {
-            py::list names;
-            for (const PoseEstimate& e : all.estimates)
-              names.append(std::string(status_name(e.status)));
+            std::vector<std::string> names;
+            for (const PoseEstimate& e : all.estimates) names.emplace_back(status_name(e.status));
             return names;
           },
           "The status of each, as text.")

@@ -1,4 +1,5 @@
-// Corners of a view as input of the pose, and the camera's place in the target's frame.
+// Corners of a view as input of the pose, lists of points and pixels as a data set, and the
+// camera's place in the target's frame.
 
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "file_fixture.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
@@ -121,6 +123,37 @@ TEST(ViewCorrespondences, CovariancesNeedTheCamerasErrorAndYieldToAStatedNoise) 
   EXPECT_EQ(seen.with_these().covariance_px2.size(), 4u);
   EXPECT_EQ(seen.with_these().groups.size(), 4u);
   EXPECT_TRUE(seen.with_these(PoseOptions{.sigma_px = 1}).covariance_px2.empty());
+}
+
+TEST(DatasetFromCorrespondences, HasEachPointOnce) {
+  const Eigen::Vector3d a(0, 0, 0), b(0.1, 0, 0), c(0, 0.1, 0.02);
+  const std::vector<std::vector<Correspondence>> views = {
+      {{a, {1, 2}}, {b, {3, 4}}}, {{c, {5, 6}}, {b, {7, 8}}}, {}};
+  const Dataset dataset = dataset_from_correspondences(views, {64, 48});
+  EXPECT_EQ(dataset.image_size, (ImageSize{64, 48}));
+  const auto points = points_in_world(dataset.boards);
+  ASSERT_EQ(points.size(), 3);
+  ASSERT_EQ(dataset.views.size(), 3);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto back = correspondences(dataset.views[v], dataset.boards);
+    ASSERT_EQ(back.size(), views[v].size());
+    for (std::size_t i = 0; i < back.size(); ++i) {
+      EXPECT_EQ(back[i].point, views[v][i].point);
+      EXPECT_EQ(back[i].pixel, views[v][i].pixel);
+    }
+  }
+  EXPECT_EQ(dataset.views[0].observations[1].id, dataset.views[1].observations[1].id);
+}
+
+TEST(DatasetFromCorrespondences, RefusesRepeatedPointsAndNumbersThatAreNotFinite) {
+  using Views = std::vector<std::vector<Correspondence>>;
+  const Correspondence a{{0.1, 0, 0}, {1, 2}}, same{{0.1, -0.0, 0}, {3, 4}};
+  const auto message = [](const Views& views) {
+    return error_of([&] { dataset_from_correspondences(views, {64, 48}); });
+  };
+  EXPECT_EQ(message({{}, {a, same}}), "view 1: the point (0.1, -0, 0) occurs twice");
+  EXPECT_EQ(message({{{{0, 0, 0}, {std::nan(""), 2}}}}),
+            "view 0: points and pixels must be finite");
 }
 
 }  // namespace

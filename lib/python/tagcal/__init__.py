@@ -4,10 +4,10 @@ Lengths are metres, angles radians, noise is the standard deviation of one pixel
 (0, 0) is the centre of the top-left pixel. `a_from_b` takes coordinates in b to coordinates in a.
 """
 
-from tagcal._core import *  # noqa: F403
-from tagcal._core import __all__, __version__  # noqa: F401
-
 from typing import TYPE_CHECKING as _TYPE_CHECKING
+
+from tagcal._core import *  # noqa: F403
+from tagcal._core import __all__ as __all__, __version__ as __version__
 
 if _TYPE_CHECKING:
     from tagcal import plot as plot

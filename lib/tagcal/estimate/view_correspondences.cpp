@@ -1,5 +1,11 @@
 #include "tagcal/estimate/view_correspondences.hpp"
 
+#include <fmt/format.h>
+
+#include <array>
+#include <set>
+
+#include "tagcal/error.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 
 namespace tagcal {
@@ -33,6 +39,30 @@ ViewCorrespondences view_correspondences(const View& view, const std::vector<Pla
 std::vector<Correspondence> correspondences(const View& view,
                                             const std::vector<PlacedBoard>& boards) {
   return view_correspondences(view, boards).correspondences;
+}
+
+Dataset dataset_from_correspondences(std::span<const std::vector<Correspondence>> views,
+                                     const ImageSize& image_size) {
+  Board board{.border_bits = 1, .corner_squares = false};
+  std::map<std::array<double, 3>, CornerId> ids;
+  Dataset dataset{image_size, {}, {}, {}};
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    View& view = dataset.views.emplace_back();
+    std::set<CornerId> seen;
+    for (const auto& [point, pixel] : views[v]) {
+      if (!point.allFinite() || !pixel.allFinite())
+        throw Error(fmt::format("view {}: points and pixels must be finite", v));
+      const CornerId next{static_cast<int>(board.points.size()), 0};
+      const auto [place, is_new] = ids.emplace(std::array{point.x(), point.y(), point.z()}, next);
+      if (is_new) board.points.push_back({next, point});
+      if (!seen.insert(place->second).second)
+        throw Error(fmt::format("view {}: the point ({:g}, {:g}, {:g}) occurs twice", v, point.x(),
+                                point.y(), point.z()));
+      view.observations.push_back({place->second, pixel, std::nullopt});
+    }
+  }
+  dataset.boards.push_back({std::move(board), Pose()});
+  return dataset;
 }
 
 }  // namespace tagcal

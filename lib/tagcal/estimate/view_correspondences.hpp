@@ -2,12 +2,14 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 
-// From the corners of a view to the input of estimate_pose (pose.hpp).
+// From the corners of a view to the input of estimate_pose (pose.hpp), and from lists of points and
+// pixels to a data set.
 
 namespace tagcal {
 
@@ -46,5 +48,12 @@ ViewCorrespondences view_correspondences(const View& view,
 // The points and pixels alone.
 std::vector<Correspondence> correspondences(const View& view,
                                             const std::vector<PlacedBoard>& boards);
+
+// The data set of what each view shows, as cv::calibrateCamera takes it: points in the target's
+// frame and their pixels. The points of all views become one board: equal positions are one point,
+// and ids count from 0 in the order of their first occurrence. The views have no names. Throws
+// Error for a number that is not finite and a point that a view shows twice.
+Dataset dataset_from_correspondences(std::span<const std::vector<Correspondence>> views,
+                                     const ImageSize& image_size);
 
 }  // namespace tagcal
