@@ -50,7 +50,7 @@ def boards_of(target: Any) -> list[tuple[tagcal.Board, tagcal.Pose]]:
 
 def outlines(board: tagcal.Board) -> Iterator[Array]:
     """Closed polygons (N, 3) in the board frame: the border of a flat board, and all tags."""
-    points, tags = board.points, board.ids[:, 0]
+    points, tags = board.positions, board.ids[:, 0]
     if np.ptp(points[:, 2]) == 0:
         (x0, y0, z), (x1, y1, _) = points.min(axis=0), points.max(axis=0)
         yield np.array([(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z), (x0, y0, z)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,17 +24,23 @@ class Residuals(NamedTuple):
 def _bent(points: Array, target: list[tagcal.PlacedBoard], bend_m: Array) -> Array:
     """Moves the points of the one flat board out of its plane, as BoardWarp defines it."""
     board, world_from_board = target[0].board, target[0].world_from_board
-    low, high = board.points.min(axis=0)[:2], board.points.max(axis=0)[:2]
+    low, high = board.positions.min(axis=0)[:2], board.positions.max(axis=0)[:2]
     in_board = world_from_board.inverse().transform(points)[:, :2]
     shape = 1 - ((in_board - (low + high) / 2) / ((high - low) / 2)) ** 2
     bent: Array = points + (shape @ bend_m)[:, None] * world_from_board.rotation_matrix[:, 2]
     return bent
 
 
-def _projected(camera: tagcal.Camera, view: tagcal.CalibratedView, points: Array) -> Array:
-    if view.scale_px_per_m is None:
+def _projected(
+    camera: Optional[tagcal.Camera],
+    size: tuple[int, int],
+    view: tagcal.CalibratedView,
+    points: Array,
+) -> Array:
+    if camera is not None:
         return camera.project(points, view.camera_from_world)
-    centre = (np.array(camera.size) - 1) / 2  # model weak
+    assert view.scale_px_per_m is not None  # model weak
+    centre = (np.array(size) - 1) / 2
     pixels: Array = view.scale_px_per_m * view.camera_from_world.transform(points)[:, :2] + centre
     return pixels
 
@@ -59,7 +65,7 @@ def _whitened(vectors: Array, covariances: Array) -> Array:
 
 def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Residuals:
     """Throws Error if there are none, or if the data set is another one."""
-    if calibration.camera is None or not calibration.views:
+    if not calibration.views:
         raise tagcal.Error(f"calibration: has no views, so no residuals: {calibration}")
     rejected = {(outlier.view, outlier.corner) for outlier in calibration.outliers}
     all_points, all_pixels = dataset.to_points()
@@ -70,7 +76,7 @@ def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Re
         points, pixels = all_points[found.view], all_pixels[found.view]
         if calibration.board_warp is not None:
             points = _bent(points, dataset.target, calibration.board_warp.bend_mm / 1e3)
-        vectors = pixels - _projected(calibration.camera, found, points)
+        vectors = pixels - _projected(calibration.camera, dataset.size, found, points)
         whitened = _whitened(vectors, _noise(calibration, dataset.views[found.view]))
         inlier = np.array([(found.view, i) not in rejected for i in range(len(points))])
         parts.append((pixels, vectors, whitened, inlier))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
@@ -27,7 +27,7 @@ __all__ = ["coverage", "difference", "poses", "residual_distribution", "residual
 Array = NDArray[np.float64]
 
 # Okabe and Ito, "Color Universal Design" (2008).
-BLACK, GREY, BLUE, VERMILION = "#000000", "#999999", "#0072B2", "#D55E00"
+BLACK, BLUE, VERMILION = "#000000", "#0072B2", "#D55E00"
 
 
 def _load(name: str) -> Any:
@@ -56,11 +56,10 @@ def _prepare_image(axes: Any, size: tuple[int, int], title: str) -> None:
     axes.set(xlabel="x [px]", ylabel="y [px]", title=title)
 
 
-def _draw_hull(axes: Any, hull: Any, **style: Any) -> None:
+def _draw_hull(axes: Any, hull: Array) -> None:
     """A dashed line around the part of the image where corners were."""
     if len(hull):
-        closed = np.vstack([hull, hull[:1]])
-        axes.plot(*closed.T, "--", linewidth=1, label="corners were inside", **style)
+        axes.plot(*np.vstack([hull, hull[:1]]).T, "--", color="white", linewidth=1.5)
 
 
 def _round_number(x: float) -> float:
@@ -76,19 +75,26 @@ def _count(n: int, noun: str) -> str:
 # Residuals
 
 
-def _draw_vectors(axes: Any, found: Residuals, width_px: int) -> None:
-    drawn = found.is_inlier & np.isfinite(found.vectors).all(axis=1)
-    lengths = np.hypot(*found.vectors[drawn].T)
-    typical = float(np.quantile(lengths, 0.9)) if len(lengths) else 0.0
+def _draw_arrows(axes: Any, pixels: Array, vectors: Array, width_px: int, colour: str) -> None:
+    """Enlarged vectors (N, 2), px, and below the image one of a known length."""
+    finite = np.isfinite(vectors).all(axis=1)
+    pixels, vectors = pixels[finite], vectors[finite]
+    typical = float(np.quantile(np.hypot(*vectors.T), 0.9)) if len(vectors) else 0.0
     scale = _round_number(width_px / 20 / typical) if typical > 0 else 1.0
     arrows = axes.quiver(
-        *found.pixels[drawn].T, *found.vectors[drawn].T, color=BLUE, width=0.0015, angles="xy",
-        scale_units="xy", scale=1 / scale,
+        *pixels.T, *vectors.T, color=colour, width=0.002, angles="xy", scale_units="xy",
+        scale=1 / scale,
     )
     key = _round_number(width_px / 10 / scale)
-    axes.quiverkey(arrows, 0.97, -0.11, key, f"{key:g} px (x {scale:g})", labelpos="W")
-    if not drawn.all():
-        axes.plot(*found.pixels[~drawn].T, "x", color=VERMILION, markersize=5, label="rejected")
+    axes.quiverkey(arrows, 0.93, -0.12, key, f"{key:g} px (x {scale:g})", labelpos="W")
+
+
+def _draw_residuals(axes: Any, found: Residuals, width_px: int) -> None:
+    accepted = found.is_inlier
+    _draw_arrows(axes, found.pixels[accepted], found.vectors[accepted], width_px, BLUE)
+    rejected = found.pixels[~found.is_inlier]
+    if len(rejected):
+        axes.plot(*rejected.T, "x", color=VERMILION, markersize=5, label="rejected")
         axes.legend(loc="upper right")
 
 
@@ -119,19 +125,17 @@ def residuals(
     are noise; a pattern over the image is a lens or a board that the model does not have.
     """
     found = residuals_of(calibration, dataset)
-    camera = calibration.camera
-    assert camera is not None  # as there are residuals
     axes: Any = ax
     if axes is None:
-        figure = _image_figure(camera.size, 3.5)
+        figure = _image_figure(dataset.size, 3.5)
         axes, beside = figure.subplots(1, 2, gridspec_kw={"width_ratios": [2, 1]})
         _draw_distribution(beside, found)
-    _draw_vectors(axes, found, camera.size[0])
+    _draw_residuals(axes, found, dataset.size[0])
     num_views = len(calibration.views)
     title = f"residuals of {_count(int(found.is_inlier.sum()), 'corner')}"
     title += f" in {_count(num_views, 'view')}, rms {calibration.rms_px:.3g} px"
-    _prepare_image(axes, camera.size, title)
-    return axes  # type: ignore[no-any-return]
+    _prepare_image(axes, dataset.size, title)
+    return axes
 
 
 def residual_distribution(
@@ -147,7 +151,7 @@ def residual_distribution(
     if axes is None:
         axes = _load("pyplot").figure(figsize=(5, 4), constrained_layout=True).add_subplot()
     _draw_distribution(axes, found)
-    return axes  # type: ignore[no-any-return]
+    return axes
 
 
 # Where corners were, and how sure the projection is there
@@ -168,14 +172,15 @@ def coverage(
     pixels = np.concatenate([np.zeros((0, 2)), *(view.pixels for view in views)])
     axes: Any = ax if ax is not None else _image_figure(size, 1.2).add_subplot()
     edges = [np.linspace(-0.5, side - 0.5, 1 + round(16 * side / max(size))) for side in size]
-    counts = np.histogram2d(*pixels.T, bins=edges)[0]
+    histogram: Any = np.histogram2d  # whose types do not know edges of float
+    counts: Array = histogram(pixels[:, 0], pixels[:, 1], bins=edges)[0]
     shown = np.where(counts > 0, counts, np.nan).T
     colours = axes.pcolormesh(*edges, shown, cmap="viridis_r", vmin=0, vmax=max(1, counts.max()))
     axes.plot(*pixels.T, ".", color=BLACK, markersize=1)
     axes.figure.colorbar(colours, ax=axes, label="corners in a cell")
     title = f"{_count(len(pixels), 'corner')} in {_count(len(views), 'view')}"
     _prepare_image(axes, size, f"{title}; {np.mean(counts > 0):.0%} of the cells have corners")
-    return axes  # type: ignore[no-any-return]
+    return axes
 
 
 def _size_and_views(
@@ -196,33 +201,88 @@ def _scale_of_map(values: Array, largest: float) -> tuple[float, float, list[flo
     positive = values[np.isfinite(values) & (values > 0) & (values <= largest)]
     if len(positive) == 0:
         return 0.1, 1.0, []
-    low, high = float(positive.min()), float(positive.max())
-    if high < 2 * low:  # an even map: its colours must not exaggerate
+    high = float(positive.max())
+    low = max(float(positive.min()), high / 1e3)  # a single node near 0 has no say
+    if high < 2 * low:  # an even map must not look uneven
         low, high = low / 2, high * 2
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     levels = [step * 10.0**power for power in powers for step in (1, 2, 5)]
     return low, high, [level for level in levels if low < level < high]
 
 
-def _draw_map(axes: Any, grid: tuple[Array, Array], values: Array, label: str) -> None:
-    """Colours on a logarithmic scale, with contours. `grid`: x (M,) and y (N,) of values (N, M).
+def _draw_map(axes: Any, grid: tagcal.ImageGrid, values: Array, label: str) -> None:
+    """Colours of values (rows, columns) on a logarithmic scale, with contours.
 
-    What is not finite or beyond the image's diagonal stays white.
+    What is not finite or above the image's diagonal stays white.
     """
-    x, y = grid
-    largest = math.hypot(x[-1] - x[0], y[-1] - y[0])
+    x, y = grid.pixels[0, :, 0], grid.pixels[:, 0, 1]
+    largest = math.hypot(*grid.size)
     low, high, levels = _scale_of_map(values, largest)
-    shown = np.ma.masked_where(~(values <= largest), values)
-    shown = np.ma.maximum(shown, low)
+    shown = np.where(values <= largest, np.maximum(values, low), np.nan)
     norm = _load("colors").LogNorm(low, high)
-    colours = axes.pcolormesh(x, y, shown, norm=norm, cmap="viridis", shading="nearest")
+    shading = "nearest" if np.isnan(shown).any() else "gouraud"  # which cannot leave nodes out
+    colours = axes.pcolormesh(x, y, shown, norm=norm, cmap="viridis", shading=shading)
     axes.figure.colorbar(colours, ax=axes, label=label, format="%g")
     if levels:
         contours = axes.contour(x, y, shown, levels, colors=BLACK, linewidths=0.7)
-        texts = axes.clabel(contours, fmt="%g px", fontsize="small")
         outline = _load("patheffects").withStroke(linewidth=2.5, foreground="white")
-        for text in texts:
+        for text in axes.clabel(contours, fmt="%g px", fontsize="small"):
             text.set_path_effects([outline])
+
+
+def _distance_text(distance_m: float) -> str:
+    return "at infinity" if math.isinf(distance_m) else f"at {distance_m:.3g} m"
+
+
+def uncertainty(
+    calibration: Union[tagcal.Calibration, tagcal.UncertainCamera],
+    distance_m: float = math.inf,
+    *,
+    ax: Optional[Axes] = None,
+) -> Axes:
+    """The standard deviation of the projection over the image, px per coordinate, of points at a
+    distance: colours, with contours at 1, 2 and 5 times the powers of ten.
+
+    The dashed line surrounds the corners; outside of it the lens is extrapolated. White: no ray, or
+    a standard deviation above the image's diagonal. A moved camera is subtracted, as in
+    `projection_uncertainty`.
+    """
+    camera = calibration.camera
+    if camera is None:
+        raise tagcal.Error(f"calibration: has no camera: {calibration}")
+    grid = tagcal.ImageGrid(camera.size, 97, 61)
+    found = tagcal.projection_uncertainty(calibration, distance_m, grid)
+    axes: Any = ax if ax is not None else _image_figure(camera.size, 1.2).add_subplot()
+    _draw_map(axes, grid, found.sigma_px, "sd of the projection [px]")
+    _draw_hull(axes, calibration.seen.hull)
+    title = f"sd {_distance_text(distance_m)}: {found.region_px:.2g} px where corners were (RMS)"
+    _prepare_image(axes, camera.size, title)
+    return axes
+
+
+def difference(
+    a: Union[tagcal.Camera, tagcal.UncertainCamera, tagcal.Calibration],
+    b: Union[tagcal.Camera, tagcal.UncertainCamera, tagcal.Calibration],
+    distance_m: float = math.inf,
+    *,
+    ax: Optional[Axes] = None,
+) -> Axes:
+    """How far two cameras project apart over the image, px, of points at a distance, less what a
+    moved camera explains (`diff`): colours with contours, and arrows from the pixel by a to that by
+    b, enlarged as the arrow below the image says.
+    """
+    found = tagcal.diff(a, b, distance_m)
+    if found is None:
+        raise tagcal.Error("b: fewer than six common pixels with a, so no difference")
+    size = found.grid.size
+    axes: Any = ax if ax is not None else _image_figure(size, 1.2).add_subplot()
+    lengths: Array = np.hypot(found.difference_px[..., 0], found.difference_px[..., 1])
+    _draw_map(axes, found.grid, lengths, "difference [px]")
+    nodes, vectors = found.grid.pixels.reshape(-1, 2), found.difference_px.reshape(-1, 2)
+    _draw_arrows(axes, nodes, vectors, size[0], BLACK)
+    title = f"difference {_distance_text(distance_m)}: {found.rms_px:.2g} px RMS"
+    _prepare_image(axes, size, f"{title}, at most {found.max_px:.2g} px, where corners were")
+    return axes
 
 
 # Poses
@@ -259,7 +319,8 @@ def poses(
             axes.plot(*points[-1].T, color=BLACK, linewidth=0.8)
     centre = np.mean(np.concatenate(points), axis=0)
     distances = [float(np.linalg.norm(pose.transform(centre))) for pose in drawn.values()]
-    shape = pyramid(camera or getattr(views, "camera", None), 0.12 * float(np.median(distances or 1)))
+    depth_m = 0.12 * float(np.median(distances or 1))
+    shape = pyramid(camera or getattr(views, "camera", None), depth_m)
     for i, pose in drawn.items():
         points.append(draw_camera(axes, pose, shape, {"color": BLUE, "linewidth": 0.8}))
         if len(found) > 1:
@@ -268,4 +329,4 @@ def poses(
     missing = len(found) - len(drawn)
     title = _count(len(drawn), "camera") + (f"; {missing} without an answer" if missing else "")
     axes.set_title(title)
-    return axes  # type: ignore[no-any-return]
+    return axes
