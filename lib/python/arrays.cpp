@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/image/image_codec.hpp"
 
 namespace tagcal::python {
 namespace {
@@ -218,12 +219,11 @@ void check_picture(const py::array& array, const char* name, bool colour_too) {
   if (array.ndim() != 2 && !(is_colour && array.shape(2) == 3))
     throw_shape(name, colour_too ? "(height, width) or (height, width, 3)" : "(height, width)",
                 array);
-  constexpr py::ssize_t kLargest = 1 << 24;  // numeric: a side; sizes in int cannot overflow
-  if (array.shape(0) == 0 || array.shape(1) == 0 || array.shape(0) > kLargest ||
-      array.shape(1) > kLargest)
-    throw Error(std::string(name) +
-                ": must have pixels, and sides of at most 2^24, got the shape " +
-                shape_text(array));
+  try {
+    internal::check_picture_size(array.shape(1), array.shape(0));
+  } catch (const Error& error) {
+    throw Error(std::string(name) + ": " + error.what());
+  }
 }
 
 template <typename T>

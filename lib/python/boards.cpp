@@ -4,19 +4,27 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <Eigen/Geometry>
 #include <set>
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
+#include "python/board_constructors.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::python {
 namespace {
 
 PlacedBoard placed_board(py::handle object, const std::string& name) {
-  if (py::isinstance<PlacedBoard>(object)) return py::cast<PlacedBoard>(object);
+  if (py::isinstance<PlacedBoard>(object)) {
+    PlacedBoard placed = py::cast<PlacedBoard>(object);
+    if (!placed.world_from_board.matrix().allFinite())
+      throw Error(name + ": world_from_board: must be finite");
+    return placed;
+  }
   if (py::isinstance<Board>(object)) return {py::cast<Board>(object), Pose()};
   throw Error(name + ": must be a Board, a PlacedBoard or a list of these, got " +
               py::cast<std::string>(py::type::handle_of(object).attr("__name__")));
@@ -24,10 +32,16 @@ PlacedBoard placed_board(py::handle object, const std::string& name) {
 
 void check_ids(const std::vector<PlacedBoard>& boards, const char* name) {
   std::set<CornerId> seen;
-  for (const PlacedBoard& board : boards)
+  std::set<std::pair<std::string, int>> tags;
+  for (const PlacedBoard& board : boards) {
     for (const TargetPoint& point : target_points(board.board))
       if (!seen.insert(point.id).second)
         throw Error(std::string(name) + ": two boards have id " + std::to_string(point.id.tag_id));
+    for (const Tag& tag : board.board.tags)
+      if (!tags.emplace(board.board.family, tag.id).second)
+        throw Error(std::string(name) + ": two boards have marker " + std::to_string(tag.id) +
+                    " of " + board.board.family);
+  }
 }
 
 }  // namespace
@@ -48,99 +62,128 @@ std::vector<PlacedBoard> boards_of(const TargetLike& target, const char* name) {
 
 namespace {
 
-// ids: (N, 2) of tag and corner, or (N,) of points.
-std::vector<CornerId> corner_ids(const ArrayLike& ids) {
-  const py::array_t<double> array = real_array(ids, "ids");
-  const bool are_pairs = array.ndim() == 2 && array.shape(1) == 2;
-  if (!are_pairs && array.ndim() != 1)
-    throw Error("ids: must have the shape (N, 2), of tag and corner, or (N,), of points");
-  constexpr double kLargest = 1 << 30;  // numeric: fits an int
-  std::vector<CornerId> result(static_cast<std::size_t>(array.shape(0)));
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const double tag = array.data()[are_pairs ? 2 * i : i];
-    const double corner = are_pairs ? array.data()[2 * i + 1] : 0;
-    if (!(tag >= 0 && tag <= kLargest && tag == std::floor(tag)) ||
-        !(corner >= 0 && corner <= 3 && corner == std::floor(corner)))
-      throw Error("ids: must be whole numbers >= 0, corners 0 to 3, got (" + number(tag, 17) +
-                  ", " + number(corner, 17) + ") in row " + std::to_string(i));
-    result[i] = {static_cast<int>(tag), static_cast<int>(corner)};
+std::vector<Eigen::Vector3d> positions_of(const Board& board) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const TargetPoint& point : target_points(board)) positions.push_back(point.position);
+  return positions;
+}
+
+py::array_t<int> ids_of(const Board& board) {
+  std::vector<CornerId> ids;
+  for (const TargetPoint& point : target_points(board)) ids.push_back(point.id);
+  return array_of_ids(ids);
+}
+
+Eigen::Vector3d extent(const Board& board) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : positions_of(board)) box.extend(position);
+  return box.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.sizes());
+}
+
+std::string times(int columns, int rows) {
+  return std::to_string(columns) + " x " + std::to_string(rows);
+}
+
+std::string pattern_text(const Board& board) {
+  return board.family + ", border of " + std::to_string(board.border_bits) +
+         (board.border_bits == 1 ? " bit" : " bits");
+}
+
+std::string tags_text(const Board& board) {
+  if (board.tags.size() != 1)
+    return std::to_string(board.tags.size()) + " tags of " + pattern_text(board);
+  const Tag& tag = board.tags.front();
+  return "tag " + std::to_string(tag.id) + " of " + number(tag.size) + " m, " + pattern_text(board);
+}
+
+std::string board_text(const Board& board) {
+  if (const auto& g = board.grid)
+    return "grid of " + times(g->columns, g->rows) + " tags of " + number(g->tag_size) + " m, " +
+           pattern_text(board);
+  if (const auto& c = board.checkerboard) {
+    const std::string text =
+        board.charuco
+            ? "charuco of " + times(c->columns + 1, c->rows + 1) + " squares, " + board.family
+            : "checkerboard of " + times(c->columns, c->rows) + " corners";
+    return text + ", " + number(c->column_spacing) + " m apart";
   }
-  return result;
+  if (board.points.empty()) return tags_text(board);
+  return std::to_string(board.points.size()) + " points";
 }
 
-View view_of(const ArrayLike& ids, const ArrayLike& pixels, const ArrayLike& covariances,
-             const std::string& image) {
-  const std::vector<CornerId> corners = corner_ids(ids);
-  const Rows2 rows(pixels, "pixels");
-  check_same_length(corners.size(), "ids", rows.size(), "pixels");
-  const std::vector<Matrix2> matrices = covariances2(covariances, "covariances", rows.size());
-  View view{image, {}};
-  std::set<CornerId> seen;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!seen.insert(corners[i]).second)
-      throw Error("ids: (" + std::to_string(corners[i].tag_id) + ", " +
-                  std::to_string(corners[i].corner) + ") occurs twice");
-    view.observations.push_back({corners[i], rows[i], std::nullopt});
-    if (!matrices.empty()) view.observations.back().covariance_px2 = matrices[i];
-  }
-  return view;
+void define_state(py::class_<Board>& board) {
+  board
+      .def_property_readonly("kind", &board_kind,
+                             "\"grid\", \"checkerboard\", \"charuco\", \"tags\" or \"points\": "
+                             "the constructor of its like.")
+      .def_property_readonly("ids", &ids_of,
+                             "(N, 2), int, of what can be observed, ascending: tag and corner 0..3 "
+                             "(lower-left, lower-right, upper-right, upper-left of the upright "
+                             "tag); of other targets the point and 0.")
+      .def_property_readonly(
+          "positions",
+          [](const Board& b) {
+            return array_of(std::span<const Eigen::Vector3d>(positions_of(b)));
+          },
+          "(N, 3), metres, of the same points, in the board's frame.")
+      .def_property_readonly("extent_m", &extent, "(3,): sides of the box around the points.")
+      .def_property_readonly(
+          "tag_ids",
+          [](const Board& b) {
+            std::vector<int> ids;
+            for (const Tag& tag : b.tags) ids.push_back(tag.id);
+            return ids;
+          },
+          "The ids of the tags; of a ChArUco board those of its markers.")
+      .def_readonly("family", &Board::family, "Of the tags, or the dictionary of the markers.")
+      .def_readonly("border_bits", &Board::border_bits, "Width of the tags' border in cells.")
+      .def("__len__", [](const Board& b) { return target_points(b).size(); })
+      .def("to_dict", &board_to_dict, "Kind and arguments of its constructor, as plain values.")
+      .def(
+          "__eq__",
+          [](const Board& a, const py::object& other) {
+            return py::isinstance<Board>(other) &&
+                   board_to_dict(a).equal(board_to_dict(py::cast<const Board&>(other)));
+          },
+          py::arg("other"))
+      .def("__repr__", [](const Board& b) { return "<Board " + board_text(b) + ">"; })
+      .def(py::pickle(&board_to_dict, &board_from_dict));
 }
 
-py::array_t<int> ids_of(const View& view) {
-  py::array_t<int> ids({static_cast<py::ssize_t>(view.observations.size()), py::ssize_t{2}});
-  int* id = ids.mutable_data();
-  for (const Observation& seen : view.observations) {
-    *id++ = seen.id.tag_id;
-    *id++ = seen.id.corner;
-  }
-  return ids;
-}
-
-py::array_t<double> pixels_of(const View& view) {
-  std::vector<Eigen::Vector2d> pixels;
-  for (const Observation& seen : view.observations) pixels.push_back(seen.pixel);
-  return array_of(std::span<const Eigen::Vector2d>(pixels));
-}
-
-py::array_t<double> covariances_of(const View& view) {
-  py::array_t<double> array(
-      {static_cast<py::ssize_t>(view.observations.size()), py::ssize_t{2}, py::ssize_t{2}});
-  double* values = array.mutable_data();
-  for (const Observation& seen : view.observations) {
-    const Matrix2 c = seen.covariance_px2.value_or(Matrix2::Constant(std::nan("")));
-    values = std::copy_n(c.data(), 4, values);
-  }
-  return array;
-}
-
-void bind_view(py::module_& m) {
-  Record<View>(m, "View", "The corners that were seen in one picture.")
-      .field("image", &View::image, "The name of the picture; may be empty.")
-      .field("ids", &ids_of,
-             "(N, 2), int: tag and corner 0..3 (lower-left, lower-right, upper-right, upper-left "
-             "of the upright tag); of other targets the point and 0.")
-      .field("pixels", &pixels_of, "(N, 2).")
-      .field("covariances", &covariances_of, "(N, 2, 2), px^2; NaN for a corner without one.")
-      .representation([](const View& view) {
-        return "\"" + view.image + "\" " + std::to_string(view.observations.size()) + " corners";
+void bind_placed_board(py::module_& m) {
+  Record<PlacedBoard>(m, "PlacedBoard", "A board and its place in the world.")
+      .field("board", &PlacedBoard::board, "The board.")
+      .field("world_from_board", &PlacedBoard::world_from_board, "Its pose.")
+      .representation([](const PlacedBoard& placed) {
+        const Eigen::Vector3d& t = placed.world_from_board.translation();
+        return board_text(placed.board) + ", at (" + number(t[0], 4) + ", " + number(t[1], 4) +
+               ", " + number(t[2], 4) + ") m";
       })
-      .def(py::init(&view_of), py::arg("ids"), py::arg("pixels"),
-           py::arg("covariances") = py::none(), py::arg("image") = "",
-           "From ids (N, 2) of tag and corner, or (N,) of points, and pixels (N, 2); covariances "
-           "(N, 2, 2), or (2, 2) for all.")
-      .def("__len__", [](const View& view) { return view.observations.size(); });
+      .def(py::init([](const Board& board, const PoseLike& world_from_board) {
+             return PlacedBoard{board, pose_of(world_from_board, "world_from_board")};
+           }),
+           py::arg("board"), py::arg("world_from_board"))
+      .def(py::pickle(
+          [](const PlacedBoard& placed) {
+            return py::make_tuple(placed.board, placed.world_from_board);
+          },
+          [](const py::tuple& state) {
+            if (state.size() != 2) throw Error("not the state of a placed board");
+            return PlacedBoard{py::cast<Board>(state[0]), py::cast<Pose>(state[1])};
+          }));
 }
 
 }  // namespace
 
 void bind_boards(py::module_& m) {
-  py::class_<Board>(m, "Board", "A calibration target: tags, a checkerboard, or measured points.");
-  py::class_<PlacedBoard>(m, "PlacedBoard", "A board and its place in the world.")
-      .def(py::init([](const Board& board, const PoseLike& world_from_board) {
-             return PlacedBoard{board, pose_of(world_from_board, "world_from_board")};
-           }),
-           py::arg("board"), py::arg("world_from_board"));
+  py::class_<Board> board(m, "Board", "A calibration target: tags, a checkerboard, or points.");
+  define_board_constructors(board);
+  define_state(board);
+  bind_placed_board(m);
   bind_view(m);
+  m.def("tag_family_names", &tag_family_names, "The families of AprilTags that are known.");
+  m.def("tag_dictionary_names", &tag_dictionary_names,
+        "OpenCV's dictionaries of markers, which are families too: \"DICT_4X4_50\", ..");
 }
 
 }  // namespace tagcal::python

@@ -2,8 +2,10 @@
 
 #include <pybind11/pybind11.h>
 
+#include <span>
 #include <vector>
 
+#include "python/arrays.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 namespace tagcal::python {
@@ -19,6 +21,12 @@ class TargetLike : public pybind11::object {
 // The boards of a target; a Board alone stands at the world's origin. Throws Error with the
 // argument's name for other objects, an empty list, and ids that two boards share.
 std::vector<PlacedBoard> boards_of(const TargetLike& target, const char* name);
+
+// (N, 2), tag and corner.
+py::array_t<int> array_of_ids(std::span<const CornerId> ids);
+
+// The class View; a part of bind_boards.
+void bind_view(py::module_& m);
 
 }  // namespace tagcal::python
 

@@ -1,9 +1,272 @@
+#include <pybind11/eigen.h>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
+#include <algorithm>
+#include <deque>
+
+#include "python/arrays.hpp"
 #include "python/bindings.hpp"
+#include "python/boards.hpp"
+#include "python/detect_options.hpp"
+#include "python/grey_image.hpp"
+#include "python/records.hpp"
+#include "tagcal/detect/detect_tags.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/error.hpp"
 
 namespace tagcal::python {
 
-void bind_detect(pybind11::module_&) {}
+DetectOptions detect_options(const std::optional<Camera>& camera, const std::string& refinement,
+                             int max_hamming, int threads) {
+  DetectOptions options;
+  if (camera) options.camera = &*camera;
+  if (refinement == "stock")
+    options.refinement = Refinement::stock;
+  else if (refinement == "edges")
+    options.refinement = Refinement::edges;
+  else if (refinement != "fit")
+    throw Error("refinement: must be fit, edges or stock, got \"" + refinement + "\"");
+  if (max_hamming < 0 || max_hamming > 2)
+    throw Error("max_hamming: must be 0, 1 or 2, got " + std::to_string(max_hamming));
+  options.max_hamming = max_hamming;
+  if (threads < 0)
+    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
+  options.threads = threads;
+  return options;
+}
+
+namespace {
+
+// A view with all that its search said.
+struct DetectedView : View {
+  std::vector<UnfittedTag> unfitted;
+  std::vector<std::string> warnings;
+  std::string unreadable;
+};
+
+struct DetectedViews {
+  std::vector<DetectedView> views;
+  std::vector<std::string> warnings;  // of all pictures together first, then of each
+};
+
+// The boards of a target that can be searched for.
+std::vector<PlacedBoard> detectable_boards(const TargetLike& target) {
+  std::vector<PlacedBoard> boards = boards_of(target, "target");
+  const auto can_be_seen = [](const PlacedBoard& placed) {
+    return !placed.board.tags.empty() || placed.board.checkerboard;
+  };
+  if (std::ranges::none_of(boards, can_be_seen))
+    throw Error("target: has no tags or squares to detect, only points");
+  return boards;
+}
+
+// Pictures to be searched. Their addresses do not change.
+class Batch {
+ public:
+  Batch(const std::vector<ImageLike>& images,
+        const std::optional<std::vector<std::string>>& names) {
+    if (names) check_same_length(images.size(), "images", names->size(), "names");
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const std::string place = "images[" + std::to_string(i) + "]";
+      images_.emplace_back(images[i], place);
+      const std::string file = images_.back().file_name();
+      sources_.push_back(images_.back().source(names ? (*names)[i] : file.empty() ? place : file));
+    }
+  }
+  Batch(const ImageLike& image, const std::optional<std::string>& name) {
+    images_.emplace_back(image, "image");
+    const std::string file = images_.back().file_name();
+    sources_.push_back(images_.back().source(name.value_or(file.empty() ? "picture" : file)));
+  }
+
+  const std::vector<ImageSource>& sources() const { return sources_; }
+
+ private:
+  std::deque<GreyImage> images_;
+  std::vector<ImageSource> sources_;
+};
+
+// Without the GIL.
+DetectedViews detect_batch(const std::vector<ImageSource>& sources,
+                           const std::vector<PlacedBoard>& boards, DetectOptions options) {
+  DetectedViews found;
+  found.views.resize(sources.size());
+  const EarlierResults keeper = {[](std::size_t) { return std::nullopt; },
+                                 [&](std::size_t i, const DetectedPicture& picture) {
+                                   found.views[i].warnings = picture.warnings;
+                                 }};
+  options.earlier = &keeper;
+  DetectResult result = detect_all(sources, boards, options);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    static_cast<View&>(found.views[i]) = std::move(result.views[i]);
+    found.views[i].unfitted = std::move(result.unfitted[i]);
+    found.views[i].unreadable = std::move(result.unreadable[i]);
+  }
+  found.warnings = std::move(result.warnings);
+  return found;
+}
+
+DetectedViews detect_many(const std::vector<ImageLike>& images, const TargetLike& target,
+                          const std::optional<Camera>& camera,
+                          const std::optional<std::vector<std::string>>& names,
+                          const std::string& refinement, int max_hamming, bool skip_unreadable,
+                          int threads) {
+  const std::vector<PlacedBoard> boards = detectable_boards(target);
+  DetectOptions options = detect_options(camera, refinement, max_hamming, threads);
+  options.skip_unreadable = skip_unreadable;
+  const Batch batch(images, names);
+  py::gil_scoped_release release;
+  return detect_batch(batch.sources(), boards, options);
+}
+
+DetectedView detect_one(const ImageLike& image, const TargetLike& target,
+                        const std::optional<Camera>& camera, const std::optional<std::string>& name,
+                        const std::string& refinement, int max_hamming) {
+  const std::vector<PlacedBoard> boards = detectable_boards(target);
+  const DetectOptions options = detect_options(camera, refinement, max_hamming, 1);
+  const Batch batch(image, name);
+  py::gil_scoped_release release;
+  DetectedViews found = detect_batch(batch.sources(), boards, options);
+  found.views.front().warnings = std::move(found.warnings);
+  return std::move(found.views.front());
+}
+
+std::vector<DetectedTag> find_tags(const ImageLike& image, const std::string& family,
+                                   int border_bits, const std::optional<Camera>& camera,
+                                   const std::string& refinement, int max_hamming) {
+  const DetectOptions options = detect_options(camera, refinement, max_hamming, 1);
+  GreyImage grey(image, "image");
+  py::gil_scoped_release release;
+  grey.load();
+  return detect_tags(grey.view(), {family, border_bits}, options);
+}
+
+py::array_t<double> corners_array(const std::array<Eigen::Vector2d, 4>& corners) {
+  return array_of(std::span<const Eigen::Vector2d>(corners));
+}
+
+std::string pixel_text(const Eigen::Vector2d& pixel) {
+  return "(" + number(pixel.x(), 5) + ", " + number(pixel.y(), 5) + ")";
+}
+
+Eigen::Vector2d centre(const std::array<Eigen::Vector2d, 4>& corners) {
+  return (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
+}
+
+// (4, 2, 2), the blocks of the corners.
+std::optional<py::array_t<double>> corner_covariances(const DetectedTag& tag) {
+  if (!tag.covariance_px2) return std::nullopt;
+  py::array_t<double> array({4, 2, 2});
+  double* out = array.mutable_data();
+  for (int i = 0; i < 4; ++i) {
+    const Matrix2 block = tag.covariance_px2->block<2, 2>(2 * i, 2 * i);
+    out = std::copy_n(block.data(), 4, out);
+  }
+  return array;
+}
+
+std::string warnings_count(std::size_t count) {
+  return count == 0 ? "" : ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
+}
+
+void bind_views(py::module_& m) {
+  Record<UnfittedTag>(m, "UnfittedTag",
+                      "A tag that was read but is not reported: its pattern could not be fitted.")
+      .field("id", &UnfittedTag::id, "Its id.")
+      .field(
+          "corners", [](const UnfittedTag& tag) { return corners_array(tag.corners); },
+          "(4, 2), approximate, px.")
+      .representation([](const UnfittedTag& tag) {
+        return std::to_string(tag.id) + " at " + pixel_text(centre(tag.corners));
+      });
+  Record<DetectedView, View> view(m, "DetectedView", "The corners that `detect` found.");
+  view.attr("_fields") = py::type::of<View>().attr("_fields");
+  view.field("warnings", &DetectedView::warnings,
+             "What the search found out: tags of other boards, tags seen twice, a wrong border; "
+             "empty if there is nothing to say.")
+      .field("unfitted", &DetectedView::unfitted, "Tags that were read but are not reported.")
+      .field("unreadable", &DetectedView::unreadable,
+             "Why the file could not be read, if `skip_unreadable` was given; else empty.")
+      .representation([](const DetectedView& v) {
+        if (!v.unreadable.empty()) return v.unreadable;
+        return "\"" + v.image + "\" " + std::to_string(v.observations.size()) + " corners" +
+               warnings_count(v.warnings.size());
+      });
+  py::class_<DetectedViews>(m, "DetectedViews", "A sequence of DetectedView, and all warnings.")
+      .def_readonly("views", &DetectedViews::views, "A DetectedView for each picture.")
+      .def_readonly("warnings", &DetectedViews::warnings,
+                    "Those about all pictures, then those of each, which begin with its name.")
+      .def("__len__", [](const DetectedViews& all) { return all.views.size(); })
+      .def(
+          "__getitem__",
+          [](const DetectedViews& all, py::ssize_t i) {
+            const auto n = static_cast<py::ssize_t>(all.views.size());
+            if (i < 0) i += n;
+            if (i < 0 || i >= n) throw py::index_error("no such picture");
+            return all.views[static_cast<std::size_t>(i)];
+          },
+          py::arg("index"))
+      .def("__repr__", [](const DetectedViews& all) {
+        std::size_t corners = 0;
+        for (const DetectedView& v : all.views) corners += v.observations.size();
+        return "<DetectedViews " + std::to_string(all.views.size()) + " pictures, " +
+               std::to_string(corners) + " corners" + warnings_count(all.warnings.size()) + ">";
+      });
+}
+
+void bind_detected_tag(py::module_& m) {
+  Record<DetectedTag>(m, "DetectedTag", "A tag in a picture, which may be on no known board.")
+      .field("id", &DetectedTag::id, "Its id in the family.")
+      .field(
+          "corners", [](const DetectedTag& tag) { return corners_array(tag.corners); },
+          "(4, 2), px: lower-left, lower-right, upper-right, upper-left of the upright tag.")
+      .field(
+          "covariance",
+          [](const DetectedTag& tag) -> std::optional<Eigen::MatrixXd> {
+            if (!tag.covariance_px2) return std::nullopt;
+            return Eigen::MatrixXd(*tag.covariance_px2);
+          },
+          "(8, 8), px^2, of (x0, y0, x1, ..); None if the pattern was not fitted.")
+      .representation([](const DetectedTag& tag) {
+        return std::to_string(tag.id) + " at " + pixel_text(centre(tag.corners));
+      })
+      .def_property_readonly("covariances", &corner_covariances,
+                             "(4, 2, 2), px^2, of each corner; None as `covariance`.");
+}
+
+void bind_functions(py::module_& m) {
+  constexpr const char* kFit = "fit";
+  m.def("detect", &detect_one, py::arg("image"), py::arg("target"), py::arg("camera") = py::none(),
+        py::arg("name") = py::none(), py::arg("refinement") = kFit, py::arg("max_hamming") = 1,
+        "The corners of a target in one picture: an array (height, width) of uint8 or uint16, or "
+        "the path of a file. 16 bits are scaled as in files: white is the brightest value, or "
+        "twice the 99.9 % quantile. With the `camera` of the picture, tags are fitted under its "
+        "lens. `refinement`: \"fit\" (the whole pattern, with covariances), \"edges\" or \"stock\" "
+        "(AprilTag's corners). `max_hamming`: wrong bits accepted in a tag, 0 to 2. Read "
+        "`warnings` of the answer, and `explain` if tags are missing.");
+  m.def("detect_all", &detect_many, py::arg("images"), py::arg("target"),
+        py::arg("camera") = py::none(), py::arg("names") = py::none(), py::arg("refinement") = kFit,
+        py::arg("max_hamming") = 1, py::arg("skip_unreadable") = false, py::arg("threads") = 0,
+        "The same for a list of pictures, arrays or paths, in parallel (`threads` 0: one per "
+        "core). `names`: of the views; by default those of the files, or \"images[3]\". With "
+        "`skip_unreadable`, a file that cannot be read becomes a view without corners.");
+  m.def("detect_tags", &find_tags, py::arg("image"), py::arg("family") = "tag36h11",
+        py::arg("border_bits") = 1, py::arg("camera") = py::none(), py::arg("refinement") = kFit,
+        py::arg("max_hamming") = 1,
+        "All tags of a family in one picture, without a board; ids may repeat. `border_bits`: "
+        "width of the black border in cells, 1 for plain tags, 2 on Kalibr's boards. The other "
+        "arguments are those of `detect`.");
+}
+
+}  // namespace
+
+void bind_detect(py::module_& m) {
+  bind_views(m);
+  bind_detected_tag(m);
+  bind_functions(m);
+  bind_explain(m);
+  bind_refine(m);
+}
 
 }  // namespace tagcal::python

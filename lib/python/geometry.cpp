@@ -12,12 +12,33 @@
 namespace tagcal::python {
 
 Pose pose_of(py::handle argument, const char* name) {
-  if (py::isinstance<Pose>(argument)) return py::cast<const Pose&>(argument);
+  if (py::isinstance<Pose>(argument)) {
+    const Pose& pose = py::cast<const Pose&>(argument);
+    if (!pose.matrix().allFinite()) throw Error(std::string(name) + ": must be finite");
+    return pose;
+  }
   const Eigen::Matrix4d matrix = matrix4(argument, name);
   if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
     throw Error(std::string(name) + ": the last row of a pose must be 0, 0, 0, 1");
   const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
   return {rotation_from_matrix(rotation, name), matrix.topRightCorner<3, 1>()};
+}
+
+std::vector<Pose> poses_of(const PosesLike& argument, const char* name) {
+  const bool is_array = py::isinstance<py::array>(argument);
+  const bool is_list = py::isinstance<py::list>(argument) || py::isinstance<py::tuple>(argument);
+  if (!is_list && !(is_array && py::reinterpret_borrow<py::array>(argument).ndim() == 3)) {
+    if (is_array || py::isinstance<Pose>(argument)) return {pose_of(argument, name)};
+    throw Error(std::string(name) +
+                ": must be a Pose, a list of these or an array (N, 4, 4), got " +
+                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+  }
+  std::vector<Pose> poses;
+  for (const py::handle& element : argument) {
+    const std::string place = std::string(name) + "[" + std::to_string(poses.size()) + "]";
+    poses.push_back(pose_of(element, place.c_str()));
+  }
+  return poses;
 }
 
 namespace {

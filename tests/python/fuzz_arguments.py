@@ -106,6 +106,15 @@ def good_arrays():
         "rotation": [[1, 0, 0, 0], [0.1, 0.2, 0.3]],
         "translation": [[0.1, 0.2, 0.3]],
         "world_from_board": [POSE.matrix],
+        "world_from_cuboid": [POSE.matrix],
+        "camera_from_world": [[POSE.matrix] * 3, np.stack([POSE.matrix] * 2)],
+        "board_from_tags": [np.stack([POSE.matrix] * 4)],
+        "positions": [TAG],
+        "corners": [TAG, seen],
+        "direction": [[0.1, 0.2, 0.3]],
+        "images": [[np.full((48, 64), 128, dtype=np.uint8)] * 2],
+        "image_from_squares": [[[20, 0, 30], [1, 20, 30], [0, 0, 1]]],
+        "size_m": [[0.1, 0.2, 0.3]],
     }
 
 
@@ -118,12 +127,14 @@ def good_value(parameter, arrays, pool, draw):
     for type_name in re.findall(r"tagcal\.(\w+)", kind):
         if pool.get(type_name):
             return draw.choice(pool[type_name])
+    if kind == "ImageLike":
+        return draw.choice(arrays["image"])
     if kind == "TargetLike":
         return draw.choice(pool.get("Board") or [None])
     if "PathLike" in kind:
         return draw.choice(["a.png", "b.yaml", "c.csv", "d.json", "folder"])
     if kind == "str":
-        return draw.choice(["tag36h11", "auto", "opencv5", "a"])
+        return draw.choice(["tag36h11", "DICT_4X4_50", "auto", "opencv5", "a"])
     if kind in ("float", "int", "bool"):
         return draw.choice([1, 2, 4]) if kind != "float" else draw.choice([0.1, 1.0, 3.0])
     return None

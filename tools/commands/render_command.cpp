@@ -21,7 +21,6 @@
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
-#include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal::tools {
@@ -57,15 +56,6 @@ MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>
   }
   scene.settings.num_views = arguments.views;
   return scene;
-}
-
-TagFamilies families_of(const MovingScene& scene) {
-  TagFamilies families;  // each board gives them its own border when it is drawn
-  for (const HungBoard& hung : scene.boards) {
-    const Board& board = hung.board.board;
-    if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
-  }
-  return families;
 }
 
 std::optional<DepthFolder> depth_folder(const Arguments& arguments) {
@@ -109,7 +99,7 @@ int run(const Arguments& arguments) {
   const std::optional<DepthFolder> depth = depth_folder(arguments);
   std::vector<std::string> warnings;
   const MovingScene scene = scene_to_render(arguments, &warnings);
-  const TagFamilies families = families_of(scene);
+  const TagFamilies families = tag_families(scene_in_view(scene, 0).boards);
   using Taken = OutputFolder::Taken;
   OutputFolder folder(arguments.out,
                       arguments.force ? Taken::by_earlier_render : Taken::by_nothing);
@@ -122,11 +112,12 @@ int run(const Arguments& arguments) {
     Progress progress("rendering", static_cast<int>(poses.size()));
     parallel_for(
         poses.size(), arguments.threads,
-        [&](std::size_t i) {  // a seed per view: the result does not depend on the order
-          const std::string name = image_name(static_cast<int>(i));
-          const Scene in_view = scene_in_view(scene, static_cast<int>(i));
+        [&](std::size_t i) {
+          const int view = static_cast<int>(i);
+          const std::string name = image_name(view);
+          const Scene in_view = scene_in_view(scene, view);
           write_picture(folder.path() / kImages / name, in_view, families, poses[i],
-                        Random(arguments.seed, i).next());
+                        noise_seed(arguments.seed, view));
           if (depth)
             num_beyond +=
                 write_depth(folder.path() / kDepths / name, in_view, poses[i], depth->unit_m);

@@ -157,6 +157,12 @@ std::vector<double> Model::free_values(const Lens& lens) const {
   return values;
 }
 
+bool Model::contains(const Camera& camera) const {
+  if (static_cast<std::size_t>(lens_type_) != camera.lens.index()) return false;
+  const std::optional<Lens> same = lens(free_values(camera.lens), camera.image_size);
+  return same && std::ranges::equal(parameters(*same), parameters(camera.lens));
+}
+
 HeldModels::HeldModels(const std::map<std::string, double>& values, LensType lens_type)
     : models_(Model::all().begin(), Model::all().end()) {
   constexpr int kNumCommon = 4;  // fx, fy, cx, cy

@@ -59,6 +59,9 @@ class Model {
   // The free parameters of a lens of this type; a tied one (f) is the mean of its parameters.
   std::vector<double> free_values(const Lens& lens) const;
 
+  // True if the model has the camera's lens among its own, to the last bit.
+  bool contains(const Camera& camera) const;
+
   // Lens parameters (by index) that HeldModels holds, and their values.
   const std::map<int, double>& held() const { return held_; }
 

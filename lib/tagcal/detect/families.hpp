@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tagcal/scene/board.hpp"
+#include "tagcal/scene/dataset.hpp"
 
 namespace tagcal {
 
@@ -19,5 +19,8 @@ std::vector<std::string> tag_dictionary_names();
 // generated, 2 as on Kalibr's boards (only for families whose border surrounds their bits). Throws
 // Error for an unknown family or a border that it cannot have.
 TagFamily tag_family(std::string_view name, int border_bits);
+
+// The families of all tags on the boards, as render_light needs them. Throws Error as tag_family.
+TagFamilies tag_families(const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -68,7 +69,7 @@ class MappedFile {
   void* memory_ = nullptr;
 };
 
-Image8 scaled(const Image16& image, int white) {
+Image8 scaled(const ImageView16& image, int white) {
   Image8 result(image.size());
   for (int y = 0; y < image.height(); ++y) {
     const std::uint16_t* in = image.row(y);
@@ -82,16 +83,18 @@ Image8 scaled(const Image16& image, int white) {
 // The 16-bit value that becomes white. Sensors of 10 to 14 bits store unscaled values, and files do
 // not say so: white is the brightest pixel, but at most twice the 99.9 % quantile, which excludes a
 // lamp or a hot pixel in a dark picture.
-int white_of(const Image16& image) {
+int white_of(const ImageView16& image) {
   std::vector<std::uint32_t> count(65536, 0);
-  for (const std::uint16_t value : image.pixels()) ++count[value];
+  for (int y = 0; y < image.height(); ++y)
+    for (const std::uint16_t value : std::span(image.row(y), image.row(y) + image.width()))
+      ++count[value];
+  const std::size_t num_pixels = static_cast<std::size_t>(image.width()) * image.height();
   int brightest = 0;
   for (int value = 65535; value > 0 && brightest == 0; --value)
     if (count[static_cast<std::size_t>(value)] > 0) brightest = value;
   std::size_t above = 0;
   int usual = brightest;
-  while (usual > 0 &&
-         (above += count[static_cast<std::size_t>(usual)]) <= image.pixels().size() / 1000)
+  while (usual > 0 && (above += count[static_cast<std::size_t>(usual)]) <= num_pixels / 1000)
     --usual;
   return std::clamp(2 * usual, 1, std::max(1, brightest));
 }
@@ -110,7 +113,7 @@ Image8 decode_grey8(ImageDecoder& decoder) {
   Image16 image(size);
   decoder.decode_grey(
       [&](int y, const std::uint16_t* row) { std::copy_n(row, size.width, image.row(y)); });
-  return scaled(image, header.sixteen_bit ? white_of(image) : header.white);
+  return header.sixteen_bit ? scaled_to_8_bits(image) : scaled(image, header.white);
 }
 
 // Values as stored; those of fewer than 8 bits are scaled to 255.
@@ -198,6 +201,8 @@ Image8 read_image(const std::filesystem::path& file) {
     return upright(decode_grey8(*decoder), decoder->header().orientation);
   });
 }
+
+Image8 scaled_to_8_bits(const ImageView16& image) { return scaled(image, white_of(image)); }
 
 Picture read_picture(const std::filesystem::path& file) {
   return naming(file, [&] {

@@ -16,6 +16,9 @@ namespace tagcal {
 // picture, more than 100 megapixels.
 Image8 read_image(const std::filesystem::path& file);
 
+// A 16-bit picture as read_image scales it, for the functions that search 8 bits.
+Image8 scaled_to_8_bits(const ImageView16& image);
+
 // Reads the same files in their own kind: grey or colour, 8 or 16 bits. 16-bit values are as
 // stored; fewer than 8 bits are scaled to 255. Alpha is ignored. A palette of greys is grey.
 // Rotates and throws as read_image does.

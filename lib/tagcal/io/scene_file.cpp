@@ -14,6 +14,7 @@
 #include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/io/yaml/yaml_placed_boards.hpp"
+#include "tagcal/scene/visibility/polygon.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -26,34 +27,10 @@ Occluder read_occluder(const YamlValue& value) {
   Occluder occluder;
   occluder.level = level_or(value.find("level"), occluder.level);
   const YamlValue list = value.at("corners");
-  for (const YamlValue& corner : list.items(3, 1000)) {
+  for (const YamlValue& corner : list.items(3, kMaxPolygonCorners)) {
     occluder.corners.push_back(read_vector(corner));
   }
-  const std::vector<Vector3d>& corners = occluder.corners;
-  const std::size_t n = corners.size();
-  Vector3d normal = Vector3d::Zero();  // its length is twice the area
-  double size = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    normal += (corners[i] - corners[0]).cross(corners[(i + 1) % n] - corners[0]);
-    size = std::max(size, (corners[i] - corners[0]).norm());
-  }
-  if (!(normal.norm() > 1e-9 * size * size)) list.fail_plainly("must not lie on a line");
-  normal.normalize();
-  double turned = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (std::abs((corners[i] - corners[0]).dot(normal)) > 1e-6 * size) {
-      list.fail_plainly(fmt::format("must lie in a plane, but corner {} does not", i));
-    }
-    const Vector3d side = corners[(i + 1) % n] - corners[i];
-    const Vector3d next = corners[(i + 2) % n] - corners[(i + 1) % n];
-    const double turn = std::atan2(side.cross(next).dot(normal), side.dot(next));
-    if (turn < -1e-6 || side.isZero()) {
-      list.fail_plainly(fmt::format("must be convex, but is not at corner {}", (i + 1) % n));
-    }
-    turned += turn;
-  }
-  // A pentagram turns left at each corner too, but twice around.
-  if (turned > 3 * std::numbers::pi) list.fail_plainly("must be convex, but its sides cross");
+  if (const auto wrong = why_no_polygon(occluder.corners)) list.fail_plainly(*wrong);
   return occluder;
 }
 

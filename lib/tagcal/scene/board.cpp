@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "tagcal/error.hpp"
@@ -16,6 +18,18 @@ void require_positive(double value, const char* key) {
     throw Error(fmt::format("board: {}: must be > 0, got {}", key, value));
 }
 
+// `num_parts`: tags or corners, which have the ids from first_id on.
+void check_counts(std::int64_t num_parts, std::int64_t first_id, const char* key) {
+  if (num_parts > kMaxBoardParts)
+    throw Error(fmt::format("board: columns * rows: must be at most {}, got {}", kMaxBoardParts,
+                            num_parts));
+  if (first_id < 0) throw Error(fmt::format("board: {}: must be >= 0, got {}", key, first_id));
+  const std::int64_t last_id = first_id + num_parts - 1;
+  if (last_id > std::numeric_limits<int>::max())
+    throw Error(
+        fmt::format("board: {}: the ids must stay below 2^31, but end at {}", key, last_id));
+}
+
 void check(const Grid& grid, int border_bits) {
   require_positive(grid.columns, "columns");
   require_positive(grid.rows, "rows");
@@ -23,8 +37,7 @@ void check(const Grid& grid, int border_bits) {
   require_positive(border_bits, "border_bits");
   if (!(grid.tag_spacing >= 0) || !std::isfinite(grid.tag_spacing))
     throw Error(fmt::format("board: tag_spacing: must be >= 0, got {}", grid.tag_spacing));
-  if (grid.first_id < 0)
-    throw Error(fmt::format("board: first_id: must be >= 0, got {}", grid.first_id));
+  check_counts(std::int64_t{grid.columns} * grid.rows, grid.first_id, "first_id");
 }
 
 void check(const Checkerboard& board) {
@@ -34,8 +47,7 @@ void check(const Checkerboard& board) {
   }
   require_positive(board.column_spacing, "column_spacing");
   require_positive(board.row_spacing, "row_spacing");
-  if (board.first_id < 0)
-    throw Error(fmt::format("board: first_id: must be >= 0, got {}", board.first_id));
+  check_counts(std::int64_t{board.columns} * board.rows, board.first_id, "first_id");
 }
 
 void check(const CharucoMarkers& markers, const Checkerboard& board) {
@@ -49,10 +61,8 @@ void check(const CharucoMarkers& markers, const Checkerboard& board) {
     throw Error(fmt::format("board: markers must be smaller than a square of {} m, got {}",
                             board.column_spacing, markers.size));
   }
-  if (markers.first_marker_id < 0) {
-    throw Error(
-        fmt::format("board: first_marker_id: must be >= 0, got {}", markers.first_marker_id));
-  }
+  const std::int64_t num_squares = (std::int64_t{board.columns} + 1) * (board.rows + 1);
+  check_counts((num_squares + 1) / 2, markers.first_marker_id, "first_marker_id");
 }
 
 }  // namespace

@@ -55,6 +55,9 @@ struct Tag {
   Pose board_from_tag;
 };
 
+// Most tags or corners of one board, here and in files: memory for more is a mistake in the counts.
+constexpr int kMaxBoardParts = 100'000;
+
 // Kalibr's AprilGrid: tag ids row by row from below, first_id at the lower left. Board frame:
 // origin at the outer lower-left corner of that tag, x right, y up, z out of the board to the
 // viewer.
@@ -103,12 +106,13 @@ struct Board {
   std::vector<TargetPoint> points;  // of a `points` target or a checkerboard
 };
 
-// The board of a grid. Throws Error unless the sizes are positive and the spacing is not negative.
+// The board of a grid. Throws Error unless the sizes are positive and the spacing is not negative,
+// and if there are more than kMaxBoardParts tags or the ids do not fit an int.
 Board grid_board(const Grid& grid, std::string family = "tag36h11", int border_bits = 2,
                  bool corner_squares = true);
 
-// A checkerboard. Throws Error unless there are 2 x 2 corners or more and the spacings are
-// positive.
+// A checkerboard. Throws Error unless there are 2 x 2 corners or more, kMaxBoardParts at most, and
+// the spacings are positive, and if the ids do not fit an int.
 Board checkerboard_board(const Checkerboard& checkerboard);
 
 // A ChArUco board with square squares; `checkerboard.starts_black` is set by the layout. Throws

@@ -134,4 +134,8 @@ std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed) {
 
 std::string image_name(int view) { return fmt::format("{:03}.png", view); }
 
+std::uint64_t noise_seed(std::uint64_t seed, int view) {
+  return Random(seed, static_cast<std::uint64_t>(view)).next();
+}
+
 }  // namespace tagcal

@@ -150,4 +150,8 @@ std::vector<Pose> camera_poses(const Scene& scene, std::uint64_t seed);
 // The name of the image of view i: "000.png", "001.png", ...
 std::string image_name(int view);
 
+// The seed of the noise in view i, for `expose`: each view has its own, so that the pictures do not
+// depend on their order.
+std::uint64_t noise_seed(std::uint64_t seed, int view);
+
 }  // namespace tagcal

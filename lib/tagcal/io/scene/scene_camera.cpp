@@ -129,11 +129,6 @@ void cut_sector(const YamlValue& value, SceneCamera& camera) {
   camera.camera = cropped(camera.camera, all[static_cast<std::size_t>(row * columns + column)]);
 }
 
-bool contains(const Model& model, const Camera& camera) {
-  const auto lens = model.lens(model.free_values(camera.lens), camera.image_size);
-  return lens && std::ranges::equal(parameters(*lens), parameters(camera.lens));
-}
-
 // The camera of a part of the picture, of one with larger pixels, or of another size; its principal
 // point need not be in the middle, nor its pixels square.
 void change_pixels(const YamlValue& value, SceneCamera& camera) {
@@ -147,11 +142,9 @@ void change_pixels(const YamlValue& value, SceneCamera& camera) {
   if (const auto size = value.find("resized"))
     camera.camera = resized(camera.camera, read_image_size_value(*size));
   if (camera.model == kParallelModel) return;
-  const Model& given = Model::named(camera.model);
-  if (contains(given, camera.camera)) return;
-  const auto smallest = std::ranges::find_if(Model::all(), [&](const Model& model) {
-    return model.lens_type() == given.lens_type() && contains(model, camera.camera);
-  });
+  if (Model::named(camera.model).contains(camera.camera)) return;
+  const auto smallest = std::ranges::find_if(
+      Model::all(), [&](const Model& model) { return model.contains(camera.camera); });
   camera.model = smallest->name();  // one exists: opencv8 and fisheye4 have all parameters
 }
 

@@ -11,8 +11,6 @@
 namespace tagcal::internal {
 namespace {
 
-constexpr int kMaxTags = 100'000;
-constexpr int kMaxPoints = 100'000;
 constexpr const char* kTypes = "must be aprilgrid, tags, checkerboard, charuco or points";
 constexpr int kMaxId = std::numeric_limits<int>::max();
 
@@ -44,12 +42,12 @@ Board read_grid(const YamlValue& top, std::optional<int> first_id,
       top.unknown_keys({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "first_id",
                         "family", "border_bits", "corner_squares"});
   Grid grid;
-  grid.columns = top.at("tagCols").whole(1, kMaxTags);
-  grid.rows = top.at("tagRows").whole(1, kMaxTags);
+  grid.columns = top.at("tagCols").whole(1, kMaxBoardParts);
+  grid.rows = top.at("tagRows").whole(1, kMaxBoardParts);
   const std::int64_t num_tags = std::int64_t{grid.columns} * grid.rows;
-  if (num_tags > kMaxTags) {
+  if (num_tags > kMaxBoardParts) {
     top.fail_plainly(
-        fmt::format("tagCols * tagRows: must be at most {}, got {}", kMaxTags, num_tags));
+        fmt::format("tagCols * tagRows: must be at most {}, got {}", kMaxBoardParts, num_tags));
   }
   grid.tag_size = top.at("tagSize").positive();
   grid.tag_spacing = top.at("tagSpacing").not_negative();
@@ -89,7 +87,7 @@ Board read_tags(const YamlValue& top, std::optional<int> first_id) {
   board.border_bits = pattern.border_bits;
   board.corner_squares = false;
   std::set<int> ids;
-  const std::vector<YamlValue> items = top.at("tags").items(1, kMaxTags);
+  const std::vector<YamlValue> items = top.at("tags").items(1, kMaxBoardParts);
   for (const YamlValue& item : items) {
     item.allow_only({"id", "size", "pose"});
     Tag tag;
@@ -125,7 +123,7 @@ Board read_points(const YamlValue& top, std::optional<int> first_id) {
   board.border_bits = 1;
   board.corner_squares = false;
   std::set<int> ids;
-  for (const YamlValue& item : top.at("points").items(1, kMaxPoints)) {
+  for (const YamlValue& item : top.at("points").items(1, kMaxBoardParts)) {
     board.points.push_back(read_point(item, ids));
   }
   const std::int64_t shift = id_shift(top, ids, first_id);
@@ -142,12 +140,12 @@ struct Counts {
 
 // Numbers of corners or squares in both directions.
 Counts read_counts(const YamlValue& top, const char* columns_key, const char* rows_key, int least) {
-  const Counts counts{top.at(columns_key).whole(least, kMaxPoints),
-                      top.at(rows_key).whole(least, kMaxPoints)};
+  const Counts counts{top.at(columns_key).whole(least, kMaxBoardParts),
+                      top.at(rows_key).whole(least, kMaxBoardParts)};
   const std::int64_t num_points = std::int64_t{counts.columns} * counts.rows;
-  if (num_points > kMaxPoints) {
+  if (num_points > kMaxBoardParts) {
     top.fail_plainly(fmt::format("{} * {}: must be at most {}, got {}", columns_key, rows_key,
-                                 kMaxPoints, num_points));
+                                 kMaxBoardParts, num_points));
   }
   return counts;
 }

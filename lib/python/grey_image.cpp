@@ -1,0 +1,76 @@
+#include "python/grey_image.hpp"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
+
+namespace tagcal::python {
+namespace {
+
+using Input =
+    std::variant<std::filesystem::path, PictureArray<std::uint8_t>, PictureArray<std::uint16_t>>;
+
+Input input_of(const ImageLike& argument, const std::string& name) {
+  if (py::isinstance<py::str>(argument) || py::hasattr(argument, "__fspath__")) {
+    py::detail::make_caster<std::filesystem::path> path;
+    if (path.load(argument, true)) return py::detail::cast_op<std::filesystem::path>(path);
+    throw Error(name + ": is no path of a file");
+  }
+  if (!py::isinstance<py::array>(argument))
+    throw Error(name + ": must be an array (height, width) or the path of a file, got " +
+                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+  const py::dtype type = py::reinterpret_borrow<py::array>(argument).dtype();
+  if (type.kind() == 'u' && type.itemsize() == 2)
+    return PictureArray<std::uint16_t>(argument, name.c_str());
+  if (type.kind() != 'u' || type.itemsize() != 1)
+    throw Error(name + ": must be uint8 or uint16, got " +
+                py::cast<std::string>(type.attr("__str__")()) +
+                "; convert it, for example with (255 * image).astype(np.uint8)");
+  return PictureArray<std::uint8_t>(argument, name.c_str());
+}
+
+Image8 copy_of(const ImageView8& view) {
+  Image8 image(view.size());
+  for (int y = 0; y < view.height(); ++y) std::copy_n(view.row(y), view.width(), image.row(y));
+  return image;
+}
+
+}  // namespace
+
+GreyImage::GreyImage(const ImageLike& argument, const std::string& name)
+    : input_(input_of(argument, name)) {}
+
+Image8 GreyImage::loaded() const {
+  if (const auto* file = std::get_if<std::filesystem::path>(&input_)) return read_image(*file);
+  if (const ImageView16* wide = wide_view()) return scaled_to_8_bits(*wide);
+  return copy_of(std::get<PictureArray<std::uint8_t>>(input_).view());
+}
+
+void GreyImage::load() {
+  if (const auto* array = std::get_if<PictureArray<std::uint8_t>>(&input_)) {
+    view_ = array->view();
+    return;
+  }
+  image_ = loaded();
+  view_ = image_;
+}
+
+const ImageView16* GreyImage::wide_view() const {
+  const auto* array = std::get_if<PictureArray<std::uint16_t>>(&input_);
+  return array ? &array->view() : nullptr;
+}
+
+ImageSource GreyImage::source(const std::string& name) const {
+  return {name, [this] { return loaded(); }};
+}
+
+std::string GreyImage::file_name() const {
+  const auto* file = std::get_if<std::filesystem::path>(&input_);
+  return file ? file->filename().string() : "";
+}
+
+}  // namespace tagcal::python

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include "tagcal/scene/moving_scene.hpp"
+
+namespace tagcal::python {
+
+// A number in a range, given with its ends in words: "exposure: must be > 0, got -1".
+double positive(double value, const char* name);
+double not_negative(double value, const char* name);
+double level(double value, const char* name);  // 0 to 1
+
+// The view of a scene: its number, and the scene as it stands then. Throws Error for a number that
+// the scene does not have.
+void check_view(const MovingScene& scene, int view);
+
+// Parts of bind_scene: Sensor, Occluder, the lamps and Light; functions that render.
+void bind_scene_parts(pybind11::module_& m);
+void bind_render(pybind11::module_& m);
+
+}  // namespace tagcal::python
