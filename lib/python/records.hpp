@@ -34,6 +34,10 @@ class Record : public py::class_<T, Options...> {
   Record& field(const char* name, Get&& get, const char* doc) {
     if constexpr (std::is_member_object_pointer_v<std::decay_t<Get>>)
       this->def_readonly(name, get, doc);
+    else if constexpr (std::is_member_function_pointer_v<std::decay_t<Get>>)
+      // A pointer to a member is called with null if someone calls the getter with None.
+      this->def_property_readonly(
+          name, [get](const T& record) { return (record.*get)(); }, doc);
     else
       this->def_property_readonly(name, std::forward<Get>(get), doc);
     const py::tuple fields = this->attr("_fields");

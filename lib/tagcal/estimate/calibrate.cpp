@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
@@ -146,6 +147,15 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   result.outliers.insert(result.outliers.end(), input.rejected.begin(), input.rejected.end());
   result.seconds.total = seconds_since(begin);
   return result;
+}
+
+double camera_error_px(const Calibration& calibration) {
+  double projection = 0;
+  for (const ProjectionUncertainty& p : calibration.projection)
+    if (std::isfinite(p.distance_m) || projection == 0) projection = p.region_px;
+  const double noise =
+      calibration.sigma_of_corners ? calibration.model_error_px : calibration.sigma_px;
+  return std::hypot(noise, std::isfinite(projection) ? projection : 0);
 }
 
 }  // namespace tagcal

@@ -18,4 +18,10 @@ void check_options(const CalibrateOptions& options);
 // board, and for a start with another image size.
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options = {});
 
+// The error of a projection by the calibrated camera per coordinate, besides the noise of a corner:
+// the error of lens and target that the residuals show (all of the residuals if the corners had no
+// covariances) and the projection's uncertainty at the corners' distance. view_correspondences
+// (view_correspondences.hpp) takes it.
+double camera_error_px(const Calibration& calibration);
+
 }  // namespace tagcal

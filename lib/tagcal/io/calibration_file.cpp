@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cassert>
-#include <cmath>
 
+#include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
@@ -33,14 +33,6 @@ std::string projection_yaml(const Calibration& calibration) {
     text += fmt::format("   - distance_m: {}\n     ", number_yaml(p.distance_m)) +
             matrix_yaml("sigma_px", p.sigma_px, 5);
   return text;
-}
-
-double camera_error_px(const Calibration& c) {
-  double projection = 0;
-  for (const ProjectionUncertainty& p : c.projection)
-    if (std::isfinite(p.distance_m) || projection == 0) projection = p.region_px;
-  const double noise = c.sigma_of_corners ? c.model_error_px : c.sigma_px;
-  return std::hypot(noise, std::isfinite(projection) ? projection : 0);
 }
 
 // The further keys of a view of model weak: its scale, and the uncertainty.

@@ -1,0 +1,147 @@
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/calibration.hpp"
+#include "python/records.hpp"
+
+// What a Calibration consists of.
+
+namespace tagcal::python {
+namespace {
+
+template <typename T>
+auto corner_of(const T& t) {
+  return std::pair(t.id.tag_id, t.id.corner);
+}
+
+void bind_projection(py::module_& m) {
+  Record<ProjectionUncertainty>(
+      m, "ProjectionUncertainty",
+      "Standard deviation of the projection (px per coordinate) over an image, of the points at "
+      "one distance. What a moved and rotated camera explains is subtracted, because the pose "
+      "absorbs it in any use of the lens.")
+      .field("distance_m", &ProjectionUncertainty::distance_m, "Of the points; may be infinite.")
+      .field("grid", &ProjectionUncertainty::grid, "The nodes of the map.")
+      .field(
+          "sigma_px", [](const ProjectionUncertainty& p) { return matrix_array(p.sigma_px); },
+          "(rows, columns), at the nodes of the grid; NaN if a node has no ray.")
+      .field("region_px", &ProjectionUncertainty::region_px,
+             "RMS over the samples of the region; infinite without samples.")
+      .field("region_max_px", &ProjectionUncertainty::region_max_px, "Largest over the samples.")
+      .representation([](const ProjectionUncertainty& p) {
+        return distance_text(p.distance_m) + ": rms " + number(p.region_px, 3) + " px";
+      });
+}
+
+void bind_view(py::module_& m) {
+  Record<CalibratedView>(m, "CalibratedView", "The pose of one view of a calibration.")
+      .field("image", &CalibratedView::image, "The name of the picture; may be empty.")
+      .field("view", &CalibratedView::view, "Its index in Dataset.views.")
+      .field("camera_from_world", &CalibratedView::camera_from_world,
+             "The Pose. With model \"weak\" the point X projects to scale (R X + t) + centre of "
+             "the image, and t_z is 0.")
+      .field(
+          "covariance", [](const CalibratedView& v) { return matrix_array(v.covariance); },
+          "(6, 6), of (omega rad, tau m) in the camera frame: R <- exp(omega) R, t <- t + tau. "
+          "With model \"weak\" that of t_z is NaN.")
+      .field("num_corners", &CalibratedView::num_corners, "That take part.")
+      .field("rms_px", &CalibratedView::rms_px, "sqrt(sum |r|^2 / corners).")
+      .field("scale_px_per_m", &CalibratedView::scale_px_per_m, "With model \"weak\"; else None.")
+      .field("scale_sigma_px_per_m", &CalibratedView::scale_sigma_px_per_m,
+             "Standard deviation of the scale; NaN if it is not known, 0 without a scale.")
+      .field("mirrored", &CalibratedView::mirrored,
+             "With model \"weak\" and a plane: the second Pose, which fits as well; else None.")
+      .representation([](const CalibratedView& v) {
+        return "\"" + v.image + "\" " + std::to_string(v.num_corners) + " corners, rms " +
+               number(v.rms_px, 3) + " px";
+      });
+}
+
+void bind_outlier(py::module_& m) {
+  Record<Outlier>(m, "Outlier", "A rejected corner.")
+      .field("image", &Outlier::image, "The name of the picture; may be empty.")
+      .field("id", &corner_of<Outlier>, "(tag, corner), as in View.ids.")
+      .field("residual_px", &Outlier::residual_px,
+             "Its distance from where the answer projects it; NaN if it is outside the lens' "
+             "domain.")
+      .field("view", &Outlier::view, "Index of the view in Dataset.views.")
+      .field("corner", &Outlier::corner, "Index of the corner in View.pixels.")
+      .representation([](const Outlier& o) {
+        return "\"" + o.image + "\" (" + std::to_string(o.id.tag_id) + ", " +
+               std::to_string(o.id.corner) + "), residual " + number(o.residual_px, 4) + " px";
+      });
+}
+
+void bind_step(py::module_& m) {
+  Record<ModelStep>(m, "ModelStep", "One model of the ladder in the choice of \"auto\".")
+      .field("model", &ModelStep::model, "Its name.")
+      .field("num_parameters", &ModelStep::num_parameters, "Its free parameters.")
+      .field("cost", &ModelStep::cost,
+             "Sum of squared (whitened) residuals, each up to the rejection bound.")
+      .field("bic", &ModelStep::bic, "Bayesian information criterion.")
+      .field("difference_px", &ModelStep::difference_px,
+             "Difference of its projection from that of the model of lowest BIC, RMS over the "
+             "seen region, less a motion of the camera. None if the two were not compared.")
+      .field("weight", &ModelStep::weight,
+             "Akaike weight, if the model contributes to the standard deviations.")
+      .field("taken", &ModelStep::taken, "The answer, or a fit that the answer started from.")
+      .field("sentence", &ModelStep::sentence, "The reason.")
+      .representation([](const ModelStep& s) { return s.model + ": " + s.sentence; });
+}
+
+void bind_checks(py::module_& m) {
+  Record<HalvesCheck>(m, "HalvesCheck",
+                      "Cross-validation: the lenses of two halves of the views, compared.")
+      .field("difference_px", &HalvesCheck::difference_px,
+             "Of their projections, less a motion of the camera: RMS per coordinate.")
+      .field("predicted_px", &HalvesCheck::predicted_px, "Its standard deviation.")
+      .field("ratio", &HalvesCheck::ratio, "difference_px / predicted_px.")
+      .field("disagree", &HalvesCheck::disagree,
+             "True if the ratio exceeds 2, and chi-square of the parameters p = 0.001.")
+      .representation([](const HalvesCheck& h) {
+        return std::string(h.disagree ? "disagree" : "agree") + ", ratio " + number(h.ratio, 3);
+      });
+  Record<BoardWarp>(m, "BoardWarp",
+                    "The bend of a board: a point at (x, y) is out of its plane, towards the "
+                    "viewer, by bend[0] (1 - x'^2) + bend[1] (1 - y'^2), with x' and y' from -1 to "
+                    "1 over the board.")
+      .field(
+          "bend_mm", [](const BoardWarp& w) { return w.bend_mm; }, "(2,), millimetres.")
+      .field(
+          "sigma_mm", [](const BoardWarp& w) { return w.sigma_mm; }, "(2,): standard deviations.")
+      .field("chi_square", &BoardWarp::chi_square,
+             "Of the hypothesis of a flat board, two degrees of freedom.")
+      .representation([](const BoardWarp& w) {
+        return number(w.bend_mm.x(), 3) + " +- " + number(w.sigma_mm.x(), 2) + " mm in x, " +
+               number(w.bend_mm.y(), 3) + " +- " + number(w.sigma_mm.y(), 2) + " mm in y";
+      });
+  Record<WeakDirection>(m, "WeakDirection", "A weakly determined combination of parameters.")
+      .field("parameter", &WeakDirection::parameter,
+             "The one with the largest effect on the projection.")
+      .field("sigma_px", &WeakDirection::sigma_px,
+             "Its effect on the projection at infinity, RMS over the seen region.")
+      .field("sentence", &WeakDirection::sentence,
+             "The parameters that are correlated, and a remedy.")
+      .representation([](const WeakDirection& w) {
+        return w.parameter + " " + number(w.sigma_px, 3) + " px: " + w.sentence;
+      });
+  Record<CalibrateSeconds>(m, "CalibrateSeconds", "Wall-clock times, seconds.")
+      .field("start", &CalibrateSeconds::start, "Closed form and robust search.")
+      .field("solve", &CalibrateSeconds::solve, "Bundle adjustment.")
+      .field("covariance", &CalibrateSeconds::covariance, "Covariance and checks.")
+      .field("total", &CalibrateSeconds::total, "All.")
+      .representation([](const CalibrateSeconds& s) { return number(s.total, 3) + " s"; });
+}
+
+}  // namespace
+
+void bind_calibration_parts(py::module_& m) {
+  bind_projection(m);
+  bind_view(m);
+  bind_outlier(m);
+  bind_step(m);
+  bind_checks(m);
+}
+
+}  // namespace tagcal::python

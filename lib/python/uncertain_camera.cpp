@@ -1,0 +1,321 @@
+#include "python/uncertain_camera.hpp"
+
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "python/calibration.hpp"
+#include "python/findings.hpp"
+#include "python/geometry.hpp"
+#include "python/records.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/uncertain_points.hpp"
+
+namespace tagcal::python {
+
+std::optional<Camera> camera_of_answer(const Calibration& calibration) {
+  if (!is_answer(calibration.status) || calibration.model == "weak") return std::nullopt;
+  return calibration.camera;
+}
+
+CalibrationFile known_camera(const Calibration& calibration) {
+  if (!is_answer(calibration.status))
+    throw Error(refusal(calibration.status, calibration.findings));
+  const std::optional<Camera> camera = camera_of_answer(calibration);
+  if (!camera)
+    throw Error("model weak has no camera for all views: each of them has its own scale");
+  return {*camera,
+          calibration.model,
+          calibration.fixed,
+          calibration.sigmas,
+          calibration.covariance,
+          calibration.seen,
+          camera_error_px(calibration)};
+}
+
+CalibrationFile known_camera(const CameraLike& argument, const char* name) {
+  const std::string prefix = std::string(name) + ": ";
+  if (py::isinstance<Camera>(argument)) {
+    CalibrationFile known;
+    known.camera = py::cast<const Camera&>(argument);
+    return known;
+  }
+  if (py::isinstance<CalibrationFile>(argument)) return py::cast<const CalibrationFile&>(argument);
+  if (!py::isinstance<Calibration>(argument))
+    throw Error(prefix + "must be a Camera, an UncertainCamera or a Calibration, got " +
+                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+  try {
+    return known_camera(py::cast<const Calibration&>(argument));
+  } catch (const Error& error) {
+    throw Error(prefix + error.what());
+  }
+}
+
+LensOfModel lens_of_model(const CalibrationFile& known) {
+  LensOfModel result{nullptr, {nullptr, known.camera.lens, {}}};
+  if (known.covariance.size() == 0) return result;
+  const LensType type = Model::named(known.model).lens_type();
+  result.held = std::make_shared<const HeldModels>(known.fixed, type);
+  result.lens.model = &result.held->named(known.model);
+  result.lens.covariance = known.covariance;
+  return result;
+}
+
+namespace {
+
+using Fixed = std::map<std::string, double>;
+
+// N matrices (K, K), or one for all; symmetric, finite, with variances >= 0. None: zeros.
+std::vector<Eigen::MatrixXd> covariances_of(const std::optional<ArrayLike>& argument,
+                                            const char* name, std::size_t n, py::ssize_t k) {
+  if (!argument) return std::vector<Eigen::MatrixXd>(n, Eigen::MatrixXd::Zero(k, k));
+  const py::array_t<double> array = real_array(*argument, name);
+  const bool is_one = array.ndim() == 2;
+  const py::ssize_t count = is_one ? 1 : static_cast<py::ssize_t>(n);
+  if ((array.ndim() != 2 && array.ndim() != 3) || array.shape(array.ndim() - 1) != k ||
+      array.shape(array.ndim() - 2) != k || (!is_one && array.shape(0) != count)) {
+    const std::string shape = std::to_string(k) + ", " + std::to_string(k) + ")";
+    throw Error(std::string(name) + ": must have the shape (" + std::to_string(n) + ", " + shape +
+                " or (" + shape + ", got " + py::cast<std::string>(py::str(array.attr("shape"))));
+  }
+  std::vector<Eigen::MatrixXd> matrices;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double* const values = array.data() + (is_one ? 0 : static_cast<py::ssize_t>(i) * k * k);
+    const Eigen::MatrixXd m = Eigen::Map<const Eigen::MatrixXd>(values, k, k);
+    const double largest = m.cwiseAbs().maxCoeff();
+    if (!m.allFinite() || !(m.diagonal().minCoeff() >= 0) ||
+        (m - m.transpose()).cwiseAbs().maxCoeff() > 1e-9 * largest)
+      throw Error(std::string(name) +
+                  ": must be finite and symmetric, with variances >= 0; matrix " +
+                  std::to_string(i) + " is not");
+    matrices.push_back(m);
+  }
+  return matrices;
+}
+
+// Rows of vectors and their covariances, as a result; NaN where there is none.
+template <int K>
+class UncertainRows {
+ public:
+  explicit UncertainRows(std::size_t n)
+      : rows_({static_cast<py::ssize_t>(n), py::ssize_t{K}}),
+        covariances_({static_cast<py::ssize_t>(n), py::ssize_t{K}, py::ssize_t{K}}),
+        row_(rows_.mutable_data()),
+        covariance_(covariances_.mutable_data()) {}
+
+  template <typename Vector, typename Matrix>
+  void set(std::size_t i, const Vector& x, const Matrix& covariance) {
+    std::copy_n(x.data(), K, row_ + i * K);
+    Eigen::Map<Eigen::Matrix<double, K, K>>(covariance_ + i * K * K) = covariance;  // symmetric
+  }
+  void set_none(std::size_t i) {
+    std::fill_n(row_ + i * K, K, std::nan(""));
+    std::fill_n(covariance_ + i * K * K, K * K, std::nan(""));
+  }
+
+  std::pair<py::array_t<double>, py::array_t<double>> arrays(bool is_single) {
+    if (is_single) return {rows_.reshape({K}), covariances_.reshape({K, K})};
+    return {rows_, covariances_};
+  }
+
+ private:
+  py::array_t<double> rows_, covariances_;
+  double* row_;
+  double* covariance_;
+};
+
+using Arrays = std::pair<py::array_t<double>, py::array_t<double>>;
+
+Arrays project_points(const CalibrationFile& known, const ArrayLike& points,
+                      const std::optional<ArrayLike>& covariances) {
+  const Rows3 rows(points, "points");
+  const auto noise = covariances_of(covariances, "covariances", rows.size(), 3);
+  UncertainRows<2> result(rows.size());
+  {
+    py::gil_scoped_release release;
+    const LensOfModel model = lens_of_model(known);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (const auto pixel = project(model.lens, UncertainPoint{rows[i], noise[i]}))
+        result.set(i, pixel->pixel, pixel->covariance_px2);
+      else
+        result.set_none(i);
+    }
+  }
+  return result.arrays(rows.is_single());
+}
+
+// The points of pixels; `point`: a function of (lens, pixel, index) that may have no value.
+template <typename Point>
+Arrays points_of(const CalibrationFile& known, const ArrayLike& pixels,
+                 const std::optional<ArrayLike>& covariances, const Point& point) {
+  const Rows2 rows(pixels, "pixels");
+  const auto noise = covariances_of(covariances, "covariances", rows.size(), 2);
+  UncertainRows<3> result(rows.size());
+  {
+    py::gil_scoped_release release;
+    const LensOfModel model = lens_of_model(known);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const UncertainPixel pixel{rows[i], noise[i]};
+      const std::optional<UncertainPoint> x = point(model.lens, pixel, i);
+      if (x)
+        result.set(i, x->x, x->covariance);
+      else
+        result.set_none(i);
+    }
+  }
+  return result.arrays(rows.is_single());
+}
+
+Arrays directions(const CalibrationFile& known, const ArrayLike& pixels,
+                  const std::optional<ArrayLike>& covariances) {
+  return points_of(
+      known, pixels, covariances,
+      [](const auto& lens, const auto& pixel, std::size_t) { return direction(lens, pixel); });
+}
+
+// One number, or (N,) of them, all finite and >= 0.
+std::vector<double> lengths_of(const ArrayLike& argument, const char* name, std::size_t n) {
+  const py::array_t<double> array = real_array(argument, name);
+  if (array.ndim() > 1 || (array.ndim() == 1 && array.shape(0) != static_cast<py::ssize_t>(n)))
+    throw Error(std::string(name) + ": must be a number or have the shape (" + std::to_string(n) +
+                ",), got the shape " + py::cast<std::string>(py::str(array.attr("shape"))));
+  std::vector<double> lengths(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    lengths[i] = array.data()[array.ndim() == 0 ? 0 : i];
+    if (!(lengths[i] >= 0 && std::isfinite(lengths[i])))
+      throw Error(std::string(name) + ": must be >= 0, got " + number(lengths[i]));
+  }
+  return lengths;
+}
+
+Arrays at_depth(const CalibrationFile& known, const ArrayLike& pixels, const ArrayLike& depth_m,
+                const ArrayLike& sigma_depth_m, const std::optional<ArrayLike>& covariances) {
+  const std::size_t n = Rows2(pixels, "pixels").size();
+  const std::vector<double> depths = lengths_of(depth_m, "depth_m", n);
+  const std::vector<double> sigmas = lengths_of(sigma_depth_m, "sigma_depth_m", n);
+  if (std::ranges::count(depths, 0.0) > 0) throw Error("depth_m: must be > 0, got 0");
+  return points_of(known, pixels, covariances,
+                   [&](const auto& lens, const auto& pixel, std::size_t i) {
+                     return point_at_depth(lens, pixel, depths[i], sigmas[i]);
+                   });
+}
+
+Arrays on_plane(const CalibrationFile& known, const ArrayLike& pixels,
+                const PoseLike& camera_from_plane, const std::optional<ArrayLike>& covariances) {
+  const Pose pose = pose_of(camera_from_plane, "camera_from_plane");
+  return points_of(known, pixels, covariances,
+                   [&](const auto& lens, const auto& pixel, std::size_t) {
+                     return point_on_plane(lens, pixel, pose);
+                   });
+}
+
+// The standard deviations of the lens' parameters, from the covariance of the free ones.
+std::vector<double> sigmas_of(const CalibrationFile& known) {
+  const LensOfModel model = lens_of_model(known);
+  if (!model.lens.model) return {};
+  std::vector<double> sigmas(parameters(known.camera.lens).size(), 0.0);
+  const auto& free = model.lens.model->free();
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    for (const int k : free[i].lens_parameters)
+      sigmas[static_cast<std::size_t>(k)] = std::sqrt(known.covariance(at, at));
+  }
+  return sigmas;
+}
+
+CalibrationFile make(const Camera& camera, const std::optional<std::string>& model,
+                     const std::optional<ArrayLike>& covariance, const Fixed& fixed,
+                     const std::optional<SeenRegion>& seen,
+                     const std::optional<double>& camera_error_px) {
+  CalibrationFile known;
+  known.camera = camera;
+  known.model = model.value_or("");
+  known.fixed = fixed;
+  if (seen) known.seen = *seen;
+  if (camera_error_px && !(*camera_error_px >= 0 && std::isfinite(*camera_error_px)))
+    throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
+  known.camera_error_px = camera_error_px;
+  if (!model) {
+    if (covariance) throw Error("covariance: needs the model whose parameters it is of");
+    return known;
+  }
+  const Model& named = Model::named(*model);
+  if (static_cast<std::size_t>(named.lens_type()) != camera.lens.index())
+    throw Error("model: " + *model + " has another kind of lens than the camera");
+  const HeldModels held(fixed, named.lens_type());
+  if (!covariance) return known;
+  const py::ssize_t k = held.named(*model).num_free();
+  known.covariance = covariances_of(covariance, "covariance", 1, k).front();
+  known.sigmas = sigmas_of(known);
+  return known;
+}
+
+std::optional<py::array_t<double>> covariance_or_none(const CalibrationFile& known) {
+  if (known.covariance.size() == 0) return std::nullopt;
+  return matrix_array(known.covariance);
+}
+
+void define_fields(Record<CalibrationFile>& record) {
+  record.field(
+      "camera", [](const CalibrationFile& k) { return k.camera; }, "The Camera.");
+  record.field("model", &CalibrationFile::model, "Its model, such as \"opencv5\"; \"\": unknown.");
+  record.field("fixed", &CalibrationFile::fixed, "Lens parameters that were held, by name.");
+  record.field(
+      "sigmas", [](const CalibrationFile& k) { return by_name(k.camera.lens, k.sigmas); },
+      "Standard deviation of each lens parameter by name, 0 for a held one; empty: unknown.");
+  record.field("covariance", &covariance_or_none,
+               "(K, K), of the model's free parameters; None: unknown, taken as exact.");
+  record.field("seen", &CalibrationFile::seen, "The region of the corners; empty: unknown.");
+  record.field("camera_error_px", &CalibrationFile::camera_error_px,
+               "Error of a projection per coordinate, besides the noise of a corner; None: "
+               "unknown. `estimate_view_pose` takes it.");
+  record.representation([](const CalibrationFile& k) {
+    const auto p = parameters(k.camera.lens);
+    return (k.model.empty() ? std::string("model unknown") : k.model) + ", " +
+           std::string(parameter_names(k.camera.lens)[0]) + " " + number(p[0]) +
+           (k.sigmas.empty() ? "" : " +- " + number(k.sigmas[0], 2)) + ", " +
+           std::to_string(k.camera.image_size.width) + " x " +
+           std::to_string(k.camera.image_size.height);
+  });
+}
+
+void define_projection(Record<CalibrationFile>& record) {
+  record.def("project", &project_points, py::arg("points"), py::arg("covariances") = py::none(),
+             "The pixels (N, 2) of points (N, 3), metres, in the camera frame, and their "
+             "covariances (N, 2, 2), px^2: of the lens and of the points, whose own are "
+             "`covariances` (N, 3, 3) or (3, 3). NaN where the lens has no pixel.");
+  record.def("direction", &directions, py::arg("pixels"), py::arg("covariances") = py::none(),
+             "The unit directions (N, 3) of the rays of pixels (N, 2), and their covariances (N, "
+             "3, 3), of rank 2. `covariances` (N, 2, 2) or (2, 2): of the pixels. NaN where a "
+             "pixel has no ray.");
+  record.def("point_at_depth", &at_depth, py::arg("pixels"), py::arg("depth_m"),
+             py::arg("sigma_depth_m") = 0.0, py::arg("covariances") = py::none(),
+             "The points (N, 3) of pixels (N, 2) at a depth (z in the camera frame), one for all "
+             "or (N,), and their covariances (N, 3, 3).");
+  record.def("point_on_plane", &on_plane, py::arg("pixels"), py::arg("camera_from_plane"),
+             py::arg("covariances") = py::none(),
+             "The points (N, 3) of pixels (N, 2) on the plane z = 0 of a frame, in that frame (the "
+             "Pose is exact), and their covariances (N, 3, 3). NaN where the ray does not meet "
+             "the plane in front of the camera.");
+}
+
+}  // namespace
+
+void bind_uncertain_camera(py::module_& m) {
+  Record<CalibrationFile> record(m, "UncertainCamera",
+                                 "A camera with what is known of it: as `Calibration` and files of "
+                                 "cameras have it. It projects points with covariances.");
+  record.def(py::init(&make), py::arg("camera"), py::arg("model") = py::none(),
+             py::arg("covariance") = py::none(), py::arg("fixed") = Fixed(),
+             py::arg("seen") = py::none(), py::arg("camera_error_px") = py::none(),
+             "`covariance` (K, K): of the free parameters of the model of that name, without those "
+             "in `fixed`. Without it the camera is taken as exact.");
+  define_fields(record);
+  define_projection(record);
+}
+
+}  // namespace tagcal::python

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+
+#include "tagcal/camera/model.hpp"
+#include "tagcal/estimate/types.hpp"
+#include "tagcal/io/types.hpp"
+
+namespace tagcal::python {
+
+// A camera and what is known of it: a Camera (taken as exact), an UncertainCamera (which is
+// CalibrationFile in C++) or a Calibration.
+class CameraLike : public pybind11::object {
+  static bool is_any(PyObject*) { return true; }
+
+ public:
+  PYBIND11_OBJECT_DEFAULT(CameraLike, pybind11::object, is_any)
+};
+
+// Throws Error with the argument's name for other objects, and for a calibration without a camera.
+CalibrationFile known_camera(const CameraLike& argument, const char* name);
+
+// What is known of the camera of a calibration. Throws Error if it has no answer.
+CalibrationFile known_camera(const Calibration& calibration);
+
+// Its lens with the covariance of the free parameters of its model; `held` owns the model.
+struct LensOfModel {
+  std::shared_ptr<const HeldModels> held;
+  UncertainLens lens;
+};
+LensOfModel lens_of_model(const CalibrationFile& known);
+
+// Returns the camera of an answer, no value for others: the lens is then the last state of the
+// solver, or (model weak) one without the scale of each view.
+std::optional<Camera> camera_of_answer(const Calibration& calibration);
+
+}  // namespace tagcal::python
+
+namespace pybind11::detail {
+template <>
+struct handle_type_name<tagcal::python::CameraLike> {
+  static constexpr auto name = const_name("CameraLike");
+};
+}  // namespace pybind11::detail
