@@ -11,7 +11,6 @@
 #include "python/detect_options.hpp"
 #include "python/grey_image.hpp"
 #include "python/records.hpp"
-#include "tagcal/detect/detect_tags.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
 
@@ -132,42 +131,26 @@ DetectedView detect_one(const ImageLike& image, const TargetLike& target,
   return std::move(found.views.front());
 }
 
-std::vector<DetectedTag> find_tags(const ImageLike& image, const std::string& family,
-                                   int border_bits, const std::optional<Camera>& camera,
-                                   const std::string& refinement, int max_hamming) {
-  const DetectOptions options = detect_options(camera, refinement, max_hamming, 1);
-  GreyImage grey(image, "image");
-  py::gil_scoped_release release;
-  grey.load();
-  return detect_tags(grey.view(), {family, border_bits}, options);
-}
-
-py::array_t<double> corners_array(const std::array<Eigen::Vector2d, 4>& corners) {
-  return array_of(std::span<const Eigen::Vector2d>(corners));
-}
-
-std::string pixel_text(const Eigen::Vector2d& pixel) {
-  return "(" + number(pixel.x(), 5) + ", " + number(pixel.y(), 5) + ")";
-}
-
-Eigen::Vector2d centre(const std::array<Eigen::Vector2d, 4>& corners) {
-  return (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
-}
-
-// (4, 2, 2), the blocks of the corners.
-std::optional<py::array_t<double>> corner_covariances(const DetectedTag& tag) {
-  if (!tag.covariance_px2) return std::nullopt;
-  py::array_t<double> array({4, 2, 2});
-  double* out = array.mutable_data();
-  for (int i = 0; i < 4; ++i) {
-    const Matrix2 block = tag.covariance_px2->block<2, 2>(2 * i, 2 * i);
-    out = std::copy_n(block.data(), 4, out);
-  }
-  return array;
-}
-
 std::string warnings_count(std::size_t count) {
   return count == 0 ? "" : ", " + std::to_string(count) + (count == 1 ? " warning" : " warnings");
+}
+
+// For pickle, which would else store the View in it alone.
+py::tuple state_of(const DetectedView& view) {
+  py::list unfitted;
+  for (const UnfittedTag& tag : view.unfitted)
+    unfitted.append(py::make_tuple(tag.id, corners_array(tag.corners)));
+  return py::make_tuple(View(view), unfitted, view.warnings, view.unreadable);
+}
+
+DetectedView view_from_state(const py::tuple& state) {
+  if (state.size() != 4) throw Error("not the state of a view");
+  DetectedView view{py::cast<View>(state[0]), {}, {}, {}};
+  for (const py::handle& tag : py::cast<py::list>(state[1]))
+    view.unfitted.push_back({py::cast<int>(tag[py::int_(0)]), corners_of(tag[py::int_(1)])});
+  view.warnings = py::cast<std::vector<std::string>>(state[2]);
+  view.unreadable = py::cast<std::string>(state[3]);
+  return view;
 }
 
 void bind_views(py::module_& m) {
@@ -178,7 +161,7 @@ void bind_views(py::module_& m) {
           "corners", [](const UnfittedTag& tag) { return corners_array(tag.corners); },
           "(4, 2), approximate, px.")
       .representation([](const UnfittedTag& tag) {
-        return std::to_string(tag.id) + " at " + pixel_text(centre(tag.corners));
+        return std::to_string(tag.id) + " at " + centre_text(tag.corners);
       });
   Record<DetectedView, View> view(m, "DetectedView", "The corners that `detect` found.");
   view.attr("_fields") = py::type::of<View>().attr("_fields");
@@ -192,7 +175,8 @@ void bind_views(py::module_& m) {
         if (!v.unreadable.empty()) return v.unreadable;
         return "\"" + v.image + "\" " + std::to_string(v.observations.size()) + " corners" +
                warnings_count(v.warnings.size());
-      });
+      })
+      .def(py::pickle(&state_of, &view_from_state));
   py::class_<DetectedViews>(m, "DetectedViews", "A sequence of DetectedView, and all warnings.")
       .def_readonly("views", &DetectedViews::views, "A DetectedView for each picture.")
       .def_readonly("warnings", &DetectedViews::warnings,
@@ -215,30 +199,9 @@ void bind_views(py::module_& m) {
       });
 }
 
-void bind_detected_tag(py::module_& m) {
-  Record<DetectedTag>(m, "DetectedTag", "A tag in a picture, which may be on no known board.")
-      .field("id", &DetectedTag::id, "Its id in the family.")
-      .field(
-          "corners", [](const DetectedTag& tag) { return corners_array(tag.corners); },
-          "(4, 2), px: lower-left, lower-right, upper-right, upper-left of the upright tag.")
-      .field(
-          "covariance",
-          [](const DetectedTag& tag) -> std::optional<Eigen::MatrixXd> {
-            if (!tag.covariance_px2) return std::nullopt;
-            return Eigen::MatrixXd(*tag.covariance_px2);
-          },
-          "(8, 8), px^2, of (x0, y0, x1, ..); None if the pattern was not fitted.")
-      .representation([](const DetectedTag& tag) {
-        return std::to_string(tag.id) + " at " + pixel_text(centre(tag.corners));
-      })
-      .def_property_readonly("covariances", &corner_covariances,
-                             "(4, 2, 2), px^2, of each corner; None as `covariance`.");
-}
-
 void bind_functions(py::module_& m) {
-  constexpr const char* kFit = "fit";
   m.def("detect", &detect_one, py::arg("image"), py::arg("target"), py::arg("camera") = py::none(),
-        py::arg("name") = py::none(), py::arg("refinement") = kFit, py::arg("max_hamming") = 1,
+        py::arg("name") = py::none(), py::arg("refinement") = "fit", py::arg("max_hamming") = 1,
         "The corners of a target in one picture: an array (height, width) of uint8 or uint16, or "
         "the path of a file. 16 bits are scaled as in files: white is the brightest value, or "
         "twice the 99.9 % quantile. With the `camera` of the picture, tags are fitted under its "
@@ -246,25 +209,20 @@ void bind_functions(py::module_& m) {
         "(AprilTag's corners). `max_hamming`: wrong bits accepted in a tag, 0 to 2. Read "
         "`warnings` of the answer, and `explain` if tags are missing.");
   m.def("detect_all", &detect_many, py::arg("images"), py::arg("target"),
-        py::arg("camera") = py::none(), py::arg("names") = py::none(), py::arg("refinement") = kFit,
-        py::arg("max_hamming") = 1, py::arg("skip_unreadable") = false, py::arg("threads") = 0,
+        py::arg("camera") = py::none(), py::arg("names") = py::none(),
+        py::arg("refinement") = "fit", py::arg("max_hamming") = 1,
+        py::arg("skip_unreadable") = false, py::arg("threads") = 0,
         "The same for a list of pictures, arrays or paths, in parallel (`threads` 0: one per "
         "core). `names`: of the views; by default those of the files, or \"images[3]\". With "
         "`skip_unreadable`, a file that cannot be read becomes a view without corners.");
-  m.def("detect_tags", &find_tags, py::arg("image"), py::arg("family") = "tag36h11",
-        py::arg("border_bits") = 1, py::arg("camera") = py::none(), py::arg("refinement") = kFit,
-        py::arg("max_hamming") = 1,
-        "All tags of a family in one picture, without a board; ids may repeat. `border_bits`: "
-        "width of the black border in cells, 1 for plain tags, 2 on Kalibr's boards. The other "
-        "arguments are those of `detect`.");
 }
 
 }  // namespace
 
 void bind_detect(py::module_& m) {
   bind_views(m);
-  bind_detected_tag(m);
   bind_functions(m);
+  bind_detect_tags(m);
   bind_explain(m);
   bind_refine(m);
 }

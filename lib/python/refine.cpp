@@ -51,12 +51,16 @@ auto in_picture(const ImageLike& image, const Refine& refine) {
 
 TagFit refine_one_tag(const ImageLike& image, int id, const ArrayLike& corners,
                       const std::string& family, int border_bits,
+                      const std::optional<bool>& corner_squares, double tag_spacing,
                       const std::optional<Camera>& camera, double gamma) {
   const Rows2 rows(corners, "corners");
   if (rows.size() != 4)
     throw Error("corners: must have the shape (4, 2), got " + std::to_string(rows.size()) +
                 " rows");
-  const TagPattern pattern = tag_pattern(tag_family(family, border_bits), id, border_bits);
+  if (!(tag_spacing >= 0) || !std::isfinite(tag_spacing))
+    throw Error("tag_spacing: must be >= 0, got " + number(tag_spacing));
+  const TagPattern pattern = tag_pattern(tag_family(family, border_bits), id, border_bits,
+                                         {tag_spacing, corner_squares.value_or(border_bits == 2)});
   const TagFitOptions options = fit_options(camera, gamma);
   return in_picture(image, [&](const auto& picture) {
     return refine_tag(picture, pattern, {rows[0], rows[1], rows[2], rows[3]}, options);
@@ -156,11 +160,15 @@ void bind_fits(py::module_& m) {
 
 void bind_refine(py::module_& m) {
   bind_fits(m);
-  m.def("refine_tag", &refine_one_tag, py::arg("image"), py::arg("id"), py::arg("corners"),
-        py::arg("family") = "tag36h11", py::arg("border_bits") = 1, py::arg("camera") = py::none(),
-        py::arg("gamma") = 1.0,
-        "The corners of a tag whose id is known, by a fit of all its pixels, from corners (4, 2) "
-        "within about half a cell. `gamma`: grey level = light to this power.");
+  m.def(
+      "refine_tag", &refine_one_tag, py::arg("image"), py::arg("id"), py::arg("corners"),
+      py::arg("family") = "tag36h11", py::arg("border_bits") = 1,
+      py::arg("corner_squares") = py::none(), py::arg("tag_spacing") = 0.0,
+      py::arg("camera") = py::none(), py::arg("gamma") = 1.0,
+      "The corners of a tag whose id is known, by a fit of all its pixels, from corners (4, 2) "
+      "within about half a cell. `corner_squares`: Kalibr's black squares touch the corners (None: "
+      "with a border of 2), `tag_spacing` tag sizes wide (0: unknown). `gamma`: grey level = "
+      "light to this power.");
   m.def("refine_corner", &refine_one_corner, py::arg("image"), py::arg("image_from_squares"),
         py::arg("squares") = 1, py::arg("starts_black") = true, py::arg("camera") = py::none(),
         py::arg("gamma") = 1.0,

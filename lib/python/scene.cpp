@@ -147,6 +147,7 @@ void bind_scene(py::module_& m) {
            "edge. `paper_margin_m`: white paper around the tags.");
   define_state(scene);
   bind_render(m);
+  bind_paths(m);
 }
 
 }  // namespace tagcal::python

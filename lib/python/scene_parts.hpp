@@ -15,8 +15,9 @@ double level(double value, const char* name);  // 0 to 1
 // the scene does not have.
 void check_view(const MovingScene& scene, int view);
 
-// Parts of bind_scene: Sensor, Occluder, the lamps and Light; functions that render.
+// Parts of bind_scene: Sensor, Occluder, the lamps and Light; functions that render; poses.
 void bind_scene_parts(pybind11::module_& m);
 void bind_render(pybind11::module_& m);
+void bind_paths(pybind11::module_& m);
 
 }  // namespace tagcal::python

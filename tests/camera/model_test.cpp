@@ -34,6 +34,22 @@ TEST(Model, FreeValuesInvertLens) {
   }
 }
 
+TEST(Model, ContainsTheCamerasOfItsFreeParameters) {
+  const ImageSize size{640, 480};
+  const auto smallest = [&](const Lens& lens) {
+    for (const Model& model : Model::all())
+      if (model.contains({lens, size})) return std::string(model.name());
+    return std::string("none");
+  };
+  EXPECT_EQ(smallest(pinhole(600, 600, 319.5, 239.5)), "f");
+  EXPECT_EQ(smallest(pinhole(600, 600, 320, 239.5)), "f+c");
+  EXPECT_EQ(smallest(pinhole(600, 601, 320, 239.5)), "pinhole");
+  EXPECT_EQ(smallest(Perspective({600, 600, 320, 240, 0.1})), "radial1");
+  EXPECT_EQ(smallest(Perspective({600, 600, 320, 240, 0.1, 0, 0, 0, 0, 0, 0, 1e-9})), "opencv8");
+  EXPECT_EQ(smallest(Fisheye({300, 300, 320, 240, 0.1})), "fisheye4");
+  EXPECT_EQ(smallest(Parallel({500, 500, 319.5, 239.5, 0.3, 0})), "none");
+}
+
 TEST(Model, WhatIsNoLensHasNoValue) {
   EXPECT_FALSE(Model::named("f").lens(std::vector<double>{-1}, {640, 480}).has_value());
   EXPECT_FALSE(Model::named("f").lens(std::vector<double>{std::nan("")}, {640, 480}).has_value());

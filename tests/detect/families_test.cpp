@@ -163,6 +163,17 @@ TEST(Families, CodesOfTheSameTagStandApart) {
   }
 }
 
+TEST(Families, OfBoardsAreThoseOfTheirTags) {
+  const PlacedBoard squares{checkerboard_board({3, 3, 0.1, 0.1}), Pose()};
+  const PlacedBoard plain{grid_board({2, 1, 0.1, 0.3}, "tag25h9", 1, false), Pose()};
+  const PlacedBoard kalibr{grid_board({2, 1, 0.1, 0.3}), Pose()};
+  const TagFamilies families = tag_families({squares, plain, kalibr});
+  ASSERT_EQ(families.size(), 2u);
+  EXPECT_EQ(families.at("tag25h9").codes, tag_family("tag25h9", 1).codes);
+  EXPECT_EQ(families.at("tag36h11").name, "tag36h11");
+  EXPECT_THROW(tag_families({{grid_board({2, 1, 0.1, 0.3}, "tag9"), Pose()}}), Error);
+}
+
 TEST(Families, UnknownNamesAndBordersAreErrors) {
   EXPECT_THROW(tag_family("tag36h12", 1), Error);
   EXPECT_THROW(tag_family("", 1), Error);

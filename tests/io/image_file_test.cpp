@@ -178,6 +178,18 @@ TEST_F(ImageFile, SixteenBitsAreScaledToTheBrightest) {
   EXPECT_EQ(read_image(black).pixels(), std::vector<std::uint8_t>(100, 0));
 }
 
+TEST_F(ImageFile, SixteenBitsInMemoryAreScaledAsThoseOfAFile) {
+  const Image8 image = test_picture(33, 21);
+  const std::vector<std::uint16_t> values = values_of(image, 16);
+  const Image8 read = read_image(put(png_of(values, 33, {PNG_COLOR_TYPE_GRAY, 16, 0})));
+  std::vector<std::uint16_t> wide;  // each row with 7 values after it
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    wide.push_back(values[i]);
+    if (i % 33 == 32) wide.insert(wide.end(), 7, 65535);
+  }
+  EXPECT_EQ(scaled_to_8_bits({wide.data(), {33, 21}, 40}).pixels(), read.pixels());
+}
+
 // 12-bit values of a dark picture, in a file of 16 bits, with a few hot pixels.
 TEST_F(ImageFile, HotPixelsDoNotLeaveTheRestInTheDark) {
   std::vector<std::uint16_t> values;
@@ -286,8 +298,9 @@ TEST_F(ImageFile, WhatIsNoPictureIsNamed) {
   EXPECT_EQ(error_of(folder_ / "none.png"), (folder_ / "none.png").string() + ": no such file");
   EXPECT_NE(error_of(folder_).find("folder"), std::string::npos);
   EXPECT_NE(error_of(put("")).find("is empty"), std::string::npos);
-  EXPECT_NE(error_of(put("hello, I am a text")).find("is not a PNG, JPEG, TIFF, BMP, WebP, PGM or PPM"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of(put("hello, I am a text")).find("is not a PNG, JPEG, TIFF, BMP, WebP, PGM or PPM"),
+      std::string::npos);
   EXPECT_THROW(write_png(folder_ / "no_such_folder" / "a.png", test_picture(8, 8)), Error);
   EXPECT_THROW(write_png(folder_ / "a.png", Image8()), Error);
   EXPECT_FALSE(fs::exists(folder_ / "a.png"));

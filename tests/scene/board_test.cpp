@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include <algorithm>
+#include <functional>
 
 #include "apriltag_families.hpp"
 #include "tagcal/detect/families.hpp"
@@ -50,6 +51,35 @@ TEST(GridBoard, CornersAreKalibrs) {
   }
   EXPECT_LT(points.front().position.norm(), 1e-16);
   EXPECT_TRUE(std::ranges::is_sorted(points, {}, &TargetPoint::id));
+}
+
+std::string error_of(const std::function<Board()>& make) {
+  try {
+    make();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(Boards, RefuseMorePartsAndIdsThanFit) {
+  EXPECT_EQ(error_of([] {
+              return grid_board({100'000, 100'000, 0.1, 0.3, 0});
+            }),
+            "board: columns * rows: must be at most 100000, got 10000000000");
+  EXPECT_EQ(error_of([] {
+              return grid_board({2, 2, 0.1, 0.3, 2'147'483'645});
+            }),
+            "board: first_id: the ids must stay below 2^31, but end at 2147483648");
+  EXPECT_EQ(error_of([] {
+              return checkerboard_board({1000, 101, 0.1, 0.1});
+            }),
+            "board: columns * rows: must be at most 100000, got 101000");
+  EXPECT_EQ(error_of([] {
+              return charuco_board({3, 3, 0.1, 0.1}, {0.05, "DICT_4X4_50", false, 2'147'483'647});
+            }),
+            "board: first_marker_id: the ids must stay below 2^31, but end at 2147483654");
+  EXPECT_EQ(checkerboard_board({1000, 100, 0.1, 0.1}).points.size(), 100'000u);
 }
 
 TEST(GridBoard, NumbersTagsFromFirstId) {

@@ -82,14 +82,21 @@ std::shared_ptr<apriltag_family_t> internal::shared_family(const std::string& na
                                                            int max_hamming) {
   static std::mutex mutex;
   static std::map<std::tuple<std::string, int, int>, std::weak_ptr<apriltag_family_t>> in_use;
+  // A search of one picture after the other finds its table again: building it takes 2 ms for
+  // tag36h11, 250 ms for tagCircle49h12.
+  static std::array<std::shared_ptr<apriltag_family_t>, 2> latest;
   const std::scoped_lock lock(mutex);
   std::weak_ptr<apriltag_family_t>& known = in_use[{name, border_bits, max_hamming}];
-  if (auto family = known.lock()) return family;
+  const auto remembered = [&](const std::shared_ptr<apriltag_family_t>& family) {
+    if (latest[0] != family) latest = {family, latest[0]};
+    return family;
+  };
+  if (const auto family = known.lock()) return remembered(family);
   std::shared_ptr<apriltag_family_t> family = create_family(name, border_bits);
   const DetectorHandle builder(apriltag_detector_create());
   apriltag_detector_add_family_bits(builder.get(), family.get(), max_hamming);
   known = family;
-  return family;
+  return remembered(family);
 }
 
 std::vector<std::string> tag_family_names() {

@@ -42,7 +42,8 @@ FamilyHandle create_family(std::string_view name, int border_bits);
 
 // A family and its decoding table for tags with up to `max_hamming` wrong bits. Detectors of
 // several threads may share it: the table of tagCircle49h12 takes 157 MB and most of a second.
-// Creates it if none is in use. Throws Error as tag_family() does.
+// Creates it if it is neither in use nor one of the two that were used last. Throws Error as
+// tag_family() does.
 std::shared_ptr<apriltag_family_t> shared_family(const std::string& name, int border_bits,
                                                  int max_hamming);
 
