@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Optional
+from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,8 @@ import tagcal
 Array = NDArray[np.float64]
 
 
-class Residuals(NamedTuple):
+@dataclass(frozen=True)
+class Residuals:
     """The corners of the views that take part in a calibration, in the order of the data set."""
 
     pixels: Array  # (N, 2), where they were seen

@@ -7,9 +7,9 @@ of "viridis", marks those of Okabe and Ito: both are told apart by all kinds of 
 
 from __future__ import annotations
 
+import collections.abc
 import importlib
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
@@ -21,6 +21,8 @@ from tagcal._residuals import Residuals, residuals_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    Views = Union[tagcal.Dataset, tagcal.DetectedViews, collections.abc.Sequence[tagcal.View]]
 
 __all__ = ["coverage", "difference", "poses", "residual_distribution", "residuals", "uncertainty"]
 
@@ -158,14 +160,14 @@ def residual_distribution(
 
 
 def coverage(
-    dataset: Union[tagcal.Dataset, Sequence[tagcal.View]],
+    dataset: Views,
     camera: Optional[tagcal.Camera] = None,
     *,
     ax: Optional[Axes] = None,
 ) -> Axes:
     """Where in the image the corners of all views are: points over the counts in square cells.
 
-    `dataset`: a Dataset, or views as `detect` returns them, which need `camera` (its size alone
+    `dataset`: a Dataset, or views as `detect_all` returns them, which need `camera` (its size alone
     counts). Cells without corners stay white: there the lens is extrapolated.
     """
     size, views = _size_and_views(dataset, camera)
@@ -184,13 +186,13 @@ def coverage(
 
 
 def _size_and_views(
-    dataset: Union[tagcal.Dataset, Sequence[tagcal.View]], camera: Optional[tagcal.Camera]
-) -> tuple[tuple[int, int], Sequence[tagcal.View]]:
+    dataset: Views, camera: Optional[tagcal.Camera]
+) -> tuple[tuple[int, int], list[tagcal.View]]:
     if isinstance(dataset, tagcal.Dataset):
         return dataset.size, dataset.views
     if camera is None:
         raise tagcal.Error("camera: is needed with views, for the size of the image")
-    return camera.size, dataset
+    return camera.size, [dataset[i] for i in range(len(dataset))]
 
 
 # Maps over the image
