@@ -43,13 +43,25 @@ std::string element_name(const char* name, std::size_t i) {
   return std::string(name) + "[" + std::to_string(i) + "]";
 }
 
+// Throws Error for a pixel outside the image, where no corner is seen: mostly the size is given as
+// (height, width).
+void check_inside(const Eigen::Vector2d& pixel, const ImageSize& size, const std::string& name) {
+  constexpr double kMargin = 1;  // numeric: px; a fitted corner may lie beyond the last pixel
+  const Eigen::Vector2d last(size.width - 1 + kMargin, size.height - 1 + kMargin);
+  if ((pixel.array() >= -kMargin).all() && (pixel.array() <= last.array()).all()) return;
+  throw Error(name + ": the pixel (" + number(pixel.x()) + ", " + number(pixel.y()) +
+              ") is outside the image; size, (width, height), is (" + std::to_string(size.width) +
+              ", " + std::to_string(size.height) + ")");
+}
+
 // An array (N, 3) is what all views show; a list holds one array for each view.
 bool is_common(const ArrayLike& points) {
   return py::isinstance<py::array>(points) && py::cast<int>(points.attr("ndim")) == 2;
 }
 
 std::vector<std::vector<Correspondence>> correspondences_of(const ArrayLike& object_points,
-                                                            const ArrayLike& image_points) {
+                                                            const ArrayLike& image_points,
+                                                            const ImageSize& size) {
   const std::vector<py::object> pixels = arrays_of(image_points, "image_points");
   const bool common = is_common(object_points);
   const std::vector<py::object> points = common
@@ -66,7 +78,10 @@ std::vector<std::vector<Correspondence>> correspondences_of(const ArrayLike& obj
     const Rows3 x(without_axis_of_one(points[v], points_name.c_str()), points_name.c_str());
     const Rows2 p(without_axis_of_one(pixels[v], pixels_name.c_str()), pixels_name.c_str());
     check_same_length(x.size(), points_name.c_str(), p.size(), pixels_name.c_str());
-    for (std::size_t i = 0; i < x.size(); ++i) views[v].push_back({x[i], p[i]});
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      check_inside(p[i], size, pixels_name);
+      views[v].push_back({x[i], p[i]});
+    }
   }
   return views;
 }
@@ -76,7 +91,7 @@ std::vector<std::vector<Correspondence>> correspondences_of(const ArrayLike& obj
 Dataset dataset_from_points(const ArrayLike& object_points, const ArrayLike& image_points,
                             const ArrayLike& size, const std::vector<std::string>& images) {
   const ImageSize image_size = size_of_argument(size, "size");
-  const auto views = correspondences_of(object_points, image_points);
+  const auto views = correspondences_of(object_points, image_points, image_size);
   if (!images.empty() && images.size() != views.size())
     throw Error("images: must have a name for each view (" + std::to_string(views.size()) +
                 "), got " + std::to_string(images.size()));
@@ -88,22 +103,26 @@ Dataset dataset_from_points(const ArrayLike& object_points, const ArrayLike& ima
 
 namespace {
 
-// Throws Error for a corner that the boards do not have.
-void check_views(const std::vector<View>& views, const std::vector<PlacedBoard>& boards) {
+// Throws Error for a corner that the boards do not have, or outside the image.
+void check_views(const std::vector<View>& views, const std::vector<PlacedBoard>& boards,
+                 const ImageSize& size) {
   const auto points = points_in_world(boards);
-  for (std::size_t v = 0; v < views.size(); ++v)
-    for (const Observation& seen : views[v].observations)
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const std::string name = element_name("views", v);
+    for (const Observation& seen : views[v].observations) {
       if (!points.contains(seen.id))
-        throw Error("views[" + std::to_string(v) + "]: has the corner (" +
-                    std::to_string(seen.id.tag_id) + ", " + std::to_string(seen.id.corner) +
-                    "), which the target does not have");
+        throw Error(name + ": has the corner (" + std::to_string(seen.id.tag_id) + ", " +
+                    std::to_string(seen.id.corner) + "), which the target does not have");
+      check_inside(seen.pixel, size, name);
+    }
+  }
 }
 
 Dataset dataset_of(const ArrayLike& size, const TargetLike& target, std::vector<View> views,
                    std::optional<Truth> truth) {
   const ImageSize image_size = size_of_argument(size, "size");
   std::vector<PlacedBoard> boards = boards_of(target, "target");
-  check_views(views, boards);
+  check_views(views, boards, image_size);
   if (truth && truth->camera.image_size != image_size)
     throw Error("truth: its camera must have the size of the data set");
   return {image_size, std::move(boards), std::move(views), std::move(truth)};
@@ -175,13 +194,14 @@ void bind_dataset(py::module_& m) {
            py::arg("views") = std::vector<View>(), py::arg("truth") = py::none(),
            "From the size of the pictures (width, height), a target and its views, as `detect` "
            "returns them.")
-      .def_static("from_points", &dataset_from_points, py::arg("object_points"),
-                  py::arg("image_points"), py::arg("size"),
-                  py::arg("images") = std::vector<std::string>(),
-                  "From lists as cv2.calibrateCamera takes them: for each view the points (N, 3) "
-                  "that it shows, metres, and their pixels (N, 2); (N, 1, 3) and (N, 1, 2) too. "
-                  "One array (N, 3) of points counts for all views. All points together become "
-                  "one board. `images`: names of the views, for messages.")
+      .def_static(
+          "from_points", &dataset_from_points, py::arg("object_points"), py::arg("image_points"),
+          py::arg("size"), py::arg("images") = std::vector<std::string>(),
+          "From lists as cv2.calibrateCamera takes them: for each view the points (N, 3) "
+          "that it shows, metres, and their pixels (N, 2), inside the image; (N, 1, 3) and (N, "
+          "1, 2) too. "
+          "One array (N, 3) of points counts for all views. All points together become "
+          "one board. `images`: names of the views, for messages.")
       .def("to_points", &lists_of,
            "The way back: a list of points (N, 3), in world coordinates, and one of pixels (N, "
            "2), an array for each view.")

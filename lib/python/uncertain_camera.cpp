@@ -68,6 +68,7 @@ LensOfModel lens_of_model(const CalibrationFile& known) {
 namespace {
 
 using Fixed = std::map<std::string, double>;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // N matrices (K, K), or one for all; symmetric, finite, with variances >= 0. None: zeros.
 std::vector<Eigen::MatrixXd> covariances_of(const std::optional<ArrayLike>& argument,
@@ -85,7 +86,7 @@ std::vector<Eigen::MatrixXd> covariances_of(const std::optional<ArrayLike>& argu
   std::vector<Eigen::MatrixXd> matrices;
   for (std::size_t i = 0; i < n; ++i) {
     const double* const values = array.data() + (is_one ? 0 : static_cast<py::ssize_t>(i) * k * k);
-    const Eigen::MatrixXd m = Eigen::Map<const Eigen::MatrixXd>(values, k, k);
+    const Eigen::MatrixXd m = Eigen::Map<const RowMajor>(values, k, k);
     const double largest = m.cwiseAbs().maxCoeff();
     if (!m.allFinite() || !(m.diagonal().minCoeff() >= 0) ||
         (m - m.transpose()).cwiseAbs().maxCoeff() > 1e-9 * largest)
@@ -110,7 +111,7 @@ class UncertainRows {
   template <typename Vector, typename Matrix>
   void set(std::size_t i, const Vector& x, const Matrix& covariance) {
     std::copy_n(x.data(), K, row_ + i * K);
-    Eigen::Map<Eigen::Matrix<double, K, K>>(covariance_ + i * K * K) = covariance;  // symmetric
+    Eigen::Map<RowMajor>(covariance_ + i * K * K, K, K) = covariance;
   }
   void set_none(std::size_t i) {
     std::fill_n(row_ + i * K, K, std::nan(""));

@@ -69,7 +69,10 @@ void bind_validate(py::module_& m) {
         text +=
             ", rms " + number(v.rms_px, 4) + " px over " + std::to_string(v.num_views) + " views";
         if (v.num_beyond_truth)
-          text += ", " + std::to_string(*v.num_beyond_truth) + " parameters beyond 5 sd";
+          text += (*v.num_beyond_truth == 0
+                       ? ", no parameter"
+                       : ", " + std::to_string(*v.num_beyond_truth) + " of the parameters") +
+                  std::string(" beyond 5 sd of the truth");
         return text;
       });
   m.def("validate", &validation, py::arg("camera"), py::arg("dataset"),

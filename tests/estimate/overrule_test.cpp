@@ -149,5 +149,18 @@ TEST(Overrule, KeepAllKeepsAllButRepeats) {
   EXPECT_EQ(static_cast<std::size_t>(all.num_corners), num_corners);
 }
 
+// A view whose corners have no common map from the board: least median of squares finds none.
+TEST(Overrule, KeepAllDoesWithoutTheConsensusOfAView) {
+  Dataset world = make_world(opencv5_lens(), 17, {.num_views = 8});
+  std::vector<Observation>& spoiled = world.views[4].observations;
+  const std::vector<Observation> before = spoiled;
+  for (std::size_t i = 0; i < spoiled.size(); ++i)
+    spoiled[i].pixel = before[(7 * i + i * i) % spoiled.size()].pixel;
+  CalibrateOptions options = options_of("opencv5");
+  expect_near_truth(calibrate(world, options), opencv5_lens());
+  options.reject_outliers = false;
+  for (const Outlier& o : calibrate(world, options).outliers) EXPECT_EQ(o.view, 4u);  // no pose
+}
+
 }  // namespace
 }  // namespace tagcal

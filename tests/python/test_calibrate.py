@@ -126,6 +126,16 @@ def test_one_view_from_the_front_is_refused() -> None:
     assert found.views[0].scale_px_per_m == pytest.approx(1000)  # what it does determine
 
 
+def test_a_view_of_wrong_corners_is_rejected() -> None:
+    points, pixels, _ = opencv_lists(0.1)
+    pixels[3] = np.random.default_rng(8).permutation(pixels[3])
+    found = tagcal.calibrate(points, pixels, SIZE)
+    assert found.status == "ok" and [v.view for v in found.views] == [0, 1, 2, 4, 5, 6, 7]
+    assert found.camera.parameters["fx"] == pytest.approx(902.5, abs=5 * found.sigmas["fx"])
+    kept = tagcal.calibrate(points, pixels, SIZE, **KEPT)
+    assert all(outlier.view == 3 for outlier in kept.outliers)  # it has no pose to start from
+
+
 def test_nothing_to_calibrate_is_no_answer() -> None:
     for lists in [([], []), ([np.zeros((0, 3))], [np.zeros((0, 2))])]:
         found = tagcal.calibrate(*lists, SIZE)

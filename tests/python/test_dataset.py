@@ -87,6 +87,16 @@ def test_lists_that_are_refused(points: object, pixels: object, message: str) ->
     assert "\n" not in str(error.value)
 
 
+def test_height_and_width_in_the_wrong_order_are_named() -> None:
+    pixels = [pixels_of(BOARD, 0) + [250, 0]]
+    message = r"the pixel \(.*\) is outside the image; size, \(width, height\), is \(480, 640\)"
+    with pytest.raises(tagcal.Error, match=r"^image_points\[0\]: " + message):
+        tagcal.Dataset.from_points(BOARD, pixels, SIZE[::-1])
+    data = tagcal.Dataset.from_points(BOARD, pixels, SIZE)
+    with pytest.raises(tagcal.Error, match=r"^views\[0\]: " + message):
+        tagcal.Dataset(SIZE[::-1], data.target, data.views)
+
+
 def test_names_and_sizes_are_checked() -> None:
     pixels = [pixels_of(BOARD, 0)]
     with pytest.raises(tagcal.Error, match=r"^images: must have a name for each view \(1\), got 2"):

@@ -89,7 +89,10 @@ std::optional<SeedView> seed_inliers(const CalibrationView& view, std::size_t in
   for (Vector3d& p : points) p = spread.in_plane(p);
   auto kept = projective_lmeds(points, spread.shape, rays_of(all, lens));
   if (!kept && !keep_all) return std::nullopt;
-  if (!kept) std::iota(kept.emplace(all.size()).begin(), kept->end(), 0);
+  if (!kept) {
+    kept.emplace(all.size());
+    std::iota(kept->begin(), kept->end(), 0);
+  }
   SeedView seed;
   seed.index = index;
   for (const std::size_t i : *kept) {
