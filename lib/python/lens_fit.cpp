@@ -8,6 +8,7 @@
 
 #include "python/calibration.hpp"
 #include "python/camera.hpp"
+#include "python/foreign_camera.hpp"
 #include "python/records.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
@@ -16,12 +17,6 @@
 
 namespace tagcal::python {
 namespace {
-
-// A camera with a lens that tagcal does not estimate.
-struct ForeignCamera {
-  ForeignLens lens;
-  ImageSize image_size;
-};
 
 template <typename Lens>
 Lens lens_of(const std::map<std::string, double>& values) {

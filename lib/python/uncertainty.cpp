@@ -65,27 +65,16 @@ std::vector<WeakDirection> weak_directions_of(const CameraLike& camera,
   return weak_directions(model.lens, pixels);
 }
 
-// Samples in the regions of the corners of both; of the whole image if neither has one.
-Samples common_region(const CalibrationFile& a, const CalibrationFile& b) {
-  const auto seen = [](const CalibrationFile& known, const Eigen::Vector2d& pixel) {
-    return known.seen.hull().empty() || known.seen.contains(pixel);
-  };
-  Samples samples = whole_image(a.camera.image_size);
-  for (const CalibrationFile* known : {&b, &a})
-    if (!known->seen.hull().empty()) samples = known->seen.samples();
-  std::erase_if(samples, [&](const auto& p) { return !seen(a, p) || !seen(b, p); });
-  return samples;
-}
-
 std::optional<LensDifference> difference(const CameraLike& a, const CameraLike& b,
                                          double distance_m, bool is_whole_image,
                                          const std::optional<ArrayLike>& samples) {
   const CalibrationFile known_a = known_camera(a, "a"), known_b = known_camera(b, "b");
   check_distance(distance_m, "distance_m");
   if (is_whole_image && samples) throw Error("samples: give them or whole_image, not both");
-  const Samples pixels = samples          ? pixels_of(*samples, "samples")
-                         : is_whole_image ? whole_image(known_a.camera.image_size)
-                                          : common_region(known_a, known_b);
+  const Samples pixels =
+      samples          ? pixels_of(*samples, "samples")
+      : is_whole_image ? whole_image(known_a.camera.image_size)
+                       : common_samples(known_a.camera.image_size, known_a.seen, known_b.seen);
   py::gil_scoped_release release;
   return lens_difference(known_a.camera, known_b.camera, pixels, distance_m);
 }

@@ -90,7 +90,7 @@ py::array_t<int> ids_of(const View& view) {
   return array_of_ids(ids);
 }
 
-py::array_t<double> pixels_of(const View& view) {
+py::array_t<double> view_pixels(const View& view) {
   std::vector<Eigen::Vector2d> pixels;
   for (const Observation& seen : view.observations) pixels.push_back(seen.pixel);
   return array_of(std::span<const Eigen::Vector2d>(pixels));
@@ -115,7 +115,7 @@ void bind_view(py::module_& m) {
       .field("ids", &ids_of,
              "(N, 2), int: tag and corner 0..3 (lower-left, lower-right, upper-right, upper-left "
              "of the upright tag); of other targets the point and 0.")
-      .field("pixels", &pixels_of, "(N, 2).")
+      .field("pixels", &view_pixels, "(N, 2).")
       .field("covariances", &covariances_of, "(N, 2, 2), px^2; NaN for a corner without one.")
       .representation([](const View& view) {
         return "\"" + view.image + "\" " + std::to_string(view.observations.size()) + " corners";
@@ -129,7 +129,7 @@ void bind_view(py::module_& m) {
           "The number of corners.")
       .def(py::pickle(
           [](const View& view) {
-            return py::make_tuple(ids_of(view), pixels_of(view), covariances_of(view), view.image);
+            return py::make_tuple(ids_of(view), view_pixels(view), covariances_of(view), view.image);
           },
           [](const py::tuple& state) {
             if (state.size() != 4) throw Error("not the state of a view");

@@ -87,6 +87,20 @@ TEST(LensDifference, DifferentImagesAreAnError) {
                Error);
 }
 
+TEST(LensDifference, SamplesLieWhereBothHadCorners) {
+  const auto square = [](double left, double right) {
+    const std::vector<Vector2d> corners = {{left, 0}, {right, 0}, {right, 700}, {left, 700}};
+    return SeenRegion(kSize, corners);
+  };
+  const SeenRegion a = square(100, 800), b = square(400, 1200), unknown;
+  const auto both = common_samples(kSize, a, b);
+  EXPECT_GT(both.size(), 100u);
+  for (const Vector2d& p : both) EXPECT_TRUE(a.contains(p) && b.contains(p));
+  EXPECT_EQ(common_samples(kSize, unknown, b), b.samples());
+  EXPECT_EQ(common_samples(kSize, a, unknown), a.samples());
+  EXPECT_EQ(common_samples(kSize, unknown, unknown).size(), 33u * 21u);
+}
+
 TEST(ProjectionUncertainty, IsThatOfSolvesWithFreshNoise) {
   WorldOptions options;
   options.num_views = 6;

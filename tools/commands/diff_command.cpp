@@ -34,14 +34,7 @@ struct Arguments {
 // Samples in the regions of the corners of both calibrations; the whole image if neither file has
 // one.
 std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
-  const auto seen = [](const CalibrationFile& file, const Vector2d& pixel) {
-    return file.seen.hull().empty() || file.seen.contains(pixel);
-  };
-  std::vector<Vector2d> samples = ImageGrid{a.camera.image_size, 33, 21}.pixels();
-  for (const CalibrationFile* file : {&b, &a})
-    if (!file->seen.hull().empty()) samples = file->seen.samples();
-  std::erase_if(samples, [&](const Vector2d& p) { return !seen(a, p) || !seen(b, p); });
-  return samples;
+  return common_samples(a.camera.image_size, a.seen, b.seen);
 }
 
 double at(const LensDifference& d, int row, int column) {

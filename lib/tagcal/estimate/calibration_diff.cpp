@@ -96,4 +96,15 @@ std::optional<LensDifference> lens_difference(const Camera& a, const Camera& b,
   return d;
 }
 
+std::vector<Vector2d> common_samples(const ImageSize& size, const SeenRegion& a,
+                                     const SeenRegion& b) {
+  std::vector<Vector2d> samples = ImageGrid{size, 33, 21}.pixels();
+  for (const SeenRegion* seen : {&b, &a})
+    if (!seen->hull().empty()) samples = seen->samples();
+  for (const SeenRegion* seen : {&a, &b})
+    if (!seen->hull().empty())
+      std::erase_if(samples, [&](const Vector2d& pixel) { return !seen->contains(pixel); });
+  return samples;
+}
+
 }  // namespace tagcal

@@ -26,4 +26,10 @@ std::optional<LensDifference> lens_difference(const Camera& a, const Camera& b,
                                               std::span<const Eigen::Vector2d> samples,
                                               double distance_m);
 
+// The samples of an image (pixels) that lie in the regions where both of two calibrations had
+// corners. An empty region is not known and takes nothing away; if both are empty, the samples
+// cover the whole image.
+std::vector<Eigen::Vector2d> common_samples(const ImageSize& size, const SeenRegion& a,
+                                            const SeenRegion& b);
+
 }  // namespace tagcal
