@@ -141,7 +141,7 @@ def test_lens_of_another_tool(tmp_path: Path) -> None:
         tagcal.read_camera(file)
 
 
-def test_calibration_is_written_as_by_the_command(tmp_path: Path) -> None:
+def test_calibration_is_written_and_read(tmp_path: Path) -> None:
     answer = tagcal.calibrate(tagcal.read_dataset(DESK).dataset, model="opencv5")
     tagcal.write_camera(tmp_path / "a.yaml", answer)
     assert (tmp_path / "a.yaml").read_text() == tagcal.calibration_yaml(answer)
