@@ -74,7 +74,7 @@ def test_residuals_in_axes_of_the_user() -> None:
 
 
 def exact_dataset(bend_m: float, noise: str, sigma_px: float = 0.3) -> tagcal.Dataset:
-    """Views of a bent board, with noise of one size or, in "corners", each corner's own."""
+    """Views of a bent board, with noise of "one" size or each corner's own."""
     random = np.random.default_rng(1)
     board = tagcal.Board.grid(6, 6, 0.088, 0.3, border_bits=1)
     low, high = board.positions.min(axis=0), board.positions.max(axis=0)
@@ -83,18 +83,24 @@ def exact_dataset(bend_m: float, noise: str, sigma_px: float = 0.3) -> tagcal.Da
     views = []
     camera = tagcal.Camera.pinhole(900, 900, 639.5, 399.5, SIZE)
     for pose in tagcal.poses_on_dome(10, 1.0, 1.3, (low + high) / 2, 0.8, 1.4):
-        sigma = sigma_px * random.uniform(0.5, 2, len(points)) if noise == "corners" else sigma_px
-        sigma = np.broadcast_to(sigma, len(points))
+        sigma = np.full(len(points), sigma_px)
+        if noise != "one":
+            sigma *= random.uniform(0.5, 2, len(points))
         seen = camera.project(points, pose)
         seen += sigma[:, None] * random.standard_normal(seen.shape)
+        if noise == "more than the corners' own":
+            seen += sigma_px * random.standard_normal(seen.shape)
         inside = np.array([camera.contains(pixel) for pixel in seen])
         covariances = sigma[:, None, None] ** 2 * np.eye(2)
-        claimed = covariances[inside] if noise == "corners" else None
+        claimed = None if noise == "one" else covariances[inside]
         views.append(tagcal.View(board.ids[inside], seen[inside], claimed))
     return tagcal.Dataset(SIZE, board, views)
 
 
-@pytest.mark.parametrize("bend_m, noise", [(0, "one"), (0, "corners"), (0.004, "one")])
+@pytest.mark.parametrize(
+    "bend_m, noise",
+    [(0, "one"), (0, "corners"), (0, "more than the corners' own"), (0.004, "one")],
+)
 def test_residuals_are_those_of_the_calibration(bend_m: float, noise: str) -> None:
     dataset = exact_dataset(bend_m, noise)
     found = tagcal.calibrate(dataset, model="f", board_warp=bend_m > 0)
@@ -102,7 +108,8 @@ def test_residuals_are_those_of_the_calibration(bend_m: float, noise: str) -> No
     rms = np.sqrt(np.mean(arrows.U**2 + arrows.V**2))
     assert rms == pytest.approx(found.rms_px, rel=1e-6)
     beside = tagcal.plot.residual_distribution(found, dataset)
-    (text,) = [t.get_text() for t in beside.get_legend().get_texts() if "residuals" in t.get_text()]
+    legend = [text.get_text() for text in beside.get_legend().get_texts()]
+    (text,) = [text for text in legend if "residuals" in text]
     assert 0.96 <= float(text.split()[-1]) <= 1.04
 
 
@@ -122,6 +129,8 @@ def test_residuals_need_views_and_their_data_set() -> None:
     other = tagcal.Dataset(SIZE, DATASET.target, DATASET.views[:3])
     with pytest.raises(tagcal.Error, match="dataset: has fewer views than the calibration"):
         tagcal.plot.residuals(CALIBRATION, other)
+    with pytest.raises(tagcal.Error, match="calibration: must be a Calibration, got Dataset"):
+        tagcal.plot.residuals(DATASET, CALIBRATION)  # type: ignore[arg-type]
 
 
 def test_coverage() -> None:
@@ -140,6 +149,8 @@ def test_coverage_of_views() -> None:
     assert " corners in 1 view;" in axes.get_title()
     with pytest.raises(tagcal.Error, match="camera: is needed with views"):
         tagcal.plot.coverage(DATASET.views)
+    with pytest.raises(tagcal.Error, match="dataset: must be a Dataset or a list of View"):
+        tagcal.plot.coverage([[1, 2]], CAMERA)  # type: ignore[list-item]
     assert tagcal.plot.coverage([], CAMERA).get_title().startswith("0 corners in 0 views")
 
 
@@ -163,13 +174,15 @@ def test_uncertainty_where_a_fisheye_has_no_ray() -> None:
     seen = tagcal.SeenRegion(SIZE, [(500, 300), (800, 300), (800, 500), (500, 500)])
     uncertain = tagcal.UncertainCamera(camera, "fisheye4", covariance, seen=seen)
     axes = tagcal.plot.uncertainty(uncertain)
-    assert np.ma.is_masked(axes.collections[0].get_array())
+    assert np.ma.getmaskarray(axes.collections[0].get_array()).any()  # type: ignore[no-untyped-call]
 
 
 def test_uncertainty_needs_a_camera() -> None:
     weak = tagcal.calibrate(exact_dataset(0, "one"), model="weak")
     with pytest.raises(tagcal.Error, match="calibration: has no camera"):
         tagcal.plot.uncertainty(weak)
+    with pytest.raises(tagcal.Error, match="calibration: must be a Calibration or .*, got Camera"):
+        tagcal.plot.uncertainty(CAMERA)  # type: ignore[arg-type]
 
 
 def test_difference() -> None:

@@ -66,7 +66,13 @@ def _whitened(vectors: Array, covariances: Array) -> Array:
 
 
 def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Residuals:
-    """Throws Error if there are none, or if the data set is another one."""
+    """Raises Error if there are none, or if the data set is another one."""
+    for name, value, kind in [
+        ("calibration", calibration, tagcal.Calibration),
+        ("dataset", dataset, tagcal.Dataset),
+    ]:
+        if not isinstance(value, kind):
+            raise tagcal.Error(f"{name}: must be a {kind.__name__}, got {type(value).__name__}")
     if not calibration.views:
         raise tagcal.Error(f"calibration: has no views, so no residuals: {calibration}")
     rejected = {(outlier.view, outlier.corner) for outlier in calibration.outliers}

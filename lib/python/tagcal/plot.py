@@ -8,7 +8,6 @@ of "viridis", marks those of Okabe and Ito: both are told apart by all kinds of 
 from __future__ import annotations
 
 import collections.abc
-import importlib
 import math
 from typing import TYPE_CHECKING, Any, Optional, Union
 
@@ -16,6 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tagcal
+from tagcal._plot_images import (
+    BLACK,
+    BLUE,
+    VERMILION,
+    draw_arrows,
+    draw_hull,
+    draw_map,
+    image_figure,
+    load,
+    prepare_image,
+)
 from tagcal._plot_poses import boards_of, draw_camera, outlines, poses_of, pyramid, set_limits
 from tagcal._residuals import Residuals, residuals_of
 
@@ -28,47 +38,6 @@ __all__ = ["coverage", "difference", "poses", "residual_distribution", "residual
 
 Array = NDArray[np.float64]
 
-# Okabe and Ito, "Color Universal Design" (2008).
-BLACK, BLUE, VERMILION = "#000000", "#0072B2", "#D55E00"
-
-
-def _load(name: str) -> Any:
-    """A module of matplotlib, which is loaded when something is drawn."""
-    try:
-        return importlib.import_module("matplotlib." + name)
-    except ImportError as error:
-        raise ImportError(
-            "tagcal.plot needs matplotlib: install python3-matplotlib (Debian) or matplotlib "
-            f"(pip); {error}"
-        ) from error
-
-
-def _image_figure(size: tuple[int, int], beside: float) -> Any:
-    """A figure for one image, with room beside it, in inches."""
-    shown = 6.0 * min(1.0, 1.2 * size[0] / size[1])
-    return _load("pyplot").figure(
-        figsize=(shown + 0.8 + beside, shown * size[1] / size[0] + 0.9), constrained_layout=True
-    )
-
-
-def _prepare_image(axes: Any, size: tuple[int, int], title: str) -> None:
-    """x right, y down, both in pixels; the border of the image is that of the axes."""
-    width, height = size
-    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), aspect="equal")
-    axes.set(xlabel="x [px]", ylabel="y [px]", title=title)
-
-
-def _draw_hull(axes: Any, hull: Array) -> None:
-    """A dashed line around the part of the image where corners were."""
-    if len(hull):
-        axes.plot(*np.vstack([hull, hull[:1]]).T, "--", color="white", linewidth=1.5)
-
-
-def _round_number(x: float) -> float:
-    """The largest of .., 1, 2, 5, 10, 20, .. that is not above x > 0."""
-    power = 10.0 ** math.floor(math.log10(x))
-    return power * max(step for step in (1, 2, 5) if step * power <= x * (1 + 1e-9))
-
 
 def _count(n: int, noun: str) -> str:
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
@@ -77,26 +46,9 @@ def _count(n: int, noun: str) -> str:
 # Residuals
 
 
-def _draw_arrows(axes: Any, pixels: Array, vectors: Array, width_px: int, colour: str) -> None:
-    """Enlarged vectors (N, 2), px, and below the prepared image one of a known length."""
-    finite = np.isfinite(vectors).all(axis=1)
-    pixels, vectors = pixels[finite], vectors[finite]
-    typical = float(np.quantile(np.hypot(*vectors.T), 0.9)) if len(vectors) else 0.0
-    scale = _round_number(width_px / 20 / typical) if typical > 0 else 1.0
-    arrows = axes.quiver(
-        *pixels.T, *vectors.T, color=colour, width=0.002, angles="xy", scale_units="xy",
-        scale=1 / scale,
-    )
-    key = _round_number(width_px / 10 / scale)
-    axes.apply_aspect()
-    height_pt = axes.get_window_extent().height * 72 / axes.figure.dpi
-    beside_label = -26 / height_pt  # at the height of the label of the x axis
-    axes.quiverkey(arrows, 0.9, beside_label, key, f"{key:g} px (x {scale:g})", labelpos="W")
-
-
 def _draw_residuals(axes: Any, found: Residuals, width_px: int) -> None:
     accepted = found.is_inlier
-    _draw_arrows(axes, found.pixels[accepted], found.vectors[accepted], width_px, BLUE)
+    draw_arrows(axes, found.pixels[accepted], found.vectors[accepted], width_px, BLUE)
     rejected = found.pixels[~found.is_inlier]
     if len(rejected):
         axes.plot(*rejected.T, "x", color=VERMILION, markersize=5, label="rejected")
@@ -132,12 +84,12 @@ def residuals(
     found = residuals_of(calibration, dataset)
     axes: Any = ax
     if axes is None:
-        figure = _image_figure(dataset.size, 3.5)
+        figure = image_figure(dataset.size, 3.5)
         axes, beside = figure.subplots(1, 2, gridspec_kw={"width_ratios": [2, 1]})
         _draw_distribution(beside, found)
     title = f"residuals of {_count(int(found.is_inlier.sum()), 'corner')}"
     title += f" in {_count(len(calibration.views), 'view')}, rms {calibration.rms_px:.3g} px"
-    _prepare_image(axes, dataset.size, title)
+    prepare_image(axes, dataset.size, title)
     _draw_residuals(axes, found, dataset.size[0])
     return axes
 
@@ -153,7 +105,7 @@ def residual_distribution(
     found = residuals_of(calibration, dataset)
     axes: Any = ax
     if axes is None:
-        axes = _load("pyplot").figure(figsize=(5, 4), constrained_layout=True).add_subplot()
+        axes = load("pyplot").figure(figsize=(5, 4), constrained_layout=True).add_subplot()
     _draw_distribution(axes, found)
     return axes
 
@@ -174,7 +126,7 @@ def coverage(
     """
     size, views = _size_and_views(dataset, camera)
     pixels = np.concatenate([np.zeros((0, 2)), *(view.pixels for view in views)])
-    axes: Any = ax if ax is not None else _image_figure(size, 1.2).add_subplot()
+    axes: Any = ax if ax is not None else image_figure(size, 1.2).add_subplot()
     edges = [np.linspace(-0.5, side - 0.5, 1 + round(16 * side / max(size))) for side in size]
     histogram: Any = np.histogram2d  # whose types do not know edges of float
     counts: Array = histogram(pixels[:, 0], pixels[:, 1], bins=edges)[0]
@@ -183,7 +135,7 @@ def coverage(
     axes.plot(*pixels.T, ".", color=BLACK, markersize=1)
     axes.figure.colorbar(colours, ax=axes, label="corners in a cell")
     title = f"{_count(len(pixels), 'corner')} in {_count(len(views), 'view')}"
-    _prepare_image(axes, size, f"{title}; {np.mean(counts > 0):.0%} of the cells have corners")
+    prepare_image(axes, size, f"{title}; {np.mean(counts > 0):.0%} of the cells have corners")
     return axes
 
 
@@ -192,46 +144,16 @@ def _size_and_views(
 ) -> tuple[tuple[int, int], list[tagcal.View]]:
     if isinstance(dataset, tagcal.Dataset):
         return dataset.size, dataset.views
+    if not isinstance(dataset, (tagcal.DetectedViews, list, tuple)) or not all(
+        isinstance(dataset[i], tagcal.View) for i in range(len(dataset))
+    ):
+        raise tagcal.Error("dataset: must be a Dataset or a list of View")
     if camera is None:
         raise tagcal.Error("camera: is needed with views, for the size of the image")
     return camera.size, [dataset[i] for i in range(len(dataset))]
 
 
 # Maps over the image
-
-
-def _scale_of_map(values: Array, largest: float) -> tuple[float, float, list[float]]:
-    """The limits of a logarithmic scale, and the contours at 1, 2 and 5 between them."""
-    positive = values[np.isfinite(values) & (values > 0) & (values <= largest)]
-    if len(positive) == 0:
-        return 0.1, 1.0, []
-    high = float(positive.max())
-    low = max(float(positive.min()), high / 1e3)  # a single node near 0 has no say
-    if high < 2 * low:  # an even map must not look uneven
-        low, high = low / 2, high * 2
-    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    levels = [step * 10.0**power for power in powers for step in (1, 2, 5)]
-    return low, high, [level for level in levels if low < level < high]
-
-
-def _draw_map(axes: Any, grid: tagcal.ImageGrid, values: Array, label: str) -> None:
-    """Colours of values (rows, columns) on a logarithmic scale, with contours.
-
-    What is not finite or above the image's diagonal stays white.
-    """
-    x, y = grid.pixels[0, :, 0], grid.pixels[:, 0, 1]
-    largest = math.hypot(*grid.size)
-    low, high, levels = _scale_of_map(values, largest)
-    shown = np.where(values <= largest, np.maximum(values, low), np.nan)
-    norm = _load("colors").LogNorm(low, high)
-    shading = "nearest" if np.isnan(shown).any() else "gouraud"  # which cannot leave nodes out
-    colours = axes.pcolormesh(x, y, shown, norm=norm, cmap="viridis", shading=shading)
-    axes.figure.colorbar(colours, ax=axes, label=label, format="%g")
-    if levels:
-        contours = axes.contour(x, y, shown, levels, colors=BLACK, linewidths=0.7)
-        outline = _load("patheffects").withStroke(linewidth=2.5, foreground="white")
-        for text in axes.clabel(contours, fmt="%g px", fontsize="small"):
-            text.set_path_effects([outline])
 
 
 def _distance_text(distance_m: float) -> str:
@@ -251,16 +173,19 @@ def uncertainty(
     a standard deviation above the image's diagonal. A moved camera is subtracted, as in
     `projection_uncertainty`.
     """
+    if not isinstance(calibration, (tagcal.Calibration, tagcal.UncertainCamera)):
+        kind = type(calibration).__name__
+        raise tagcal.Error(f"calibration: must be a Calibration or an UncertainCamera, got {kind}")
     camera = calibration.camera
     if camera is None:
         raise tagcal.Error(f"calibration: has no camera: {calibration}")
     grid = tagcal.ImageGrid(camera.size, 97, 61)
     found = tagcal.projection_uncertainty(calibration, distance_m, grid)
-    axes: Any = ax if ax is not None else _image_figure(camera.size, 1.2).add_subplot()
-    _draw_map(axes, grid, found.sigma_px, "sd of the projection [px]")
-    _draw_hull(axes, calibration.seen.hull)
+    axes: Any = ax if ax is not None else image_figure(camera.size, 1.2).add_subplot()
+    draw_map(axes, grid, found.sigma_px, "sd of the projection [px]")
+    draw_hull(axes, calibration.seen.hull)
     title = f"sd {_distance_text(distance_m)}: {found.region_px:.2g} px where corners were (RMS)"
-    _prepare_image(axes, camera.size, title)
+    prepare_image(axes, camera.size, title)
     return axes
 
 
@@ -279,13 +204,13 @@ def difference(
     if found is None:
         raise tagcal.Error("b: fewer than six common pixels with a, so no difference")
     size = found.grid.size
-    axes: Any = ax if ax is not None else _image_figure(size, 1.2).add_subplot()
+    axes: Any = ax if ax is not None else image_figure(size, 1.2).add_subplot()
     lengths: Array = np.hypot(found.difference_px[..., 0], found.difference_px[..., 1])
-    _draw_map(axes, found.grid, lengths, "difference [px]")
+    draw_map(axes, found.grid, lengths, "difference [px]")
     title = f"difference {_distance_text(distance_m)}: {found.rms_px:.2g} px RMS"
-    _prepare_image(axes, size, f"{title}, {found.max_px:.2g} px at most")
+    prepare_image(axes, size, f"{title}, {found.max_px:.2g} px at most")
     nodes, vectors = found.grid.pixels.reshape(-1, 2), found.difference_px.reshape(-1, 2)
-    _draw_arrows(axes, nodes, vectors, size[0], BLACK)
+    draw_arrows(axes, nodes, vectors, size[0], BLACK)
     return axes
 
 
@@ -312,7 +237,7 @@ def poses(
     boards = boards_of(target)
     axes: Any = ax
     if axes is None:
-        figure = _load("pyplot").figure(figsize=(7, 6), constrained_layout=True)
+        figure = load("pyplot").figure(figsize=(7, 6), constrained_layout=True)
         axes = figure.add_subplot(projection="3d")
     elif getattr(axes, "name", "") != "3d":
         raise tagcal.Error('ax: must be of projection="3d"')
