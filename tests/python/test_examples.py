@@ -31,7 +31,10 @@ def size_of(png: Path) -> tuple[int, int]:
     return width, height
 
 
-def test_the_picture_of_the_tag_is_the_one_that_the_page_renders(tmp_path: Path) -> None:
+def test_the_picture_of_the_tag_is_the_one_that_the_page_renders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where the page writes it
     first, second = list(page.cells(PAGE))[:2]
     shown = cv2.imread(str(PAGE.parent / "python/tag.png"), cv2.IMREAD_GRAYSCALE)
     names = {"__name__": "page"}
@@ -47,7 +50,7 @@ def test_all_pictures_are_on_the_page() -> None:
 @pytest.mark.parametrize("shown, is_same", [("a 1\n", True), ("a ...\n", True), ("a 2\n", False)])
 def test_another_output_is_found(shown: str, is_same: bool, tmp_path: Path) -> None:
     path = tmp_path / "page.md"
-    program = "```python\nx = 1\n```\n\nThen\n\n```python\nprint(\"a\", x)\n```\n"
+    program = "```python\nx = 1\n```\n\nThen\n\n```python\nprint('a', x)\n```\n"
     path.write_text(f"{program}```\n{shown}```\n")
     folder = tmp_path / "folder"
     folder.mkdir()

@@ -78,7 +78,7 @@ def _count(n: int, noun: str) -> str:
 
 
 def _draw_arrows(axes: Any, pixels: Array, vectors: Array, width_px: int, colour: str) -> None:
-    """Enlarged vectors (N, 2), px, and below the image one of a known length."""
+    """Enlarged vectors (N, 2), px, and below the prepared image one of a known length."""
     finite = np.isfinite(vectors).all(axis=1)
     pixels, vectors = pixels[finite], vectors[finite]
     typical = float(np.quantile(np.hypot(*vectors.T), 0.9)) if len(vectors) else 0.0
@@ -88,7 +88,10 @@ def _draw_arrows(axes: Any, pixels: Array, vectors: Array, width_px: int, colour
         scale=1 / scale,
     )
     key = _round_number(width_px / 10 / scale)
-    axes.quiverkey(arrows, 0.93, -0.12, key, f"{key:g} px (x {scale:g})", labelpos="W")
+    axes.apply_aspect()
+    height_pt = axes.get_window_extent().height * 72 / axes.figure.dpi
+    beside_label = -26 / height_pt  # at the height of the label of the x axis
+    axes.quiverkey(arrows, 0.9, beside_label, key, f"{key:g} px (x {scale:g})", labelpos="W")
 
 
 def _draw_residuals(axes: Any, found: Residuals, width_px: int) -> None:
@@ -132,11 +135,10 @@ def residuals(
         figure = _image_figure(dataset.size, 3.5)
         axes, beside = figure.subplots(1, 2, gridspec_kw={"width_ratios": [2, 1]})
         _draw_distribution(beside, found)
-    _draw_residuals(axes, found, dataset.size[0])
-    num_views = len(calibration.views)
     title = f"residuals of {_count(int(found.is_inlier.sum()), 'corner')}"
-    title += f" in {_count(num_views, 'view')}, rms {calibration.rms_px:.3g} px"
+    title += f" in {_count(len(calibration.views), 'view')}, rms {calibration.rms_px:.3g} px"
     _prepare_image(axes, dataset.size, title)
+    _draw_residuals(axes, found, dataset.size[0])
     return axes
 
 
@@ -271,7 +273,7 @@ def difference(
 ) -> Axes:
     """How far two cameras project apart over the image, px, of points at a distance, less what a
     moved camera explains (`diff`): colours with contours, and arrows from the pixel by a to that by
-    b, enlarged as the arrow below the image says.
+    b, enlarged as the arrow below the image says. The title counts where corners were.
     """
     found = tagcal.diff(a, b, distance_m)
     if found is None:
@@ -280,10 +282,10 @@ def difference(
     axes: Any = ax if ax is not None else _image_figure(size, 1.2).add_subplot()
     lengths: Array = np.hypot(found.difference_px[..., 0], found.difference_px[..., 1])
     _draw_map(axes, found.grid, lengths, "difference [px]")
+    title = f"difference {_distance_text(distance_m)}: {found.rms_px:.2g} px RMS"
+    _prepare_image(axes, size, f"{title}, {found.max_px:.2g} px at most")
     nodes, vectors = found.grid.pixels.reshape(-1, 2), found.difference_px.reshape(-1, 2)
     _draw_arrows(axes, nodes, vectors, size[0], BLACK)
-    title = f"difference {_distance_text(distance_m)}: {found.rms_px:.2g} px RMS"
-    _prepare_image(axes, size, f"{title}, at most {found.max_px:.2g} px, where corners were")
     return axes
 
 
