@@ -37,12 +37,12 @@ std::string calibration_text(const Calibration& c) {
   return text + ", rms " + number(c.rms_px, 3) + " px" + warnings_text(c.findings);
 }
 
-std::map<std::string, double> sigmas_of(const Calibration& c) {
+std::map<std::string, double> sigmas_of_answer(const Calibration& c) {
   if (!camera_of_answer(c)) return {};
   return by_name(c.camera->lens, c.sigmas);
 }
 
-std::optional<py::array_t<double>> covariance_of(const Calibration& c) {
+std::optional<py::array_t<double>> covariance_of_answer(const Calibration& c) {
   if (!camera_of_answer(c) || c.covariance.size() == 0) return std::nullopt;
   return matrix_array(c.covariance);
 }
@@ -55,7 +55,7 @@ std::vector<std::string> free_names(const Calibration& c) {
 }
 
 // Empty without an answer, except for model weak, whose poses need no focal length.
-std::vector<CalibratedView> views_of(const Calibration& c) {
+std::vector<CalibratedView> views_of_answer(const Calibration& c) {
   if (!is_answer(c.status) && c.model != "weak") return {};
   return c.views;
 }
@@ -70,12 +70,12 @@ void define_answer(Record<Calibration>& record) {
   record.field("camera", &camera_of_answer,
                "The Camera; None without an answer, and with model \"weak\", where each view has "
                "its own scale.");
-  record.field("sigmas", &sigmas_of,
+  record.field("sigmas", &sigmas_of_answer,
                "Standard deviation of each lens parameter by name, 0 for a held one; empty "
                "without a camera.");
   record.field("free_parameters", &free_names,
                "The names of the model's free parameters: the rows of `covariance`.");
-  record.field("covariance", &covariance_of,
+  record.field("covariance", &covariance_of_answer,
                "(K, K), of the free parameters; None without a camera. With model \"auto\" it "
                "includes the choice of the model (ModelStep.weight).");
   record.field("fixed", &Calibration::fixed, "Lens parameters that were held, by name.");
@@ -104,7 +104,7 @@ void define_diagnosis(Record<Calibration>& record) {
                "The cross-validation, with six views or more; else None.");
   record.field("weak_directions", &Calibration::weak_directions,
                "The weakest first, at most three.");
-  record.field("views", &views_of,
+  record.field("views", &views_of_answer,
                "The views that take part, with poses; none without an answer, except for model "
                "\"weak\", whose poses need no focal length.");
   record.field("outliers", &Calibration::outliers, "The rejected corners.");

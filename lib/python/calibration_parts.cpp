@@ -11,7 +11,7 @@ namespace tagcal::python {
 namespace {
 
 template <typename T>
-auto corner_of(const T& t) {
+auto corner_of_id(const T& t) {
   return std::pair(t.id.tag_id, t.id.corner);
 }
 
@@ -34,7 +34,7 @@ void bind_projection(py::module_& m) {
       });
 }
 
-void bind_view(py::module_& m) {
+void bind_calibrated_view(py::module_& m) {
   Record<CalibratedView>(m, "CalibratedView", "The pose of one view of a calibration.")
       .field("image", &CalibratedView::image, "The name of the picture; may be empty.")
       .field("view", &CalibratedView::view, "Its index in Dataset.views.")
@@ -61,7 +61,7 @@ void bind_view(py::module_& m) {
 void bind_outlier(py::module_& m) {
   Record<Outlier>(m, "Outlier", "A rejected corner.")
       .field("image", &Outlier::image, "The name of the picture; may be empty.")
-      .field("id", &corner_of<Outlier>, "(tag, corner), as in View.ids.")
+      .field("id", &corner_of_id<Outlier>, "(tag, corner), as in View.ids.")
       .field("residual_px", &Outlier::residual_px,
              "Its distance from where the answer projects it; NaN if it is outside the lens' "
              "domain.")
@@ -138,7 +138,7 @@ void bind_checks(py::module_& m) {
 
 void bind_calibration_parts(py::module_& m) {
   bind_projection(m);
-  bind_view(m);
+  bind_calibrated_view(m);
   bind_outlier(m);
   bind_step(m);
   bind_checks(m);

@@ -19,7 +19,7 @@ namespace tagcal::python {
 namespace {
 
 // One array per view: the elements of a list, or of an array along its first axis.
-std::vector<py::object> arrays_of(const ArrayLike& argument, const char* name) {
+std::vector<py::object> elements_of(const ArrayLike& argument, const char* name) {
   const bool is_list = py::isinstance<py::list>(argument) || py::isinstance<py::tuple>(argument);
   if (!is_list &&
       !(py::isinstance<py::array>(argument) && py::cast<int>(argument.attr("ndim")) > 0))
@@ -62,11 +62,11 @@ bool is_common(const ArrayLike& points) {
 std::vector<std::vector<Correspondence>> correspondences_of(const ArrayLike& object_points,
                                                             const ArrayLike& image_points,
                                                             const ImageSize& size) {
-  const std::vector<py::object> pixels = arrays_of(image_points, "image_points");
+  const std::vector<py::object> pixels = elements_of(image_points, "image_points");
   const bool common = is_common(object_points);
   const std::vector<py::object> points = common
                                              ? std::vector<py::object>(pixels.size(), object_points)
-                                             : arrays_of(object_points, "object_points");
+                                             : elements_of(object_points, "object_points");
   if (points.size() != pixels.size())
     throw Error("image_points: must have as many views as object_points (" +
                 std::to_string(points.size()) + "), got " + std::to_string(pixels.size()));
@@ -128,12 +128,12 @@ Dataset dataset_of(const ArrayLike& size, const TargetLike& target, std::vector<
   return {image_size, std::move(boards), std::move(views), std::move(truth)};
 }
 
-using Arrays = std::vector<py::array_t<double>>;
+using ListOfArrays = std::vector<py::array_t<double>>;
 
 // OpenCV's lists: object_points and image_points.
-std::pair<Arrays, Arrays> lists_of(const Dataset& dataset) {
+std::pair<ListOfArrays, ListOfArrays> lists_of(const Dataset& dataset) {
   const auto target = points_in_world(dataset.boards);
-  std::pair<Arrays, Arrays> lists;
+  std::pair<ListOfArrays, ListOfArrays> lists;
   for (const View& view : dataset.views) {
     std::vector<Eigen::Vector3d> points;
     std::vector<Eigen::Vector2d> pixels;

@@ -47,7 +47,7 @@ ForeignCamera foreign_camera(const std::string& lens, const std::map<std::string
               lens + "\"");
 }
 
-std::map<std::string, double> values_of(const ForeignCamera& camera) {
+std::map<std::string, double> values_of_foreign(const ForeignCamera& camera) {
   std::map<std::string, double> values;
   const auto names = parameter_names(camera.lens);
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -55,7 +55,7 @@ std::map<std::string, double> values_of(const ForeignCamera& camera) {
   return values;
 }
 
-py::array_t<double> project_points(const ForeignCamera& camera, const ArrayLike& points) {
+py::array_t<double> project_by_foreign(const ForeignCamera& camera, const ArrayLike& points) {
   const Rows3 rows(points, "points", Rows3::Check::none);
   std::vector<Eigen::Vector2d> pixels(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -67,7 +67,7 @@ py::array_t<double> project_points(const ForeignCamera& camera, const ArrayLike&
   return array;
 }
 
-py::array_t<double> unproject_pixels(const ForeignCamera& camera, const ArrayLike& pixels) {
+py::array_t<double> unproject_by_foreign(const ForeignCamera& camera, const ArrayLike& pixels) {
   const Rows2 rows(pixels, "pixels", Rows2::Check::none);
   std::vector<Eigen::Vector3d> directions(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -106,11 +106,11 @@ LensFit fit_foreign(const ForeignCamera& camera, const std::string& model,
 // False if no lens of the model sees what the source sees.
 bool has_lens(const LensFit& fit) { return fit.difference_px.size() > 0; }
 
-std::optional<Camera> camera_of(const LensFit& fit) {
+std::optional<Camera> camera_of_fit(const LensFit& fit) {
   return has_lens(fit) ? std::optional(fit.camera) : std::nullopt;
 }
 
-std::optional<py::array_t<double>> covariance_of(const LensFit& fit) {
+std::optional<py::array_t<double>> covariance_of_fit(const LensFit& fit) {
   if (fit.covariance.size() == 0) return std::nullopt;
   return matrix_array(fit.covariance);
 }
@@ -122,7 +122,7 @@ void bind_foreign_camera(py::module_& m) {
       .field(
           "lens", [](const ForeignCamera& c) { return std::string(lens_name(c.lens)); },
           "\"double sphere\", \"extended unified\" or \"unified\".")
-      .field("parameters", &values_of, "The lens parameters by name.")
+      .field("parameters", &values_of_foreign, "The lens parameters by name.")
       .field(
           "size",
           [](const ForeignCamera& c) { return std::pair(c.image_size.width, c.image_size.height); },
@@ -139,9 +139,9 @@ void bind_foreign_camera(py::module_& m) {
       .def(py::init(&foreign_camera), py::arg("lens"), py::arg("parameters"), py::arg("size"),
            "`lens`: \"double sphere\" (fx, fy, cx, cy, xi, alpha), \"extended unified\" (fx, fy, "
            "cx, cy, alpha, beta) or \"unified\" (fx, fy, cx, cy, alpha).")
-      .def("project", &project_points, py::arg("points"),
+      .def("project", &project_by_foreign, py::arg("points"),
            "The pixels (N, 2) of points (N, 3) in the camera frame; NaN outside the lens' domain.")
-      .def("unproject", &unproject_pixels, py::arg("pixels"),
+      .def("unproject", &unproject_by_foreign, py::arg("pixels"),
            "The unit directions (N, 3) of the rays of pixels (N, 2); NaN where there is none.");
 }
 
@@ -158,14 +158,14 @@ void bind_fit(py::module_& m) {
   Record<LensFit>(m, "LensFit", "The lens of a model that projects as another lens does.")
       .field(
           "model", [](const LensFit& f) { return std::string(f.model->name()); }, "Its model.")
-      .field("camera", &camera_of,
+      .field("camera", &camera_of_fit,
              "The Camera; None if no lens of the model sees what the source sees.")
       .field("refusal", &LensFit::refusal,
              "Why the camera does not replace the source; None if it does.")
       .field(
           "sigmas", [](const LensFit& f) { return by_name(f.camera.lens, f.sigmas); },
           "Standard deviations by name; empty without the covariance of the source.")
-      .field("covariance", &covariance_of,
+      .field("covariance", &covariance_of_fit,
              "(K, K), of the model's free parameters; None without that of the source.")
       .field("seen", &LensFit::seen, "The difference over the region where corners were.")
       .field("image", &LensFit::image, "The difference over the whole image.")

@@ -15,7 +15,7 @@
 namespace tagcal::python {
 namespace {
 
-ImageGrid grid_of(const ArrayLike& size, int columns, int rows) {
+ImageGrid checked_grid(const ArrayLike& size, int columns, int rows) {
   constexpr int kMost = 1 << 18;  // numeric: nodes; a map of them takes seconds and 100 MB
   if (columns < 2 || rows < 2 || columns > kMost / rows)
     throw Error("columns, rows: must be >= 2, at most " + std::to_string(kMost) +
@@ -23,12 +23,12 @@ ImageGrid grid_of(const ArrayLike& size, int columns, int rows) {
   return {size_of_argument(size, "size"), columns, rows};
 }
 
-py::array_t<double> pixels_of(const ImageGrid& grid) {
+py::array_t<double> nodes_of_grid(const ImageGrid& grid) {
   return array_of(std::span<const Eigen::Vector2d>(grid.pixels()))
       .reshape({grid.rows, grid.columns, 2});
 }
 
-py::array_t<bool> contains(const SeenRegion& region, const ArrayLike& pixels) {
+py::array_t<bool> contained(const SeenRegion& region, const ArrayLike& pixels) {
   const Rows2 rows(pixels, "pixels", Rows2::Check::none);
   py::array_t<bool> inside(rows.is_single() ? std::vector<py::ssize_t>()
                                             : std::vector{static_cast<py::ssize_t>(rows.size())});
@@ -57,7 +57,7 @@ void bind_seen_region(py::module_& m) {
           [](const SeenRegion& r) { return number(100 * r.share(), 3) + " % of the image"; })
       .def(py::init(&region_of), py::arg("size"), py::arg("pixels"),
            "The region of pixels (N, 2) in an image of `size` (width, height).")
-      .def("contains", &contains, py::arg("pixels"), "True for each pixel (N, 2) inside of it.")
+      .def("contains", &contained, py::arg("pixels"), "True for each pixel (N, 2) inside of it.")
       .def(
           "samples",
           [](const SeenRegion& r) {
@@ -102,8 +102,8 @@ void bind_regions(py::module_& m) {
         return std::to_string(g.columns) + " x " + std::to_string(g.rows) + " nodes over " +
                std::to_string(g.size.width) + " x " + std::to_string(g.size.height) + " px";
       })
-      .def(py::init(&grid_of), py::arg("size"), py::arg("columns") = 21, py::arg("rows") = 13)
-      .def_property_readonly("pixels", &pixels_of,
+      .def(py::init(&checked_grid), py::arg("size"), py::arg("columns") = 21, py::arg("rows") = 13)
+      .def_property_readonly("pixels", &nodes_of_grid,
                              "(rows, columns, 2): the nodes; the first is (-0.5, -0.5).");
   bind_seen_region(m);
 }

@@ -8,62 +8,12 @@
 #include <cmath>
 
 #include "python/calibration.hpp"
-#include "python/findings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/uncertain_points.hpp"
 
 namespace tagcal::python {
-
-std::optional<Camera> camera_of_answer(const Calibration& calibration) {
-  if (!is_answer(calibration.status) || calibration.model == "weak") return std::nullopt;
-  return calibration.camera;
-}
-
-CalibrationFile known_camera(const Calibration& calibration) {
-  if (!is_answer(calibration.status))
-    throw Error(refusal(calibration.status, calibration.findings));
-  const std::optional<Camera> camera = camera_of_answer(calibration);
-  if (!camera)
-    throw Error("model weak has no camera for all views: each of them has its own scale");
-  return {*camera,
-          calibration.model,
-          calibration.fixed,
-          calibration.sigmas,
-          calibration.covariance,
-          calibration.seen,
-          camera_error_px(calibration)};
-}
-
-CalibrationFile known_camera(const CameraLike& argument, const char* name) {
-  const std::string prefix = std::string(name) + ": ";
-  if (py::isinstance<Camera>(argument)) {
-    CalibrationFile known;
-    known.camera = py::cast<const Camera&>(argument);
-    return known;
-  }
-  if (py::isinstance<CalibrationFile>(argument)) return py::cast<const CalibrationFile&>(argument);
-  if (!py::isinstance<Calibration>(argument))
-    throw Error(prefix + "must be a Camera, an UncertainCamera or a Calibration, got " +
-                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
-  try {
-    return known_camera(py::cast<const Calibration&>(argument));
-  } catch (const Error& error) {
-    throw Error(prefix + error.what());
-  }
-}
-
-LensOfModel lens_of_model(const CalibrationFile& known) {
-  LensOfModel result{nullptr, {nullptr, known.camera.lens, {}}};
-  if (known.covariance.size() == 0) return result;
-  const LensType type = Model::named(known.model).lens_type();
-  result.held = std::make_shared<const HeldModels>(known.fixed, type);
-  result.lens.model = &result.held->named(known.model);
-  result.lens.covariance = known.covariance;
-  return result;
-}
 
 namespace {
 
@@ -71,8 +21,8 @@ using Fixed = std::map<std::string, double>;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // N matrices (K, K), or one for all; symmetric, finite, with variances >= 0. None: zeros.
-std::vector<Eigen::MatrixXd> covariances_of(const std::optional<ArrayLike>& argument,
-                                            const char* name, std::size_t n, py::ssize_t k) {
+std::vector<Eigen::MatrixXd> covariance_matrices(const std::optional<ArrayLike>& argument,
+                                                 const char* name, std::size_t n, py::ssize_t k) {
   if (!argument) return std::vector<Eigen::MatrixXd>(n, Eigen::MatrixXd::Zero(k, k));
   const py::array_t<double> array = real_array(*argument, name);
   const bool is_one = array.ndim() == 2;
@@ -129,12 +79,12 @@ class UncertainRows {
   double* covariance_;
 };
 
-using Arrays = std::pair<py::array_t<double>, py::array_t<double>>;
+using UncertainArrays = std::pair<py::array_t<double>, py::array_t<double>>;
 
-Arrays project_points(const CalibrationFile& known, const ArrayLike& points,
-                      const std::optional<ArrayLike>& covariances) {
+UncertainArrays project_uncertain(const CalibrationFile& known, const ArrayLike& points,
+                                  const std::optional<ArrayLike>& covariances) {
   const Rows3 rows(points, "points");
-  const auto noise = covariances_of(covariances, "covariances", rows.size(), 3);
+  const auto noise = covariance_matrices(covariances, "covariances", rows.size(), 3);
   UncertainRows<2> result(rows.size());
   {
     py::gil_scoped_release release;
@@ -151,10 +101,10 @@ Arrays project_points(const CalibrationFile& known, const ArrayLike& points,
 
 // The points of pixels; `point`: a function of (lens, pixel, index) that may have no value.
 template <typename Point>
-Arrays points_of(const CalibrationFile& known, const ArrayLike& pixels,
-                 const std::optional<ArrayLike>& covariances, const Point& point) {
+UncertainArrays points_of_pixels(const CalibrationFile& known, const ArrayLike& pixels,
+                                 const std::optional<ArrayLike>& covariances, const Point& point) {
   const Rows2 rows(pixels, "pixels");
-  const auto noise = covariances_of(covariances, "covariances", rows.size(), 2);
+  const auto noise = covariance_matrices(covariances, "covariances", rows.size(), 2);
   UncertainRows<3> result(rows.size());
   {
     py::gil_scoped_release release;
@@ -171,9 +121,9 @@ Arrays points_of(const CalibrationFile& known, const ArrayLike& pixels,
   return result.arrays(rows.is_single());
 }
 
-Arrays directions(const CalibrationFile& known, const ArrayLike& pixels,
-                  const std::optional<ArrayLike>& covariances) {
-  return points_of(
+UncertainArrays directions(const CalibrationFile& known, const ArrayLike& pixels,
+                           const std::optional<ArrayLike>& covariances) {
+  return points_of_pixels(
       known, pixels, covariances,
       [](const auto& lens, const auto& pixel, std::size_t) { return direction(lens, pixel); });
 }
@@ -193,29 +143,31 @@ std::vector<double> lengths_of(const ArrayLike& argument, const char* name, std:
   return lengths;
 }
 
-Arrays at_depth(const CalibrationFile& known, const ArrayLike& pixels, const ArrayLike& depth_m,
-                const ArrayLike& sigma_depth_m, const std::optional<ArrayLike>& covariances) {
+UncertainArrays points_at_depth(const CalibrationFile& known, const ArrayLike& pixels,
+                                const ArrayLike& depth_m, const ArrayLike& sigma_depth_m,
+                                const std::optional<ArrayLike>& covariances) {
   const std::size_t n = Rows2(pixels, "pixels").size();
   const std::vector<double> depths = lengths_of(depth_m, "depth_m", n);
   const std::vector<double> sigmas = lengths_of(sigma_depth_m, "sigma_depth_m", n);
   if (std::ranges::count(depths, 0.0) > 0) throw Error("depth_m: must be > 0, got 0");
-  return points_of(known, pixels, covariances,
-                   [&](const auto& lens, const auto& pixel, std::size_t i) {
-                     return point_at_depth(lens, pixel, depths[i], sigmas[i]);
-                   });
+  return points_of_pixels(known, pixels, covariances,
+                          [&](const auto& lens, const auto& pixel, std::size_t i) {
+                            return point_at_depth(lens, pixel, depths[i], sigmas[i]);
+                          });
 }
 
-Arrays on_plane(const CalibrationFile& known, const ArrayLike& pixels,
-                const PoseLike& camera_from_plane, const std::optional<ArrayLike>& covariances) {
+UncertainArrays points_on_plane(const CalibrationFile& known, const ArrayLike& pixels,
+                                const PoseLike& camera_from_plane,
+                                const std::optional<ArrayLike>& covariances) {
   const Pose pose = pose_of(camera_from_plane, "camera_from_plane");
-  return points_of(known, pixels, covariances,
-                   [&](const auto& lens, const auto& pixel, std::size_t) {
-                     return point_on_plane(lens, pixel, pose);
-                   });
+  return points_of_pixels(known, pixels, covariances,
+                          [&](const auto& lens, const auto& pixel, std::size_t) {
+                            return point_on_plane(lens, pixel, pose);
+                          });
 }
 
 // The standard deviations of the lens' parameters, from the covariance of the free ones.
-std::vector<double> sigmas_of(const CalibrationFile& known) {
+std::vector<double> sigmas_of_covariance(const CalibrationFile& known) {
   const LensOfModel model = lens_of_model(known);
   if (!model.lens.model) return {};
   std::vector<double> sigmas(parameters(known.camera.lens).size(), 0.0);
@@ -228,10 +180,10 @@ std::vector<double> sigmas_of(const CalibrationFile& known) {
   return sigmas;
 }
 
-CalibrationFile make(const Camera& camera, const std::optional<std::string>& model,
-                     const std::optional<ArrayLike>& covariance, const Fixed& fixed,
-                     const std::optional<SeenRegion>& seen,
-                     const std::optional<double>& camera_error_px) {
+CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::string>& model,
+                                 const std::optional<ArrayLike>& covariance, const Fixed& fixed,
+                                 const std::optional<SeenRegion>& seen,
+                                 const std::optional<double>& camera_error_px) {
   CalibrationFile known;
   known.camera = camera;
   known.model = model.value_or("");
@@ -250,8 +202,8 @@ CalibrationFile make(const Camera& camera, const std::optional<std::string>& mod
   const HeldModels held(fixed, named.lens_type());
   if (!covariance) return known;
   const py::ssize_t k = held.named(*model).num_free();
-  known.covariance = covariances_of(covariance, "covariance", 1, k).front();
-  known.sigmas = sigmas_of(known);
+  known.covariance = covariance_matrices(covariance, "covariance", 1, k).front();
+  known.sigmas = sigmas_of_covariance(known);
   return known;
 }
 
@@ -260,7 +212,7 @@ std::optional<py::array_t<double>> covariance_or_none(const CalibrationFile& kno
   return matrix_array(known.covariance);
 }
 
-void define_fields(Record<CalibrationFile>& record) {
+void define_knowledge(Record<CalibrationFile>& record) {
   record.field(
       "camera", [](const CalibrationFile& k) { return k.camera; }, "The Camera.");
   record.field("model", &CalibrationFile::model, "Its model, such as \"opencv5\"; \"\": unknown.");
@@ -284,8 +236,8 @@ void define_fields(Record<CalibrationFile>& record) {
   });
 }
 
-void define_projection(Record<CalibrationFile>& record) {
-  record.def("project", &project_points, py::arg("points"), py::arg("covariances") = py::none(),
+void define_points(Record<CalibrationFile>& record) {
+  record.def("project", &project_uncertain, py::arg("points"), py::arg("covariances") = py::none(),
              "The pixels (N, 2) of points (N, 3), metres, in the camera frame, and their "
              "covariances (N, 2, 2), px^2: of the lens and of the points, whose own are "
              "`covariances` (N, 3, 3) or (3, 3). NaN where the lens has no pixel.");
@@ -293,11 +245,11 @@ void define_projection(Record<CalibrationFile>& record) {
              "The unit directions (N, 3) of the rays of pixels (N, 2), and their covariances (N, "
              "3, 3), of rank 2. `covariances` (N, 2, 2) or (2, 2): of the pixels. NaN where a "
              "pixel has no ray.");
-  record.def("point_at_depth", &at_depth, py::arg("pixels"), py::arg("depth_m"),
+  record.def("point_at_depth", &points_at_depth, py::arg("pixels"), py::arg("depth_m"),
              py::arg("sigma_depth_m") = 0.0, py::arg("covariances") = py::none(),
              "The points (N, 3) of pixels (N, 2) at a depth (z in the camera frame), one for all "
              "or (N,), and their covariances (N, 3, 3).");
-  record.def("point_on_plane", &on_plane, py::arg("pixels"), py::arg("camera_from_plane"),
+  record.def("point_on_plane", &points_on_plane, py::arg("pixels"), py::arg("camera_from_plane"),
              py::arg("covariances") = py::none(),
              "The points (N, 3) of pixels (N, 2) on the plane z = 0 of a frame, in that frame (the "
              "Pose is exact), and their covariances (N, 3, 3). NaN where the ray does not meet "
@@ -310,13 +262,13 @@ void bind_uncertain_camera(py::module_& m) {
   Record<CalibrationFile> record(m, "UncertainCamera",
                                  "A camera with what is known of it: as `Calibration` and files of "
                                  "cameras have it. It projects points with covariances.");
-  record.def(py::init(&make), py::arg("camera"), py::arg("model") = py::none(),
+  record.def(py::init(&uncertain_camera), py::arg("camera"), py::arg("model") = py::none(),
              py::arg("covariance") = py::none(), py::arg("fixed") = Fixed(),
              py::arg("seen") = py::none(), py::arg("camera_error_px") = py::none(),
              "`covariance` (K, K): of the free parameters of the model of that name, without those "
              "in `fixed`. Without it the camera is taken as exact.");
-  define_fields(record);
-  define_projection(record);
+  define_knowledge(record);
+  define_points(record);
 }
 
 }  // namespace tagcal::python

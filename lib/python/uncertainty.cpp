@@ -19,7 +19,7 @@ namespace {
 
 using Samples = std::vector<Eigen::Vector2d>;
 
-Samples pixels_of(const ArrayLike& argument, const char* name) {
+Samples sample_pixels(const ArrayLike& argument, const char* name) {
   const Rows2 rows(argument, name);
   constexpr std::size_t kMost = 1 << 20;  // numeric: each takes some 300 bytes
   if (rows.size() > kMost)
@@ -32,7 +32,7 @@ Samples whole_image(const ImageSize& size) { return ImageGrid{size, 33, 21}.pixe
 
 // Samples of the region where corners were; of the whole image if that is not known.
 Samples samples_of(const std::optional<ArrayLike>& argument, const CalibrationFile& known) {
-  if (argument) return pixels_of(*argument, "samples");
+  if (argument) return sample_pixels(*argument, "samples");
   return known.seen.hull().empty() ? whole_image(known.camera.image_size) : known.seen.samples();
 }
 
@@ -65,14 +65,14 @@ std::vector<WeakDirection> weak_directions_of(const CameraLike& camera,
   return weak_directions(model.lens, pixels);
 }
 
-std::optional<LensDifference> difference(const CameraLike& a, const CameraLike& b,
-                                         double distance_m, bool is_whole_image,
-                                         const std::optional<ArrayLike>& samples) {
+std::optional<LensDifference> difference_of(const CameraLike& a, const CameraLike& b,
+                                            double distance_m, bool is_whole_image,
+                                            const std::optional<ArrayLike>& samples) {
   const CalibrationFile known_a = known_camera(a, "a"), known_b = known_camera(b, "b");
   check_distance(distance_m, "distance_m");
   if (is_whole_image && samples) throw Error("samples: give them or whole_image, not both");
   const Samples pixels =
-      samples          ? pixels_of(*samples, "samples")
+      samples          ? sample_pixels(*samples, "samples")
       : is_whole_image ? whole_image(known_a.camera.image_size)
                        : common_samples(known_a.camera.image_size, known_a.seen, known_b.seen);
   py::gil_scoped_release release;
@@ -109,7 +109,7 @@ void bind_difference(py::module_& m) {
         return distance_text(d.distance_m) + ": rms " + number(d.rms_px, 4) + " px, at most " +
                number(d.max_px, 4) + " px";
       });
-  m.def("diff", &difference, py::arg("a"), py::arg("b"), py::arg("distance_m") = kInfinitelyFar,
+  m.def("diff", &difference_of, py::arg("a"), py::arg("b"), py::arg("distance_m") = kInfinitelyFar,
         py::arg("whole_image") = false, py::arg("samples") = py::none(),
         "The difference of the projections of two cameras of one image size, of points at a "
         "distance. The camera b is moved to where it agrees best with a over the samples: pixels "
