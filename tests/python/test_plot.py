@@ -174,7 +174,7 @@ def test_uncertainty_where_a_fisheye_has_no_ray() -> None:
     seen = tagcal.SeenRegion(SIZE, [(500, 300), (800, 300), (800, 500), (500, 500)])
     uncertain = tagcal.UncertainCamera(camera, "fisheye4", covariance, seen=seen)
     axes = tagcal.plot.uncertainty(uncertain)
-    assert np.ma.getmaskarray(axes.collections[0].get_array()).any()  # type: ignore[no-untyped-call]
+    assert axes.collections[0].get_array().mask.any()
 
 
 def test_uncertainty_needs_a_camera() -> None:
