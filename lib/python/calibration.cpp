@@ -37,7 +37,7 @@ std::string calibration_text(const Calibration& c) {
   return text + ", rms " + number(c.rms_px, 3) + " px" + warnings_text(c.findings);
 }
 
-std::map<std::string, double> sigmas_of_answer(const Calibration& c) {
+NumbersByName sigmas_of_answer(const Calibration& c) {
   if (!camera_of_answer(c)) return {};
   return by_name(c.camera->lens, c.sigmas);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "python/arrays.hpp"
+#include "python/records.hpp"
 #include "tagcal/estimate/types.hpp"
 
 // The parts of bind_calibrate and bind_uncertainty, one file each.
@@ -25,7 +26,7 @@ void bind_lens_fit(py::module_& m);
 py::array_t<double> matrix_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 
 // Values by the names of a lens' parameters; empty if there are no values.
-std::map<std::string, double> by_name(const Lens& lens, const std::vector<double>& values);
+NumbersByName by_name(const Lens& lens, const std::vector<double>& values);
 
 // Throws Error unless the value is > 0; infinity too.
 void check_distance(double value, const char* name);

@@ -76,12 +76,8 @@ const char* lens_name(const Camera& camera) {
   return kNames[camera.lens.index()];
 }
 
-std::map<std::string, double> parameter_values(const Camera& camera) {
-  const auto names = parameter_names(camera.lens);
-  const auto values = parameters(camera.lens);
-  std::map<std::string, double> result;
-  for (std::size_t i = 0; i < names.size(); ++i) result[std::string(names[i])] = values[i];
-  return result;
+NumbersByName parameter_values(const Camera& camera) {
+  return numbers_by_name(parameter_names(camera.lens), parameters(camera.lens));
 }
 
 Eigen::Matrix3d camera_matrix(const Camera& camera) {
@@ -212,6 +208,12 @@ std::string representation(const Camera& camera) {
 void define_constructors(py::class_<Camera>& camera) {
   const py::tuple none;
   camera
+      .def(py::init([](const py::args&, const py::kwargs&) -> Camera {
+             throw Error(
+                 "Camera: is made by Camera.pinhole, perspective, fisheye, parallel or "
+                 "from_matrix");
+           }),
+           "Raises Error: cameras are made by `pinhole` and the others.")
       .def_static("pinhole", &pinhole_camera, py::arg("fx"), py::arg("fy"), py::arg("cx"),
                   py::arg("cy"), py::arg("size"),
                   "A pinhole without distortion. Focal lengths and principal point are pixels; "

@@ -101,6 +101,14 @@ std::vector<std::string> write_views(const fs::path& file, const std::vector<Vie
   return notes;
 }
 
+// A Dataset from a folder, so that functions of a data set take what read_dataset returns.
+void make_convertible() {
+  auto dataset = py::reinterpret_borrow<py::class_<Dataset>>(py::type::of<Dataset>());
+  dataset.def(py::init([](const DatasetFolder& folder) { return folder.dataset; }),
+              py::arg("folder"), "That of a folder, as `read_dataset` returns it.");
+  py::implicitly_convertible<DatasetFolder, Dataset>();
+}
+
 void bind_folder(py::module_& m) {
   Record<DatasetFolder>(m, "DatasetFolder", "A data set on disk.")
       .field("dataset", &DatasetFolder::dataset,
@@ -128,6 +136,7 @@ void bind_folder(py::module_& m) {
                (out == 0 ? "" : ", " + std::to_string(out) + " unreadable") +
                (n == 0 ? "" : ", " + std::to_string(n) + (n == 1 ? " warning" : " warnings"));
       });
+  make_convertible();
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ ARGUMENTS = {
     "PoseLike": "Pose | ArrayLike",
     "PosesLike": "Pose | ArrayLike | Sequence[Pose | ArrayLike]",
     "CameraLike": "Camera | UncertainCamera | Calibration",
+    "tagcal.Dataset": "Dataset | DatasetFolder",
     "TargetLike": "Board | PlacedBoard | Sequence[Board | PlacedBoard]",
 }
 RESULTS = {

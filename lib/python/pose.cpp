@@ -14,6 +14,7 @@
 #include "python/findings.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
+#include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -112,15 +113,17 @@ PoseAndFocalEstimate estimate_with_focal(const ArrayLike& points, const ArrayLik
   return estimate_pose_and_focal(input.correspondences, image_size, options);
 }
 
-PoseEstimate estimate_of_view(const View& view, const TargetLike& target, const Camera& camera,
+PoseEstimate estimate_of_view(const View& view, const TargetLike& target, const CameraLike& camera,
                               const std::optional<double>& camera_error_px, double sigma_px,
                               bool reject_outliers, int max_iterations, std::uint64_t seed) {
   const std::vector<PlacedBoard> boards = boards_of(target, "target");
   const auto options = options_of<PoseOptions>(sigma_px, reject_outliers, max_iterations, seed);
   if (camera_error_px && !(*camera_error_px >= 0 && std::isfinite(*camera_error_px)))
     throw Error("camera_error_px: must be >= 0, got " + number(*camera_error_px));
+  const CalibrationFile known = known_camera(camera, "camera");
+  const std::optional<double> error = camera_error_px ? camera_error_px : known.camera_error_px;
   py::gil_scoped_release release;
-  return estimate_pose(view_correspondences(view, boards, camera_error_px), camera, options);
+  return estimate_pose(view_correspondences(view, boards, error), known.camera, options);
 }
 
 // The poses of many targets, as a list and as arrays.
@@ -335,8 +338,9 @@ void bind_pose(py::module_& m) {
         py::arg("camera"), py::arg("camera_error_px") = py::none(), py::arg("sigma_px") = 0.0,
         py::arg("reject_outliers") = true, py::arg("max_iterations") = 50, py::arg("seed") = 0,
         "The pose of the camera of a view, from the corners that the target has. Their covariances "
-        "are used if `camera_error_px` is given (Calibration.camera_error_px): they do not include "
-        "the errors of lens and target.");
+        "are used if the error of the camera is known, from `camera` (a Calibration or an "
+        "UncertainCamera) or `camera_error_px`: they do not include the errors of lens and "
+        "target.");
 }
 
 }  // namespace tagcal::python

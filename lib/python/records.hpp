@@ -55,7 +55,30 @@ class Record : public py::class_<T, Options...> {
   }
 };
 
+// Numbers by name, in their order.
+class NumbersByName : public py::dict {
+ public:
+  using py::dict::dict;
+};
+template <typename Names>
+NumbersByName numbers_by_name(const Names& names, const auto& values) {
+  NumbersByName numbers;
+  std::size_t i = 0;
+  for (const double value : values) {
+    const auto& name = names[i++];
+    numbers[py::str(name.data(), name.size())] = value;
+  }
+  return numbers;
+}
+
 // A number as a person writes it, with `digits` significant digits.
 std::string number(double value, int digits = 6);
 
 }  // namespace tagcal::python
+
+namespace pybind11::detail {
+template <>
+struct handle_type_name<tagcal::python::NumbersByName> {
+  static constexpr auto name = const_name("Dict[str, float]");
+};
+}  // namespace pybind11::detail

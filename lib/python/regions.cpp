@@ -75,11 +75,8 @@ py::array_t<double> matrix_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix
   return array;
 }
 
-std::map<std::string, double> by_name(const Lens& lens, const std::vector<double>& values) {
-  std::map<std::string, double> result;
-  const auto names = parameter_names(lens);
-  for (std::size_t i = 0; i < values.size(); ++i) result.emplace(names[i], values[i]);
-  return result;
+NumbersByName by_name(const Lens& lens, const std::vector<double>& values) {
+  return numbers_by_name(parameter_names(lens), values);
 }
 
 void check_distance(double value, const char* name) {

@@ -129,7 +129,8 @@ void bind_view(py::module_& m) {
           "The number of corners.")
       .def(py::pickle(
           [](const View& view) {
-            return py::make_tuple(ids_of(view), view_pixels(view), covariances_of(view), view.image);
+            return py::make_tuple(ids_of(view), view_pixels(view), covariances_of(view),
+                                  view.image);
           },
           [](const py::tuple& state) {
             if (state.size() != 4) throw Error("not the state of a view");
