@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "report/terminal.hpp"
+
 namespace tagcal::tools {
 
 nlohmann::ordered_json findings_json(std::span<const Finding> findings) {
@@ -15,9 +17,11 @@ nlohmann::ordered_json findings_json(std::span<const Finding> findings) {
 
 std::string findings_text(std::span<const Finding> findings, const std::string& indent) {
   std::string text;
-  for (const Finding& finding : findings)
-    text += indent + (finding.severity == Severity::note ? "note: " : "warning: ") +
-            finding.sentence + "\n";
+  for (const Finding& finding : findings) {
+    const bool is_note = finding.severity == Severity::note;
+    const std::string mark = is_note ? "note: " : toned(Tone::caution, "! ");
+    text += wrapped(indent + mark, finding.sentence, indent.size() + 2);
+  }
   return text;
 }
 
