@@ -27,19 +27,6 @@ std::string number_of_warnings(std::span<const Finding> findings) {
   return count == 0 ? "" : ", " + counted(count, "warning");
 }
 
-// The reason of a refusal stands in the verdict.
-const Finding* reason_of(std::span<const Finding> findings) {
-  const auto reason = std::ranges::find(findings, Severity::refusal, &Finding::severity);
-  return reason == findings.end() ? nullptr : &*reason;
-}
-
-std::vector<Finding> without_reason(std::span<const Finding> findings) {
-  std::vector<Finding> others;
-  for (const Finding& finding : findings)
-    if (&finding != reason_of(findings)) others.push_back(finding);
-  return others;
-}
-
 // "OK, 1 warning: opencv4 (chosen), 12 pictures, ..", or "NO ANSWER: " and the reason.
 std::string verdict_text(const Calibration& calibration, bool chosen) {
   if (!is_answer(calibration.status)) {

@@ -1,5 +1,6 @@
 #include "report/findings.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "report/terminal.hpp"
@@ -13,6 +14,19 @@ nlohmann::ordered_json findings_json(std::span<const Finding> findings) {
                     {"severity", severity_name(finding.severity)},
                     {"sentence", finding.sentence}});
   return list;
+}
+
+const Finding* reason_of(std::span<const Finding> findings) {
+  const auto reason = std::ranges::find(findings, Severity::refusal, &Finding::severity);
+  return reason == findings.end() ? nullptr : &*reason;
+}
+
+std::vector<Finding> without_reason(std::span<const Finding> findings) {
+  const Finding* const reason = reason_of(findings);
+  std::vector<Finding> others;
+  for (const Finding& finding : findings)
+    if (&finding != reason) others.push_back(finding);
+  return others;
 }
 
 std::string findings_text(std::span<const Finding> findings, const std::string& indent) {
