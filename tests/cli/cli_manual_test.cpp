@@ -11,7 +11,8 @@ TEST_F(Cli, AloneItShowsAGuide) {
   EXPECT_EQ(guide.err, "");
   std::istringstream lines(guide.out);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
-  for (const char* command : {"board ", "calibrate ", "pose ", "detect ", "reproject ", "diff "})
+  for (const char* command :
+       {"board ", "calibrate ", "watch ", "pose ", "detect ", "reproject ", "diff "})
     EXPECT_NE(guide.out.find(std::string("tagcal ") + command), std::string::npos) << command;
 }
 
@@ -32,7 +33,8 @@ TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
   EXPECT_EQ(bash, run("completion bash").out);
   EXPECT_EQ(zsh, run("completion zsh").out);
   EXPECT_EQ(fish, run("completion fish").out);
-  for (const std::string command : {"render", "detect", "calibrate", "pose", "diff", "convert"}) {
+  for (const std::string command :
+       {"render", "detect", "calibrate", "watch", "pose", "diff", "convert"}) {
     const std::string page = slurp(share / ("man/man1/tagcal-" + command + ".1"));
     EXPECT_TRUE(page.starts_with(".TH tagcal\\-" + command)) << page;
     std::istringstream help(run(command + " --help").out);

@@ -153,7 +153,7 @@ Command add_calibrate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
-  add_no_cache(*command, arguments->job.input);
+  add_no_cache(*command, arguments->job.input.no_cache);
   add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names()).text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; default: each corner's own covariance if the "

@@ -21,6 +21,7 @@ struct Command {
 Command add_render(CLI::App& app);
 Command add_detect(CLI::App& app);
 Command add_calibrate(CLI::App& app);
+Command add_watch(CLI::App& app);
 Command add_validate(CLI::App& app);
 Command add_pose(CLI::App& app);
 Command add_board(CLI::App& app);

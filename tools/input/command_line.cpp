@@ -100,6 +100,7 @@ constexpr std::string_view kGuide =
     "  print a target              tagcal board board.yaml --out board.pdf --paper a4\n"
     "  calibrate from pictures     tagcal calibrate --target board.yaml photos/*.jpg --out "
     "camera.yaml\n"
+    "  while taking pictures       tagcal watch photos --target board.yaml --until 0.1px\n"
     "  where a camera was          tagcal pose --camera camera.yaml --target board.yaml photo.jpg\n"
     "  find corners only           tagcal detect --target board.yaml photos/*.jpg --out "
     "corners.csv\n"
