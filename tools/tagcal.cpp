@@ -14,6 +14,7 @@ std::vector<Command> command_table(CLI::App& app) {
                                    add_view(app),      add_diff(app),    add_convert(app),
                                    add_reproject(app), add_project(app), add_unproject(app)};
   add_study_commands(app, commands);
+  commands.push_back(add_completion(app));
   return commands;
 }
 

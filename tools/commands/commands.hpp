@@ -30,5 +30,6 @@ Command add_convert(CLI::App& app);
 Command add_reproject(CLI::App& app);
 Command add_project(CLI::App& app);
 Command add_unproject(CLI::App& app);
+Command add_completion(CLI::App& app);
 
 }  // namespace tagcal::tools

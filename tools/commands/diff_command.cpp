@@ -13,6 +13,7 @@
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "input/lens_input.hpp"
+#include "report/messages.hpp"
 #include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"

@@ -331,9 +331,4 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) print_to_stderr("tagcal: warning: {}\n", warning);
 }
 
-void print_result(const std::string& text) {
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
-  if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
-}
-
 }  // namespace tagcal::tools

@@ -81,6 +81,5 @@ int num_tags(const std::vector<View>& views);
 bool has_tags(const std::vector<PlacedBoard>& boards);
 
 void print_warnings(const std::vector<std::string>& warnings);  // to stderr
-void print_result(const std::string& text);  // to stdout; throws Error if it cannot
 
 }  // namespace tagcal::tools

@@ -17,10 +17,11 @@ bool shows_colour() {
   return isatty(STDOUT_FILENO) == 1 && !is_dumb && (no_colour == nullptr || *no_colour == '\0');
 }
 
-// Decimals of a number that show `digits` significant digits of it, at most 12.
-int decimals_of(double value, int digits) {
-  const int leading = static_cast<int>(std::floor(std::log10(std::abs(value))));
-  return std::clamp(digits - 1 - leading, 0, 12);
+// Decimals that show two significant digits of a number after rounding; at most 12.
+int decimals_of(double value) {
+  const std::string rounded = fmt::format("{:.1e}", value);  // "9.9e-03"
+  const int exponent = std::stoi(rounded.substr(rounded.find('e') + 1));
+  return std::clamp(1 - exponent, 0, 12);
 }
 
 // Without the codes of colours, from ESC to "m".
@@ -72,13 +73,14 @@ std::string wrapped(std::string_view first, std::string_view text, std::size_t i
 Measured measured(double value, double sigma) {
   if (!(sigma > 0) || !std::isfinite(sigma))
     return {fmt::format("{:.6g}", value), std::isinf(sigma) ? "no bound" : ""};
-  const int decimals = decimals_of(sigma, 2);
+  const int decimals = decimals_of(sigma);
   return {fmt::format("{:.{}f}", value, decimals), fmt::format("{:.{}f}", sigma, decimals)};
 }
 
 std::string two_digits(double value) {
-  if (!(std::abs(value) > 0) || !std::isfinite(value)) return fmt::format("{:g}", value);
-  return fmt::format("{:.{}f}", value, decimals_of(value, 2));
+  constexpr double kSmallest = 1e-7;  // numeric: below it, zeros would hide the size
+  if (!(std::abs(value) >= kSmallest) || !std::isfinite(value)) return fmt::format("{:.2g}", value);
+  return fmt::format("{:.{}f}", value, decimals_of(value));
 }
 
 }  // namespace tagcal::tools
