@@ -7,7 +7,6 @@ namespace tagcal::tools {
 namespace {
 
 TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
-  expect_bad_input("", {"needs a command", "render", "board"});
   expect_bad_input("rendr x", {"rendr", "unknown command", "did you mean render"});
   expect_bad_input("render x.yaml --out y --viewz 3",
                    {"--viewz", "did you mean --views", "--help"});

@@ -79,11 +79,11 @@ TEST_F(ConvertModel, ACalibrationKeepsItsStandardDeviations) {
 
 // A fixed parameter may have a value that its model does not have otherwise.
 TEST_F(ConvertModel, ACalibrationWithAFixedParameterIsRead) {
-  ASSERT_EQ(run("calibrate " + path("set") + " --observations " +
-                path("set/observations_exact.csv") + " --model radial1 --fix k2=0.001 --out " +
-                path("fixed.yaml"))
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      run("calibrate " + path("set") + " --observations " + path("set/observations_exact.csv") +
+          " --model radial1 --fix k2=0.001 --out " + path("fixed.yaml"))
+          .exit_code,
+      0);
   const Outcome outcome = run(convert("fixed.yaml", "free.yaml", "--model radial2"));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }

@@ -87,7 +87,7 @@ TEST_F(Field, TheCameraIsWhereTheRobotIs) {
   EXPECT_EQ(stated.err.find("is taken"), std::string::npos) << stated.err;
   const Outcome text = run(arguments);
   EXPECT_NE(text.out.find("camera at"), std::string::npos);
-  EXPECT_NE(text.out.find("azimuth, elevation, roll"), std::string::npos);
+  EXPECT_NE(text.out.find("az., el., roll"), std::string::npos);
 }
 
 TEST_F(Field, TagSizesBelongToFieldLayouts) {

@@ -101,6 +101,46 @@ TEST(LensDifference, SamplesLieWhereBothHadCorners) {
   EXPECT_EQ(common_samples(kSize, unknown, unknown).size(), 33u * 21u);
 }
 
+// Lenses drawn from their covariances are consistent: scores of a standard normal variable. A lens
+// of another focal length is not.
+TEST(DifferenceTest, ScoresOfDrawnLensesAreNormal) {
+  const std::vector<Vector2d> samples = ImageGrid{kSize, 9, 7}.pixels();
+  const Model& model = Model::named("radial1");  // f, cx, cy, k1
+  const std::vector<double> truth = model.free_values(Perspective({900, 900, 651, 392, -0.15}));
+  const std::array<double, 4> sigma_a = {0.5, 0.8, 0.8, 0.001}, sigma_b = {0.2, 0.1, 0.3, 0.0004};
+  const auto drawn = [&](const std::array<double, 4>& sigma, Random& random, double shift = 0) {
+    std::vector<double> values = truth;
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += sigma[i] * random.normal();
+    values[0] += shift;
+    const Eigen::Map<const Eigen::Vector4d> sd(sigma.data());
+    return UncertainLens{&model, *model.lens(values, kSize),
+                         sd.cwiseAbs2().asDiagonal().toDenseMatrix()};
+  };
+  const auto score = [&](const UncertainLens& a, const UncertainLens& b) {
+    const auto d = lens_difference({a.lens, kSize}, {b.lens, kSize}, samples, kInfinitelyFar);
+    return difference_test(a, b, samples, d.value()).value();
+  };
+  Random random(7);
+  constexpr int kDraws = 400;
+  double sum = 0, squares = 0, ratio = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const UncertainLens a = drawn(sigma_a, random), b = drawn(sigma_b, random);
+    const auto d = lens_difference({a.lens, kSize}, {b.lens, kSize}, samples, kInfinitelyFar);
+    const DifferenceTest test = score(a, b);
+    sum += test.in_sigmas;
+    squares += test.in_sigmas * test.in_sigmas;
+    ratio += d->rms_px * d->rms_px / (test.expected_px * test.expected_px);
+  }
+  EXPECT_NEAR(sum / kDraws, 0, 0.15);
+  EXPECT_NEAR(squares / kDraws, 1, 0.25);
+  EXPECT_NEAR(ratio / kDraws, 1, 0.15);
+  EXPECT_GT(score(drawn(sigma_a, random), drawn(sigma_b, random, 10)).in_sigmas, 5);
+  UncertainLens exact = drawn({}, random);
+  exact.covariance.resize(0, 0);
+  EXPECT_LT(score(drawn(sigma_a, random), exact).in_sigmas, 3.5);
+  EXPECT_FALSE(difference_test(exact, exact, samples, {}).has_value());
+}
+
 TEST(ProjectionUncertainty, IsThatOfSolvesWithFreshNoise) {
   WorldOptions options;
   options.num_views = 6;

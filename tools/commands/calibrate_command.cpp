@@ -15,6 +15,7 @@
 #include "input/camera_input.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
+#include "report/terminal.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
@@ -33,6 +34,7 @@ struct Arguments {
   std::string start;               // a camera's file
   std::vector<std::string> fixed;  // NAME=VALUE
   bool keep_all = false;
+  bool verbose = false;
   bool json = false;
 };
 
@@ -77,11 +79,12 @@ int run_one(const Arguments& arguments) {
     write_picture(arguments.uncertainty, calibration);
     say_wrote(arguments.uncertainty);
   }
-  std::string text = arguments.json
-                         ? calibration_json(answer)
-                         : calibration_summary(answer, is_auto(arguments.job.options.model));
+  std::string text =
+      arguments.json
+          ? calibration_json(answer)
+          : calibration_summary(answer, {is_auto(arguments.job.options.model), arguments.verbose});
   if (arguments.job.advise && !arguments.json) {
-    text += fmt::format("next view  {}\n", advice_sentence(answer.advice));
+    text += wrapped("next view  ", advice_sentence(answer.advice), 11);
   }
   print_result(text);
   if (!answered && !arguments.out.empty()) {
@@ -150,7 +153,7 @@ Command add_calibrate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
-  add_no_cache(*command, arguments->job.input);
+  add_no_cache(*command, arguments->job.input.no_cache);
   add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names()).text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; default: each corner's own covariance if the "
@@ -190,6 +193,8 @@ Command add_calibrate(CLI::App& app) {
               "calibrate from the N most informative views only, and print what each adds");
   add_flag(*command, "--advise", arguments->job.advise,
            "print the next view that would improve the answer most, and by how much");
+  add_flag(*command, "--verbose", arguments->verbose,
+           "also print why each model was taken or not, all rejected corners, and times");
   add_flag(*command, "--json", arguments->json,
            "one JSON object on stdout; for several data sets an array of them");
   add_threads(*command, arguments->job.threads)

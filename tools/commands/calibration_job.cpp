@@ -21,6 +21,8 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
     return;
   }
   refine_views(input, *calibration.camera, job.threads, job.shows_progress);
+  std::optional<Progress> progress;
+  if (job.shows_progress) progress.emplace("calibrating again");
   calibration = calibrate(input.dataset, options);
 }
 

@@ -21,6 +21,7 @@ struct Command {
 Command add_render(CLI::App& app);
 Command add_detect(CLI::App& app);
 Command add_calibrate(CLI::App& app);
+Command add_watch(CLI::App& app);
 Command add_validate(CLI::App& app);
 Command add_pose(CLI::App& app);
 Command add_board(CLI::App& app);
@@ -30,5 +31,6 @@ Command add_convert(CLI::App& app);
 Command add_reproject(CLI::App& app);
 Command add_project(CLI::App& app);
 Command add_unproject(CLI::App& app);
+Command add_completion(CLI::App& app);
 
 }  // namespace tagcal::tools

@@ -14,6 +14,7 @@
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
+#include "report/progress.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
@@ -35,7 +36,9 @@ struct Arguments {
 };
 
 void draw(const Input& input, const std::vector<std::string>& names, OutputFolder& folder) {
+  Progress progress("drawing", static_cast<int>(input.images.size()));
   for (std::size_t i = 0; i < input.images.size(); ++i) {
+    progress.update(static_cast<int>(i));
     const ImageRgb drawing =
         draw_tags(input.images[i].load(), input.dataset.views[i],
                   i < input.unfitted.size() ? input.unfitted[i] : std::vector<UnfittedTag>());
@@ -69,9 +72,17 @@ std::string explanation_text(const std::string& name, const Explanation& e, bool
 }
 
 void explain_all(const Input& input) {
-  for (const ImageSource& image : input.images)
-    print_to_stderr("{}", explanation_text(image.name, explain(image.load(), input.dataset.boards),
-                                           has_tags(input.dataset.boards)));
+  std::string text;
+  {
+    Progress progress("explaining", static_cast<int>(input.images.size()));
+    for (std::size_t i = 0; i < input.images.size(); ++i) {
+      const ImageSource& image = input.images[i];
+      text += explanation_text(image.name, explain(image.load(), input.dataset.boards),
+                               has_tags(input.dataset.boards));
+      progress.update(static_cast<int>(i + 1));
+    }
+  }
+  print_to_stderr("{}", text);
 }
 
 int run_without_target(const Arguments& a) {
@@ -125,7 +136,7 @@ Command add_detect(CLI::App& app) {
   CLI::App* command = add_command(app, "detect", "corners of a target in pictures, as CSV");
   const auto arguments = std::make_shared<Arguments>();
   add_input(*command, arguments->input);
-  add_no_cache(*command, arguments->input);
+  add_no_cache(*command, arguments->input.no_cache);
   add_option(
       *command, "--family", arguments->input.family,
       "all tags of this family in pictures, without a target; ids may repeat, and the column "

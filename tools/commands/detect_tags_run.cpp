@@ -36,8 +36,11 @@ Tags found_tags(const TagSearch& search, const Input& input, const Camera* camer
 
 void draw(const Input& input, const Tags& tags, const std::vector<std::string>& names,
           OutputFolder& folder) {
-  for (std::size_t i = 0; i < input.images.size(); ++i)
+  Progress progress("drawing", static_cast<int>(input.images.size()));
+  for (std::size_t i = 0; i < input.images.size(); ++i) {
+    progress.update(static_cast<int>(i));
     write_png(folder.path() / names[i], draw_tags(input.images[i].load(), tags[i]));
+  }
   folder.publish();
 }
 

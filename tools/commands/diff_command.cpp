@@ -12,6 +12,9 @@
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
+#include "input/lens_input.hpp"
+#include "report/messages.hpp"
+#include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
 
@@ -71,13 +74,22 @@ Json grid_json(const LensDifference& d) {
   return rows;  // NaN becomes null
 }
 
-Json difference_json(const LensDifference& d) {
+// One comparison: the difference, and what the covariances of both predict.
+struct Comparison {
+  LensDifference difference;
+  std::optional<DifferenceTest> test;
+};
+
+Json difference_json(const Comparison& comparison) {
+  const LensDifference& d = comparison.difference;
   const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
   const Eigen::Vector3d& move = d.b_from_a.translation();
   const WholeImage whole = whole_image(d);
   return {{"distance_m", std::isfinite(d.distance_m) ? Json(d.distance_m) : Json("infinity")},
           {"rms_px", d.rms_px},
           {"max_px", d.max_px},
+          {"expected_px", comparison.test ? Json(comparison.test->expected_px) : Json()},
+          {"in_sigmas", comparison.test ? Json(comparison.test->in_sigmas) : Json()},
           {"whole_image_max_px", whole.max_px},
           {"nodes_without_value", whole.without_value},
           {"rotation_deg", {turn.x(), turn.y(), turn.z()}},
@@ -112,27 +124,54 @@ std::string difference_text(const LensDifference& d, const char* where) {
   return text;
 }
 
+// Beyond this the calibrations contradict one another: 1 in 700 by chance.
+constexpr double kMostSigmas = 3;
+
+// The last line: whether the calibrations agree as well as their covariances say.
+std::string verdict_text(const std::vector<Comparison>& comparisons) {
+  const Comparison* worst = nullptr;
+  for (const Comparison& c : comparisons)
+    if (c.test && (!worst || c.test->in_sigmas > worst->test->in_sigmas)) worst = &c;
+  if (!worst)
+    return "not known if they are consistent: neither file has a covariance of the lens\n";
+  const bool is_consistent = worst->test->in_sigmas <= kMostSigmas;
+  const std::string verdict =
+      is_consistent ? toned(Tone::good, "CONSISTENT") : toned(Tone::bad, "DIFFERENT");
+  return wrapped(
+      verdict + ": ",
+      fmt::format("{} px apart at {}, where the covariances of both explain {} px{}",
+                  two_digits(worst->difference.rms_px), distance_text(worst->difference.distance_m),
+                  two_digits(worst->test->expected_px),
+                  is_consistent ? "" : fmt::format(": {:.1f} sd too much", worst->test->in_sigmas)),
+      2);
+}
+
 int run(const Arguments& arguments) {
   const CalibrationFile a = read_camera(arguments.a);
   const CalibrationFile b = read_camera(arguments.b);
+  const LensInput lens_a = read_lens(arguments.a, ""), lens_b = read_lens(arguments.b, "");
   const std::vector<Vector2d> samples =
       arguments.whole_image ? ImageGrid{a.camera.image_size, 33, 21}.pixels() : common_region(a, b);
   const bool region_known = !a.seen.hull().empty() || !b.seen.hull().empty();
   const char* const where =
       region_known && !arguments.whole_image ? "where corners were" : "over all the image";
-  Json list = Json::array();
-  std::string text;
+  std::vector<Comparison> comparisons;
   for (const double distance : {kInfinitelyFar, arguments.near_m}) {
     const auto d = lens_difference(a.camera, b.camera, samples, distance);
     if (!d)
       throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
                               arguments.a, arguments.b));
-    list.push_back(difference_json(*d));
-    text += difference_text(*d, where);
+    comparisons.push_back({*d, difference_test(lens_a.lens, lens_b.lens, samples, *d)});
+  }
+  Json list = Json::array();
+  std::string text;
+  for (const Comparison& comparison : comparisons) {
+    list.push_back(difference_json(comparison));
+    text += difference_text(comparison.difference, where);
   }
   const Json answer = {{"a", arguments.a}, {"b", arguments.b}, {"differences", list}};
   print_result(arguments.json ? answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
-                              : text);
+                              : text + verdict_text(comparisons));
   return kAnswer;
 }
 

@@ -38,6 +38,7 @@ struct Arguments {
   std::vector<std::string> views;
   std::string draw;
   int threads = 0;
+  bool verbose = false;
   bool json = false;
 };
 
@@ -218,7 +219,7 @@ int run(const Arguments& arguments) {
     say_wrote(arguments.draw);
   }
   print_warnings(input.warnings);
-  print_result(arguments.json ? pose_json(reports) : pose_text(reports));
+  print_result(arguments.json ? pose_json(reports) : pose_text(reports, arguments.verbose));
   print_to_stderr("{} of {} views with an answer\n", answers, reports.size());
   return answers > 0 ? kAnswer : kNoAnswer;
 }
@@ -253,6 +254,7 @@ Command add_pose(CLI::App& app) {
   add_option(*command, "--draw", arguments->draw,
              "folder for pictures with the target's axes and a box, of views with an answer")
       .text("DIR");
+  add_flag(*command, "--verbose", arguments->verbose, "also print the rotations and the noise");
   add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
   add_threads(*command, arguments->threads);
   add_footer(*command,

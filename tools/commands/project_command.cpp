@@ -14,6 +14,7 @@
 #include "input/lens_input.hpp"
 #include "input/point_table.hpp"
 #include "report/messages.hpp"
+#include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/uncertain_points.hpp"
 #include "tagcal/io/text/text_file.hpp"
@@ -45,6 +46,7 @@ class Answer {
     std::vector<std::string> names;
     for (const std::size_t i : kept_) names.push_back(table.names()[i]);
     names.insert(names.end(), columns.begin(), columns.end());
+    progress_.emplace("points", static_cast<int>(table.size()));
     text_ = fmt::format("{}\n", fmt::join(names, ","));
   }
 
@@ -62,7 +64,8 @@ class Answer {
   }
 
   // Prints the table, or writes it to a file, and says how many points there are.
-  void finish(const Arguments& arguments, const char* invalid) const {
+  void finish(const Arguments& arguments, const char* invalid) {
+    progress_.reset();
     if (arguments.out.empty())
       print_result(text_);
     else
@@ -78,6 +81,7 @@ class Answer {
 
  private:
   void begin(std::size_t row) {
+    progress_->update(static_cast<int>(row));
     for (const std::size_t i : kept_) text_ += table_.fields(row)[i] + ",";
   }
 
@@ -86,6 +90,7 @@ class Answer {
   std::string text_;
   std::size_t num_columns_;
   std::size_t num_valid_ = 0;
+  std::optional<Progress> progress_;
 };
 
 // From the upper triangle, row by row. Throws Error unless it is a covariance.

@@ -136,7 +136,7 @@ class Run {
 
   void write(const fs::path& folder) {
     shares_.assign(targets_.size(), -1.0);
-    for (std::size_t t = 0; t < targets_.size(); ++t) write_target(folder, t);
+    write_targets(folder);
     Progress progress("reprojecting", static_cast<int>(jobs_.size()));
     const int own_threads = jobs_.size() == 1 ? arguments_.threads : 1;
     parallel_for(
@@ -189,6 +189,14 @@ class Run {
   fs::path mask_of(const Job& job) const {
     fs::path file = file_of(job);
     return file.replace_filename(file.stem().string() + "-mask.png");
+  }
+
+  void write_targets(const fs::path& folder) {
+    Progress progress(arguments_.maps ? "maps" : "targets", static_cast<int>(targets_.size()));
+    for (std::size_t t = 0; t < targets_.size(); ++t) {
+      progress.update(static_cast<int>(t));
+      write_target(folder, t);
+    }
   }
 
   void write_target(const fs::path& folder, std::size_t t) {

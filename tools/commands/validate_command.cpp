@@ -10,7 +10,9 @@
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
+#include "report/messages.hpp"
 #include "report/progress.hpp"
+#include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/validate/validate.hpp"
 
@@ -65,9 +67,12 @@ std::string parameter_table(const std::vector<ParameterError>& parameters) {
                                  "truth", "off by");
   for (const ParameterError& p : parameters) {
     if (p.sigma == 0 && p.estimate == 0 && p.truth == 0) continue;  // held at the true value 0
-    const std::string sigma = p.sigma > 0 ? fmt::format("{:.6f}", p.sigma) : "held";
-    text += fmt::format("  {:<4} {:>14.6f} {:>12} {:>14.6f} {:>6.2f} sd\n", p.name, p.estimate,
-                        sigma, p.truth, p.in_sigmas);
+    const Measured m = measured(p.estimate, p.sigma);
+    const std::size_t point = m.value.find('.');
+    const std::size_t decimals = point == std::string::npos ? 0 : m.value.size() - point - 1;
+    text += fmt::format("  {:<4} {:>14} {:>12} {:>14.{}f} {:>6.2f} sd\n", p.name, m.value,
+                        m.sigma.empty() ? "held" : m.sigma, p.truth, p.sigma > 0 ? decimals : 6,
+                        p.in_sigmas);
   }
   return text;
 }

@@ -94,18 +94,41 @@ std::string usage_error(const CLI::ParseError& error, const CLI::App& app,
                      did_you_mean(extra.front(), names), fmt::join(names, ", "));
 }
 
+constexpr std::string_view kGuide =
+    "tagcal " TAGCAL_VERSION
+    ": where a camera is, how it projects, and how far to trust that\n\n"
+    "  print a target              tagcal board board.yaml --out board.pdf --paper a4\n"
+    "  calibrate from pictures     tagcal calibrate --target board.yaml photos/*.jpg --out "
+    "camera.yaml\n"
+    "  while taking pictures       tagcal watch photos --target board.yaml --until 0.1px\n"
+    "  where a camera was          tagcal pose --camera camera.yaml --target board.yaml photo.jpg\n"
+    "  find corners only           tagcal detect --target board.yaml photos/*.jpg --out "
+    "corners.csv\n"
+    "  remove the distortion       tagcal reproject --camera camera.yaml photo.jpg --undistort all "
+    "\\\n"
+    "                                --out flat\n"
+    "  for other programs          tagcal convert camera.yaml camera.ros.yaml --to ros\n"
+    "  compare two calibrations    tagcal diff monday.yaml friday.yaml\n"
+    "  check against OpenCV        tagcal validate camera.yaml --dataset desk\n"
+    "  try it without a camera     tagcal render scene.yaml --out desk\n\n"
+    "tagcal --help lists all commands, tagcal COMMAND --help the options of one.\n";
+
 }  // namespace
 
 int run_command_line(int argc, char** argv, const CommandTable& table) {
   CLI::App app("Camera calibration and poses from pictures of targets, with their uncertainty.",
                "tagcal");
-  app.set_version_flag("--version", "tagcal " TAGCAL_VERSION);
+  app.set_version_flag("--version", "tagcal " TAGCAL_VERSION "\nbuilt with " TAGCAL_BUILT_WITH);
   app.require_subcommand(1, 1);
   app.footer(
       "Example: tagcal render scene.yaml --out desk && tagcal calibrate desk --out camera.yaml\n"
       "Exit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer.");
   const std::vector<Command> commands = table(app);
   try {
+    if (argc == 1) {
+      print_result(std::string(kGuide));
+      return kAnswer;
+    }
     app.parse(argc, argv);
     return chosen(commands)->run();
   } catch (const CLI::Success& help_or_version) {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
 
+#include "input/digest.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/io/yaml/yaml_boards.hpp"
@@ -22,40 +22,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* kFirstWords = "tagcal corner cache 1 ";
-
-// FNV-1a of 64 bits (Fowler, Noll, Vo; draft-eastlake-fnv-17), continued over parts.
-class Digest {
- public:
-  void add(std::string_view bytes) {
-    for (const char byte : bytes) {
-      hash_ ^= static_cast<std::uint8_t>(byte);
-      hash_ *= 0x100000001b3ULL;  // numeric: the prime of FNV-1a
-    }
-    size_ += bytes.size();
-  }
-  std::string text() const { return fmt::format("{:016x}-{}", hash_, size_); }
-
- private:
-  std::uint64_t hash_ = 0xcbf29ce484222325ULL;  // numeric: the offset basis of FNV-1a
-  std::uint64_t size_ = 0;
-};
-
-std::string digest_of(std::string_view text) {
-  Digest digest;
-  digest.add(text);
-  return digest.text();
-}
-
-// "" if the file cannot be read.
-std::string digest_of_file(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  Digest digest;
-  std::string buffer(std::size_t{1} << 20, '\0');
-  while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) ||
-         stream.gcount() > 0)
-    digest.add({buffer.data(), static_cast<std::size_t>(stream.gcount())});
-  return stream.eof() ? digest.text() : "";
-}
 
 // The program that finds the corners: its version, and where the system shows it, the date of its
 // build, because a development build changes without its version.

@@ -157,8 +157,8 @@ void add_input(CLI::App& command, InputArguments& arguments) {
            "a picture that cannot be read ends the run; default: it is left out with a warning");
 }
 
-void add_no_cache(CLI::App& command, InputArguments& arguments) {
-  add_flag(command, "--no-cache", arguments.no_cache,
+void add_no_cache(CLI::App& command, bool& no_cache) {
+  add_flag(command, "--no-cache", no_cache,
            "detect all corners again, and keep none beside --out (FILE.corners-cache)");
 }
 
@@ -175,9 +175,14 @@ Input read_input(const InputArguments& arguments) {
   Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
   input.strict = arguments.strict;
-  if (!arguments.no_cache && !arguments.out.empty() && !is_special(arguments.out))
-    input.cache = arguments.out + ".corners-cache";
+  if (!arguments.no_cache && !arguments.out.empty()) input.cache = corner_cache_of(arguments.out);
   return input;
+}
+
+fs::path corner_cache_of(const fs::path& out) {
+  if (is_special(out)) return {};
+  fs::path cache = out;
+  return cache += ".corners-cache";
 }
 
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
@@ -232,13 +237,17 @@ void take_over(DetectResult result, Input& input) {
 
 }  // namespace
 
+void check_detectable(const std::vector<PlacedBoard>& boards, const std::string& name) {
+  if (std::all_of(boards.begin(), boards.end(),
+                  [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
+    throw Error(fmt::format("{}: the target has no tags to detect, only points", name));
+  }
+}
+
 void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {
   if (input.images.empty()) throw Error(fmt::format("{}: has no pictures", input.name));
   const auto& boards = input.dataset.boards;
-  if (std::all_of(boards.begin(), boards.end(),
-                  [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
-    throw Error(fmt::format("{}: the target has no tags to detect, only points", input.name));
-  }
+  check_detectable(boards, input.name);
   DetectOptions options;
   options.threads = threads;
   options.refinement = input.refinement;
@@ -329,11 +338,6 @@ bool has_tags(const std::vector<PlacedBoard>& boards) {
 
 void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) print_to_stderr("tagcal: warning: {}\n", warning);
-}
-
-void print_result(const std::string& text) {
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
-  if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
 }
 
 }  // namespace tagcal::tools

@@ -28,7 +28,7 @@ struct InputArguments {
 
 // `DATASET` or `IMAGE...`, `--target`, `--tag-size`, `--refinement`, `--exclude` and `--strict`.
 void add_input(CLI::App& command, InputArguments& arguments);
-void add_no_cache(CLI::App& command, InputArguments& arguments);
+void add_no_cache(CLI::App& command, bool& no_cache);
 void add_observations(CLI::App& command, InputArguments& arguments);
 
 struct Input {
@@ -48,6 +48,12 @@ struct Input {
 // is left out with a warning, or throws Error if that is not allowed. Throws Error if the pictures
 // do not have one common size, or none is left.
 Input read_input(const InputArguments& arguments);
+
+// The file of corners that stands beside a command's answer; "" for a device or a pipe.
+std::filesystem::path corner_cache_of(const std::filesystem::path& out);
+
+// Throws Error, naming the target, if nothing on it can be detected.
+void check_detectable(const std::vector<PlacedBoard>& boards, const std::string& name);
 
 // Throws Error if a camera, read from `file`, has another image size than the pictures.
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
@@ -81,6 +87,5 @@ int num_tags(const std::vector<View>& views);
 bool has_tags(const std::vector<PlacedBoard>& boards);
 
 void print_warnings(const std::vector<std::string>& warnings);  // to stderr
-void print_result(const std::string& text);  // to stdout; throws Error if it cannot
 
 }  // namespace tagcal::tools

@@ -6,6 +6,7 @@
 
 #include "input/input.hpp"
 #include "input/lens_input.hpp"
+#include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
@@ -34,7 +35,9 @@ void estimate_poses(const PlaneRequest& request, PlanePoses& poses) {
   poses.warnings = input.warnings;
   const Points points = points_in_world(input.dataset.boards);
   poses.rectangle = rectangle_around(points);
+  Progress progress("poses", static_cast<int>(request.images.size()));
   for (std::size_t i = 0; i < request.images.size(); ++i) {
+    progress.update(static_cast<int>(i));
     const auto view = std::ranges::find(input.dataset.views, input.images[i].name, &View::image);
     PoseEstimate estimate;
     if (view != input.dataset.views.end())

@@ -1,5 +1,4 @@
 #include "report/calibration_report.hpp"
-#include "report/findings.hpp"
 
 #include <fmt/format.h>
 
@@ -11,23 +10,70 @@
 
 #include "draw/uncertainty_picture.hpp"
 #include "report/dropped_corners.hpp"
+#include "report/findings.hpp"
 #include "report/shown_parameters.hpp"
+#include "report/terminal.hpp"
 
 namespace tagcal::tools {
 namespace {
 
-std::string parameter_line(const Shown& p) {
-  if (!std::isfinite(p.value)) return fmt::format("  {:<4} {:>14}\n", p.name, "not known");
-  std::string text = fmt::format("  {:<4} {:>14.6f}", p.name, p.value);
-  if (p.sigma == 0) return text + "    held\n";
-  return text + (std::isfinite(p.sigma) ? fmt::format(" +- {:.6f}\n", p.sigma) : " +- not known\n");
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+std::string number_of_warnings(std::span<const Finding> findings) {
+  const auto count =
+      static_cast<std::size_t>(std::ranges::count(findings, Severity::warning, &Finding::severity));
+  return count == 0 ? "" : ", " + counted(count, "warning");
+}
+
+// "OK, 1 warning: opencv4 (chosen), 12 pictures, ..", or "NO ANSWER: " and the reason.
+std::string verdict_text(const Calibration& calibration, bool chosen) {
+  if (!is_answer(calibration.status)) {
+    const Finding* const reason = reason_of(calibration.findings);
+    const std::string text =
+        reason == nullptr ? std::string(status_name(calibration.status)) : reason->sentence;
+    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ", text, 2);
+  }
+  const std::string warnings = number_of_warnings(calibration.findings);
+  return fmt::format("{}{}: {}{}, {}, {}, rms {} px\n", toned(Tone::good, "OK"),
+                     warnings.empty() ? "" : toned(Tone::caution, warnings), calibration.model,
+                     chosen ? " (chosen)" : "", counted(calibration.views.size(), "picture"),
+                     counted(static_cast<std::size_t>(calibration.num_corners), "corner"),
+                     two_digits(calibration.rms_px));
+}
+
+// "fx    902.496 +- 0.012"
+std::string parameter_text(const Shown& p) {
+  if (!std::isfinite(p.value)) return fmt::format("  {:<3} {:>11}", p.name, "not known");
+  const Measured m = measured(p.value, p.sigma);
+  if (p.sigma == 0) return fmt::format("  {:<3} {:>11}    held", p.name, m.value);
+  return fmt::format("  {:<3} {:>11} +- {}", p.name, m.value,
+                     m.sigma.empty() ? "not known" : m.sigma);
+}
+
+// Focal lengths and principal point on the left, distortion on the right.
+std::string camera_table(const Calibration& calibration) {
+  const std::vector<Shown> shown = shown_parameters(calibration);
+  const std::size_t left = std::min<std::size_t>(4, shown.size());
+  std::vector<Shown> right(shown.begin() + left, shown.begin() + num_shown(calibration));
+  // A model without distortion does not list its zeros.
+  if (std::ranges::all_of(right, [](const Shown& p) { return p.sigma == 0 && p.value == 0; }))
+    right.clear();
+  std::string text;
+  for (std::size_t i = 0; i < std::max(left, right.size()); ++i) {
+    const std::string row = i < left ? parameter_text(shown[i]) : "";
+    text +=
+        i < right.size() ? fmt::format("{:<34}{}\n", row, parameter_text(right[i])) : row + "\n";
+  }
+  return text;
 }
 
 std::string fixed_text(const std::map<std::string, double>& fixed) {
   std::string text;
   for (const auto& [name, value] : fixed)
     text += fmt::format("{}{} {:g}", text.empty() ? "" : ", ", name, value);
-  return text.empty() ? "" : fmt::format("fixed      {}: held as asked, taken as exact\n", text);
+  return text.empty() ? "" : fmt::format("held       {}, as asked; taken as exact\n", text);
 }
 
 // The scales of the views, which model weak has instead of a focal length.
@@ -42,34 +88,39 @@ std::string scales_text(const Calibration& calibration) {
 }
 
 std::string pixels_text(double sigma_px, const ImageSize& size) {
-  return has_bound(sigma_px, size) ? fmt::format("{:.3f} px", sigma_px) : "no bound";
+  return has_bound(sigma_px, size) ? two_digits(sigma_px) + " px" : "no bound";
 }
 
 std::string projection_line(const ProjectionUncertainty& p) {
   const ImageSize& size = p.grid.size;
   const int without_ray = nodes_without_ray(p);
-  return fmt::format(
-      "projection sd {} at {} where corners were, {} in the centre, {} at most over "
-      "the image{}\n",
-      pixels_text(p.region_px, size), distance_text(p.distance_m),
-      pixels_text(p.sigma_px(p.grid.rows / 2, p.grid.columns / 2), size),
-      pixels_text(largest_px(p), size),
-      without_ray == 0
-          ? ""
-          : fmt::format(", no ray at {} of {} nodes", without_ray, p.grid.rows * p.grid.columns));
+  return fmt::format("{} where corners were, {} in the centre, {} at most{} (1 sd, at {})",
+                     pixels_text(p.region_px, size),
+                     pixels_text(p.sigma_px(p.grid.rows / 2, p.grid.columns / 2), size),
+                     pixels_text(largest_px(p), size),
+                     without_ray == 0 ? ""
+                                      : fmt::format(", no ray at {} of {} nodes", without_ray,
+                                                    p.grid.rows * p.grid.columns),
+                     distance_text(p.distance_m));
 }
 
-std::string projection_text(const Calibration& calibration) {
+// How well a pixel is known: at infinity, or at every distance.
+std::string projection_text(const Calibration& calibration, bool verbose) {
   std::string text;
-  for (const ProjectionUncertainty& p : calibration.projection) text += projection_line(p);
+  for (const ProjectionUncertainty& p : calibration.projection) {
+    if (!verbose && !text.empty()) break;
+    text += fmt::format("{:<11}{}\n", text.empty() ? "accuracy" : "", projection_line(p));
+  }
   if (!calibration.projection.empty())
-    text += fmt::format("seen       {:.0f} % of the image is inside the hull of the corners\n",
+    text += fmt::format("coverage   {:.0f} % of the image is inside the hull of the corners\n",
                         100 * calibration.seen.share());
-  if (const auto& warp = calibration.board_warp)
-    text +=
-        fmt::format("board      bent by {:.3f} +- {:.3f} mm along x, {:.3f} +- {:.3f} mm along y\n",
-                    warp->bend_mm.x(), warp->sigma_mm.x(), warp->bend_mm.y(), warp->sigma_mm.y());
-  if (calibration.halves)
+  if (const auto& warp = calibration.board_warp) {
+    const Measured x = measured(warp->bend_mm.x(), warp->sigma_mm.x());
+    const Measured y = measured(warp->bend_mm.y(), warp->sigma_mm.y());
+    text += fmt::format("board      bent by {} +- {} mm along x, {} +- {} mm along y\n", x.value,
+                        x.sigma, y.value, y.sigma);
+  }
+  if (verbose && calibration.halves)
     text += fmt::format(
         "halves     two halves of the views {} (difference {:.2f} of the expected noise)\n",
         calibration.halves->disagree ? "disagree" : "agree", calibration.halves->ratio);
@@ -79,9 +130,24 @@ std::string projection_text(const Calibration& calibration) {
 std::string steps_text(const std::vector<ModelStep>& steps) {
   std::string text = steps.empty() ? "" : "ladder\n";
   for (const ModelStep& step : steps) {
-    text += fmt::format("  {} {:<9} {}\n", step.taken ? '+' : '-', step.model, step.sentence);
+    text +=
+        wrapped(fmt::format("  {} {:<9} ", step.taken ? '+' : '-', step.model), step.sentence, 14);
   }
   return text;
+}
+
+// The pictures with the largest residuals, by name: those to look at first.
+std::string worst_pictures_text(const Calibration& calibration) {
+  constexpr std::size_t kShown = 3;
+  std::vector<const CalibratedView*> views;
+  for (const CalibratedView& view : calibration.views) views.push_back(&view);
+  if (views.size() < 2) return "";
+  std::ranges::stable_sort(views, std::ranges::greater(), &CalibratedView::rms_px);
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, views.size()); ++i)
+    text += fmt::format("{}{} ({} px)", text.empty() ? "" : ", ", views[i]->image,
+                        two_digits(views[i]->rms_px));
+  return wrapped("worst      ", text, 11);
 }
 
 std::string_view noise_source(const Calibration& calibration) {
@@ -90,13 +156,13 @@ std::string_view noise_source(const Calibration& calibration) {
 
 std::string noise_text(const Calibration& calibration) {
   if (!calibration.sigma_of_corners)
-    return fmt::format("{:.4f} px per coordinate ({})", calibration.sigma_px,
+    return fmt::format("{} px per coordinate ({})", two_digits(calibration.sigma_px),
                        noise_source(calibration));
   if (calibration.model_error_px == 0)
     return "each corner's own covariance, which explains the residuals";
   return fmt::format(
-      "each corner's own covariance, and {:.4f} px per coordinate for errors of lens and target",
-      calibration.model_error_px);
+      "each corner's own covariance, and {} px per coordinate for errors of lens and target",
+      two_digits(calibration.model_error_px));
 }
 
 // "selected   5 views, one after the other .." and a line for each.
@@ -124,28 +190,27 @@ std::string advice_sentence(const std::optional<AdvisedView>& advice) {
   return advice ? advice->sentence : "none of the views tried would improve the answer";
 }
 
-std::string calibration_summary(const CalibrationAnswer& answer, bool chosen) {
+std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOptions& options) {
   const Calibration& calibration = answer.calibration;
-  std::string text = fmt::format("status     {}\n", status_name(calibration.status));
-  if (calibration.camera) {
-    text += fmt::format("model      {}{}\n", calibration.model,
-                        chosen ? " (chosen, see the ladder)" : "");
-    const std::vector<Shown> shown = shown_parameters(calibration);
-    for (std::size_t i = 0; i < num_shown(calibration); ++i) text += parameter_line(shown[i]);
-    text += fixed_text(calibration.fixed);
-    text += fmt::format("rms        {:.4f} px over {} corners in {} views\n", calibration.rms_px,
-                        calibration.num_corners, calibration.views.size());
+  const bool answered = is_answer(calibration.status);
+  std::string text = verdict_text(calibration, options.chosen);
+  text += findings_text(without_reason(calibration.findings), "");
+  if (calibration.camera && answered) text += camera_table(calibration);
+  text += fixed_text(calibration.fixed) + scales_text(calibration);
+  if (answered) {
+    text += projection_text(calibration, options.verbose);
     text += fmt::format("noise      {}\n", noise_text(calibration));
+    text += worst_pictures_text(calibration);
   }
-  text += scales_text(calibration) + projection_text(calibration);
-  text += steps_text(calibration.steps) + dropped_corners_text(calibration);
+  text += dropped_corners_text(calibration, options.verbose);
   text += selection_text(answer.selection);
-  text += findings_text(calibration.findings);
-  text +=
-      fmt::format("time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",
-                  answer.seconds.read, calibration.seconds.start, calibration.seconds.solve,
-                  calibration.seconds.covariance);
-  return text;
+  if (!options.verbose) return text;
+  text += steps_text(calibration.steps);
+  return text +
+         fmt::format(
+             "time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",
+             answer.seconds.read, calibration.seconds.start, calibration.seconds.solve,
+             calibration.seconds.covariance);
 }
 
 }  // namespace tagcal::tools

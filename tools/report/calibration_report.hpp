@@ -17,7 +17,13 @@ std::string failure_json(const std::string& name, const std::string& error);
 // Sentence about the next view to take.
 std::string advice_sentence(const std::optional<AdvisedView>& advice);
 
-// Returns the report as text. `chosen`: the program chose the model.
-std::string calibration_summary(const CalibrationAnswer& answer, bool chosen);
+struct SummaryOptions {
+  bool chosen = false;   // the program chose the model
+  bool verbose = false;  // with the ladder, the rejected corners and the times
+};
+
+// Returns the report for a person: the verdict, what is wrong and what to do, the camera, how good
+// it is, the worst pictures.
+std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOptions& options);
 
 }  // namespace tagcal::tools

@@ -126,17 +126,29 @@ std::string take_wrong_tags(std::vector<DroppedView>& views, std::size_t num_tak
   return text;
 }
 
+// The worst tag or corner, and the pictures of which nothing is used.
+std::string summary_of(const std::vector<DroppedView>& views) {
+  std::string whole;
+  for (const DroppedView& view : views)
+    if (view.whole) whole += fmt::format("{}{}", whole.empty() ? "" : ", ", view.image);
+  std::string text = fmt::format(", {}", up_to(badness(views.front())));
+  if (!whole.empty()) text += "; not used: " + whole;
+  return text + " (--verbose lists them)\n";
+}
+
 }  // namespace
 
-std::string dropped_corners_text(const Calibration& calibration) {
-  if (calibration.outliers.empty()) return "rejected   none\n";
+std::string dropped_corners_text(const Calibration& calibration, bool verbose) {
+  if (calibration.outliers.empty()) return verbose ? "rejected   none\n" : "";
   std::vector<DroppedView> views = by_view(calibration);
   std::string text = "rejected   " + counted(calibration.outliers.size(), "corner") + " in " +
-                     counted(views.size(), "view") + "\n";
+                     counted(views.size(), "picture");
+  if (!verbose) return text + summary_of(views);
+  text += "\n";
   text += take_wrong_tags(views, calibration.views.size());
   for (std::size_t i = 0; i < std::min(views.size(), kMostLines); ++i) text += view_text(views[i]);
   if (views.size() > kMostLines) {
-    text += fmt::format("  and {} views more (--json lists all)\n", views.size() - kMostLines);
+    text += fmt::format("  and {} pictures more (--json lists all)\n", views.size() - kMostLines);
   }
   return text;
 }

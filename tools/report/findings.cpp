@@ -1,6 +1,9 @@
 #include "report/findings.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+
+#include "report/terminal.hpp"
 
 namespace tagcal::tools {
 
@@ -13,11 +16,26 @@ nlohmann::ordered_json findings_json(std::span<const Finding> findings) {
   return list;
 }
 
+const Finding* reason_of(std::span<const Finding> findings) {
+  const auto reason = std::ranges::find(findings, Severity::refusal, &Finding::severity);
+  return reason == findings.end() ? nullptr : &*reason;
+}
+
+std::vector<Finding> without_reason(std::span<const Finding> findings) {
+  const Finding* const reason = reason_of(findings);
+  std::vector<Finding> others;
+  for (const Finding& finding : findings)
+    if (&finding != reason) others.push_back(finding);
+  return others;
+}
+
 std::string findings_text(std::span<const Finding> findings, const std::string& indent) {
   std::string text;
-  for (const Finding& finding : findings)
-    text += indent + (finding.severity == Severity::note ? "note: " : "warning: ") +
-            finding.sentence + "\n";
+  for (const Finding& finding : findings) {
+    const bool is_note = finding.severity == Severity::note;
+    const std::string mark = is_note ? "note: " : toned(Tone::caution, "! ");
+    text += wrapped(indent + mark, finding.sentence, indent.size() + 2);
+  }
   return text;
 }
 

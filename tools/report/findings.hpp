@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "tagcal/estimate/types.hpp"
 
@@ -11,7 +12,11 @@ namespace tagcal::tools {
 // [{code, severity, sentence}, ..]
 nlohmann::ordered_json findings_json(std::span<const Finding> findings);
 
-// One line per finding: "note: .." or "warning: ..".
+// A line or more per finding: "note: ..", or "! .." for warnings and refusals; at most 100 columns.
 std::string findings_text(std::span<const Finding> findings, const std::string& indent = "");
+
+// The first refusal, which the verdict gives as its reason (null: none), and all other findings.
+const Finding* reason_of(std::span<const Finding> findings);
+std::vector<Finding> without_reason(std::span<const Finding> findings);
 
 }  // namespace tagcal::tools

@@ -3,7 +3,14 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "tagcal/error.hpp"
+
 namespace tagcal::tools {
+
+void print_result(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
+}
 
 void say_wrote(const std::filesystem::path& file, const std::string& content) {
   std::error_code unknown;

@@ -17,6 +17,9 @@ void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
   std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
+// Writes a result to stdout; throws Error if it cannot be written.
+void print_result(const std::string& text);
+
 // "wrote FILE", and what it holds: every command says this of each file and folder that it wrote.
 // Not of devices and pipes, such as /dev/stdout.
 void say_wrote(const std::filesystem::path& file, const std::string& content = "");

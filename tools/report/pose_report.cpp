@@ -1,6 +1,7 @@
 #include "report/pose_report.hpp"
 
 #include "report/findings.hpp"
+#include "report/terminal.hpp"
 
 #include <fmt/format.h>
 
@@ -127,68 +128,74 @@ Json view_json(const PoseReport& view) {
 }
 
 std::string line(std::string_view name, const std::string& value) {
-  return fmt::format("  {:<13}{}\n", name, value);
+  return fmt::format("  {:<11}{}\n", name, value);
 }
 
-std::string rotation_lines(const Pose& pose) {
+// "camera at   0.2000  -0.2000  0.4000 m +- 0.0003 0.0003 0.0004   x, y, z": three numbers with
+// their standard deviations, which may be unknown (NaN).
+std::string vector_line(std::string_view name, const Vector3d& values, const Vector3d& sigmas,
+                        std::string_view unit, std::string_view meaning) {
+  std::string numbers, deviations;
+  for (int i = 0; i < 3; ++i) {
+    const Measured m = measured(values[i], sigmas[i]);
+    numbers += fmt::format("{:>11}", m.value);
+    deviations += " " + (m.sigma.empty() ? "?" : m.sigma);
+  }
+  return line(name, fmt::format("{} {:<3} +-{:<22}  {}", numbers, unit, deviations, meaning));
+}
+
+Vector3d degrees(const Vector3d& rad) { return rad * (180 / std::numbers::pi); }
+
+std::string quaternion_line(const Pose& pose) {
   const Eigen::Quaterniond q = shown_rotation(pose);
-  const RollPitchYaw angles = roll_pitch_yaw(q);
   return line("rotation", fmt::format("{:9.6f} {:9.6f} {:9.6f} {:9.6f}  w, x, y, z", q.w(), q.x(),
-                                      q.y(), q.z())) +
-         line("",
-              fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  roll, pitch, yaw", degrees(angles.roll_rad),
-                          degrees(angles.pitch_rad), degrees(angles.yaw_rad)));
+                                      q.y(), q.z()));
 }
 
-// The camera's place in the target's frame.
-std::string camera_lines(const PoseHypothesis& hypothesis) {
+Vector3d roll_pitch_yaw_rad(const Pose& pose) {
+  const RollPitchYaw angles = roll_pitch_yaw(shown_rotation(pose));
+  return {angles.roll_rad, angles.pitch_rad, angles.yaw_rad};
+}
+
+// Where the camera is in the target's frame, and the target in the camera's.
+std::string hypothesis_lines(const PoseHypothesis& hypothesis, bool verbose) {
   const CameraInTarget camera = camera_in_target(hypothesis);
   const Vector6d sigma = sigmas_of(camera.covariance);
-  const Vector3d& at = camera.position_m;
-  return line("camera at", fmt::format("{:9.6f} {:9.6f} {:9.6f} m  x, y, z in the target's frame",
-                                       at.x(), at.y(), at.z())) +
-         line("  sigma", fmt::format("{:9.6f} {:9.6f} {:9.6f} m", sigma[0], sigma[1], sigma[2])) +
-         line("looks to", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  azimuth, elevation, roll",
-                                      degrees(camera.azimuth_rad), degrees(camera.elevation_rad),
-                                      degrees(camera.roll_rad))) +
-         line("  sigma", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg", degrees(sigma[3]),
-                                     degrees(sigma[4]), degrees(sigma[5])));
-}
-
-// Each line of standard deviations is below the line of its numbers.
-std::string hypothesis_lines(const PoseHypothesis& hypothesis) {
+  std::string text = vector_line("camera at", camera.position_m, sigma.head<3>(), "m", "x, y, z");
+  text += vector_line("looks to",
+                      degrees(Vector3d(camera.azimuth_rad, camera.elevation_rad, camera.roll_rad)),
+                      degrees(Vector3d(sigma.tail<3>())), "deg", "az., el., roll");
+  const Vector6d step = sigmas_of(hypothesis.covariance);
   const Pose& pose = hypothesis.camera_from_target;
-  const Vector6d sigma = sigmas_of(hypothesis.covariance);
-  const Vector3d& t = pose.translation();
-  return rotation_lines(pose) +
-         line("  sigma", fmt::format("{:9.4f} {:9.4f} {:9.4f} deg  about the camera's x, y, z",
-                                     degrees(sigma[0]), degrees(sigma[1]), degrees(sigma[2]))) +
-         line("translation",
-              fmt::format("{:9.6f} {:9.6f} {:9.6f} m  x, y, z", t.x(), t.y(), t.z())) +
-         line("  sigma", fmt::format("{:9.6f} {:9.6f} {:9.6f} m", sigma[3], sigma[4], sigma[5])) +
-         camera_lines(hypothesis);
+  text += vector_line("target at", pose.translation(), step.tail<3>(), "m", "x, y, z");
+  if (!verbose) return text;
+  text += quaternion_line(pose);
+  return text + vector_line("turned by", degrees(roll_pitch_yaw_rad(pose)),
+                            degrees(Vector3d(step.head<3>())), "deg", "roll, pitch, yaw");
 }
 
-std::string poses_text(const PoseReport& view) {
-  if (view.hypotheses.size() < 2) return hypothesis_lines(view.hypotheses.front());
+std::string poses_text(const PoseReport& view, bool verbose) {
+  if (view.hypotheses.size() < 2) return hypothesis_lines(view.hypotheses.front(), verbose);
   std::string text;
   for (std::size_t i = 0; i < view.hypotheses.size(); ++i) {
     const PoseHypothesis& h = view.hypotheses[i];
-    text += fmt::format("  {} with probability {:.4f}, rms {:.4f} px\n",
-                        i == 0 ? "likelier pose" : "other pose", h.probability, h.rms_px);
-    text += hypothesis_lines(h);
+    text +=
+        fmt::format("  {} with probability {:.4f}, rms {} px\n",
+                    i == 0 ? "likelier pose" : "other pose", h.probability, two_digits(h.rms_px));
+    text += hypothesis_lines(h, verbose);
   }
   return text;
 }
 
 std::string focal_text(const PoseReport& view) {
-  if (view.focal_px)
-    return line("focal length", fmt::format("{:.4f} +- {:.4f} px", *view.focal_px,
-                                            view.sigma_focal_px.value_or(std::nan(""))));
+  if (view.focal_px) {
+    const Measured m = measured(*view.focal_px, view.sigma_focal_px.value_or(std::nan("")));
+    return line("focal", fmt::format("{} +- {} px", m.value, m.sigma));
+  }
   if (view.prior_focal_px)
-    return line("focal length", fmt::format("not observable; the pose is for {:g} px, as stated",
-                                            *view.prior_focal_px));
-  return view.status == Status::focal_not_observable ? line("focal length", "not observable") : "";
+    return line("focal", fmt::format("not observable; the pose is for {:g} px, as stated",
+                                     *view.prior_focal_px));
+  return view.status == Status::focal_not_observable ? line("focal", "not observable") : "";
 }
 
 std::string outlier_text(const PoseReport& view) {
@@ -200,36 +207,47 @@ std::string outlier_text(const PoseReport& view) {
   }
   if (view.outliers.size() > kOutliersShown)
     names += fmt::format(" and {} more", view.outliers.size() - kOutliersShown);
-  return line("outliers", names + "  tag:corner");
+  return line("rejected", names + "  tag:corner");
 }
 
 std::string weak_perspective_text(const std::vector<WeakPerspectivePose>& poses) {
   std::string text;
   for (const WeakPerspectivePose& weak : poses) {
     const Vector3d& t = weak.camera_from_target.translation();
-    text += fmt::format("  under weak perspective, rms {:.4f} px\n", weak.rms_px);
-    text += rotation_lines(weak.camera_from_target);
+    text += fmt::format("  under weak perspective, rms {} px\n", two_digits(weak.rms_px));
+    text += quaternion_line(weak.camera_from_target);
     text += line("translation", fmt::format("{:9.6f} {:9.6f} m  x, y", t.x(), t.y()));
     text += line("scale", fmt::format("{:.4f} px/m", weak.scale_px_per_m));
   }
   return text;
 }
 
-std::string view_text(const PoseReport& view) {
-  std::string text = fmt::format("{}: {}\n", view.image, status_name(view.status));
+// "000.png: OK, rms 0.11 px over 32 of 33 corners", or "000.png: NO ANSWER: " and the reason.
+std::string verdict_text(const PoseReport& view) {
+  if (!is_answer(view.status)) {
+    const Finding* const reason = reason_of(view.findings);
+    return wrapped(view.image + ": " + toned(Tone::bad, "NO ANSWER:") + " ",
+                   reason == nullptr ? status_name(view.status) : reason->sentence, 2);
+  }
+  const bool is_ambiguous = view.status == Status::ambiguous;
+  return fmt::format("{}: {}, rms {} px over {} of {} corners\n", view.image,
+                     is_ambiguous ? toned(Tone::caution, "AMBIGUOUS") + ": two poses fit"
+                                  : toned(Tone::good, "OK"),
+                     two_digits(view.hypotheses[0].rms_px),
+                     view.corners.size() - view.outliers.size(), view.corners.size());
+}
+
+std::string view_text(const PoseReport& view, bool verbose) {
+  std::string text = verdict_text(view);
+  text += findings_text(without_reason(view.findings), "  ");
   text += focal_text(view);
   if (!view.hypotheses.empty()) {
-    text += poses_text(view);
-    text +=
-        line("rms", fmt::format("{:.4f} px over {} of {} corners", view.hypotheses[0].rms_px,
-                                view.corners.size() - view.outliers.size(), view.corners.size()));
-    text += line("noise", view.sigma_px ? fmt::format("{:.4f} px per coordinate", *view.sigma_px)
-                                        : "each corner's own covariance");
+    text += poses_text(view, verbose);
+    if (verbose)
+      text += line("noise", view.sigma_px ? two_digits(*view.sigma_px) + " px per coordinate"
+                                          : "each corner's own covariance");
   }
-  text += outlier_text(view);
-  text += weak_perspective_text(view.weak_perspective);
-  text += findings_text(view.findings, "  ");
-  return text;
+  return text + outlier_text(view) + weak_perspective_text(view.weak_perspective);
 }
 
 // Copies the fields that both kinds of estimates have.
@@ -268,9 +286,10 @@ std::string pose_json(const std::vector<PoseReport>& views) {
   return answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string pose_text(const std::vector<PoseReport>& views) {
+std::string pose_text(const std::vector<PoseReport>& views, bool verbose) {
   std::string text;
-  for (const PoseReport& view : views) text += (text.empty() ? "" : "\n") + view_text(view);
+  for (const PoseReport& view : views)
+    text += (text.empty() ? "" : "\n") + view_text(view, verbose);
   return text;
 }
 

@@ -34,7 +34,8 @@ PoseReport reported(const PoseAndFocalEstimate& estimate, const PoseAndFocalOpti
 // Returns one JSON object (docs/pose.md). Unknown values are null.
 std::string pose_json(const std::vector<PoseReport>& views);
 
-// Returns the report as text.
-std::string pose_text(const std::vector<PoseReport>& views);
+// Returns the report for a person: for each view the verdict, warnings, where the camera is,
+// rejected corners; `verbose`: also the rotation and the noise.
+std::string pose_text(const std::vector<PoseReport>& views, bool verbose);
 
 }  // namespace tagcal::tools

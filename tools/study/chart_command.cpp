@@ -64,10 +64,9 @@ void write_result(const ChartResult& result, const fs::path& place, OutputFolder
 
 ChartResult run_job(const Arguments& a, const std::string& name) {
   const ChartOptions options{a.trials, static_cast<std::uint64_t>(a.seed), a.threads, a.quick};
-  Progress progress("chart " + name, 1000);
-  ChartResult result = run_chart(*chart_job(name), options, [&](int done, int total) {
-    progress.update(static_cast<int>(1000LL * done / total));
-  });
+  Progress progress("chart " + name);
+  ChartResult result = run_chart(*chart_job(name), options,
+                                 [&](int done, int total) { progress.update(done, total); });
   result.origin = {shown_command(a, name), "tagcal " TAGCAL_VERSION, peers_versions(),
                    processor_name(), today()};
   return result;

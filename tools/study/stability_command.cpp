@@ -65,10 +65,8 @@ std::vector<std::string> origin_of(const Arguments& a) {
 
 StabilityResult run_shown(const StabilityMap& map, const Arguments& a) {
   const StabilityOptions options{a.seed, a.threads, a.quick, a.trials};
-  Progress progress("stability " + map.name, 1000);
-  return run_map(map, options, [&](int done, int total) {
-    progress.update(static_cast<int>(1000LL * done / total));
-  });
+  Progress progress("stability " + map.name);
+  return run_map(map, options, [&](int done, int total) { progress.update(done, total); });
 }
 
 int run(const Arguments& a) {

@@ -187,7 +187,7 @@ double focal_sigma(const Model& model, const MatrixXd& covariance) {
   return largest;
 }
 
-std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_before) {
+std::string instruction_of(const Candidate& c, const AdvisedView& view) {
   constexpr std::array<std::array<int, 2>, 8> kSides = {
       {{0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}}};
   const auto& side = kSides[static_cast<std::size_t>(c.side)];
@@ -202,9 +202,14 @@ std::string sentence_of(const Candidate& c, const AdvisedView& view, bool known_
             " towards the camera";
   else
     text += "facing the camera";
-  text += view.fills.empty() ? "" : ", which covers the " + listed(view.fills) + " of the image";
-  text += ": it makes the standard deviation of the focal length ";
-  text += formatted(view.focal_sigma_px) + " px";
+  return text +
+         (view.fills.empty() ? "" : ", which covers the " + listed(view.fills) + " of the image");
+}
+
+std::string sentence_of(const AdvisedView& view, bool known_before) {
+  const std::string text = view.instruction +
+                           ": it makes the standard deviation of the focal length " +
+                           formatted(view.focal_sigma_px) + " px";
   if (known_before) return text + " (now " + formatted(view.focal_sigma_now_px) + " px)";
   return text + " if the focal length is about the longer side of the image";
 }
@@ -303,8 +308,10 @@ std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& cal
       before ? focal_sigma(*current->model, *before) : std::numeric_limits<double>::infinity(),
       std::sqrt(best->variance),
       best->fills,
+      "",
       ""};
-  view.sentence = sentence_of(best->candidate, view, before.has_value());
+  view.instruction = instruction_of(best->candidate, view);
+  view.sentence = sentence_of(view, before.has_value());
   return view;
 }
 

@@ -27,6 +27,7 @@ struct AdvisedView {
   double projection_px = 0;        // sd of the projection at infinity after it, RMS over the image
   std::vector<std::string> fills;  // SeenRegion::missing_parts that it covers
   std::string sentence;            // the view and its effect, for users
+  std::string instruction;         // the view alone: "show the board .."
 };
 
 // Finds the view after which the projection at infinity has the least variance over the image, by

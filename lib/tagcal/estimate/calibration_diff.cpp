@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/bundle_adjustment.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -105,6 +106,54 @@ std::vector<Vector2d> common_samples(const ImageSize& size, const SeenRegion& a,
     if (!seen->hull().empty())
       std::erase_if(samples, [&](const Vector2d& pixel) { return !seen->contains(pixel); });
   return samples;
+}
+
+namespace {
+
+bool has_ray(const Lens& lens, const Vector2d& pixel) {
+  const std::optional<Ray> ray = ray_in_camera(lens, pixel);
+  return ray && in_domain(lens, ray->direction);
+}
+
+bool is_exact(const UncertainLens& lens) {
+  return lens.model == nullptr || lens.covariance.size() == 0 || !lens.covariance.allFinite();
+}
+
+// A L with C = L L', whose product with its transpose is A C A'; no columns of an exact lens.
+Eigen::MatrixXd effect(const UncertainLens& lens, std::span<const Vector2d> samples,
+                       double distance_m) {
+  if (is_exact(lens)) return Eigen::MatrixXd(2 * samples.size(), 0);
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt{Eigen::MatrixXd(lens.covariance)};
+  const Eigen::VectorXd d = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
+  const Eigen::MatrixXd lower = ldlt.matrixL();
+  const Eigen::MatrixXd root = ldlt.transpositionsP().transpose() * (lower * d.asDiagonal());
+  return aligned_jacobian(lens, samples, distance_m) * root;
+}
+
+}  // namespace
+
+std::optional<DifferenceTest> difference_test(const UncertainLens& a, const UncertainLens& b,
+                                              std::span<const Vector2d> samples,
+                                              const LensDifference& difference) {
+  if (is_exact(a) && is_exact(b)) return std::nullopt;
+  std::vector<Vector2d> common;
+  for (const Vector2d& pixel : samples)
+    if (has_ray(a.lens, pixel) && has_ray(b.lens, pixel)) common.push_back(pixel);
+  constexpr std::size_t kFewest = 6;  // as lens_difference
+  if (common.size() < kFewest) return std::nullopt;
+  const Eigen::MatrixXd of_a = effect(a, common, difference.distance_m);
+  const Eigen::MatrixXd of_b = effect(b, common, difference.distance_m);
+  if (of_a.rows() != of_b.rows()) return std::nullopt;
+  Eigen::MatrixXd both(of_a.rows(), of_a.cols() + of_b.cols());
+  both << of_a, of_b;
+  const Eigen::MatrixXd gram = both.transpose() * both;
+  const double mean = gram.trace() / static_cast<double>(common.size());
+  if (!(mean > 0)) return std::nullopt;
+  const double freedom = gram.trace() * gram.trace() / gram.squaredNorm();
+  // The cube root of chi-square over its degrees of freedom is nearly normal.
+  const double variance = 2 / (9 * freedom);
+  const double ratio = difference.rms_px * difference.rms_px / mean;
+  return DifferenceTest{std::sqrt(mean), (std::cbrt(ratio) - (1 - variance)) / std::sqrt(variance)};
 }
 
 }  // namespace tagcal

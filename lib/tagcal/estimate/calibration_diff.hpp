@@ -32,4 +32,24 @@ std::optional<LensDifference> lens_difference(const Camera& a, const Camera& b,
 std::vector<Eigen::Vector2d> common_samples(const ImageSize& size, const SeenRegion& a,
                                             const SeenRegion& b);
 
+// What the covariances of two independent calibrations predict for the difference of their lenses
+// if both are right.
+struct DifferenceTest {
+  double expected_px = 0;  // of LensDifference::rms_px: sqrt(mean E|d|^2)
+  // Score of the difference found: the quantile of a standard normal variable that is exceeded with
+  // the same probability. Consistent calibrations give 0 +- 1.
+  double in_sigmas = 0;
+};
+
+// The test of the sum S of |d|^2 over the samples. With A the aligned Jacobians
+// (projection_uncertainty.hpp) and C the covariances, d has the covariance
+//   M = A_a C_a A_a' + A_b C_b A_b',  E S = tr M,  Var S = 2 tr M^2,
+// and S nu / E S is taken as chi-square of nu = (tr M)^2 / tr M^2 degrees of freedom (Satterthwaite
+// 1946), whose quantile is that of Wilson and Hilferty (1931). A lens without a
+// covariance counts as exact. No value if both are, or if fewer than six samples have a ray in
+// both.
+std::optional<DifferenceTest> difference_test(const UncertainLens& a, const UncertainLens& b,
+                                              std::span<const Eigen::Vector2d> samples,
+                                              const LensDifference& difference);
+
 }  // namespace tagcal

@@ -1,0 +1,292 @@
+#include <fcntl.h>
+#include <signal.h>
+
+#include <chrono>
+#include <thread>
+
+#include "cli_fixture.hpp"
+#include "report/progress.hpp"
+#include "watch/folder_follower.hpp"
+
+// `tagcal watch`: a folder that changes while the command runs, and the parts that need no clock.
+
+namespace tagcal::tools {
+namespace {
+
+using Names = std::vector<std::string>;
+
+FileStamp stamp(std::uintmax_t size, int time = 0) {
+  return {size, fs::file_time_type(fs::file_time_type::duration(time))};
+}
+
+TEST(FolderFollower, AFileIsReadyOnceItRests) {
+  FolderFollower follower;
+  EXPECT_EQ(follower.look({{"a", stamp(5)}}).ready, Names());
+  EXPECT_EQ(follower.look({{"a", stamp(9)}}).ready, Names());  // it grows
+  EXPECT_EQ(follower.look({{"a", stamp(9)}}).ready, Names{"a"});
+  EXPECT_EQ(follower.look({{"a", stamp(9)}}).ready, Names());     // once
+  EXPECT_EQ(follower.look({{"a", stamp(9, 1)}}).ready, Names());  // written again
+  EXPECT_EQ(follower.look({{"a", stamp(9, 1)}}).ready, Names{"a"});
+}
+
+TEST(FolderFollower, TheOldestComesFirst) {
+  FolderFollower follower;
+  const FolderListing listing = {{"a", stamp(1, 9)}, {"b", stamp(1, 3)}, {"c", stamp(1, 9)}};
+  follower.look(listing);
+  EXPECT_EQ(follower.look(listing).ready, (Names{"b", "a", "c"}));
+}
+
+TEST(FolderFollower, AFileIsRemovedIfTwoLooksMissIt) {
+  FolderFollower follower;
+  const FolderListing both = {{"a", stamp(1)}, {"b", stamp(1)}};
+  follower.look(both);
+  follower.look(both);
+  EXPECT_EQ(follower.look({{"b", stamp(1)}}).removed, Names());
+  EXPECT_EQ(follower.look(both).removed, Names());  // it was only replaced
+  EXPECT_EQ(follower.look({{"b", stamp(1)}}).removed, Names());
+  EXPECT_EQ(follower.look({{"b", stamp(1)}}).removed, Names{"a"});
+  EXPECT_EQ(follower.look({{"b", stamp(1)}}).removed, Names());
+}
+
+TEST(FolderFollower, AFileThatNeverRestedIsNotRemoved) {
+  FolderFollower follower;
+  follower.look({{"a.part.png", stamp(1)}});
+  follower.look({});
+  EXPECT_EQ(follower.look({}).removed, Names());
+}
+
+TEST(FolderFollower, AnUnreadableFileIsTriedAgainForAWhileAndOnceItChanges) {
+  FolderFollower follower;
+  const FolderListing listing = {{"a", stamp(5)}};
+  follower.look(listing);
+  int tries = 0, told = 0;
+  for (int look = 0; look < 3 * FolderFollower::kPatientLooks; ++look) {
+    if (follower.look(listing).ready.empty()) continue;
+    ++tries;
+    told += follower.postpone("a") ? 1 : 0;
+  }
+  EXPECT_EQ(tries, FolderFollower::kPatientLooks);
+  EXPECT_EQ(told, 1);
+  follower.look({{"a", stamp(6)}});
+  EXPECT_EQ(follower.look({{"a", stamp(6)}}).ready, Names{"a"});
+}
+
+TEST(FolderFollower, FilesSetAsideComeBack) {
+  FolderFollower follower;
+  const FolderListing listing = {{"a", stamp(1)}, {"b", stamp(1)}};
+  follower.look(listing);
+  follower.look(listing);
+  follower.set_aside("b");
+  EXPECT_EQ(follower.look(listing).ready, Names());
+  follower.recall_set_aside();
+  EXPECT_EQ(follower.look(listing).ready, Names{"b"});
+}
+
+TEST(Progress, SaysTheRateAndTheTimeLeft) {
+  EXPECT_EQ(progress_text("detecting", 12, 200, 3.75), "detecting: 12 of 200, 3.2/s, 59 s left");
+  EXPECT_EQ(progress_text("detecting", 0, 200, 2), "detecting: 0 of 200");
+  EXPECT_EQ(progress_text("detecting", 200, 200, 10), "detecting: 200 of 200, 20/s");
+  EXPECT_EQ(progress_text("rendering", 1, 1000, 4.5),
+            "rendering: 1 of 1000, 0.22/s, 1 h 14 min left");
+  EXPECT_EQ(progress_text("calibrating", 0, 0, 65.5), "calibrating: 1 min 5 s");
+}
+
+// A run of `tagcal watch` that goes on while the test changes the folder.
+class Watch : public Cli {
+ protected:
+  static void SetUpTestSuite() {
+    Cli::SetUpTestSuite();
+    std::string all_over = replaced(kScene, "target_m: 0.02", "target_m: 0.07");
+    all_over = replaced(all_over, "views: 6", "views: 10");
+    all_over = replaced(all_over, "min_distance_m: 0.45, max_distance_m: 0.6",
+                        "min_distance_m: 0.3, max_distance_m: 0.4");
+    spill(root() / "all_over.yaml", all_over);
+    ASSERT_EQ(run("render " + path("all_over.yaml") + " --out " + path("all_over")).exit_code, 0);
+    spill(root() / "odd.yaml",
+          replaced(replaced(kScene, "[640, 400]", "[600, 380]"), "views: 6", "views: 1"));
+    ASSERT_EQ(run("render " + path("odd.yaml") + " --out " + path("odd")).exit_code, 0);
+  }
+
+  void SetUp() override {
+    fs::remove_all(root() / "photos");
+    fs::remove(root() / "camera.yaml");
+    fs::create_directories(root() / "photos");
+  }
+  void TearDown() override {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+  }
+
+  static fs::path picture(int i) {
+    return root() / "set/images" / ("00" + std::to_string(i) + ".png");
+  }
+  static fs::path photo(const std::string& name) { return root() / "photos" / name; }
+
+  void start(const std::string& options) {
+    std::string line = "exec " TAGCAL_COMMAND " watch " + path("photos") + " --target " +
+                       path("set/target.yaml") + " --every 0.03 --no-cache --out " +
+                       path("camera.yaml") + " " + options;
+    line += " >" + path("watch.txt") + " 2>" + path("watch_err.txt") + " </dev/null";
+    spill(root() / "watch.txt", "");
+    pid_ = fork();
+    if (pid_ == 0) {
+      execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      _exit(127);
+    }
+  }
+
+  // The start of a picture's line.
+  static std::string line(const std::string& name, const std::string& text) {
+    return "\n" + name + std::string(22 - name.size(), ' ') + text;
+  }
+
+  // Waits for a text in the output; fails after some seconds.
+  static void wait_for(const std::string& text) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (slurp(root() / "watch.txt").find(text) == std::string::npos) {
+      ASSERT_TRUE(std::chrono::steady_clock::now() < end)
+          << "missing: " << text << "\n"
+          << slurp(root() / "watch.txt") << slurp(root() / "watch_err.txt");
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
+  Outcome finished() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(root() / "watch.txt"),
+            slurp(root() / "watch_err.txt")};
+  }
+  Outcome interrupted() {
+    kill(pid_, SIGINT);
+    return finished();
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+// How many lines begin with a name.
+int lines_of(const std::string& text, const std::string& name) {
+  std::istringstream lines(text);
+  int count = 0;
+  for (std::string line; std::getline(lines, line);) count += line.starts_with(name) ? 1 : 0;
+  return count;
+}
+
+TEST_F(Watch, FollowsAFolderUntilItIsGone) {
+  fs::copy(picture(0), photo("000.png"));
+  fs::copy(picture(1), photo("001.png"));
+  start("--until 1e-9px --model radial1");
+  wait_for("2 pictures");
+  const std::string bytes = slurp(picture(2));
+  spill(photo("half.png"), bytes.substr(0, bytes.size() / 2));
+  wait_for(line("half.png", "not readable: PNG: is truncated"));
+  spill(photo("half.png"), bytes);
+  wait_for(line("half.png", " "));
+  fs::rename(photo("000.png"), photo("first.png"));
+  wait_for(line("first.png", "was 000.png"));
+  fs::copy(photo("001.png"), photo("copy.png"));
+  wait_for(line("copy.png", "same picture as 001.png"));
+  fs::remove(photo("001.png"));  // copy.png stands for it
+  fs::remove(photo("first.png"));
+  wait_for(line("first.png", "removed, its "));
+  fs::copy(root() / "odd/images/000.png", photo("odd.png"));
+  wait_for(line("odd.png", "refused: 600x380 pixels, the others have 640x400"));
+  spill(photo("grey.pgm"), "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
+  wait_for(line("grey.pgm", "no board: nothing in the picture looks like a tag"));
+  const std::string camera = slurp(root() / "camera.yaml");
+  fs::remove_all(root() / "photos");
+  const Outcome outcome = finished();
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("the folder is gone"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("GOAL NOT MET"), std::string::npos) << outcome.out;
+  EXPECT_EQ(lines_of(outcome.out, "001.png"), 0) << outcome.out;  // its bytes are still there
+  EXPECT_EQ(slurp(root() / "camera.yaml"), camera);
+  std::istringstream lines(outcome.out);
+  for (std::string text; std::getline(lines, text);) {
+    const bool names_a_path = text.find(root().string()) != std::string::npos;
+    EXPECT_TRUE(names_a_path || text.size() <= 100) << text;
+  }
+}
+
+// The calibration is that of `tagcal calibrate` on the same folder.
+TEST_F(Watch, EndsOnceTheGoalIsMet) {
+  for (const auto& entry : fs::directory_iterator(root() / "all_over/images"))
+    fs::copy(entry.path(), photo(entry.path().filename().string()));
+  start("--until 5px");
+  const Outcome outcome = finished();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("GOAL MET"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.err.find("wrote " + path("camera.yaml")), std::string::npos) << outcome.err;
+  ASSERT_EQ(run("calibrate --target " + path("set/target.yaml") + " " + path("photos") +
+                " --no-cache --out " + path("same.yaml"))
+                .exit_code,
+            0);
+  EXPECT_EQ(slurp(root() / "camera.yaml"), slurp(root() / "same.yaml"));
+}
+
+// A small standard deviation is not enough: the corners of the image were not seen.
+TEST_F(Watch, TheGoalNeedsCornersEverywhere) {
+  for (int i = 0; i < 6; ++i) fs::copy(picture(i), photo(picture(i).filename().string()));
+  start("--until 1000px --timeout 1");
+  const Outcome outcome = finished();
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("next: show the board in the "), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("GOAL NOT MET: there are no corners in the "), std::string::npos);
+  EXPECT_NE(outcome.out.find("no new picture for 1 s"), std::string::npos) << outcome.out;
+}
+
+// A picture of another size counts once all others are gone; a file that is written again counts
+// with its new picture.
+TEST_F(Watch, TakesWhatReplacesOtherPictures) {
+  fs::copy(picture(0), photo("000.png"));
+  start("");
+  wait_for("next: ");
+  fs::copy(root() / "odd/images/000.png", photo("odd.png"));
+  wait_for(line("odd.png", "refused: "));
+  fs::remove(photo("000.png"));
+  wait_for("no picture with the board is left");
+  wait_for(line("odd.png", " "));
+  spill(photo("odd.png"), "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
+  wait_for(line("odd.png", "no board: "));
+  EXPECT_EQ(interrupted().exit_code, 0);  // the file has the calibration before
+}
+
+TEST_F(Watch, AnInterruptionLeavesTheCalibration) {
+  start("");
+  wait_for("watching ");
+  const Outcome empty = interrupted();
+  EXPECT_EQ(empty.exit_code, 3);
+  EXPECT_NE(empty.out.find("NO ANSWER"), std::string::npos) << empty.out;
+  EXPECT_FALSE(fs::exists(root() / "camera.yaml"));
+  for (int i = 0; i < 4; ++i) fs::copy(picture(i), photo(picture(i).filename().string()));
+  start("--model f");
+  wait_for("4 pictures");
+  wait_for("next: ");
+  const Outcome outcome = interrupted();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_NE(slurp(root() / "camera.yaml").find("camera_matrix"), std::string::npos);
+}
+
+TEST_F(Watch, RefusesWhatCannotBeWatched) {
+  const std::string target = " --target " + path("set/target.yaml");
+  const std::string photos = "watch " + path("photos");
+  expect_bad_input("watch " + path("nothing") + target, {path("nothing"), "no such folder"});
+  expect_bad_input("watch " + path("scene.yaml") + target, {"must be a folder"});
+  expect_bad_input("watch " + path("set") + target, {"is a data set"});
+  expect_bad_input(photos, {"--target"});
+  expect_bad_input(photos + target + " --until 3mm", {"--until", "0.1px", "3mm"});
+  expect_bad_input(photos + target + " --until -1px", {"--until"});
+  expect_bad_input(photos + target + " --model nothing", {"nothing"});
+  expect_bad_input(photos + target + " --out " + path("no/camera.yaml"), {path("no")});
+  spill(root() / "points.yaml",
+        "target_type: points\npoints:\n  - [0, 0, 0, 0]\n  - [1, 1, 0, 0]\n");
+  expect_bad_input(photos + " --target " + path("points.yaml"), {"no tags to detect"});
+}
+
+}  // namespace
+}  // namespace tagcal::tools

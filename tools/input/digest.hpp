@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace tagcal::tools {
+
+// A number of 64 bits that differs between different contents, and the number of their bytes, as
+// text.
+std::string digest_of(std::string_view text);
+
+// The same of a file's bytes; "" if the file cannot be read.
+std::string digest_of_file(const std::filesystem::path& file);
+
+}  // namespace tagcal::tools

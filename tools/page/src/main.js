@@ -1,0 +1,54 @@
+// The page of tagcal report: reads the data that stand in the page and shows a section for each
+// part of them. Each section returns its element, or null if there is nothing to show.
+import { h } from "./dom.js";
+import { isCalibration } from "./data.js";
+import { advice } from "./sections/advice.js";
+import { coverage } from "./sections/coverage.js";
+import { difference } from "./sections/difference.js";
+import { findings } from "./sections/findings.js";
+import { formats } from "./sections/formats.js";
+import { ladder } from "./sections/ladder.js";
+import { madeBy } from "./sections/made.js";
+import { parameters } from "./sections/parameters.js";
+import { residuals } from "./sections/residuals.js";
+import { scene } from "./sections/scene.js";
+import { uncertainty } from "./sections/uncertainty.js";
+import { verdict } from "./sections/verdict.js";
+import { views } from "./sections/views.js";
+import { warp } from "./sections/warp.js";
+
+const CALIBRATION = [findings, parameters, coverage, advice, residuals, uncertainty, views, scene,
+  warp, ladder, formats, madeBy];
+const SECTIONS = {
+  calibration: CALIBRATION,
+  poses: [findings, views, scene, residuals, formats, madeBy],
+  difference: [findings, difference, formats, madeBy],
+};
+
+// A section that fails must not take the others with it: it says so in its place.
+function safely(make, data) {
+  try {
+    return make(data);
+  } catch (error) {
+    console.error(error);
+    return h("section", { class: "card failed" },
+      h("p", null, `The section "${make.name}" cannot be shown: ${error.message}`));
+  }
+}
+
+function contents(sections) {
+  return h("nav", { "aria-label": "Sections" }, sections.map((node) =>
+    node.id ? h("a", { href: `#${node.id}` }, node.querySelector("h2")?.textContent ?? "") : null));
+}
+
+function build(data) {
+  const sections = (SECTIONS[data.kind] ?? CALIBRATION).flatMap((make) => safely(make, data))
+    .filter(Boolean);
+  document.title = data.title ? `${data.title} - tagcal report` : "tagcal report";
+  document.body.append(h("main", null, safely(verdict, data), contents(sections),
+    h("div", { class: "cards" }, sections)));
+  if (!isCalibration(data)) document.body.classList.add(data.kind);
+}
+
+build(JSON.parse(document.getElementById("data").textContent));
+document.documentElement.dataset.ready = "1";

@@ -1,0 +1,163 @@
+// A scene of lines and faces to turn around, painted from far to near on a plain 2D canvas.
+// A scene here has at most some thousand faces and no textures, so the painter's order is fast
+// enough and a 3D library (ogl: 30 kB, WebGL) would gain nothing. WebGL contexts are also missing
+// on many remote desktops, and their canvases print empty.
+import { h } from "../dom.js";
+import { onThemeChange, themeColour } from "../colour.js";
+
+const START = { yaw: 0.6, pitch: 0.5, zoom: 1 };
+const FOCAL = 1.6;  // of the drawing, in half heights
+
+// Turns a point of the scene into [right, up, depth] for the angles.
+function turner({ yaw, pitch }, centre) {
+  const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
+  return ([x, y, z]) => {
+    const [a, b, c] = [x - centre[0], y - centre[1], z - centre[2]];
+    const near = cp * (cy * a + sy * b) + sp * c;
+    return [-sy * a + cy * b, cp * c - sp * (cy * a + sy * b), -near];
+  };
+}
+
+function projector(state, scene, width, height) {
+  const turn = turner(state, scene.centre);
+  const away = 2.2 * scene.radius / state.zoom;
+  const scale = FOCAL * Math.min(width, height) / 2;
+  return (point) => {
+    const [right, up, depth] = turn(point);
+    const z = depth + away;
+    return z > 0.02 * scene.radius
+      ? [width / 2 + scale * right / z, height / 2 - scale * up / z, z] : null;
+  };
+}
+
+function trace(context, points, closed) {
+  context.beginPath();
+  points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+  if (closed) context.closePath();
+}
+
+// Paints one item; its faces share its place in the order.
+function paint(context, faces) {
+  for (const { at, fill, stroke, width, closed } of faces) {
+    trace(context, at, closed);
+    if (fill) {
+      context.fillStyle = fill;
+      context.fill();
+    }
+    if (stroke) {
+      context.strokeStyle = stroke;
+      context.lineWidth = width ?? 1;
+      context.stroke();
+    }
+  }
+}
+
+// The items of the scene on the screen, the farthest first.
+function arrange(scene, project, colours) {
+  return scene.items.map((item) => {
+    const middle = project(item.middle);
+    const faces = item.faces.map((face) => ({
+      ...face, at: face.points.map(project), fill: colours(face.fill), stroke: colours(face.stroke),
+    })).filter(({ at }) => at.every(Boolean));
+    return { item, depth: middle?.[2] ?? -1, middle, faces };
+  }).sort((a, b) => b.depth - a.depth);
+}
+
+// A canvas that shows a scene: { node, look(yaw, pitch), show(scene) }. "pick" is called with the
+// item.view of a camera that is clicked.
+export function orbit(scene, { label, pick }) {
+  const canvas = h("canvas", { class: "orbit", tabindex: "0", role: "img", "aria-label": label });
+  const state = { ...START, scene, placed: [] };
+  const draw = () => {
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (!width) return;
+    const ratio = Math.max(2, devicePixelRatio);  // 2 at least, for print
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
+    const context = canvas.getContext("2d");
+    context.scale(ratio, ratio);
+    context.lineJoin = "round";
+    const colours = (name) => (name ? themeColour(name) : null);
+    const cache = new Map();
+    const cached = (name) => cache.get(name) ?? cache.set(name, colours(name)).get(name);
+    state.placed = arrange(state.scene, projector(state, state.scene, width, height), cached);
+    for (const { faces } of state.placed) paint(context, faces);
+    Object.assign(canvas.dataset, { yaw: state.yaw.toFixed(3), pitch: state.pitch.toFixed(3),
+                                    zoom: state.zoom.toFixed(3), items: state.placed.length });
+  };
+  const turn = (yaw, pitch) => {
+    state.yaw += yaw;
+    state.pitch = Math.max(-1.57, Math.min(1.57, state.pitch + pitch));
+    draw();
+  };
+  const zoom = (factor) => {
+    state.zoom = Math.max(0.3, Math.min(12, state.zoom * factor));
+    draw();
+  };
+  listen(canvas, { turn, zoom, click: (x, y) => pickAt(state.placed, x, y, pick) });
+  new ResizeObserver(draw).observe(canvas);
+  onThemeChange(draw);
+  return { node: canvas,
+    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: 1 }); draw(); },
+    show: (other) => { Object.assign(state, START, { scene: other }); draw(); } };
+}
+
+function pickAt(placed, x, y, pick) {
+  let best = null;
+  for (const { item, middle } of placed) {
+    if (item.view === undefined || !middle) continue;
+    const distance = Math.hypot(middle[0] - x, middle[1] - y);
+    if (distance < (best?.distance ?? 18)) best = { distance, view: item.view };
+  }
+  if (best) pick(best.view);
+}
+
+const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+
+function listen(canvas, { turn, zoom, click }) {
+  canvas.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey) return;
+    if (KEYS[event.key]) turn(...KEYS[event.key]);
+    else if (event.key === "+") zoom(1.2);
+    else if (event.key === "-") zoom(1 / 1.2);
+    else return;
+    event.preventDefault();
+  });
+  canvas.addEventListener("wheel", (event) => {
+    if (document.activeElement !== canvas) return;  // the page scrolls until the scene is clicked
+    event.preventDefault();
+    zoom(Math.exp(-event.deltaY / 500));
+  }, { passive: false });
+  listenToPointers(canvas, { turn, zoom, click });
+}
+
+// One pointer turns, two come closer; one that does not move is a click.
+function listenToPointers(canvas, { turn, zoom, click }) {
+  const pointers = new Map();
+  let moved = 0;
+  const spread = () => {
+    const [a, b] = [...pointers.values()];
+    return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
+  };
+  canvas.addEventListener("pointerdown", (event) => {
+    pointers.set(event.pointerId, event);
+    canvas.setPointerCapture(event.pointerId);
+    canvas.focus({ preventScroll: true });
+    moved = 0;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const last = pointers.get(event.pointerId);
+    if (!last) return;
+    const before = pointers.size === 2 ? spread() : 0;
+    pointers.set(event.pointerId, event);
+    const [dx, dy] = [event.clientX - last.clientX, event.clientY - last.clientY];
+    moved += Math.abs(dx) + Math.abs(dy);
+    if (pointers.size === 2) zoom(spread() / Math.max(1, before));
+    else turn(-dx * 0.008, dy * 0.008);
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    pointers.delete(event.pointerId);
+    if (moved < 4) click(event.offsetX, event.offsetY);
+  });
+  canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
+}

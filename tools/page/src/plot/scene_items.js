@@ -1,0 +1,94 @@
+// The items of the 3D scene: boards with their squares, and cameras as pyramids.
+import { quantile } from "../numbers.js";
+import { isAnswer } from "../sections/view_parts.js";
+
+const apply = (pose, [x, y, z]) =>
+  [0, 1, 2].map((i) => pose[i][0] * x + pose[i][1] * y + pose[i][2] * z + pose[i][3]);
+
+// The inverse of a rigid pose.
+function inverse(pose) {
+  const rotated = [0, 1, 2].map((i) => [0, 1, 2].map((j) => pose[j][i]));
+  return rotated.map((row) =>
+    [...row, -(row[0] * pose[0][3] + row[1] * pose[1][3] + row[2] * pose[2][3])]);
+}
+
+const compose = (a, b) => [0, 1, 2].map((i) => [0, 1, 2, 3].map((j) =>
+  a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j] + (j === 3 ? a[i][3] : 0)));
+
+const middleOf = (points) => [0, 1, 2].map((i) =>
+  points.reduce((sum, point) => sum + point[i], 0) / points.length);
+
+// Camera axes (x right, y down, z forward) to a scene with z up.
+const UPRIGHT = [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]];
+
+function boardItem(board, pose, squares) {
+  const outline = board.outline.map((point) => apply(pose, point));
+  return { middle: middleOf(outline), faces: [
+    { points: outline, closed: true, fill: "--board", stroke: "--soft" },
+    ...(squares ? (board.squares ?? []).map((square) => ({
+      points: square.map((point) => apply(pose, point)), closed: true, fill: "--square" })) : [])] };
+}
+
+// A camera as a pyramid of this depth, with the side of its image's top marked by a triangle.
+function cameraItem(worldFromCamera, depth, [width, height], colour, view) {
+  const [x, y] = [0.6 * depth, 0.6 * depth * height / width];
+  const at = (point) => apply(worldFromCamera, point);
+  const tip = at([0, 0, 0]);
+  const [a, b, c, d] = [at([-x, -y, depth]), at([x, -y, depth]), at([x, y, depth]),
+    at([-x, y, depth])];
+  const up = [at([-0.4 * x, -1.15 * y, depth]), at([0, -1.6 * y, depth]),
+    at([0.4 * x, -1.15 * y, depth])];
+  const line = (points) => ({ points, stroke: colour, width: 1.2 });
+  return { view, middle: tip, faces: [
+    { points: [a, b, c, d], closed: true, fill: `${colour}-band`, stroke: colour, width: 1.2 },
+    line([tip, a]), line([tip, b]), line([tip, c]), line([tip, d]),
+    { points: up, closed: true, fill: colour }] };
+}
+
+function extentOf(points) {
+  const centre = [0, 1, 2].map((i) => {
+    const values = points.map((point) => point[i]);
+    return (quantile(values, 0.02) + quantile(values, 0.98)) / 2;
+  });
+  const distances = points.map((point) => Math.hypot(...point.map((x, i) => x - centre[i])));
+  return { centre, radius: Math.max(1e-6, quantile(distances, 0.97)) };
+}
+
+const boardPoints = (data, pose) => data.boards.flatMap((board) =>
+  board.outline.map((point) => apply(compose(pose, board.world_from_board), point)));
+
+const IDENTITY = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]];
+const colourOf = (view) => (isAnswer(view) ? "--blue" : "--vermilion");
+
+// The boards stand still, one pyramid a picture.
+function worldScene(data, posed) {
+  const cameras = posed.map(({ view, index }) =>
+    ({ view, index, pose: inverse(view.camera_from_world) }));
+  const centres = cameras.map(({ pose }) => pose.map((row) => row[3]));
+  const boards = boardPoints(data, IDENTITY);
+  const target = middleOf(boards);
+  const away = quantile(centres.map((c) => Math.hypot(...c.map((x, i) => x - target[i]))), 0.5);
+  const depth = (posed.length > 60 ? 0.06 : 0.11) * away;
+  return { ...extentOf([...boards, ...centres]), items: [
+    ...data.boards.map((board) => boardItem(board, board.world_from_board, true)),
+    ...cameras.map(({ view, index, pose }) =>
+      cameraItem(pose, depth, data.image_size ?? [4, 3], colourOf(view), index))] };
+}
+
+// The camera stands still, the boards where each picture shows them.
+function cameraScene(data, posed) {
+  const poses = posed.map(({ view }) => compose(UPRIGHT, view.camera_from_world));
+  const points = poses.flatMap((pose) => boardPoints(data, pose));
+  const extent = extentOf([...points, [0, 0, 0]]);
+  return { ...extent, items: [
+    cameraItem(UPRIGHT, 0.2 * extent.radius, data.image_size ?? [4, 3], "--blue", undefined),
+    ...poses.flatMap((pose, i) => data.boards.map((board) => ({
+      ...boardItem(board, compose(pose, board.world_from_board), posed.length === 1),
+      view: posed[i].index })))] };
+}
+
+export function buildScene(data, still) {
+  const posed = data.views.map((view, index) => ({ view, index }))
+    .filter(({ view }) => view.camera_from_world);
+  return still === "camera" ? cameraScene(data, posed) : worldScene(data, posed);
+}

@@ -1,0 +1,37 @@
+// The numbers in the formats of other programs, to copy.
+import { h, section } from "../dom.js";
+
+// The clipboard needs a secure page in some browsers; a file opened from disk may not count.
+async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const area = h("textarea", { class: "off-screen", readonly: true });
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    const done = document.execCommand("copy");
+    area.remove();
+    return done;
+  }
+}
+
+function entry({ name, text }, open) {
+  const button = h("button", { type: "button", class: "copy", "aria-live": "polite" }, "Copy");
+  button.addEventListener("click", async () => {
+    button.textContent = (await copy(text)) ? "Copied" : "Select the text and copy it";
+    setTimeout(() => { button.textContent = "Copy"; }, 2500);
+  });
+  return h("details", { open }, h("summary", null, name),
+    h("div", { class: "format" }, button, h("pre", { tabindex: "0" }, text)));
+}
+
+export function formats(data) {
+  const list = data.formats ?? [];
+  if (!list.length) return null;
+  return section("formats", "The numbers, to copy", { wide: true, "data-marks": list.length },
+    h("p", { class: "note" }, "The same camera as each program writes it. Conventions (where pixel ",
+      "0 lies, order of coefficients) are converted."),
+    h("div", { class: "formats" }, list.map((format, i) => entry(format, i === 0))));
+}

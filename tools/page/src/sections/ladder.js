@@ -1,0 +1,54 @@
+// The lens models that were tried, from the smallest on.
+import { chart, h, section } from "../dom.js";
+import { NONE, digits, isNumber, px } from "../numbers.js";
+
+// A bar from 0 to share of the column, with its value as text.
+function bar(share, text, kind) {
+  const width = `${(100 * Math.max(0.01, Math.min(1, share))).toFixed(1)}%`;
+  return h("div", { class: "bar-cell" },
+    h("div", { class: "bar-track" },
+      isNumber(share) ? h("div", { class: `bar ${kind}`, style: `width: ${width}` }) : null),
+    h("span", { class: "bar-text" }, text));
+}
+
+// Shares on a logarithmic scale over the values above zero.
+function logShare(values) {
+  const positive = values.filter((x) => isNumber(x) && x > 0);
+  const [low, high] = [Math.min(...positive), Math.max(...positive)];
+  return (x) => {
+    if (!isNumber(x)) return NaN;
+    if (x <= 0 || low >= high) return x > 0 ? 1 : 0;
+    return 0.06 + 0.94 * Math.log(x / low) / Math.log(high / low);
+  };
+}
+
+function rowOf(step, best, evidence, change, model) {
+  const worse = isNumber(step.bic) ? step.bic - best : NaN;
+  return h("tr", { class: step.taken ? "taken" : "skipped", "data-model": step.model },
+    h("th", { scope: "row" }, step.taken ? h("span", { class: "tick" }, "✓ ") : null, step.model,
+      step.model === model ? h("span", { class: "tag" }, "answer") : null),
+    h("td", { class: "number" }, String(step.num_parameters ?? NONE)),
+    h("td", null, bar(evidence(worse), worse === 0 ? "best" : isNumber(worse)
+      ? `+${digits(worse, 2)}` : NONE, "evidence")),
+    h("td", null, bar(change(step.difference_px), px(step.difference_px), "change")),
+    h("td", { class: "why" }, step.sentence ?? ""));
+}
+
+export function ladder(data) {
+  const steps = data.ladder ?? [];
+  if (!steps.length) return null;
+  const bics = steps.map((step) => step.bic).filter(isNumber);
+  const best = Math.min(...bics);
+  const evidence = logShare(bics.map((bic) => bic - best));
+  const change = logShare(steps.map((step) => step.difference_px));
+  return section("ladder", "Lens models that were tried", { wide: true }, chart({
+    name: "ladder", marks: steps.length,
+    label: `${steps.length} lens models with their evidence and projection difference`,
+    read: "from simple to complex. Evidence: how much worse than the best model (BIC, logarithmic " +
+      "bars; more than 10 is decisive). Difference: by how much the model moves the projection " +
+      "from that of the model before it. A model is taken (✓) if the data call for it.",
+  }, h("div", { class: "table-frame" }, h("table", { class: "ladder" },
+    h("thead", null, h("tr", null, ["model", "parameters", "evidence against", "difference", "why"]
+      .map((head) => h("th", { scope: "col" }, head)))),
+    h("tbody", null, steps.map((step) => rowOf(step, best, evidence, change, data.model)))))));
+}

@@ -1,0 +1,18 @@
+// How this page was made: the command, the date and the versions.
+import { h, section, table } from "../dom.js";
+
+export function madeBy(data) {
+  const made = data.made_by;
+  if (!made) return null;
+  const libraries = Object.entries(made.libraries ?? {})
+    .map(([name, version]) => `${name} ${version}`).join(", ");
+  const rows = [
+    ["command", h("code", null, made.command ?? "")],
+    ["tagcal", made.version], ["date", made.date], ["with", libraries],
+    ["time", typeof data.seconds === "number" ? `${data.seconds.toFixed(2)} s` : null],
+  ].filter(([, value]) => value);
+  return section("made-by", "Made by", { wide: true },
+    h("table", { class: "made" }, h("tbody", null, rows.map(([name, value]) =>
+      h("tr", null, h("th", { scope: "row" }, name), h("td", null, value))))),
+    h("p", { class: "note" }, "This file needs no network. It holds all that it shows."));
+}

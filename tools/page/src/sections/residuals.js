@@ -1,0 +1,108 @@
+// Residuals (observed minus reprojected): as vectors, and their mean over the image.
+import { chart, h, key, section } from "../dom.js";
+import { CIVIDIS, colourAt, css } from "../colour.js";
+import { count, digits, niceBelow, px, quantile } from "../numbers.js";
+import { corners, usedCorners } from "../data.js";
+import { crosses, dots, imageFrame, strokes } from "../plot/frame.js";
+import { colourBar, colourScale } from "../plot/heatmap.js";
+import { s } from "../dom.js";
+import { distribution } from "./distribution.js";
+import { profile } from "./profile.js";
+
+const SIGNIFICANT = 3;  // standard errors from which on a mean is not noise
+
+// How much longer than true the vectors are drawn: the largest ones get this share of the width.
+function magnification(sizes, width, share) {
+  const large = quantile(sizes, 0.95);
+  return large > 0 ? niceBelow(width * share / large) : 1;
+}
+
+// A line of a round length in pixels, for scale.
+function scaleBar(factor, width) {
+  const length = niceBelow(width * 0.16 / factor);
+  return h("p", { class: "legend" },
+    h("span", { class: "scale-bar", style: `width: ${(100 * length * factor / width).toFixed(2)}%` }),
+    ` ${digits(length, 1)} px, drawn ${factor >= 1 ? digits(factor, 1) : factor} × as long`);
+}
+
+function vectorPlot(data, used) {
+  const [width] = data.image_size;
+  const factor = magnification(used.map((corner) => corner.size), width, 0.035);
+  const lines = used.map(({ u, v, du, dv }) => [u, v, factor * du, factor * dv]);
+  const rejected = corners(data).filter((corner) => corner.rejected);
+  return chart({
+    name: "residual-vectors", marks: used.length, title: "As vectors",
+    label: `${count(used.length, "residual")}, drawn as lines over the image`,
+    read: "each line starts at a corner and points to where it was seen, away from where the " +
+      "camera puts it. Good: no order. Lines that turn or point the same way in a part of the " +
+      "image show a lens model or a board that does not fit.",
+  }, imageFrame(data.image_size, strokes(lines, "vector"),
+    dots(used.map(({ u, v }) => [u, v]), "base"),
+    crosses(rejected.map(({ u, v }) => [u, v]), width / 120, "rejected")),
+  scaleBar(factor, width),
+  rejected.length ? h("p", { class: "legend" },
+    key("cross-rejected", `${count(rejected.length, "corner")} rejected, without a line`)) : null);
+}
+
+// Corners in cells of a grid over the image, with mean residual and its standard error.
+function cellsOf(used, [width, height]) {
+  const columns = Math.max(4, Math.min(20, Math.round(Math.sqrt(used.length / 12 * width / height))));
+  const rows = Math.max(3, Math.round(columns * height / width));
+  const cells = new Map();
+  for (const { u, v, du, dv } of used) {
+    const i = Math.min(columns - 1, Math.max(0, Math.floor((u + 0.5) / width * columns)));
+    const j = Math.min(rows - 1, Math.max(0, Math.floor((v + 0.5) / height * rows)));
+    const cell = cells.get(j * columns + i) ?? { i, j, n: 0, du: 0, dv: 0, squares: 0 };
+    cell.n += 1;
+    cell.du += du;
+    cell.dv += dv;
+    cell.squares += du * du + dv * dv;
+    cells.set(j * columns + i, cell);
+  }
+  const list = [...cells.values()].map(({ i, j, n, du, dv, squares }) => {
+    const mean = [du / n, dv / n];
+    const scatter = Math.max(0, squares / n - mean[0] ** 2 - mean[1] ** 2);
+    const error = n > 1 ? Math.sqrt(scatter / (n - 1)) : Infinity;
+    return { i, j, n, mean, rms: Math.sqrt(squares / n), size: Math.hypot(...mean),
+             significant: n >= 4 && Math.hypot(...mean) > SIGNIFICANT * error };
+  });
+  return { columns, rows, list };
+}
+
+function meanMap(data, used) {
+  const [width, height] = data.image_size;
+  const { columns, rows, list } = cellsOf(used, data.image_size);
+  const [dx, dy] = [width / columns, height / rows];
+  const scale = colourScale(list.map((cell) => cell.rms), CIVIDIS);
+  const factor = magnification(list.map((cell) => cell.size), dx, 0.6);
+  const arrow = ({ i, j, mean }) => [(i + 0.5) * dx - 0.5, (j + 0.5) * dy - 0.5,
+    factor * mean[0], factor * mean[1]];
+  const drawn = (significant) => list.filter((cell) => cell.significant === significant).map(arrow);
+  const significant = list.filter((cell) => cell.significant).length;
+  return chart({
+    name: "residual-map", marks: list.length, title: "As a map",
+    label: `Mean residual in ${list.length} cells; ${significant} differ from zero`,
+    read: "the colour is the size (RMS) of the residuals in a cell, the line their mean. A white " +
+      "line is more than noise would make (3 standard errors). " +
+      (significant > Math.max(2, 0.05 * list.length)
+        ? `Here ${significant} of ${list.length} cells have one: the residuals are systematic.`
+        : `Here ${significant} of ${list.length} cells have one: no pattern.`),
+  }, imageFrame(data.image_size,
+    list.map(({ i, j, rms, n }) => s("rect", {
+      x: i * dx - 0.5, y: j * dy - 0.5, width: dx, height: dy, class: "cell",
+      fill: css(colourAt(CIVIDIS, scale.share(rms))) },
+    s("title", null, `${count(n, "corner")}, RMS ${px(rms)}`))),
+    strokes(drawn(false), "mean faint"), strokes(drawn(true), "mean halo"),
+    strokes(drawn(true), "mean"), dots(list.filter((c) => c.significant).map(arrow), "mean-base")),
+  colourBar(scale, "px"), scaleBar(factor, width));
+}
+
+export function residuals(data) {
+  const used = usedCorners(data);
+  if (!data.image_size || !used.length) return null;
+  return section("residuals", "Residuals", { wide: true },
+    h("p", null, "A residual is the difference between where a corner was seen and where the ",
+      "calibrated camera puts it. What is left over should be noise only."),
+    h("div", { class: "grid two" }, vectorPlot(data, used), meanMap(data, used),
+      distribution(data, used), profile(data, used)));
+}

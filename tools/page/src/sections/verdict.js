@@ -1,0 +1,95 @@
+// The head of the page: what it is, the verdict in a sentence, and the numbers that matter.
+import { h } from "../dom.js";
+import { count, digits, isNumber, percent, px } from "../numbers.js";
+
+const LEVELS = {
+  ok: ["✓", "OK"],
+  warnings: ["!", "OK, with warnings"],
+  ambiguous: ["?", "Ambiguous"],
+  no_answer: ["✕", "No answer"],
+};
+
+const STATUS = {
+  ambiguous: "A single view fits two poses. Both are given, with odds. A further view decides.",
+  focal_not_observable: "The pictures do not determine the focal length. Take views with the " +
+    "board tilted by 30 degrees or more.",
+  not_observable: "The pictures do not determine all parameters. A finding names them.",
+  degenerate: "The corners lie on a line, repeat each other, or are too few.",
+  no_consensus: "Too many corners are wrong. Check that the board in the pictures is the one " +
+    "that was named, with its true size.",
+  not_converged: "The solver found no minimum. Check the pictures and the board.",
+};
+
+function tile(term, value, note) {
+  return h("div", { class: "tile" }, h("dt", null, term), h("dd", null, value),
+    note ? h("dd", { class: "note" }, note) : null);
+}
+
+function focalTile(data) {
+  const focal = data.parameters?.find((p) => ["f", "fx"].includes(p.name));
+  if (!focal) return null;
+  if (!isNumber(focal.value)) return tile("Focal length", "not determined", null);
+  const sd = focal.sigma === 0 ? "held, not estimated"
+    : isNumber(focal.sigma) ? "± 1 standard deviation" : null;
+  return tile(`Focal length (${focal.name})`, `${plusMinus(focal.text)} ${focal.unit ?? ""}`, sd);
+}
+
+// "902.496 +- 0.012" with the sign that print uses.
+export const plusMinus = (text) => text?.replace("+-", "±").replace(/^-/, "−") ?? "";
+
+function projectionTile(data) {
+  const regions = data.projection?.filter((map) => isNumber(map.region_px)) ?? [];
+  if (!regions.length) return null;
+  const worst = regions.reduce((a, b) => (a.region_px >= b.region_px ? a : b));
+  return tile("Projection known to", px(worst.region_px), "sd where corners were");
+}
+
+function tiles(data) {
+  const rejected = data.num_rejected ? `${count(data.num_rejected, "corner")} rejected` : null;
+  return [
+    data.model ? tile("Lens model", data.model, data.chosen ? "chosen by tagcal" : null) : null,
+    focalTile(data),
+    projectionTile(data),
+    isNumber(data.rms_px) ? tile("Residuals", px(data.rms_px), "RMS per corner") : null,
+    isNumber(data.noise_px)
+      ? tile("Corner noise", px(data.noise_px), "sd per coordinate") : null,
+    isNumber(data.seen?.share)
+      ? tile("Image covered", percent(data.seen.share), "lies among the corners") : null,
+    isNumber(data.num_pictures)
+      ? tile("Pictures", String(data.num_pictures),
+        [isNumber(data.num_corners) ? count(data.num_corners, "corner") : null, rejected]
+          .filter(Boolean).join(", ")) : null,
+    isNumber(data.halves?.ratio)
+      ? tile("Cross-check", `${digits(data.halves.ratio)} ×`,
+        data.halves.disagree ? "two halves of the pictures disagree"
+          : "two halves differ by this times their noise") : null,
+  ].filter(Boolean);
+}
+
+export function verdict(data) {
+  const { level = "ok", sentence = "" } = data.verdict ?? data.difference?.verdict ?? {};
+  const [mark, word] = LEVELS[level] ?? LEVELS.warnings;
+  const advice = level === "no_answer" || level === "ambiguous" ? STATUS[data.status] : null;
+  const shown = tiles(data);
+  return h("header", { class: `verdict ${level}`, "data-level": level },
+    h("p", { class: "kind" }, kindOf(data)),
+    h("h1", null, data.title ?? "tagcal report"),
+    h("p", { class: "sentence" },
+      h("span", { class: "badge" }, h("span", { "aria-hidden": "true" }, mark), ` ${word}`),
+      withoutWord(sentence, word)),
+    data.noise_sentence ? h("p", { class: "note" }, data.noise_sentence) : null,
+    advice ? h("p", { class: "advice" }, advice) : null,
+    shown.length ? h("dl", { class: "tiles" }, shown) : null);
+}
+
+const KINDS = { calibration: "Camera calibration", poses: "Camera poses",
+                difference: "Difference of two calibrations" };
+const kindOf = (data) => KINDS[data.kind] ?? KINDS.calibration;
+
+// The sentence without the word that the badge already says ("OK: ..", "NO ANSWER: ..").
+function withoutWord(sentence, word) {
+  const at = sentence.indexOf(":");
+  const start = sentence.slice(0, Math.max(0, at)).toLowerCase();
+  const repeats = at > 0 && (word.toLowerCase().startsWith(start) || /^(ok|no answer)/.test(start));
+  return repeats ? sentence.slice(at + 1).trim() : sentence;
+}

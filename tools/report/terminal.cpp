@@ -1,0 +1,86 @@
+#include "report/terminal.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace tagcal::tools {
+namespace {
+
+bool shows_colour() {
+  const char* const no_colour = std::getenv("NO_COLOR");
+  const char* const terminal = std::getenv("TERM");
+  const bool is_dumb = terminal != nullptr && std::string_view(terminal) == "dumb";
+  return isatty(STDOUT_FILENO) == 1 && !is_dumb && (no_colour == nullptr || *no_colour == '\0');
+}
+
+// Decimals that show two significant digits of a number after rounding; at most 12.
+int decimals_of(double value) {
+  const std::string rounded = fmt::format("{:.1e}", value);  // "9.9e-03"
+  const int exponent = std::stoi(rounded.substr(rounded.find('e') + 1));
+  return std::clamp(1 - exponent, 0, 12);
+}
+
+// Without the codes of colours, from ESC to "m".
+std::size_t visible_width(std::string_view text) {
+  std::size_t width = 0;
+  bool is_code = false;
+  for (const char c : text) {
+    if (c == '\033') is_code = true;
+    if (!is_code) ++width;
+    if (c == 'm') is_code = false;
+  }
+  return width;
+}
+
+}  // namespace
+
+std::string toned(Tone tone, std::string_view text) {
+  static const bool colour = shows_colour();
+  if (!colour) return std::string(text);
+  const int code = tone == Tone::good ? 32 : tone == Tone::caution ? 33 : 31;  // of ECMA-48
+  return fmt::format("\033[1;{}m{}\033[0m", code, text);
+}
+
+std::string wrapped(std::string_view first, std::string_view text, std::size_t indent) {
+  std::string result(first);
+  std::size_t column = visible_width(first);
+  bool line_has_word = false;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (word.empty()) continue;
+    if (line_has_word && column + 1 + word.size() > kTextColumns) {
+      result += "\n" + std::string(indent, ' ');
+      column = indent;
+      line_has_word = false;
+    }
+    if (line_has_word) {
+      result += ' ';
+      ++column;
+    }
+    result += word;
+    column += word.size();
+    line_has_word = true;
+  }
+  return result + "\n";
+}
+
+Measured measured(double value, double sigma) {
+  if (!(sigma > 0) || !std::isfinite(sigma))
+    return {fmt::format("{:.6g}", value), std::isinf(sigma) ? "no bound" : ""};
+  const int decimals = decimals_of(sigma);
+  return {fmt::format("{:.{}f}", value, decimals), fmt::format("{:.{}f}", sigma, decimals)};
+}
+
+std::string two_digits(double value) {
+  constexpr double kSmallest = 1e-7;  // numeric: below it, zeros would hide the size
+  if (!(std::abs(value) >= kSmallest) || !std::isfinite(value)) return fmt::format("{:.2g}", value);
+  return fmt::format("{:.{}f}", value, decimals_of(value));
+}
+
+}  // namespace tagcal::tools

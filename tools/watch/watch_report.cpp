@@ -1,0 +1,158 @@
+#include "watch/watch_report.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/shown_parameters.hpp"
+#include "report/terminal.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+constexpr std::size_t kNameColumns = 20;
+constexpr std::size_t kIndent = 2;
+
+// The end of a long name tells pictures apart.
+std::string name_column(const std::string& name) {
+  if (name.size() <= kNameColumns) return fmt::format("{:<{}}  ", name, kNameColumns);
+  return ".." + name.substr(name.size() - (kNameColumns - 2)) + "  ";
+}
+
+std::string corners_text(std::size_t count) {
+  return fmt::format("{:>4} corner{}", count, count == 1 ? "" : "s");
+}
+
+// A status without an answer, while pictures are still being taken.
+std::string not_yet_text(Status status) {
+  switch (status) {
+    case Status::focal_not_observable:
+      return "no calibration yet: the focal length is not determined";
+    case Status::not_observable:
+      return "no calibration yet: not all parameters are determined";
+    case Status::no_consensus:
+      return "no calibration: the pictures contradict one another or the target";
+    case Status::not_converged:
+      return "no calibration: the solver found no minimum";
+    default:
+      return "no calibration yet: too few corners";
+  }
+}
+
+std::string pixels(double sigma_px, const ImageSize& size) {
+  return has_bound(sigma_px, size) ? two_digits(sigma_px) + " px" : "no bound";
+}
+
+std::string standing_text(const Standing& now, const Standing& before, const ImageSize& size) {
+  const long percent = std::lround(100 * now.coverage);
+  const long more = percent - std::lround(100 * before.coverage);
+  const std::string change = more == 0 ? "" : fmt::format("({:+})", more);
+  return fmt::format("coverage {:>3} % {:<5}  sd of f {}, image {}", percent, change,
+                     pixels(now.focal_sigma_px, size), pixels(now.largest_px, size));
+}
+
+}  // namespace
+
+Standing standing_of(const Calibration& calibration) {
+  Standing standing;
+  if (!is_answer(calibration.status) || !calibration.camera) return standing;
+  standing.has_answer = true;
+  standing.coverage = calibration.seen.share();
+  standing.missing = calibration.seen.missing_parts();
+  standing.num_pictures = calibration.views.size();
+  for (const Shown& parameter : shown_parameters(calibration))
+    if (parameter.name == "fx" || parameter.name == "fy")
+      standing.focal_sigma_px = std::max(standing.focal_sigma_px, parameter.sigma);
+  for (const ProjectionUncertainty& projection : calibration.projection) {
+    if (!std::isinf(projection.distance_m)) continue;
+    standing.largest_px = largest_px(projection);
+    standing.has_ray_everywhere = nodes_without_ray(projection) == 0;
+  }
+  return standing;
+}
+
+bool meets(const Standing& standing, double goal_px) {
+  return standing.has_answer && standing.largest_px > 0 && standing.largest_px <= goal_px &&
+         standing.has_ray_everywhere && standing.missing.empty() && standing.coverage > 0 &&
+         standing.num_pictures >= kFewestPictures;
+}
+
+std::string what_lacks(const Standing& standing, double goal_px) {
+  if (!standing.has_answer) return "there is no calibration";
+  if (!(standing.largest_px <= goal_px))
+    return fmt::format("the projection is known to {} px over the image, {} px is the goal",
+                       two_digits(standing.largest_px), goal_px);
+  if (!standing.missing.empty())
+    return fmt::format(
+        "there are no corners in the {}, where the standard deviation assumes the "
+        "model",
+        fmt::join(standing.missing, ", "));
+  if (standing.num_pictures < kFewestPictures)
+    return fmt::format("{} pictures are too few, the goal needs {}: halves of them are compared",
+                       standing.num_pictures, kFewestPictures);
+  return "the lens has no ray in a part of the image";
+}
+
+std::string news_line(const PictureNews& news) {
+  const std::string name = name_column(news.name);
+  const auto line = [&](const std::string& first, const std::string& text) {
+    return wrapped(name + first + " ", text, kNameColumns + 2);
+  };
+  switch (news.fate) {
+    case Fate::board_found:
+      return name + toned(Tone::good, corners_text(news.num_corners)) + "\n";
+    case Fate::no_board:
+      return line(toned(Tone::caution, "no board:"), news.why);
+    case Fate::repeated:
+      return line("same picture as", news.other + ", counts once");
+    case Fate::renamed:
+      return line("was", news.other + ", has a new name");
+    case Fate::wrong_size:
+      return line(toned(Tone::bad, "refused:"), news.why);
+    case Fate::unreadable:
+      return line(toned(Tone::bad, "not readable:"),
+                  news.why + "; it is tried again once it changes");
+    case Fate::removed:
+      return line("removed,",
+                  news.num_corners == 0
+                      ? "it had no board"
+                      : fmt::format("its {} corners do not count any more", news.num_corners));
+  }
+  return "";
+}
+
+std::string step_line(const Step& step, const Calibration& calibration) {
+  const std::string start = name_column(step.name) +
+                            toned(Tone::good, corners_text(step.num_corners)) +
+                            (step.num_corners == 1 ? "   " : "  ");
+  if (!is_answer(calibration.status)) return wrapped(start, not_yet_text(calibration.status), 22);
+  std::string text =
+      start + standing_text(standing_of(calibration), step.before, calibration.camera->image_size) +
+      "\n";
+  if (!step.model_before.empty() && step.model_before != calibration.model)
+    text += fmt::format("  model: {} instead of {}, which changes what is known\n",
+                        calibration.model, step.model_before);
+  return text;
+}
+
+std::string next_lines(const std::optional<AdvisedView>& advice, const Standing& standing,
+                       double goal_px) {
+  std::string text = advice ? advice->instruction
+                            : "show the board in another part of the image, tilted by 30 degrees";
+  const bool is_precise = standing.has_answer && standing.largest_px <= goal_px;
+  if (is_precise && !standing.missing.empty())
+    text = fmt::format("show the board in the {}: without corners there, the goal is not sure",
+                       fmt::join(standing.missing, ", "));
+  else if (is_precise && standing.num_pictures < kFewestPictures)
+    text += fmt::format("; the goal needs {} pictures, so that halves of them can be compared",
+                        kFewestPictures);
+  return wrapped("  next: ", text, 8);
+}
+
+std::string remark_lines(const std::string& sentence) {
+  return wrapped("  " + toned(Tone::caution, "!") + " ", sentence, kIndent + 2);
+}
+
+}  // namespace tagcal::tools

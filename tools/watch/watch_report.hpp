@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/advice.hpp"
+#include "tagcal/estimate/types.hpp"
+#include "watch/watched_pictures.hpp"
+
+namespace tagcal::tools {
+
+// How far a calibration is. All zero without an answer.
+struct Standing {
+  bool has_answer = false;
+  double coverage = 0;               // share of the image inside the hull of the corners
+  double focal_sigma_px = 0;         // the larger of fx and fy
+  double largest_px = 0;             // sd of the projection at infinity over the image
+  std::vector<std::string> missing;  // parts of the image without corners
+  std::size_t num_pictures = 0;      // that take part
+  bool has_ray_everywhere = false;
+};
+Standing standing_of(const Calibration& calibration);
+
+// Fewest pictures behind a goal that is met: the check by halves needs them (HalvesCheck).
+inline constexpr std::size_t kFewestPictures = 6;
+
+// True if the projection is known to `goal_px` over all the image. The standard deviation alone is
+// not enough: a small model claims a small one where no corners were.
+bool meets(const Standing& standing, double goal_px);
+
+// Why it does not. Precondition: !meets(standing, goal_px).
+std::string what_lacks(const Standing& standing, double goal_px);
+
+// The line of a picture that did not change the calibration.
+std::string news_line(const PictureNews& news);
+
+// What changed a calibration: one picture, or several at once.
+struct Step {
+  std::string name;  // "007.png", or "5 pictures"
+  std::size_t num_corners = 0;
+  Standing before;
+  std::string model_before;  // "": no answer before
+};
+// A second line names a model that was chosen instead of the one before.
+std::string step_line(const Step& step, const Calibration& calibration);
+
+// "  next: .." : the view to take, or what the goal still lacks.
+std::string next_lines(const std::optional<AdvisedView>& advice, const Standing& standing,
+                       double goal_px);
+
+// A warning below a picture's line.
+std::string remark_lines(const std::string& sentence);
+
+}  // namespace tagcal::tools

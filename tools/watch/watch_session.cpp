@@ -1,0 +1,208 @@
+#include "watch/watch_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "report/calibration_report.hpp"
+#include "report/messages.hpp"
+#include "report/progress.hpp"
+#include "report/terminal.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
+#include "watch/interruption.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone
+
+constexpr std::size_t kMostRepeated = 5;  // pictures that are listed, each in its line
+
+bool is_one_of(const Finding& finding, std::initializer_list<FindingCode> codes) {
+  return std::ranges::any_of(codes, [&](const FindingCode& c) { return c.name == finding.code; });
+}
+
+// Tells a warning to act on before more pictures are taken from all others, many of which go away
+// with more pictures: those about one picture by their sentence, those about the target, whose
+// numbers change, by their code. "": not urgent.
+std::string key_of_urgent(const Finding& finding) {
+  if (is_one_of(finding, {code::view_rejected, code::view_repeated, code::view_unusable,
+                          code::view_mirrored, code::board_moved}))
+    return finding.sentence;
+  const bool is_of_target =
+      is_one_of(finding, {code::tags_misplaced, code::tag_scale, code::board_bent});
+  return is_of_target ? finding.code : "";
+}
+
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+WatchSession::WatchSession(WatchOptions options, WatchedPictures& pictures,
+                           std::vector<std::string> warnings)
+    : options_(std::move(options)), pictures_(pictures), warnings_(std::move(warnings)) {}
+
+void WatchSession::greet() const {
+  std::string text = wrapped("",
+                             fmt::format("watching {}; the calibration goes to {}; Ctrl-C ends",
+                                         options_.folder.string(), options_.out.string()),
+                             2);
+  text += wrapped("",
+                  "For each picture: the corners found, the share of the image inside the hull of "
+                  "all corners, the standard deviations (sd) of the focal length and of the "
+                  "projection at infinity where it is largest in the image.",
+                  2);
+  for (const std::string& warning : warnings_) text += remark_lines(warning);
+  print_result(text);
+}
+
+ExitCode WatchSession::run() {
+  greet();
+  const Interruption interruption;
+  for (;;) {
+    const End end = step();
+    if (end != End::none) return finish(end);
+    Interruption::sleep(options_.every);
+  }
+}
+
+WatchSession::End WatchSession::step() {
+  if (Interruption::requested()) return End::interrupted;
+  const std::optional<FolderListing> listing = list_folder(options_.folder);
+  if (listing) {
+    missed_looks_ = 0;
+    if (take(follower_.look(*listing))) last_change_ = std::chrono::steady_clock::now();
+  } else if (++missed_looks_ >= kMissedLooks) {
+    return End::gone;
+  }
+  if (options_.goal_px > 0 && meets(standing_, options_.goal_px)) return End::goal;
+  if (Interruption::requested()) return End::interrupted;
+  const std::chrono::duration<double> quiet = std::chrono::steady_clock::now() - last_change_;
+  if (options_.timeout_s > 0 && quiet.count() > options_.timeout_s) return End::timeout;
+  return End::none;
+}
+
+// Returns true if the pictures changed.
+bool WatchSession::take(const FolderFollower::Events& events) {
+  if (events.ready.empty() && events.removed.empty()) return false;
+  const int revision = pictures_.revision();
+  const std::vector<PictureNews> news = pictures_.update({events.ready, events.removed});
+  std::vector<const PictureNews*> found;
+  for (const PictureNews& told : news)
+    if (told.fate == Fate::board_found) found.push_back(&told);
+  tell(news, found.size() > 1 && !is_first_);
+  if (!pictures_.has_corners()) follower_.recall_set_aside();
+  is_first_ = is_first_ && news.empty();
+  if (pictures_.revision() == revision) return !news.empty();
+  Step step{"the others", 0, standing_, standing_.has_answer ? calibration_.model : ""};
+  if (found.size() == 1) step.name = found.front()->name;
+  if (found.size() > 1) step.name = counted(found.size(), "picture");
+  for (const PictureNews* picture : found) step.num_corners += picture->num_corners;
+  if (found.empty())
+    for (const View& view : pictures_.dataset().views) step.num_corners += view.observations.size();
+  recalibrate(std::move(step));
+  return true;
+}
+
+void WatchSession::tell(const std::vector<PictureNews>& news, bool lists_boards) {
+  const auto repeated =
+      static_cast<std::size_t>(std::ranges::count(news, Fate::repeated, &PictureNews::fate));
+  if (repeated > kMostRepeated)
+    print_result(fmt::format("{} pictures have the same bytes as others, and do not count again\n",
+                             repeated));
+  for (const PictureNews& told : news) {
+    const bool is_interrupted = told.fate == Fate::unreadable && Interruption::requested();
+    if (is_interrupted || (told.fate == Fate::repeated && repeated > kMostRepeated)) continue;
+    if (told.fate == Fate::unreadable && !follower_.postpone(told.name)) continue;
+    if (told.fate == Fate::wrong_size) follower_.set_aside(told.name);
+    std::string text;
+    if (told.fate != Fate::board_found || lists_boards) text += news_line(told);
+    for (const std::string& warning : told.warnings)
+      text += remark_lines(fmt::format("{}: {}", told.name, warning));
+    print_result(text);
+  }
+  for (const std::string& warning : pictures_.general_warnings())
+    if (told_.insert(warning).second) print_result(remark_lines(warning));
+}
+
+void WatchSession::recalibrate(Step step) {
+  if (!pictures_.has_corners()) {
+    calibration_ = {};
+    standing_ = {};
+    print_result("no picture with the board is left\n");
+    return;
+  }
+  const Dataset dataset = pictures_.dataset();
+  {
+    const Progress progress("calibrating");
+    calibration_ = calibrate(dataset, options_.calibration);
+  }
+  std::vector<Finding> findings;
+  for (const std::string& warning : warnings_) add(findings, code::input, warning);
+  for (const std::string& warning : pictures_.warnings()) add(findings, code::input, warning);
+  calibration_.findings.insert(calibration_.findings.begin(), findings.begin(), findings.end());
+  standing_ = standing_of(calibration_);
+  if (standing_.has_answer) {
+    write_whole(options_.out, calibration_yaml(calibration_));
+    kept_ = calibration_;
+  }
+  print_result(step_line(step, calibration_));
+  tell_new_warnings();
+  if (!meets(standing_, options_.goal_px))
+    print_result(next_lines(advise(dataset, calibration_), standing_, options_.goal_px));
+}
+
+void WatchSession::tell_new_warnings() {
+  for (const Finding& finding : calibration_.findings) {
+    const std::string key = key_of_urgent(finding);
+    if (!key.empty() && told_.insert(key).second) print_result(remark_lines(finding.sentence));
+  }
+}
+
+std::string WatchSession::end_text(End end) const {
+  if (end == End::goal)
+    return wrapped(toned(Tone::good, "GOAL MET:") + " ",
+                   fmt::format("the projection is known to {} px over the image, {} px is the goal",
+                               two_digits(standing_.largest_px), options_.goal_px),
+                   2);
+  std::string text;
+  if (end == End::gone)
+    text = fmt::format("{}: the folder is gone\n", options_.folder.string());
+  else if (end == End::timeout)
+    text = fmt::format("no new picture for {}\n", duration_text(options_.timeout_s));
+  else
+    text = "interrupted\n";
+  if (options_.goal_px > 0)
+    text += wrapped(toned(Tone::caution, "GOAL NOT MET:") + " ",
+                    what_lacks(standing_, options_.goal_px), 2);
+  return text;
+}
+
+ExitCode WatchSession::finish(End end) {
+  std::string text = end_text(end);
+  if (!kept_) {
+    text += wrapped(toned(Tone::bad, "NO ANSWER:") + " ",
+                    "the pictures so far give no calibration; no file was written", 2);
+    print_result(text);
+  } else {
+    if (!standing_.has_answer)
+      text += wrapped("! ", "the last change left no answer: this is the calibration before it", 2);
+    CalibrationAnswer answer;
+    answer.calibration = *kept_;
+    const std::string& model = options_.calibration.model;
+    text += calibration_summary(answer, {model.empty() || model == "auto", false});
+    print_result(text);
+    say_wrote(options_.out);
+  }
+  pictures_.save_cache();
+  if (!kept_) return kNoAnswer;
+  return options_.goal_px > 0 && end != End::goal ? kCheckFailed : kAnswer;
+}
+
+}  // namespace tagcal::tools

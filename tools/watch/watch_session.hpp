@@ -1,0 +1,63 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "watch/folder_follower.hpp"
+#include "watch/watch_report.hpp"
+#include "watch/watched_pictures.hpp"
+
+namespace tagcal::tools {
+
+struct WatchOptions {
+  std::filesystem::path folder;
+  std::filesystem::path out;
+  CalibrateOptions calibration;
+  double goal_px = 0;    // 0: none
+  double timeout_s = 0;  // without a change of the folder; 0: none
+  std::chrono::milliseconds every{500};
+};
+
+// Follows a folder, calibrates after each picture, and tells what it did. The calibration's file is
+// written after each picture that leaves an answer; it is never changed to no answer.
+class WatchSession {
+ public:
+  WatchSession(WatchOptions options, WatchedPictures& pictures, std::vector<std::string> warnings);
+
+  // Until the goal is met, the folder is gone, nothing changed for the time of `timeout_s`, or the
+  // user interrupts it.
+  ExitCode run();
+
+ private:
+  enum class End { none, goal, gone, timeout, interrupted };
+
+  void greet() const;
+  End step();
+  bool take(const FolderFollower::Events& events);
+  void tell(const std::vector<PictureNews>& news, bool lists_boards);
+  void recalibrate(Step step);
+  void tell_about(const PictureNews& news);
+  void tell_new_warnings();
+  ExitCode finish(End end);
+  std::string end_text(End end) const;
+
+  WatchOptions options_;
+  WatchedPictures& pictures_;
+  std::vector<std::string> warnings_;  // of the target's file
+  FolderFollower follower_;
+  std::chrono::steady_clock::time_point last_change_ = std::chrono::steady_clock::now();
+  int missed_looks_ = 0;
+  bool is_first_ = true;  // the pictures that were there before
+  Calibration calibration_;
+  Standing standing_;
+  std::optional<Calibration> kept_;  // the last answer, as it stands in the file
+  std::set<std::string> told_;       // warnings, or their codes
+};
+
+}  // namespace tagcal::tools

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "input/corner_cache.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal::tools {
+
+// What became of a picture.
+enum class Fate {
+  board_found,
+  no_board,    // `why` says so
+  repeated,    // the bytes of `other`, which is still there
+  renamed,     // the bytes of `other`, which is gone
+  wrong_size,  // `why` says so; not kept, because the size may change
+  unreadable,  // `why` says so; not kept
+  removed,     // with its corners
+};
+
+struct PictureNews {
+  std::string name;
+  Fate fate = Fate::no_board;
+  std::size_t num_corners = 0;
+  std::string other;
+  std::string why;
+  std::vector<std::string> warnings;  // about the picture
+};
+
+struct PictureChanges {
+  std::vector<std::string> ready;
+  std::vector<std::string> removed;
+};
+
+// The pictures of a folder that changes, and the corners in them. A picture is known by its bytes:
+// each is searched once, and counts once, whatever it is called.
+class WatchedPictures {
+ public:
+  struct Options {
+    int threads = 0;
+    std::filesystem::path cache;           // of corners; "": none
+    std::function<bool()> is_interrupted;  // ends a search early; pictures are unreadable then
+  };
+  WatchedPictures(std::filesystem::path folder, Board board, Options options);
+
+  // Searches new pictures and forgets removed ones. News come in the order of the changes.
+  std::vector<PictureNews> update(const PictureChanges& changes);
+
+  // The views with corners, by name: `tagcal calibrate FOLDER` has the same.
+  Dataset dataset() const;
+  std::vector<std::string> warnings() const;  // about them, and the general ones
+  const std::set<std::string>& general_warnings() const { return general_; }
+
+  std::size_t size() const { return contents_.size(); }  // pictures, without repetitions
+  bool has_corners() const;
+  int revision() const { return revision_; }  // changes with the views that have corners
+  bool save_cache();                          // returns true if it was written
+
+ private:
+  struct Content {
+    std::set<std::string> names;  // of the files with these bytes; the picture's is `view.image`
+    View view;
+    ImageSize size;
+    std::vector<std::string> warnings;
+  };
+  struct Search {
+    std::string name;
+    std::string digest;
+    ImageSize size;
+    std::string failure;  // "": none
+  };
+  using Removed = std::vector<std::string>;
+
+  std::optional<PictureNews> known(const Search& picture, const Removed& removed);
+  std::vector<PictureNews> search(const std::vector<Search>& pictures);
+  DetectResult detect(const std::vector<Search>& pictures);
+  void find_size(const std::vector<Search>& pictures, const DetectResult& found);
+  void keep_general(const std::vector<Search>& pictures, const std::vector<std::string>& warnings);
+  PictureNews keep(const Search& picture, View view, std::vector<std::string> warnings);
+  std::optional<PictureNews> forget(const std::string& name);
+
+  std::filesystem::path folder_;
+  std::vector<PlacedBoard> boards_;
+  Options options_;
+  DetectOptions detection_;
+  std::optional<CornerCache> cache_;
+  std::map<std::string, Content> contents_;     // by digest
+  std::map<std::string, std::string> digests_;  // of the files, by name
+  ImageSize size_;                              // of the pictures with corners; 0x0: not known yet
+  int revision_ = 0;
+  std::set<std::string> general_;  // warnings about no picture alone
+};
+
+}  // namespace tagcal::tools
