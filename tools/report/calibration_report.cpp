@@ -94,7 +94,7 @@ std::string pixels_text(double sigma_px, const ImageSize& size) {
 std::string projection_line(const ProjectionUncertainty& p) {
   const ImageSize& size = p.grid.size;
   const int without_ray = nodes_without_ray(p);
-  return fmt::format("{} where corners were, {} in the centre, {} at most{} (1 sd, at {})",
+  return fmt::format("{} where corners were, {} in the centre, {} at most{} (sd at {})",
                      pixels_text(p.region_px, size),
                      pixels_text(p.sigma_px(p.grid.rows / 2, p.grid.columns / 2), size),
                      pixels_text(largest_px(p), size),
@@ -109,7 +109,7 @@ std::string projection_text(const Calibration& calibration, bool verbose) {
   std::string text;
   for (const ProjectionUncertainty& p : calibration.projection) {
     if (!verbose && !text.empty()) break;
-    text += fmt::format("{:<11}{}\n", text.empty() ? "accuracy" : "", projection_line(p));
+    text += wrapped(text.empty() ? "accuracy   " : std::string(11, ' '), projection_line(p), 11);
   }
   if (!calibration.projection.empty())
     text += fmt::format("coverage   {:.0f} % of the image is inside the hull of the corners\n",
