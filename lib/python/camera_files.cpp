@@ -148,9 +148,9 @@ FileCamera with_size(const FileCamera& camera, const ArrayLike& size) {
 
 std::string file_camera_text(const FileCamera& camera) {
   const ImageSize& size = camera.calibration.camera.image_size;
-  const auto names =
-      std::visit([](const auto& lens) { return parameter_names(lens); }, camera.lens());
-  const auto values = std::visit([](const auto& lens) { return parameters(lens); }, camera.lens());
+  const SourceLens source = camera.lens();  // whose parameters the spans below refer to
+  const auto names = std::visit([](const auto& lens) { return parameter_names(lens); }, source);
+  const auto values = std::visit([](const auto& lens) { return parameters(lens); }, source);
   return "\"" + camera.name + "\" " +
          (camera.foreign_lens ? std::string(lens_name(*camera.foreign_lens)) + ", " : "") +
          (size == ImageSize{} ? "size unknown"
