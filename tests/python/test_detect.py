@@ -251,3 +251,14 @@ def test_wrong_arguments_are_named(call: Callable[[], Any], message: str) -> Non
     with pytest.raises(tagcal.Error) as error:
         call()
     assert str(error.value).startswith(message)
+
+
+def test_a_tag_under_any_camera_reads_inside_its_memory() -> None:
+    """Rows of places are read by whole packs, the last one too: the address sanitizer tells."""
+    camera = tagcal.Camera.pinhole(0.1, 0.1, 3, 3, (640, 480))
+    corners = [[292.5, 216.9], [392.6, 233.8], [384.6, 320.4], [292.6, 301.5]]
+    image = np.full((480, 640), 128, dtype=np.uint8)
+    for right in range(8):
+        moved = np.array(corners) + [right, 0]
+        fit = tagcal.refine_tag(image, 1, moved, border_bits=2, camera=camera, gamma=3.0)
+        assert fit.status != "converged"

@@ -191,7 +191,7 @@ TEST(P4pf, NoneWherePointsOrPixelsDoNotFixThePose) {
     }
 }
 
-RC_GTEST_PROP(P4pf, BadInputGivesNoneOrFiniteAnswersInFront, (std::uint64_t seed)) {
+void expect_finite_answers_in_front(std::uint64_t seed) {
   Random random(seed);
   for (int i = 0; i < 300; ++i) {
     Four points;
@@ -205,6 +205,13 @@ RC_GTEST_PROP(P4pf, BadInputGivesNoneOrFiniteAnswersInFront, (std::uint64_t seed
     }
   }
 }
+
+RC_GTEST_PROP(P4pf, BadInputGivesNoneOrFiniteAnswersInFront, (std::uint64_t seed)) {
+  expect_finite_answers_in_front(seed);
+}
+
+// One of its points is so far away that the translation overflows.
+RC_GTEST_PROP(P4pf, AnOverflowIsNoAnswer, ()) { expect_finite_answers_in_front(5000242866); }
 
 }  // namespace
 }  // namespace tagcal

@@ -274,7 +274,10 @@ Solutions<PoseAndFocal, 6> p4pf(std::span<const Vector3d, 4> points,
   }
   for (const Candidate& candidate : found) {
     const PoseAndFocal solution = pose_of(problem, candidate.rows);
-    if (std::all_of(points.begin(), points.end(), [&solution](const Vector3d& p) {
+    // Targets of enormous size overflow.
+    const bool is_finite =
+        solution.camera_from_target.translation().allFinite() && std::isfinite(solution.focal_px);
+    if (is_finite && std::all_of(points.begin(), points.end(), [&solution](const Vector3d& p) {
           return (solution.camera_from_target * p).z() > 0;
         }))
       poses.push_back(solution);

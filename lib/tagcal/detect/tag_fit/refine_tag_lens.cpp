@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
 #include "tagcal/geometry/pose.hpp"
 
 namespace tagcal::internal {
@@ -136,8 +137,9 @@ void StraightPlaces::stretch(const ImageSize& size, double scale) {
 void StraightPlaces::place(const StraightView& view, const Eigen::Vector2i& first,
                            const ImageSize& size) {
   const auto pixels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
-  x_.reserve(pixels);
-  y_.reserve(pixels);
+  const std::size_t with_room = pixels + kTagPack;  // rows are read by whole packs
+  x_.reserve(with_room);
+  y_.reserve(with_room);
   const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
   std::vector<Row> nodes(static_cast<std::size_t>((size.height - 1) / kSpacing + 4));
   for (std::size_t j = 0; j < nodes.size(); ++j) {
@@ -161,6 +163,8 @@ void StraightPlaces::place(const StraightView& view, const Eigen::Vector2i& firs
       y_.push_back(static_cast<float>(place.y()));
     }
   }
+  x_.resize(with_room);
+  y_.resize(with_room);
 }
 
 }  // namespace tagcal::internal
