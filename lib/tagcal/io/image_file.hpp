@@ -24,7 +24,8 @@ Picture read_picture(const std::filesystem::path& file);
 
 // The same at a reduced size, for small copies: a JPEG at half, a quarter or an eighth of its size,
 // decoded in less time, if that divides both sides and the result is at least `least_width` wide.
-// A pixel is then the mean of a square of pixels. Other pictures have their full size.
+// A pixel is then the mean of a square of pixels, but for detail that the JPEG's blocks cut off.
+// Other pictures have their full size.
 Picture read_reduced(const std::filesystem::path& file, int least_width);
 
 // The size of a picture as read_image returns it, from its header alone. Reads the parts of the

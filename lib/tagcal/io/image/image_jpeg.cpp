@@ -40,8 +40,8 @@ class JpegDecoder : public ImageDecoder {
   void decode_grey(const RowSink& sink) override { decode_as(JCS_GRAYSCALE, sink); }
 
  private:
-  // The discrete cosine transform gives the means of 8 x 8, 4 x 4 or 2 x 2 pixels for less work
-  // than the pixels. Only whole squares: the sides of the reduced picture are exact.
+  // The low frequencies of a block of 8 x 8 pixels are a smaller block, for less work than all.
+  // Only whole blocks are reduced, so that the sides of the picture are divided exactly.
   void reduce(int least_width) {
     const int width = swaps_sides(header_.orientation) ? header_.height : header_.width;
     int shrink = 8;
