@@ -76,6 +76,9 @@ TEST_F(CliReport, EstimatesTheViewsOfACameraFromAFile) {
   const Json made = calibrated("set_file");
   const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_file")));
   EXPECT_EQ(data["model"], made["model"]);
+  ASSERT_EQ(data["findings"].size(), made["findings"].size());  // the set has few views
+  ASSERT_FALSE(data["findings"].empty());
+  EXPECT_EQ(data["findings"][0]["sentence"], made["findings"][0]["sentence"]);
   EXPECT_EQ(data["num_corners"], made["num_corners"]);
   EXPECT_NEAR(data["rms_px"], made["rms_px"], 1e-3);
   for (std::size_t i = 0; i < 6; ++i)
