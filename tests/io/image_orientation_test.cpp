@@ -104,6 +104,22 @@ class ImageOrientation : public ::testing::Test {
   std::string jpeg_, png_;
 };
 
+TEST_F(ImageOrientation, ReducedPicturesAreUpright) {
+  Image8 image({40, 24});  // dark, but for the upper left quarter
+  for (int y = 0; y < 24; ++y)
+    for (int x = 0; x < 40; ++x) image(x, y) = x < 16 && y < 8 ? 250 : 10;
+  const std::string jpeg = jpeg_of(image, false);
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    put(with_exif(jpeg, tiff_with(orientation, true)));
+    const Image8 full = read_image(file_);
+    const auto reduced = std::get<Image8>(read_reduced(file_, 3));
+    ASSERT_EQ(reduced.size(), (ImageSize{full.width() / 8, full.height() / 8})) << orientation;
+    for (int y = 0; y < reduced.height(); ++y)
+      for (int x = 0; x < reduced.width(); ++x)
+        EXPECT_NEAR(reduced(x, y), full(8 * x + 4, 8 * y + 4), 8) << orientation;
+  }
+}
+
 TEST_F(ImageOrientation, EachIsAppliedToJpegs) {
   const Image8 stored = read_image(put(jpeg_));
   ASSERT_EQ(stored.size(), (ImageSize{40, 24}));

@@ -1,4 +1,5 @@
 // Pictures in their own kind: grey or colour, 8 or 16 bits, as files store them.
+#include <cmath>
 #include <fstream>
 
 #include "file_fixture.hpp"
@@ -80,6 +81,63 @@ TEST_F(PictureFile, JpegsAreGreyOrColour) {
   const Picture colour = read_picture(write("colour.jpg", jpeg_of(image, true)));
   ASSERT_TRUE(std::holds_alternative<ImageRgb>(colour));
   EXPECT_EQ(size_of(colour), image.size());
+}
+
+// A picture without detail that a quarter of its pixels would not show.
+Image8 smooth_image(const ImageSize& size) {
+  Image8 image(size);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      image(x, y) =
+          static_cast<std::uint8_t>(128 + 60 * std::sin(x / 20.0) + 50 * std::cos(y / 25.0));
+  return image;
+}
+
+// Mean of a square of pixels.
+double mean_of(const Image8& image, int x, int y, int side) {
+  double sum = 0;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i) sum += image(side * x + i, side * y + j);
+  return sum / (side * side);
+}
+
+TEST_F(PictureFile, ReducedJpegsAreMeansOfTheFullOnes) {
+  const fs::path file = write("a.jpg", jpeg_of(smooth_image({320, 240}), false));
+  const Image8 full = read_image(file);
+  for (const auto& [least_width, shrink] :
+       {std::pair{40, 8}, {41, 4}, {80, 4}, {160, 2}, {161, 1}, {999, 1}}) {
+    const auto reduced = std::get<Image8>(read_reduced(file, least_width));
+    ASSERT_EQ(reduced.size(), (ImageSize{320 / shrink, 240 / shrink})) << least_width;
+    for (int y = 0; y < reduced.height(); ++y)
+      for (int x = 0; x < reduced.width(); ++x)
+        ASSERT_NEAR(reduced(x, y), mean_of(full, x, y, shrink), 1.5) << least_width;
+  }
+}
+
+TEST_F(PictureFile, OnlyWholeSquaresAreReduced) {
+  const auto width = [&](const ImageSize& size) {
+    return size_of(read_reduced(write("a.jpg", jpeg_of(smooth_image(size), true)), 10)).width;
+  };
+  EXPECT_EQ(width({320, 240}), 40);
+  EXPECT_EQ(width({320, 244}), 80);
+  EXPECT_EQ(width({321, 240}), 321);
+  write_png(folder_ / "a.png", smooth_image({320, 240}));
+  EXPECT_EQ(size_of(read_reduced(folder_ / "a.png", 10)).width, 320);
+  const std::string bytes = jpeg_of(smooth_image({320, 240}), false);
+  EXPECT_NE(error_of([&] {
+              read_reduced(write("cut.jpg", bytes.substr(0, bytes.size() / 2)), 10);
+            }).find("cut.jpg: JPEG: is truncated"),
+            std::string::npos);
+}
+
+TEST_F(PictureFile, JpegsAreEncodedIntoMemory) {
+  const Image8 image = smooth_image({64, 48});
+  const std::string fine = jpeg_bytes(image, 95), coarse = jpeg_bytes(image, 40);
+  EXPECT_LT(coarse.size(), fine.size());
+  const Image8 read = read_image(write("a.jpg", fine));
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) ASSERT_NEAR(read(x, y), image(x, y), 4);
+  EXPECT_NE(error_of([] { jpeg_bytes(Image16({4, 3}), 75); }).find("16 bits"), std::string::npos);
 }
 
 TEST_F(PictureFile, PicturesOfAFolderAreListedByName) {

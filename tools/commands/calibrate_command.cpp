@@ -13,6 +13,8 @@
 #include "draw/uncertainty_picture.hpp"
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
+#include "page_data/html_page.hpp"
+#include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
 #include "report/terminal.hpp"
@@ -30,6 +32,7 @@ struct Arguments {
   CalibrationJob job;
   std::string out;
   std::string uncertainty;         // a picture
+  std::string report;              // a page
   double near_m = 0;               // 0: the corners' median
   std::string start;               // a camera's file
   std::vector<std::string> fixed;  // NAME=VALUE
@@ -53,6 +56,8 @@ void write_picture(const std::filesystem::path& file, const Calibration& calibra
 bool is_auto(const std::string& model) { return model.empty() || model == "auto"; }
 
 void check_usage(const Arguments& arguments, bool several) {
+  if (several && !arguments.report.empty())
+    throw Error("--report: shows one data set only; tagcal report shows each calibration file");
   if (arguments.uncertainty.empty()) return;
   if (several) {
     throw Error("--uncertainty: draws one data set only (each calibration file contains its grid)");
@@ -62,13 +67,40 @@ void check_usage(const Arguments& arguments, bool several) {
   }
 }
 
+void check_report(const Arguments& arguments) {
+  if (arguments.report.empty()) return;
+  const InputArguments& input = arguments.job.input;
+  std::vector<std::string> files = input.inputs;
+  files.insert(files.end(), {input.target, input.observations, arguments.start});
+  check_page(arguments.report, files);
+  for (const std::string& other : {arguments.out, arguments.uncertainty})
+    if (other == arguments.report)
+      throw Error(fmt::format("--report: {} is the file of another option", other));
+}
+
+void write_report(const Arguments& arguments, const CalibrationAnswer& answer, Input used) {
+  PageContent content;
+  content.calibration = answer.calibration;
+  content.title = fmt::format("{}: {}", used.name, answer.calibration.model);
+  content.chosen = is_auto(arguments.job.options.model);
+  content.advice = answer.advice;
+  if (!content.advice) content.advice = advise(used.dataset, answer.calibration);
+  content.seconds = answer.seconds.total;
+  content.pictures = std::move(used.files);
+  content.dataset = std::move(used.dataset);
+  content.threads = arguments.job.threads;
+  write_page(arguments.report, calibration_page(content));
+}
+
 int run_one(const Arguments& arguments) {
+  check_report(arguments);
   check_writable(arguments.out);
   check_writable(arguments.uncertainty);
   check_picture(arguments.uncertainty);
   CalibrationJob job = arguments.job;
   job.input.out = arguments.out;
-  const CalibrationAnswer answer = run_job(job);
+  Input used;
+  const CalibrationAnswer answer = run_job(job, &used);
   const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
   if (answered && !arguments.out.empty()) {
@@ -79,6 +111,7 @@ int run_one(const Arguments& arguments) {
     write_picture(arguments.uncertainty, calibration);
     say_wrote(arguments.uncertainty);
   }
+  if (!arguments.report.empty()) write_report(arguments, answer, std::move(used));
   std::string text =
       arguments.json
           ? calibration_json(answer)
@@ -169,6 +202,9 @@ Command add_calibrate(CLI::App& app) {
   add_option(*command, "--uncertainty", arguments->uncertainty,
              "picture of the projection's uncertainty over the image, .svg or .png")
       .text("FILE");
+  add_option(*command, "--report", arguments->report,
+             "a page to look at: residuals, uncertainty, models, views, the next view (report.md)")
+      .text("FILE.html");
   add_positive(*command, "--distance", arguments->near_m,
                "distance in metres at which the uncertainty is given beside infinity; default: "
                "the corners' median");

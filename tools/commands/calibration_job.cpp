@@ -59,7 +59,7 @@ void check_truth_has_one_lens(const Input& input) {
 
 }  // namespace
 
-CalibrationAnswer run_job(const CalibrationJob& job) {
+CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   const Stopwatch watch;
   Input input = read_input(job.input);
   check_truth_has_one_lens(input);
@@ -82,6 +82,7 @@ CalibrationAnswer run_job(const CalibrationJob& job) {
   all.insert(all.begin(), findings.begin(), findings.end());
   if (job.advise) answer.advice = advise(input.dataset, answer.calibration);
   answer.seconds.total = watch.seconds();
+  if (used) *used = std::move(input);
   return answer;
 }
 

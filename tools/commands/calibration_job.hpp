@@ -33,8 +33,8 @@ struct CalibrationAnswer {
   CommandSeconds seconds;
 };
 
-// Reads the input, detects corners if it has no observations, and calibrates. Throws Error for bad
-// input.
-CalibrationAnswer run_job(const CalibrationJob& job);
+// Reads the input, detects corners if it has no observations, and calibrates. `used`, if not
+// null, gets the input with the views that were calibrated. Throws Error for bad input.
+CalibrationAnswer run_job(const CalibrationJob& job, Input* used = nullptr);
 
 }  // namespace tagcal::tools

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,11 +13,9 @@
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
-#include "input/lens_input.hpp"
+#include "report/lens_comparison.hpp"
 #include "report/messages.hpp"
 #include "report/terminal.hpp"
-#include "tagcal/error.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -33,12 +32,6 @@ struct Arguments {
   bool whole_image = false;
   bool json = false;
 };
-
-// Samples in the regions of the corners of both calibrations; the whole image if neither file has
-// one.
-std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
-  return common_samples(a.camera.image_size, a.seen, b.seen);
-}
 
 double at(const LensDifference& d, int row, int column) {
   return std::hypot(d.u_px(row, column), d.v_px(row, column));
@@ -73,12 +66,6 @@ Json grid_json(const LensDifference& d) {
   }
   return rows;  // NaN becomes null
 }
-
-// One comparison: the difference, and what the covariances of both predict.
-struct Comparison {
-  LensDifference difference;
-  std::optional<DifferenceTest> test;
-};
 
 Json difference_json(const Comparison& comparison) {
   const LensDifference& d = comparison.difference;
@@ -124,45 +111,25 @@ std::string difference_text(const LensDifference& d, const char* where) {
   return text;
 }
 
-// Beyond this the calibrations contradict one another: 1 in 700 by chance.
-constexpr double kMostSigmas = 3;
-
-// The last line: whether the calibrations agree as well as their covariances say.
+// The last line.
 std::string verdict_text(const std::vector<Comparison>& comparisons) {
-  const Comparison* worst = nullptr;
-  for (const Comparison& c : comparisons)
-    if (c.test && (!worst || c.test->in_sigmas > worst->test->in_sigmas)) worst = &c;
-  if (!worst)
-    return "not known if they are consistent: neither file has a covariance of the lens\n";
-  const bool is_consistent = worst->test->in_sigmas <= kMostSigmas;
-  const std::string verdict =
-      is_consistent ? toned(Tone::good, "CONSISTENT") : toned(Tone::bad, "DIFFERENT");
-  return wrapped(
-      verdict + ": ",
-      fmt::format("{} px apart at {}, where the covariances of both explain {} px{}",
-                  two_digits(worst->difference.rms_px), distance_text(worst->difference.distance_m),
-                  two_digits(worst->test->expected_px),
-                  is_consistent ? "" : fmt::format(": {:.1f} sd too much", worst->test->in_sigmas)),
-      2);
+  const ComparisonVerdict verdict = verdict_of(comparisons);
+  if (verdict.kind == ComparisonVerdict::Kind::unknown) return verdict.sentence + "\n";
+  const bool is_consistent = verdict.kind == ComparisonVerdict::Kind::consistent;
+  return wrapped(toned(is_consistent ? Tone::good : Tone::bad, verdict.word) + ": ",
+                 verdict.sentence, 2);
 }
 
 int run(const Arguments& arguments) {
   const CalibrationFile a = read_camera(arguments.a);
   const CalibrationFile b = read_camera(arguments.b);
-  const LensInput lens_a = read_lens(arguments.a, ""), lens_b = read_lens(arguments.b, "");
   const std::vector<Vector2d> samples =
       arguments.whole_image ? ImageGrid{a.camera.image_size, 33, 21}.pixels() : common_region(a, b);
   const bool region_known = !a.seen.hull().empty() || !b.seen.hull().empty();
   const char* const where =
       region_known && !arguments.whole_image ? "where corners were" : "over all the image";
-  std::vector<Comparison> comparisons;
-  for (const double distance : {kInfinitelyFar, arguments.near_m}) {
-    const auto d = lens_difference(a.camera, b.camera, samples, distance);
-    if (!d)
-      throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
-                              arguments.a, arguments.b));
-    comparisons.push_back({*d, difference_test(lens_a.lens, lens_b.lens, samples, *d)});
-  }
+  const std::vector<Comparison> comparisons =
+      compare(arguments.a, arguments.b, samples, std::array{kInfinitelyFar, arguments.near_m});
   Json list = Json::array();
   std::string text;
   for (const Comparison& comparison : comparisons) {

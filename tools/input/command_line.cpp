@@ -113,7 +113,24 @@ constexpr std::string_view kGuide =
     "  try it without a camera     tagcal render scene.yaml --out desk\n\n"
     "tagcal --help lists all commands, tagcal COMMAND --help the options of one.\n";
 
+std::string& typed_command() {
+  static std::string text;
+  return text;
+}
+
+// In single quotes, unless no character means anything to a shell.
+std::string quoted(const std::string& word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./,:@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
 }  // namespace
+
+const std::string& command_as_typed() { return typed_command(); }
 
 int run_command_line(int argc, char** argv, const CommandTable& table) {
   CLI::App app("Camera calibration and poses from pictures of targets, with their uncertainty.",
@@ -124,6 +141,8 @@ int run_command_line(int argc, char** argv, const CommandTable& table) {
       "Example: tagcal render scene.yaml --out desk && tagcal calibrate desk --out camera.yaml\n"
       "Exit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer.");
   const std::vector<Command> commands = table(app);
+  typed_command() = "tagcal";
+  for (int i = 1; i < argc; ++i) typed_command() += " " + quoted(argv[i]);
   try {
     if (argc == 1) {
       print_result(std::string(kGuide));

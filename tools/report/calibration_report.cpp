@@ -27,20 +27,28 @@ std::string number_of_warnings(std::span<const Finding> findings) {
   return count == 0 ? "" : ", " + counted(count, "warning");
 }
 
-// "OK, 1 warning: opencv4 (chosen), 12 pictures, ..", or "NO ANSWER: " and the reason.
-std::string verdict_text(const Calibration& calibration, bool chosen) {
-  if (!is_answer(calibration.status)) {
-    const Finding* const reason = reason_of(calibration.findings);
-    const std::string text =
-        reason == nullptr ? std::string(status_name(calibration.status)) : reason->sentence;
-    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ", text, 2);
-  }
-  const std::string warnings = number_of_warnings(calibration.findings);
-  return fmt::format("{}{}: {}{}, {}, {}, rms {} px\n", toned(Tone::good, "OK"),
-                     warnings.empty() ? "" : toned(Tone::caution, warnings), calibration.model,
-                     chosen ? " (chosen)" : "", counted(calibration.views.size(), "picture"),
+std::string reason_for_no_answer(const Calibration& calibration) {
+  const Finding* const reason = reason_of(calibration.findings);
+  return reason == nullptr ? std::string(status_name(calibration.status)) : reason->sentence;
+}
+
+// "opencv4 (chosen), 12 pictures, 1728 corners, rms 0.21 px"
+std::string extent_of(const Calibration& calibration, bool chosen) {
+  const std::string model = (calibration.model.empty() ? "camera" : calibration.model) +
+                            std::string(chosen ? " (chosen)" : "");
+  if (calibration.num_corners == 0) return model;
+  return fmt::format("{}, {}, {}, rms {} px", model, counted(calibration.views.size(), "picture"),
                      counted(static_cast<std::size_t>(calibration.num_corners), "corner"),
                      two_digits(calibration.rms_px));
+}
+
+std::string verdict_text(const Calibration& calibration, bool chosen) {
+  if (!is_answer(calibration.status))
+    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ", reason_for_no_answer(calibration), 2);
+  const std::string warnings = number_of_warnings(calibration.findings);
+  return fmt::format("{}{}: {}\n", toned(Tone::good, "OK"),
+                     warnings.empty() ? "" : toned(Tone::caution, warnings),
+                     extent_of(calibration, chosen));
 }
 
 // "fx    902.496 +- 0.012"
@@ -154,17 +162,6 @@ std::string_view noise_source(const Calibration& calibration) {
   return calibration.sigma_from_residuals ? "from the residuals" : "as stated";
 }
 
-std::string noise_text(const Calibration& calibration) {
-  if (!calibration.sigma_of_corners)
-    return fmt::format("{} px per coordinate ({})", two_digits(calibration.sigma_px),
-                       noise_source(calibration));
-  if (calibration.model_error_px == 0)
-    return "each corner's own covariance, which explains the residuals";
-  return fmt::format(
-      "each corner's own covariance, and {} px per coordinate for errors of lens and target",
-      two_digits(calibration.model_error_px));
-}
-
 // "selected   5 views, one after the other .." and a line for each.
 std::string selection_text(const std::optional<ViewSelection>& selection) {
   if (!selection) return "";
@@ -186,6 +183,22 @@ std::string selection_text(const std::optional<ViewSelection>& selection) {
 
 }  // namespace
 
+std::string verdict_sentence(const Calibration& calibration, bool chosen) {
+  if (!is_answer(calibration.status)) return "NO ANSWER: " + reason_for_no_answer(calibration);
+  return "OK" + number_of_warnings(calibration.findings) + ": " + extent_of(calibration, chosen);
+}
+
+std::string noise_sentence(const Calibration& calibration) {
+  if (!calibration.sigma_of_corners)
+    return fmt::format("{} px per coordinate ({})", two_digits(calibration.sigma_px),
+                       noise_source(calibration));
+  if (calibration.model_error_px == 0)
+    return "each corner's own covariance, which explains the residuals";
+  return fmt::format(
+      "each corner's own covariance, and {} px per coordinate for errors of lens and target",
+      two_digits(calibration.model_error_px));
+}
+
 std::string advice_sentence(const std::optional<AdvisedView>& advice) {
   return advice ? advice->sentence : "none of the views tried would improve the answer";
 }
@@ -199,7 +212,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOp
   text += fixed_text(calibration.fixed) + scales_text(calibration);
   if (answered) {
     text += projection_text(calibration, options.verbose);
-    text += fmt::format("noise      {}\n", noise_text(calibration));
+    text += fmt::format("noise      {}\n", noise_sentence(calibration));
     text += worst_pictures_text(calibration);
   }
   text += dropped_corners_text(calibration, options.verbose);

@@ -17,6 +17,12 @@ std::string failure_json(const std::string& name, const std::string& error);
 // Sentence about the next view to take.
 std::string advice_sentence(const std::optional<AdvisedView>& advice);
 
+// "OK, 1 warning: opencv4 (chosen), 12 pictures, ..", or "NO ANSWER: " and the reason.
+std::string verdict_sentence(const Calibration& calibration, bool chosen);
+
+// Where the noise of the corners comes from, and how large it is.
+std::string noise_sentence(const Calibration& calibration);
+
 struct SummaryOptions {
   bool chosen = false;   // the program chose the model
   bool verbose = false;  // with the ladder, the rejected corners and the times

@@ -23,6 +23,7 @@ namespace {
 constexpr std::string_view kPictureKinds[] = {".png", ".jpg",  ".jpeg", ".tif", ".tiff",
                                               ".bmp", ".webp", ".pgm",  ".ppm"};
 constexpr std::uintmax_t kMaxFileBytes = 1ULL << 30;
+constexpr int kQuality = 95;  // of JPEG files
 
 // The size of a file that may be a picture.
 std::size_t checked_size(const std::filesystem::path& file) {
@@ -180,7 +181,7 @@ std::string encoded(const std::string& kind, const Image<T>& image) {
   if (kind == ".pgm") throw Error("the picture is in colour, a PGM is grey: write a .ppm");
   if (kind == ".tif" || kind == ".tiff") return encode_tiff(image);
   if (kind == ".jpg" || kind == ".jpeg") {
-    if constexpr (!kIsSixteenBit<T>) return encode_jpeg(image);
+    if constexpr (!kIsSixteenBit<T>) return encode_jpeg(image, kQuality);
     throw Error("the picture has 16 bits, a JPEG 8: write a .png or .tif");
   }
   throw Error("the name of a picture must end in .png, .tif, .tiff, .jpg, .jpeg, .pgm or .ppm");
@@ -208,6 +209,14 @@ Picture read_picture(const std::filesystem::path& file) {
   return naming(file, [&] {
     const std::string bytes = read_bytes(file);
     return decode_picture(*image_decoder(bytes));
+  });
+}
+
+Picture read_reduced(const std::filesystem::path& file, int least_width) {
+  return naming(file, [&] {
+    const std::string bytes = read_bytes(file);
+    return decode_picture(
+        *(is_jpeg(bytes) ? reduced_jpeg_decoder(bytes, least_width) : image_decoder(bytes)));
   });
 }
 
@@ -245,6 +254,13 @@ void write_png(const std::filesystem::path& file, const ImageRgb& image) {
 
 void write_png(const std::filesystem::path& file, const ImageRgb16& image) {
   write_as_png(file, image);
+}
+
+std::string jpeg_bytes(const Picture& picture, int quality) {
+  check_picture_size(size_of(picture).width, size_of(picture).height);
+  if (const auto* grey = std::get_if<Image8>(&picture)) return encode_jpeg(*grey, quality);
+  if (const auto* colour = std::get_if<ImageRgb>(&picture)) return encode_jpeg(*colour, quality);
+  throw Error("the picture has 16 bits, a JPEG 8");
 }
 
 void write_picture(const std::filesystem::path& file, const Picture& picture) {

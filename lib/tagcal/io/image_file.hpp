@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "tagcal/scene/image.hpp"
@@ -24,6 +25,12 @@ Image8 scaled_to_8_bits(const ImageView16& image);
 // Rotates and throws as read_image does.
 Picture read_picture(const std::filesystem::path& file);
 
+// The same at a reduced size, for small copies: a JPEG at half, a quarter or an eighth of its size,
+// decoded in less time, if that divides both sides and the result is at least `least_width` wide.
+// A pixel is then the mean of a square of pixels, but for detail that the JPEG's blocks cut off.
+// Other pictures have their full size.
+Picture read_reduced(const std::filesystem::path& file, int least_width);
+
 // The size of a picture as read_image returns it, from its header alone. Reads the parts of the
 // file that it needs.
 ImageSize read_image_size(const std::filesystem::path& file);
@@ -41,6 +48,10 @@ void write_png(const std::filesystem::path& file, const Image8& image, double pi
 void write_png(const std::filesystem::path& file, const Image16& image);
 void write_png(const std::filesystem::path& file, const ImageRgb& image);
 void write_png(const std::filesystem::path& file, const ImageRgb16& image);
+
+// The bytes of a JPEG file of quality 1 to 100. Throws Error for 16-bit pictures and a size of
+// zero.
+std::string jpeg_bytes(const Picture& picture, int quality);
 
 // Writes a picture whole or not at all, as the end of the file's name says (in any case): .png,
 // .tif, .tiff, .jpg or .jpeg (8-bit; of quality 95), .pgm (grey) or .ppm. Throws Error for another

@@ -46,6 +46,10 @@ class ImageDecoder {
 // `bytes` must live as long as the decoder. They begin as the format's files do.
 std::unique_ptr<ImageDecoder> png_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> jpeg_decoder(std::string_view bytes);
+// The same at half, a quarter or an eighth of the size, if that divides both sides and leaves an
+// upright picture at least `least_width` wide. Its header has the reduced size.
+std::unique_ptr<ImageDecoder> reduced_jpeg_decoder(std::string_view bytes, int least_width);
+bool is_jpeg(std::string_view bytes);
 std::unique_ptr<ImageDecoder> netpbm_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> tiff_decoder(std::string_view bytes);
 std::unique_ptr<ImageDecoder> bmp_decoder(std::string_view bytes);
@@ -66,7 +70,8 @@ template <typename T>
 std::string encode_netpbm(const Image<T>& image);  // PGM or PPM
 template <typename T>
 std::string encode_tiff(const Image<T>& image);
+// 8-bit kinds only. From quality 90 on colour has the full resolution, below half of it.
 template <typename T>
-std::string encode_jpeg(const Image<T>& image);  // of quality 95; 8-bit kinds only
+std::string encode_jpeg(const Image<T>& image, int quality);
 
 }  // namespace tagcal::internal

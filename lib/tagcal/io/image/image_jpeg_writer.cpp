@@ -14,11 +14,11 @@
 namespace tagcal::internal {
 namespace {
 
-constexpr int kQuality = 95;
+constexpr int kFullColourQuality = 90;
 
 class JpegEncoder {
  public:
-  JpegEncoder() {
+  explicit JpegEncoder(int quality) : quality_(quality) {
     jpeg_.err = jpeg_std_error(&manager_.base);
     manager_.base.error_exit = fail;
     manager_.base.output_message = [](j_common_ptr) {};
@@ -58,9 +58,11 @@ class JpegEncoder {
     jpeg_.input_components = channels;
     jpeg_.in_color_space = channels == 3 ? JCS_RGB : JCS_GRAYSCALE;
     jpeg_set_defaults(&jpeg_);
-    jpeg_set_quality(&jpeg_, kQuality, TRUE);
-    jpeg_.comp_info[0].h_samp_factor = 1;  // colour at full resolution
-    jpeg_.comp_info[0].v_samp_factor = 1;
+    jpeg_set_quality(&jpeg_, quality_, TRUE);
+    if (quality_ >= kFullColourQuality) {
+      jpeg_.comp_info[0].h_samp_factor = 1;
+      jpeg_.comp_info[0].v_samp_factor = 1;
+    }
     jpeg_start_compress(&jpeg_, TRUE);
     while (jpeg_.next_scanline < jpeg_.image_height) {
       row_ = const_cast<JSAMPROW>(pixels) +
@@ -71,6 +73,7 @@ class JpegEncoder {
     return true;
   }
 
+  int quality_;
   jpeg_compress_struct jpeg_{};
   Manager manager_{};
   JSAMPROW row_ = nullptr;
@@ -81,12 +84,12 @@ class JpegEncoder {
 }  // namespace
 
 template <typename T>
-std::string encode_jpeg(const Image<T>& image) {
-  return JpegEncoder().encode(image.size(), kIsColour<T> ? 3 : 1,
-                              reinterpret_cast<const std::uint8_t*>(image.pixels().data()));
+std::string encode_jpeg(const Image<T>& image, int quality) {
+  return JpegEncoder(quality).encode(image.size(), kIsColour<T> ? 3 : 1,
+                                     reinterpret_cast<const std::uint8_t*>(image.pixels().data()));
 }
 
-template std::string encode_jpeg(const Image8&);
-template std::string encode_jpeg(const ImageRgb&);
+template std::string encode_jpeg(const Image8&, int);
+template std::string encode_jpeg(const ImageRgb&, int);
 
 }  // namespace tagcal::internal

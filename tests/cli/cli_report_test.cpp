@@ -1,0 +1,210 @@
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.hpp"
+
+// `tagcal report` and `calibrate --report`: the data in the page.
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+class CliReport : public Cli {
+ protected:
+  static std::string page(const std::string& name) { return slurp(root() / name); }
+
+  // The data of a page that a command wrote.
+  static Json data_of(const std::string& arguments, const std::string& name = "page.html") {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.err;
+    const std::string text = page(name);
+    const std::string start = "<script type=\"application/json\" id=\"data\">";
+    const std::size_t from = text.find(start) + start.size();
+    const Json json = Json::parse(text.substr(from, text.find("</script>", from) - from));
+    EXPECT_EQ(json["format"], 1);
+    return json;
+  }
+
+  // The calibration of the exact corners, and its page.
+  static Json calibrated(const std::string& set) {
+    spill(exact_set(set) / "dataset.yaml",
+          "image_size: [640, 400]\ntarget: target.yaml\nobservations: observations_exact.csv\n"
+          "images: images\ntruth: truth.yaml\n");
+    return data_of("calibrate " + path(set) + " --sigma-px 0.1 --out " + path("camera.yaml") +
+                   " --report " + path("page.html"));
+  }
+
+  static std::string report(const std::string& arguments) {
+    return "report " + arguments + " --out " + path("page.html");
+  }
+
+  static std::string notes_of(const Json& data) { return data["notes"].dump(); }
+};
+
+TEST_F(CliReport, ShowsWhatCalibrateFound) {
+  const Json data = calibrated("set_report");
+  const Json answer =
+      Json::parse(run("calibrate " + path("set_report") + " --sigma-px 0.1 --json").out);
+  EXPECT_EQ(data["kind"], "calibration");
+  EXPECT_EQ(data["verdict"]["level"], answer["warnings"].empty() ? "ok" : "warnings");
+  EXPECT_EQ(data["model"], answer["model"]);
+  EXPECT_TRUE(data["chosen"]);
+  EXPECT_EQ(data["num_corners"], answer["num_corners"]);
+  const std::size_t corners = data["corners"]["u"].size();
+  EXPECT_EQ(corners,
+            answer["num_corners"].get<std::size_t>() + answer["num_outliers"].get<std::size_t>());
+  for (const auto& [name, column] : data["corners"].items())
+    EXPECT_EQ(column.size(), corners) << name;
+  ASSERT_EQ(data["views"].size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Json& view = data["views"][i];
+    EXPECT_NEAR(view["rms_px"], answer["views"][i]["rms_px"], 1e-4);
+    EXPECT_TRUE(view["thumbnail"].get<std::string>().starts_with("data:image/jpeg;base64,/9j/"));
+    EXPECT_EQ(view["thumbnail_size"], Json({480, 300}));
+  }
+  EXPECT_EQ(data["ladder"].size(), answer["steps"].size());
+  EXPECT_GE(data["projection"].size(), 3u);
+  EXPECT_EQ(data["projection"].back()["distance_m"], Json());
+  EXPECT_EQ(data["boards"][0]["squares"].size(), 12u);
+  EXPECT_EQ(data["advice"]["outline_px"].size(), 4u);
+  EXPECT_GE(data["formats"].size(), 4u);
+  EXPECT_FALSE(data["halves"].is_null());
+  EXPECT_NE(data["made_by"]["command"].get<std::string>().find("--report"), std::string::npos);
+}
+
+TEST_F(CliReport, EstimatesTheViewsOfACameraFromAFile) {
+  const Json made = calibrated("set_file");
+  const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_file")));
+  EXPECT_EQ(data["model"], made["model"]);
+  ASSERT_EQ(data["findings"].size(), made["findings"].size());  // the set has few views
+  ASSERT_FALSE(data["findings"].empty());
+  EXPECT_EQ(data["findings"][0]["sentence"], made["findings"][0]["sentence"]);
+  EXPECT_EQ(data["num_corners"], made["num_corners"]);
+  EXPECT_NEAR(data["rms_px"], made["rms_px"], 1e-3);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(data["views"][i]["camera_from_world"][2][3],
+                made["views"][i]["camera_from_world"][2][3], 1e-3);
+  EXPECT_EQ(data["ladder"].size(), 0u);
+  EXPECT_NE(notes_of(data).find("no model ladder"), std::string::npos);
+}
+
+TEST_F(CliReport, ShowsTheCameraOfAnotherProgram) {
+  calibrated("set_ros");
+  ASSERT_EQ(run("convert " + path("camera.yaml") + " " + path("ros.yaml") + " --to ros").exit_code,
+            0);
+  const Json data = data_of(report(path("ros.yaml") + " --dataset " + path("set_ros")));
+  EXPECT_EQ(data["views"].size(), 6u);
+  EXPECT_TRUE(data["projection"].empty());
+  EXPECT_TRUE(data["parameters"][0]["sigma"].is_null());
+  EXPECT_NE(notes_of(data).find("no covariance"), std::string::npos);
+}
+
+TEST_F(CliReport, ShowsACameraWithoutViews) {
+  calibrated("set_bare");
+  const Json data = data_of(report(path("camera.yaml")));
+  EXPECT_TRUE(data["views"].empty());
+  EXPECT_TRUE(data["rms_px"].is_null());
+  EXPECT_NE(notes_of(data).find("no data set was given"), std::string::npos);
+}
+
+TEST_F(CliReport, NamesPicturesThatItCannotShow) {
+  calibrated("set_missing");
+  fs::remove(root() / "set_missing/images/002.png");
+  const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_missing")));
+  ASSERT_EQ(data["views"].size(), 6u);
+  EXPECT_TRUE(data["views"][2]["thumbnail"].is_null());
+  EXPECT_EQ(data["views"][2]["status"], "ok");
+  EXPECT_NE(notes_of(data).find("1 of 6 (002.png)"), std::string::npos) << notes_of(data);
+}
+
+TEST_F(CliReport, EscapesTheNamesOfPictures) {
+  calibrated("set_script");
+  const fs::path set = root() / "set_script";
+  const std::string name = "<script>alert(1)<-script>@JS@.png";
+  fs::rename(set / "images/000.png", set / "images" / name);
+  std::string csv = slurp(set / "observations_exact.csv");
+  for (std::size_t at; (at = csv.find("000.png")) != std::string::npos;) csv.replace(at, 7, name);
+  spill(set / "observations_exact.csv", csv);
+  fs::remove(set / "truth.yaml");
+  spill(set / "dataset.yaml",
+        "image_size: [640, 400]\ntarget: target.yaml\nobservations: observations_exact.csv\n"
+        "images: images\n");
+  const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_script")));
+  EXPECT_EQ(data["views"][0]["image"], name);
+  EXPECT_EQ(page("page.html").find("<script>alert"), std::string::npos);
+  EXPECT_FALSE(data["views"][0]["thumbnail"].is_null());
+}
+
+TEST_F(CliReport, ShowsWhyThereIsNoAnswer) {
+  const fs::path set = exact_set("set_none");
+  const std::string csv = slurp(set / "observations_exact.csv");
+  spill(set / "observations_exact.csv", csv.substr(0, csv.find("001.png")));
+  const Outcome outcome =
+      run("calibrate " + path("set_none") + " --model opencv8 --sigma-px 1 --out " +
+          path("none.yaml") + " --report " + path("page.html"));
+  ASSERT_EQ(outcome.exit_code, 3) << outcome.out;
+  const std::string text = page("page.html");
+  EXPECT_NE(text.find(R"("level":"no_answer","sentence":"NO ANSWER: )"), std::string::npos);
+  EXPECT_NE(text.find(R"("severity":"error")"), std::string::npos);
+  EXPECT_EQ(text.find(R"("du":[0)"), std::string::npos);
+}
+
+TEST_F(CliReport, ComparesTwoCalibrations) {
+  calibrated("set_two");
+  const std::string other = replaced(slurp(root() / "camera.yaml"), "model: ", "model:  ");
+  spill(root() / "other.yaml", other);
+  const Json same = data_of(report(path("camera.yaml") + " " + path("other.yaml")));
+  EXPECT_EQ(same["kind"], "difference");
+  EXPECT_EQ(same["verdict"]["level"], "ok");
+  ASSERT_EQ(same["difference"]["maps"].size(), 4u);
+  EXPECT_GT(same["difference"]["maps"][0]["p_value"], 0.5);
+  EXPECT_EQ(same["difference"]["parameters"][0]["in_sigmas"], 0);
+}
+
+TEST_F(CliReport, ShowsPoses) {
+  calibrated("set_poses");
+  spill(root() / "set_poses/dataset.yaml",
+        "image_size: [640, 400]\ntarget:\n  - {file: target.yaml, world_from_board: {rotation: [1, "
+        "0, "
+        "0, 0], translation_m: [0.3, 0.2, 0.1]}}\n"
+        "observations: observations_exact.csv\nimages: images\n");
+  const Outcome poses =
+      run("pose " + path("set_poses") + " --camera " + path("camera.yaml") + " --json");
+  spill(root() / "poses.json", poses.out);
+  const Json data = data_of(report(path("poses.json") + " --dataset " + path("set_poses") +
+                                   " --camera " + path("camera.yaml")));
+  EXPECT_EQ(data["kind"], "poses");
+  ASSERT_EQ(data["views"].size(), 6u);
+  EXPECT_EQ(data["views"][0]["hypotheses"].size(), 1u);
+  for (const char* name : {"du", "dv"})
+    for (const Json& residual : data["corners"][name])
+      EXPECT_LT(std::abs(residual.get<double>()), 1);
+  EXPECT_EQ(data_of(report(path("poses.json")))["views"].size(), 6u);
+}
+
+TEST_F(CliReport, RefusesBadFilesBeforeAnyWork) {
+  calibrated("set_bad");
+  const auto before = names();
+  expect_bad_input("report " + path("camera.yaml") + " --out " + path("none/page.html"),
+                   {"none/page.html", "cannot be written"});
+  expect_bad_input("report " + path("camera.yaml") + " --out " + path("camera.yaml"),
+                   {"camera.yaml", "is an input"});
+  spill(root() / "set_bad/notes.txt", "mine");
+  expect_bad_input("report " + path("camera.yaml") + " --out " + path("set_bad/notes.txt"),
+                   {"notes.txt", "is no HTML page"});
+  EXPECT_EQ(slurp(root() / "set_bad/notes.txt"), "mine");
+  spill(root() / "set_bad/poses.json", R"({"views": [{"image": "a.png", "status": 3}]})");
+  expect_bad_input("report " + path("set_bad/poses.json") + " --out " + path("new.html"),
+                   {"poses.json", "is not an answer of tagcal pose --json"});
+  expect_bad_input("report " + path("nothing.yaml") + " --out " + path("new.html"),
+                   {"nothing.yaml"});
+  expect_bad_input("report " + path("camera.yaml") + " --out " + path("new.html") +
+                       " --observations " + path("c.csv"),
+                   {"--observations", "--dataset"});
+  expect_bad_input("calibrate " + path("set_bad") + " --report " + path("none/page.html"),
+                   {"none/page.html", "cannot be written"});
+  EXPECT_EQ(names(), before);
+}
+
+}  // namespace
+}  // namespace tagcal::tools

@@ -1,0 +1,123 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "input/arguments.hpp"
+#include "input/input.hpp"
+#include "page_data/content_from_file.hpp"
+#include "page_data/difference_page.hpp"
+#include "page_data/html_page.hpp"
+#include "page_data/page_parts.hpp"
+#include "page_data/poses_page.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+struct Arguments {
+  std::string first;    // a calibration, or the poses of tagcal pose --json
+  InputArguments data;  // .inputs: pictures with --target, else one other calibration at most
+  std::string dataset;
+  std::string camera;  // of poses
+  double near_m = 1;   // of a comparison
+  std::string out = "report.html";
+  int threads = 0;
+};
+
+bool has_data(const Arguments& arguments) {
+  return !arguments.dataset.empty() || !arguments.data.target.empty();
+}
+
+void check_usage(const Arguments& arguments) {
+  const InputArguments& data = arguments.data;
+  if (!arguments.dataset.empty() && !data.target.empty())
+    throw Error("--dataset, --target: give only one of the two");
+  if (!data.target.empty() && data.inputs.empty())
+    throw Error("--target: needs the pictures, after the calibration");
+  if (data.target.empty() && data.inputs.size() > 1)
+    throw Error(fmt::format("{}: two calibrations at most are compared (pictures need --target)",
+                            data.inputs[1]));
+  if (!data.observations.empty() && arguments.dataset.empty())
+    throw Error("--observations: needs --dataset");
+  if (data.target.empty() && !data.inputs.empty() && !arguments.dataset.empty())
+    throw Error(fmt::format("{}: a comparison of two calibrations takes no --dataset",
+                            data.inputs.front()));
+}
+
+void check_out(const Arguments& arguments) {
+  std::vector<std::string> inputs = arguments.data.inputs;
+  inputs.insert(inputs.end(), {arguments.first, arguments.data.target, arguments.data.observations,
+                               arguments.camera});
+  check_page(arguments.out, inputs);
+}
+
+std::optional<Input> input_of(const Arguments& arguments) {
+  if (!has_data(arguments)) return std::nullopt;
+  InputArguments data = arguments.data;
+  if (!arguments.dataset.empty()) data.inputs = {arguments.dataset};
+  return read_input(data);
+}
+
+int run(const Arguments& arguments) {
+  check_usage(arguments);
+  check_out(arguments);
+  const bool compares = arguments.data.target.empty() && !arguments.data.inputs.empty();
+  if (compares) {
+    write_page(arguments.out,
+               difference_page(arguments.first, arguments.data.inputs.front(), arguments.near_m));
+    return kAnswer;
+  }
+  std::optional<Input> input = input_of(arguments);
+  Input* const given = input ? &*input : nullptr;
+  if (is_poses_file(arguments.first)) {
+    write_page(arguments.out,
+               poses_page({arguments.first, arguments.camera, given, arguments.threads}));
+    return kAnswer;
+  }
+  if (!arguments.camera.empty()) throw Error("--camera: only for the poses of tagcal pose --json");
+  write_page(arguments.out,
+             calibration_page(content_from_file(arguments.first, given, arguments.threads)));
+  return kAnswer;
+}
+
+}  // namespace
+
+Command add_report(CLI::App& app) {
+  CLI::App* command = add_command(
+      app, "report", "a page to look at: a calibration, two compared, or the poses of views");
+  const auto arguments = std::make_shared<Arguments>();
+  add_option(*command, "CALIBRATION", arguments->first,
+             "a camera's file, of any format, or the poses that tagcal pose --json printed")
+      .required();
+  add_option(*command, "OTHER|IMAGE", arguments->data.inputs,
+             "another calibration to compare with, or (with --target) the pictures")
+      .text(" ");
+  add_option(*command, "--dataset", arguments->dataset,
+             "the data set whose corners, residuals and pictures are shown")
+      .text("D");
+  add_observations(*command, arguments->data);
+  add_option(*command, "--target", arguments->data.target,
+             "the board in the pictures, instead of a data set: a target file")
+      .text("T.yaml");
+  add_option(*command, "--camera", arguments->camera,
+             "the camera of the poses, with which their residuals are shown")
+      .text("CAMERA");
+  add_positive(*command, "--distance", arguments->near_m,
+               "distance in metres at which two calibrations are compared, beside infinity (1)");
+  add_option(*command, "--out", arguments->out, "file of the page (report.html)").text("FILE");
+  add_threads(*command, arguments->threads);
+  add_footer(*command,
+             "Example: tagcal report camera.yaml --dataset desk --out report.html\n"
+             "         tagcal report camera.yaml --target board.yaml photos/*.jpg\n"
+             "         tagcal report monday.yaml friday.yaml --out difference.html\n"
+             "         tagcal report poses.json --dataset desk --camera camera.yaml\n"
+             "The page of a new calibration shows more: tagcal calibrate --report FILE.");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

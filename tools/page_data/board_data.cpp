@@ -1,0 +1,176 @@
+#include "page_data/board_data.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+namespace tagcal::tools {
+namespace {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Square = std::array<Vector3d, 4>;
+
+constexpr std::size_t kMostSquares = 2000;
+
+AlignedBox3d box_of(const std::vector<TargetPoint>& points) {
+  AlignedBox3d box;
+  for (const TargetPoint& p : points) box.extend(p.position);
+  return box;
+}
+
+Square rectangle(const Vector3d& low, const Vector3d& high) {
+  return {low, {high.x(), low.y(), low.z()}, high, {low.x(), high.y(), high.z()}};
+}
+
+// The printed part: a checkerboard has a square more than corners on each side.
+Square outline_of(const Board& board) {
+  AlignedBox3d box = box_of(target_points(board));
+  if (board.checkerboard) {
+    const Vector3d square(board.checkerboard->column_spacing, board.checkerboard->row_spacing, 0);
+    box.min() -= square;
+    box.max() += square;
+  }
+  return rectangle(box.min(), box.max());
+}
+
+std::vector<Square> dark_squares(const Checkerboard& board) {
+  std::vector<Square> squares;
+  const double w = board.column_spacing, h = board.row_spacing;
+  for (int row = -1; row < board.rows; ++row)
+    for (int column = -1; column < board.columns; ++column) {
+      const bool is_first_kind = (row + column) % 2 == 0;  // as the square at (-1, -1)
+      if (is_first_kind == board.starts_black)
+        squares.push_back(
+            rectangle({column * w, row * h, 0}, {(column + 1) * w, (row + 1) * h, 0}));
+    }
+  return squares;
+}
+
+std::vector<Square> squares_of(const Board& board) {
+  std::vector<Square> squares;
+  if (board.checkerboard)
+    squares = dark_squares(*board.checkerboard);
+  else
+    for (const Tag& tag : board.tags) squares.push_back(tag_corners(tag));
+  if (squares.size() > kMostSquares) squares.resize(kMostSquares);
+  return squares;
+}
+
+PageJson square_json(const Square& square) {
+  PageJson list = PageJson::array();
+  for (const Vector3d& x : square) list.push_back(point_json(x));
+  return list;
+}
+
+const PlacedBoard* flat_board(const std::vector<PlacedBoard>& boards) {
+  return boards.size() == 1 ? &boards.front() : nullptr;
+}
+
+// Height in metres at a place from (-1, -1) to (1, 1) over the board.
+double height_m(const BoardWarp& warp, double x, double y) {
+  return (warp.bend_mm.x() * (1 - x * x) + warp.bend_mm.y() * (1 - y * y)) / 1000;
+}
+
+// From -1 to 1 over the box.
+Vector3d relative_place(const AlignedBox3d& box, const Vector3d& x) {
+  return (x - box.center()).cwiseQuotient((box.sizes() / 2).cwiseMax(1e-12));  // numeric: flat box
+}
+
+// Null if a corner has no image.
+PageJson image_of(const Square& square, const Camera& camera, const Pose& camera_from_board) {
+  PageJson list = PageJson::array();
+  for (const Vector3d& x : square) {
+    const auto pixel = project(camera.lens, camera_from_board * x);
+    if (!pixel) return nullptr;
+    list.push_back(point_json(*pixel));
+  }
+  return list;
+}
+
+// As advise() chooses it: the board with most points.
+const Board& largest(const std::vector<PlacedBoard>& boards) {
+  return std::ranges::max_element(
+             boards, {},
+             [](const PlacedBoard& placed) { return target_points(placed.board).size(); })
+      ->board;
+}
+
+}  // namespace
+
+std::map<CornerId, Vector3d> bent_points_in_world(const std::vector<PlacedBoard>& boards,
+                                                  const std::optional<BoardWarp>& warp) {
+  const PlacedBoard* const placed = warp ? flat_board(boards) : nullptr;
+  if (!placed) return points_in_world(boards);
+  const std::vector<TargetPoint> points = target_points(placed->board);
+  const AlignedBox3d box = box_of(points);
+  std::map<CornerId, Vector3d> bent;
+  for (const TargetPoint& p : points) {
+    const Vector3d place = relative_place(box, p.position);
+    const Vector3d up = height_m(*warp, place.x(), place.y()) * Vector3d::UnitZ();
+    bent[p.id] = placed->world_from_board * Vector3d(p.position + up);
+  }
+  return bent;
+}
+
+PageJson boards_json(const std::vector<PlacedBoard>& boards) {
+  PageJson list = PageJson::array();
+  for (const PlacedBoard& placed : boards) {
+    PageJson squares = PageJson::array(), points = PageJson::array();
+    for (const Square& square : squares_of(placed.board)) squares.push_back(square_json(square));
+    for (const TargetPoint& p : target_points(placed.board))
+      if (points.size() < 4 * kMostSquares) points.push_back(point_json(p.position));
+    list.push_back({{"name", fmt::format("board {}", list.size() + 1)},
+                    {"world_from_board", matrix_json(placed.world_from_board)},
+                    {"outline", square_json(outline_of(placed.board))},
+                    {"squares", std::move(squares)},
+                    {"points", std::move(points)}});
+  }
+  return list;
+}
+
+PageJson warp_json(const std::vector<PlacedBoard>& boards, const std::optional<BoardWarp>& warp) {
+  const PlacedBoard* const placed = warp ? flat_board(boards) : nullptr;
+  if (!placed) return nullptr;
+  constexpr int kNodes = 21;
+  const Vector3d size = box_of(target_points(placed->board)).sizes();
+  MatrixX height_mm(kNodes, kNodes);
+  for (int row = 0; row < kNodes; ++row)
+    for (int column = 0; column < kNodes; ++column)
+      height_mm(row, column) =
+          1000 * height_m(*warp, 2.0 * column / (kNodes - 1) - 1, 2.0 * row / (kNodes - 1) - 1);
+  return {{"bend_mm", {significant(warp->bend_mm.x()), significant(warp->bend_mm.y())}},
+          {"sigma_mm", {significant(warp->sigma_mm.x()), significant(warp->sigma_mm.y())}},
+          {"size_mm", {significant(1000 * size.x()), significant(1000 * size.y())}},
+          {"columns", kNodes},
+          {"rows", kNodes},
+          {"height_mm", grid_json(height_mm)}};
+}
+
+PageJson advice_json(const PageContent& content) {
+  if (!content.advice || content.dataset.boards.empty()) return nullptr;
+  const AdvisedView& advice = *content.advice;
+  PageJson json = {{"sentence", advice.sentence},
+                   {"camera_from_board", matrix_json(advice.camera_from_board)},
+                   {"outline_px", nullptr},
+                   {"squares_px", PageJson::array()},
+                   {"focal_sigma_px", significant(advice.focal_sigma_px)},
+                   {"focal_sigma_now_px", significant(advice.focal_sigma_now_px)}};
+  // Without a focal length the advice is for a nominal one, of which there is no camera here.
+  if (!is_answer(content.calibration.status) || !content.calibration.camera ||
+      content.calibration.model == "weak")
+    return json;
+  const Camera& camera = *content.calibration.camera;
+  const Board& board = largest(content.dataset.boards);
+  json["outline_px"] = image_of(outline_of(board), camera, advice.camera_from_board);
+  for (const Square& square : squares_of(board)) {
+    PageJson image = image_of(square, camera, advice.camera_from_board);
+    if (!image.is_null()) json["squares_px"].push_back(std::move(image));
+  }
+  return json;
+}
+
+}  // namespace tagcal::tools

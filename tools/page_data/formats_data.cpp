@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "page_data/page_parts.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that is removed with its files.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_((fs::temp_directory_path() / "tagcal-report-XXXXXX").string()) {
+    if (!mkdtemp(path_.data())) throw Error(path_ + ": cannot be made");
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  fs::path path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+struct Copied {
+  std::string_view format;
+  const char* title;
+  const char* file;
+};
+
+constexpr Copied kCopied[] = {
+    {"tagcal", "tagcal (read by OpenCV too)", "camera.yaml"},
+    {"opencv", "OpenCV YAML", "camera_opencv.yaml"},
+    {"ros", "ROS camera_info", "camera_info.yaml"},
+    {"kalibr", "Kalibr camchain", "camchain.yaml"},
+    {"colmap", "COLMAP cameras.txt", "cameras.txt"},
+    {"mrcal", "mrcal cameramodel", "camera.cameramodel"},
+};
+
+}  // namespace
+
+PageJson formats_json(const Calibration& calibration, std::vector<std::string>& notes) {
+  PageJson list = PageJson::array();
+  if (!is_answer(calibration.status) || !calibration.camera || calibration.model == "weak")
+    return list;
+  CameraFile camera;
+  camera.cameras.push_back({"camera", {*calibration.camera, calibration.model}});
+  camera.cameras.front().calibration.fixed = calibration.fixed;
+  camera.cameras.front().calibration.sigmas = calibration.sigmas;
+  camera.cameras.front().calibration.covariance = calibration.covariance;
+  try {
+    const TemporaryFolder folder;
+    for (const Copied& copied : kCopied) {
+      const fs::path file = folder.path() / copied.file;
+      try {
+        write_camera_file(file, camera, copied.format);
+        list.push_back({{"name", copied.title}, {"text", read_text(file)}});
+      } catch (const Error& error) {
+        std::string reason = error.what();
+        if (const std::size_t at = reason.find(file.string() + ": "); at == 0)
+          reason.erase(0, file.string().size() + 2);
+        notes.push_back(
+            fmt::format("Not among the formats to copy: {} ({}).", copied.title, reason));
+      }
+    }
+  } catch (const Error& error) {
+    notes.push_back(fmt::format("There are no formats to copy: {}.", error.what()));
+  }
+  return list;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,82 @@
+#include "page_data/html_page.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string_view>
+#include <system_error>
+
+#include "input/input.hpp"
+#include "page_data/page_assets.hpp"
+#include "report/messages.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/text/text_file.hpp"
+
+namespace tagcal::tools {
+using namespace internal;
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string escaped(const std::string& json) {
+  std::string text;
+  text.reserve(json.size() + json.size() / 64);
+  for (const char c : json) {
+    if (c == '<')
+      text += "\\u003c";
+    else
+      text += c;
+  }
+  return text;
+}
+
+// Returns false for a file that is neither empty nor HTML: a picture, or a calibration.
+bool may_be_replaced(const fs::path& file) {
+  constexpr std::string_view kStart = "<!DOCTYPE html";
+  std::string start(kStart.size(), '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  return stream.gcount() == 0 || start == kStart;
+}
+
+}  // namespace
+
+std::string html_page(const PageJson& data) {
+  const std::string json = escaped(data.dump(-1, ' ', false, PageJson::error_handler_t::replace));
+  const std::pair<std::string_view, std::string_view> marks[] = {
+      {"@CSS@", page_style()}, {"@DATA@", json}, {"@JS@", page_script()}};
+  std::string_view rest = page_skeleton();
+  std::string page;
+  page.reserve(json.size() + 2 * page_script().size());
+  for (const auto& [mark, content] : marks) {  // in this order; no mark is looked for in a content
+    const std::size_t at = rest.find(mark);
+    page.append(rest.substr(0, at)).append(content);
+    rest.remove_prefix(at + mark.size());
+  }
+  return page.append(rest);
+}
+
+void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
+  check_writable(out);
+  for (const std::string& input : inputs) {
+    std::error_code unknown;
+    if (!input.empty() && fs::equivalent(out, input, unknown))
+      throw Error(fmt::format("{}: is an input, and the page would replace it", out.string()));
+  }
+  // Like the file itself, one beside it: a folder may exist and not be writable.
+  std::error_code unknown;
+  if (fs::exists(out, unknown) && !fs::is_regular_file(out, unknown)) return;  // a device
+  if (fs::exists(out, unknown) && !may_be_replaced(out))
+    throw Error(fmt::format("{}: exists and is no HTML page, which the report would replace",
+                            out.string()));
+  const fs::path trial = out.string() + ".tagcal-trial";
+  write_whole(trial, "");
+  fs::remove(trial, unknown);
+}
+
+void write_page(const fs::path& out, const PageJson& data) {
+  write_whole(out, html_page(data));
+  say_wrote(out);
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <span>
+
+#include "page_data/corners_data.hpp"
+#include "page_data/json_values.hpp"
+#include "page_data/page_content.hpp"
+#include "page_data/thumbnails.hpp"
+
+namespace tagcal::tools {
+
+// Parts of the page's data that one function each makes.
+
+PageJson verdict_json(const Calibration& calibration, const std::string& sentence);
+PageJson page_findings_json(std::span<const Finding> findings);
+PageJson made_by_json();
+
+PageJson parameters_json(const Calibration& calibration);
+
+// The uncertainty of the projection at infinity, and before, at and beyond the distance of the
+// corners.
+PageJson projection_maps_json(const PageContent& content);
+PageJson ladder_json(const Calibration& calibration);
+PageJson halves_json(const std::optional<HalvesCheck>& halves);
+
+// A view each, with its picture; `thumbnails` by view. Notes about pictures go to `notes`.
+PageJson views_json(const PageContent& content, const std::vector<PageCorner>& corners,
+                    const std::vector<Thumbnail>& thumbnails, std::vector<std::string>& notes);
+
+// Adds the picture of a view, or the sentence why there is none.
+void add_thumbnail(PageJson& view, const Thumbnail& thumbnail);
+// "2 of 12 pictures are not shown: 003.png (..), .."
+void note_missing(const std::vector<std::string>& names, const std::vector<Thumbnail>& thumbnails,
+                  std::vector<std::string>& notes);
+
+// The camera as text in each format that can hold it; the others go to `notes`.
+PageJson formats_json(const Calibration& calibration, std::vector<std::string>& notes);
+
+// The data of the page of a calibration.
+PageJson calibration_page(const PageContent& content);
+
+}  // namespace tagcal::tools

@@ -1,0 +1,63 @@
+#include "report/lens_comparison.hpp"
+
+#include <fmt/format.h>
+
+#include "draw/uncertainty_picture.hpp"
+#include "input/lens_input.hpp"
+#include "report/terminal.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Eigen::Vector2d;
+
+// Beyond this the calibrations contradict one another: 1 in 700 by chance.
+constexpr double kMostSigmas = 3;
+
+}  // namespace
+
+std::vector<Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b) {
+  return common_samples(a.camera.image_size, a.seen, b.seen);
+}
+
+const Comparison* worst_of(std::span<const Comparison> comparisons) {
+  const Comparison* worst = nullptr;
+  for (const Comparison& c : comparisons)
+    if (c.test && (!worst || c.test->in_sigmas > worst->test->in_sigmas)) worst = &c;
+  return worst;
+}
+
+ComparisonVerdict verdict_of(std::span<const Comparison> comparisons) {
+  using Kind = ComparisonVerdict::Kind;
+  const Comparison* const worst = worst_of(comparisons);
+  if (!worst)
+    return {Kind::unknown, "",
+            "not known if they are consistent: neither file has a covariance of the lens"};
+  const bool is_consistent = worst->test->in_sigmas <= kMostSigmas;
+  return {is_consistent ? Kind::consistent : Kind::different,
+          is_consistent ? "CONSISTENT" : "DIFFERENT",
+          fmt::format(
+              "{} px apart at {}, where the covariances of both explain {} px{}",
+              two_digits(worst->difference.rms_px), distance_text(worst->difference.distance_m),
+              two_digits(worst->test->expected_px),
+              is_consistent ? "" : fmt::format(": {:.1f} sd too much", worst->test->in_sigmas))};
+}
+
+std::vector<Comparison> compare(const std::string& file_a, const std::string& file_b,
+                                std::span<const Vector2d> samples,
+                                std::span<const double> distances_m) {
+  const LensInput a = read_lens(file_a, ""), b = read_lens(file_b, "");
+  std::vector<Comparison> comparisons;
+  for (const double distance : distances_m) {
+    const auto d = lens_difference({a.lens.lens, a.image_size}, {b.lens.lens, b.image_size},
+                                   samples, distance);
+    if (!d)
+      throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
+                              file_a, file_b));
+    comparisons.push_back({*d, difference_test(a.lens, b.lens, samples, *d)});
+  }
+  return comparisons;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/io/types.hpp"
+
+namespace tagcal::tools {
+
+// One comparison of two lenses: the difference, and what the covariances of both predict.
+struct Comparison {
+  LensDifference difference;
+  std::optional<DifferenceTest> test;
+};
+
+// Samples in the regions of the corners of both calibrations; the whole image if neither file has
+// one.
+std::vector<Eigen::Vector2d> common_region(const CalibrationFile& a, const CalibrationFile& b);
+
+// The comparison with the largest difference in standard deviations; null if none has a test.
+const Comparison* worst_of(std::span<const Comparison> comparisons);
+
+// Whether the calibrations agree as well as their covariances say: a word and a sentence.
+struct ComparisonVerdict {
+  enum class Kind { unknown, consistent, different } kind = Kind::unknown;
+  std::string word;  // "" if it is not known
+  std::string sentence;
+};
+ComparisonVerdict verdict_of(std::span<const Comparison> comparisons);
+
+// Compares two calibrations at each distance. Throws Error if they have too little in common.
+std::vector<Comparison> compare(const std::string& file_a, const std::string& file_b,
+                                std::span<const Eigen::Vector2d> samples,
+                                std::span<const double> distances_m);
+
+}  // namespace tagcal::tools
