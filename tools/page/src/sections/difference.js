@@ -1,9 +1,12 @@
 // Two calibrations of one camera: where their projections differ, and if that is more than noise.
 import { chart, h, section, table } from "../dom.js";
 import { VIRIDIS } from "../colour.js";
-import { NONE, bySigma, digits, distance, isNumber, niceBelow, px, quantile } from "../numbers.js";
+import { NONE, bySigma, digits, distance, distanceTitle, isNumber, niceBelow,
+         px, quantile, range } from "../numbers.js";
 import { strokes } from "../plot/frame.js";
 import { colourBar, colourScale, heatmap } from "../plot/heatmap.js";
+
+const ROUNDING_PX = 1e-9;
 
 const length = (map) => map.u_px.map((row, j) => row.map((u, i) =>
   (isNumber(u) && isNumber(map.v_px[j][i]) ? Math.hypot(u, map.v_px[j][i]) : null)));
@@ -21,7 +24,7 @@ function field(map, factor, [width, height]) {
 
 function mapOf(map, grid, scale, factor, size) {
   return h("div", { class: "small-map" },
-    h("h3", null, isNumber(map.distance_m) ? `At ${distance(map.distance_m)}` : "Far away (infinity)"),
+    h("h3", null, distanceTitle(map.distance_m)),
     heatmap(grid, scale, size, { over: field(map, factor, size) }));
 }
 
@@ -37,6 +40,10 @@ function maps(data) {
   if (!list.length || !data.image_size) return null;
   const grids = list.map(length);
   const values = grids.flat(2).filter(isNumber);
+  if (!(range(values).high > ROUNDING_PX)) {
+    return section("difference", "Difference of the projection", { wide: true },
+      h("p", null, "The two cameras project alike, to the last digits of the computer."));
+  }
   const scale = colourScale(values, VIRIDIS);
   const large = quantile(values, 0.95);
   const factor = large > 0 ? niceBelow(0.06 * data.image_size[0] / large) : 1;

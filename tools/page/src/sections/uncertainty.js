@@ -1,7 +1,7 @@
 // Standard deviation of the projection over the image, at several distances.
 import { chart, h, section, table } from "../dom.js";
 import { VIRIDIS } from "../colour.js";
-import { NONE, distance, isNumber, px } from "../numbers.js";
+import { NONE, distance, distanceTitle, isNumber, px } from "../numbers.js";
 import { colourBar, colourScale, heatmap } from "../plot/heatmap.js";
 
 const finite = (maps) => maps.flatMap((map) => (map.sigma_px ?? []).flat()).filter(isNumber);
@@ -11,7 +11,7 @@ function mapOf(map, scale, data) {
   const missing = values.filter((value) => !isNumber(value)).length;
   const hull = data.seen?.hull ?? null;
   return h("div", { class: "small-map" },
-    h("h3", null, isNumber(map.distance_m) ? `At ${distance(map.distance_m)}` : "Far away (infinity)"),
+    h("h3", null, distanceTitle(map.distance_m)),
     heatmap(map.sigma_px, scale, data.image_size, { hull }),
     missing ? h("p", { class: "note" }, `Hatched: no ray at ${missing} of ${values.length} nodes.`)
       : null);
