@@ -76,6 +76,9 @@ TEST_F(CliReport, EstimatesTheViewsOfACameraFromAFile) {
   const Json made = calibrated("set_file");
   const Json data = data_of(report(path("camera.yaml") + " --dataset " + path("set_file")));
   EXPECT_EQ(data["model"], made["model"]);
+  ASSERT_EQ(data["findings"].size(), made["findings"].size());  // the set has few views
+  ASSERT_FALSE(data["findings"].empty());
+  EXPECT_EQ(data["findings"][0]["sentence"], made["findings"][0]["sentence"]);
   EXPECT_EQ(data["num_corners"], made["num_corners"]);
   EXPECT_NEAR(data["rms_px"], made["rms_px"], 1e-3);
   for (std::size_t i = 0; i < 6; ++i)
@@ -132,6 +135,20 @@ TEST_F(CliReport, EscapesTheNamesOfPictures) {
   EXPECT_FALSE(data["views"][0]["thumbnail"].is_null());
 }
 
+TEST_F(CliReport, ShowsWhyThereIsNoAnswer) {
+  const fs::path set = exact_set("set_none");
+  const std::string csv = slurp(set / "observations_exact.csv");
+  spill(set / "observations_exact.csv", csv.substr(0, csv.find("001.png")));
+  const Outcome outcome =
+      run("calibrate " + path("set_none") + " --model opencv8 --sigma-px 1 --out " +
+          path("none.yaml") + " --report " + path("page.html"));
+  ASSERT_EQ(outcome.exit_code, 3) << outcome.out;
+  const std::string text = page("page.html");
+  EXPECT_NE(text.find(R"("level":"no_answer","sentence":"NO ANSWER: )"), std::string::npos);
+  EXPECT_NE(text.find(R"("severity":"error")"), std::string::npos);
+  EXPECT_EQ(text.find(R"("du":[0)"), std::string::npos);
+}
+
 TEST_F(CliReport, ComparesTwoCalibrations) {
   calibrated("set_two");
   const std::string other = replaced(slurp(root() / "camera.yaml"), "model: ", "model:  ");
@@ -146,6 +163,11 @@ TEST_F(CliReport, ComparesTwoCalibrations) {
 
 TEST_F(CliReport, ShowsPoses) {
   calibrated("set_poses");
+  spill(root() / "set_poses/dataset.yaml",
+        "image_size: [640, 400]\ntarget:\n  - {file: target.yaml, world_from_board: {rotation: [1, "
+        "0, "
+        "0, 0], translation_m: [0.3, 0.2, 0.1]}}\n"
+        "observations: observations_exact.csv\nimages: images\n");
   const Outcome poses =
       run("pose " + path("set_poses") + " --camera " + path("camera.yaml") + " --json");
   spill(root() / "poses.json", poses.out);
@@ -154,7 +176,9 @@ TEST_F(CliReport, ShowsPoses) {
   EXPECT_EQ(data["kind"], "poses");
   ASSERT_EQ(data["views"].size(), 6u);
   EXPECT_EQ(data["views"][0]["hypotheses"].size(), 1u);
-  EXPECT_FALSE(data["corners"]["du"][0].is_null());
+  for (const char* name : {"du", "dv"})
+    for (const Json& residual : data["corners"][name])
+      EXPECT_LT(std::abs(residual.get<double>()), 1);
   EXPECT_EQ(data_of(report(path("poses.json")))["views"].size(), 6u);
 }
 
@@ -165,6 +189,13 @@ TEST_F(CliReport, RefusesBadFilesBeforeAnyWork) {
                    {"none/page.html", "cannot be written"});
   expect_bad_input("report " + path("camera.yaml") + " --out " + path("camera.yaml"),
                    {"camera.yaml", "is an input"});
+  spill(root() / "set_bad/notes.txt", "mine");
+  expect_bad_input("report " + path("camera.yaml") + " --out " + path("set_bad/notes.txt"),
+                   {"notes.txt", "is no HTML page"});
+  EXPECT_EQ(slurp(root() / "set_bad/notes.txt"), "mine");
+  spill(root() / "set_bad/poses.json", R"({"views": [{"image": "a.png", "status": 3}]})");
+  expect_bad_input("report " + path("set_bad/poses.json") + " --out " + path("new.html"),
+                   {"poses.json", "is not an answer of tagcal pose --json"});
   expect_bad_input("report " + path("nothing.yaml") + " --out " + path("new.html"),
                    {"nothing.yaml"});
   expect_bad_input("report " + path("camera.yaml") + " --out " + path("new.html") +

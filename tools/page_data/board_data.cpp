@@ -159,8 +159,10 @@ PageJson advice_json(const PageContent& content) {
                    {"squares_px", PageJson::array()},
                    {"focal_sigma_px", significant(advice.focal_sigma_px)},
                    {"focal_sigma_now_px", significant(advice.focal_sigma_now_px)}};
-  // Without an answer the advice is for a nominal focal length, of which there is no camera here.
-  if (!is_answer(content.calibration.status) || !content.calibration.camera) return json;
+  // Without a focal length the advice is for a nominal one, of which there is no camera here.
+  if (!is_answer(content.calibration.status) || !content.calibration.camera ||
+      content.calibration.model == "weak")
+    return json;
   const Camera& camera = *content.calibration.camera;
   const Board& board = largest(content.dataset.boards);
   json["outline_px"] = image_of(outline_of(board), camera, advice.camera_from_board);

@@ -37,6 +37,8 @@ Calibration calibration_of(const CalibrationFile& file) {
   if (file.sigmas.empty())  // not known, which 0 would not say
     calibration.sigmas.assign(parameters(file.camera.lens).size(), std::nan(""));
   calibration.seen = file.seen;
+  for (const std::string& warning : file.warnings)  // the file has no codes
+    calibration.findings.push_back({"calibration_file", Severity::warning, warning});
   return calibration;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
 #include <string_view>
 #include <system_error>
 
@@ -27,6 +28,15 @@ std::string escaped(const std::string& json) {
       text += c;
   }
   return text;
+}
+
+// Returns false for a file that is neither empty nor HTML: a picture, or a calibration.
+bool may_be_replaced(const fs::path& file) {
+  constexpr std::string_view kStart = "<!DOCTYPE html";
+  std::string start(kStart.size(), '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  return stream.gcount() == 0 || start == kStart;
 }
 
 }  // namespace
@@ -56,6 +66,9 @@ void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
   // Like the file itself, one beside it: a folder may exist and not be writable.
   std::error_code unknown;
   if (fs::exists(out, unknown) && !fs::is_regular_file(out, unknown)) return;  // a device
+  if (fs::exists(out, unknown) && !may_be_replaced(out))
+    throw Error(fmt::format("{}: exists and is no HTML page, which the report would replace",
+                            out.string()));
   const fs::path trial = out.string() + ".tagcal-trial";
   write_whole(trial, "");
   fs::remove(trial, unknown);

@@ -68,6 +68,8 @@ PageContent content_of(const PosesPageInput& given, const PageJson& file, const 
   Input& input = *given.input;
   content.dataset.image_size = input.dataset.image_size;
   content.dataset.boards = input.dataset.boards;
+  // Poses of a single board are in its frame (tagcal pose), those of several in the world's.
+  if (content.dataset.boards.size() == 1) content.dataset.boards.front().world_from_board = Pose();
   content.pictures = input.files;
   Calibration& calibration = content.calibration;
   if (!given.camera.empty()) {
@@ -134,28 +136,9 @@ PageJson verdict_of_views(const PageJson& views) {
   return {{"level", level}, {"sentence", sentence}};
 }
 
-}  // namespace
-
-bool is_poses_file(const std::filesystem::path& file) {
-  std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown)) return false;
-  const std::string text = read_text(file);
-  const std::size_t start = text.find_first_not_of(" \t\r\n");
-  if (start == std::string::npos || text[start] != '{') return false;
-  const PageJson json = PageJson::parse(text, nullptr, false);
-  return json.is_object() && json.contains("views") && json["views"].is_array() &&
-         !json.contains("camera") && !json.contains("model");
-}
-
-PageJson poses_page(const PosesPageInput& given) {
-  const PageJson file = read_json(given.poses);
+PageJson page_of(const PosesPageInput& given, const PageJson& file) {
   PageJson views = PageJson::array();
-  try {
-    for (const PageJson& view : file.at("views")) views.push_back(view_json(view));
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(fmt::format("{}: is not an answer of tagcal pose --json: {}", given.poses.string(),
-                            error.what()));
-  }
+  for (const PageJson& view : file.at("views")) views.push_back(view_json(view));
   std::vector<std::string> notes;
   PageJson page = {{"format", 1},
                    {"kind", "poses"},
@@ -172,6 +155,29 @@ PageJson poses_page(const PosesPageInput& given) {
         "or --target T.yaml and the pictures.");
   page["notes"] = notes;
   return page;
+}
+
+}  // namespace
+
+bool is_poses_file(const std::filesystem::path& file) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(file, unknown)) return false;
+  const std::string text = read_text(file);
+  const std::size_t start = text.find_first_not_of(" \t\r\n");
+  if (start == std::string::npos || text[start] != '{') return false;
+  const PageJson json = PageJson::parse(text, nullptr, false);
+  return json.is_object() && json.contains("views") && json["views"].is_array() &&
+         !json.contains("camera") && !json.contains("model");
+}
+
+PageJson poses_page(const PosesPageInput& given) {
+  const PageJson file = read_json(given.poses);
+  try {
+    return page_of(given, file);
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(fmt::format("{}: is not an answer of tagcal pose --json: {}", given.poses.string(),
+                            error.what()));
+  }
 }
 
 }  // namespace tagcal::tools

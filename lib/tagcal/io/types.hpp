@@ -25,6 +25,7 @@ struct CalibrationFile {
   // of lens and target that the residuals show (all of the residuals if the corners had no
   // covariances) and the projection's uncertainty. No value if it is not in the file.
   std::optional<double> camera_error_px = std::nullopt;
+  std::vector<std::string> warnings = {};  // what the calibration found out, a sentence each
 };
 
 // One camera of a file of any program.

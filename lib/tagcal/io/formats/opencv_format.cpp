@@ -96,7 +96,17 @@ void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
                                       file.model, file.covariance.rows(), file.covariance.cols()));
 }
 
+// Files of other programs may mean something else by the key: only a list of texts is taken.
+void read_warnings(const YamlValue& top, CalibrationFile& file) {
+  constexpr std::size_t kMostWarnings = 1000;
+  const auto warnings = top.find("warnings");
+  if (!warnings || !warnings->is_list()) return;
+  for (const YamlValue& warning : warnings->items(0, kMostWarnings))
+    if (warning.is_scalar()) file.warnings.push_back(warning.text());
+}
+
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
+  read_warnings(top, file);
   const std::size_t num_parameters = parameters(file.camera.lens).size();
   if (const auto fixed = top.find("fixed"))
     file.fixed = fixed_values(*fixed, parameter_names(file.camera.lens));
