@@ -47,7 +47,7 @@ export function colourScale(values, map, { symmetric = false } = {}) {
 }
 
 // Levels for contours on the scale: 1, 2, 5 steps of a logarithmic one, else round steps.
-export function levelsOf({ low, high, logarithmic }) {
+export function levelsOf({ low, high, logarithmic, share }) {
   const levels = [];
   if (logarithmic) {
     for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); ++e) {
@@ -59,7 +59,7 @@ export function levelsOf({ low, high, logarithmic }) {
     const step = [1, 2, 5, 10].find((n) => n * base >= raw * (1 - 1e-9)) * base;
     for (let i = Math.ceil(low / step); i * step <= high; ++i) levels.push(i * step);
   }
-  return levels.filter((level) => level > low && level < high);
+  return levels.filter((level) => share(level) > 0.02 && share(level) < 0.98);
 }
 
 // Up to two labels per level, far from the borders and from the other labels.

@@ -11,7 +11,8 @@ const PRINTED = { half: 400, whole: 680 };  // widths on paper, beside another c
 // Numbers at an axis, with the decimals that their step needs.
 function tickTexts(_, ticks) {
   const step = Math.abs(ticks[1] - ticks[0]) || Math.abs(ticks[0]) || 1;
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  let decimals = 0;
+  while (decimals < 7 && Math.abs(Number(step.toFixed(decimals)) - step) > 0.01 * step) ++decimals;
   return ticks.map((x) => (decimals > 5 ? digits(x, 1) : x.toFixed(decimals).replace("-", "−")));
 }
 

@@ -30,7 +30,7 @@ function mapOf(map, grid, scale, factor, size) {
 
 function significance(p) {
   if (!isNumber(p)) return NONE;
-  if (p < 1e-6) return "below 0.000 001";
+  if (p < 1e-6) return "< 0.000001";
   return digits(p, 2);
 }
 
@@ -57,12 +57,12 @@ function maps(data) {
         "than expected from the uncertainties of both.",
     }, h("div", { class: "grid many" }, list.map((map, i) =>
       mapOf(map, grids[i], scale, factor, data.image_size))), colourBar(scale, "px")),
-    table(["distance", "difference (RMS)", "expected from noise", "largest", "chance of it (p)"],
-      list.map((map) => [distance(map.distance_m), px(map.rms_px), px(map.expected_px),
-        px(map.max_px), significance(map.p_value)]),
+    table(["distance", "RMS [px]", "by noise [px]", "largest [px]", "p"],
+      list.map((map) => [distance(map.distance_m), digits(map.rms_px),
+        digits(map.expected_px), digits(map.max_px), significance(map.p_value)]),
       { numeric: [1, 2, 3, 4], label: "Difference at each distance" }),
     h("p", { class: "read" }, h("b", null, "How to read it: "),
-      "p is the probability of a difference at least this large if both calibrations describe ",
+      "the difference, beside what noise alone would make. p is the probability of a difference at least this large if both calibrations describe ",
       "the same camera. Below 0.01 they do not agree."));
 }
 
@@ -86,7 +86,8 @@ function parameterTable(data) {
       "it is hardly noise. Single coefficients may differ although the projections agree.",
   }, table(["", data.difference.a ?? "A", data.difference.b ?? "B", "apart"], rows.map((row) => [
     h("b", null, row.name), value(row.a, row.sigma_a), value(row.b, row.sigma_b),
-    sigmaBar(row.in_sigmas)]), { numeric: [1, 2], label: "Parameters of both calibrations" })));
+    sigmaBar(row.in_sigmas)]),
+  { numeric: [1, 2], label: "Parameters of both calibrations", kind: "both" })));
 }
 
 export function difference(data) {
