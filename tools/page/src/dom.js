@@ -39,9 +39,9 @@ export function chart({ name, marks, label, read, title }, ...body) {
 }
 
 // A table with heads; cells may be nodes. Columns named in "numeric" are aligned to the right.
-export function table(heads, rows, { numeric = [], label } = {}) {
+export function table(heads, rows, { numeric = [], label, kind } = {}) {
   const style = (column) => (numeric.includes(column) ? "number" : null);
-  return h("div", { class: "table-frame" }, h("table", { "aria-label": label },
+  return h("div", { class: "table-frame" }, h("table", { "aria-label": label, class: kind },
     h("thead", null, h("tr", null,
       heads.map((head, column) => h("th", { scope: "col", class: style(column) }, head)))),
     h("tbody", null, rows.map((row) => h("tr", { class: row.class },
@@ -50,5 +50,6 @@ export function table(heads, rows, { numeric = [], label } = {}) {
 
 // A coloured mark with a word of what it stands for, for legends.
 export function key(kind, words) {
-  return h("span", { class: "key" }, h("i", { class: `swatch ${kind}`, "aria-hidden": "true" }), words);
+  return h("span", { class: "key" },
+    h("i", { class: `swatch ${kind}`, "aria-hidden": "true" }), words);
 }

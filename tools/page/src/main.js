@@ -2,6 +2,7 @@
 // part of them. Each section returns its element, or null if there is nothing to show.
 import { h } from "./dom.js";
 import { isCalibration } from "./data.js";
+import { hatchPattern } from "./plot/frame.js";
 import { advice } from "./sections/advice.js";
 import { coverage } from "./sections/coverage.js";
 import { difference } from "./sections/difference.js";
@@ -45,7 +46,7 @@ function build(data) {
   const sections = (SECTIONS[data.kind] ?? CALIBRATION).flatMap((make) => safely(make, data))
     .filter(Boolean);
   document.title = data.title ? `${data.title} - tagcal report` : "tagcal report";
-  document.body.append(h("main", null, safely(verdict, data), contents(sections),
+  document.body.append(hatchPattern(), h("main", null, safely(verdict, data), contents(sections),
     h("div", { class: "cards" }, sections)));
   if (!isCalibration(data)) document.body.classList.add(data.kind);
 }

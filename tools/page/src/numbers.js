@@ -18,7 +18,7 @@ export function digits(x, n = 2) {
   if (!isNumber(x)) return NONE;
   if (x === 0) return "0";
   const exponent = Math.floor(Math.log10(Math.abs(Number(x.toPrecision(n)))));
-  if (exponent < -4 || exponent >= 7) {
+  if (exponent < -4 || exponent >= 5) {
     return minus(`${(x / 10 ** exponent).toFixed(Math.max(0, n - 1))} × ${power(exponent)}`);
   }
   return minus(x.toFixed(Math.max(0, n - 1 - exponent)));
@@ -41,6 +41,9 @@ export function percent(share) {
 }
 
 export const distance = (metres) => (isNumber(metres) ? `${digits(metres, 3)} m` : "infinity");
+
+export const distanceTitle = (metres) =>
+  (isNumber(metres) ? `At ${distance(metres)}` : "Far away (infinity)");
 
 // "1 picture", "2 pictures".
 export function count(n, one, many = `${one}s`) {

@@ -16,6 +16,15 @@ export function watchSize(node) {
   return node;
 }
 
+// The pattern of areas without a value, once on the page: "url(#hatch)".
+export function hatchPattern() {
+  return s("svg", { width: 0, height: 0, class: "off-screen", "aria-hidden": "true" },
+    s("defs", null, s("pattern", { id: "hatch", width: 14, height: 14,
+      patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" },
+    s("rect", { width: 14, height: 14, class: "no-value" }),
+    s("rect", { width: 5, height: 14, class: "hatch-line" }))));
+}
+
 // An SVG over an image of [width, height]; pixel (0, 0) is the centre of the top left pixel.
 export function imageFrame([width, height], ...marks) {
   const box = [-0.5, -0.5, width, height];

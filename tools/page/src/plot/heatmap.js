@@ -47,7 +47,7 @@ export function colourScale(values, map, { symmetric = false } = {}) {
 }
 
 // Levels for contours on the scale: 1, 2, 5 steps of a logarithmic one, else round steps.
-export function levelsOf({ low, high, logarithmic }) {
+export function levelsOf({ low, high, logarithmic, share }) {
   const levels = [];
   if (logarithmic) {
     for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); ++e) {
@@ -59,7 +59,7 @@ export function levelsOf({ low, high, logarithmic }) {
     const step = [1, 2, 5, 10].find((n) => n * base >= raw * (1 - 1e-9)) * base;
     for (let i = Math.ceil(low / step); i * step <= high; ++i) levels.push(i * step);
   }
-  return levels.filter((level) => level > low && level < high);
+  return levels.filter((level) => share(level) > 0.02 && share(level) < 0.98);
 }
 
 // Up to two labels per level, far from the borders and from the other labels.
@@ -73,7 +73,7 @@ function placeLabels(lines, [width, height]) {
     for (const [a, b] of segments) {
       const middle = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
       const room = clearance(middle);
-      if (room > (best?.room ?? 0.045 * width)) best = { room, x: middle[0], y: middle[1], level };
+      if (room > (best?.room ?? 0.085 * width)) best = { room, x: middle[0], y: middle[1], level };
     }
     if (best) placed.push(best);
   }
@@ -101,7 +101,7 @@ function contours(grid, scale, [width, height]) {
 export function heatmap(grid, scale, size, { hull = null, over = null } = {}) {
   const [width, height] = size;
   return imageFrame(size,
-    s("rect", { x: -0.5, y: -0.5, width, height, class: "no-value" }),
+    s("rect", { x: -0.5, y: -0.5, width, height, fill: "url(#hatch)" }),
     s("image", { x: -0.5, y: -0.5, width, height, preserveAspectRatio: "none",
                  href: picture(grid, scale.share, scale.map) }),
     contours(grid, scale, size),
@@ -111,8 +111,12 @@ export function heatmap(grid, scale, size, { hull = null, over = null } = {}) {
 
 export function colourBar(scale, unit) {
   const levels = levelsOf(scale);
-  const shown = levels.filter((_, i) => i % Math.ceil(levels.length / 5) === 0);
-  const marks = shown.filter((level) => scale.share(level) > 0.16 && scale.share(level) < 0.84);
+  const marks = [];
+  for (const level of levels) {  // apart from the ends and from each other
+    const share = scale.share(level);
+    const last = marks.length ? scale.share(marks.at(-1)) : 0;
+    if (share > 0.24 && share < 0.72 && share - last > 0.16) marks.push(level);
+  }
   return h("div", { class: "colour-bar" },
     h("div", { class: "ramp", style: `background: ${gradient(scale.map)}` }),
     h("div", { class: "ticks" },

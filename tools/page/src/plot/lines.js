@@ -3,14 +3,29 @@
 import uPlot from "uplot";
 import { h } from "../dom.js";
 import { onThemeChange, themeColour } from "../colour.js";
+import { digits } from "../numbers.js";
 
 const HEIGHT = 260;
+const PRINTED = { half: 400, whole: 680 };  // widths on paper, beside another chart and alone
 
-function axis(label, values) {
+// Numbers at an axis, with the decimals that their step needs.
+function tickTexts(_, ticks) {
+  const step = Math.abs(ticks[1] - ticks[0]) || Math.abs(ticks[0]) || 1;
+  let decimals = 0;
+  while (decimals < 7 && Math.abs(Number(step.toFixed(decimals)) - step) > 0.01 * step) ++decimals;
+  return ticks.map((x) => (decimals > 5 ? digits(x, 1) : x.toFixed(decimals).replace("-", "−")));
+}
+
+function axis(label, values = tickTexts) {
   const grid = { stroke: themeColour("--line"), width: 1 };
   return { label, labelSize: 22, labelFont: "12px system-ui, sans-serif", size: 46,
            font: "12px system-ui, sans-serif", stroke: themeColour("--soft"), grid, ticks: grid,
            values };
+}
+
+function widthOf(frame) {
+  if (!document.documentElement.classList.contains("printing")) return frame.clientWidth;
+  return frame.closest(".two") ? PRINTED.half : PRINTED.whole;
 }
 
 // "build" gives { x, y (labels), series, data, scales } and is called for each drawing, because
@@ -19,13 +34,13 @@ export function lineChart(build) {
   const frame = h("div", { class: "plot" });
   let plot = null;
   const draw = () => {
-    const width = Math.floor(frame.clientWidth);
+    const width = widthOf(frame);
     if (!width) return;
     plot?.destroy();
     const { x, y, series, data, scales, bands } = build();
     plot = new uPlot({
       width, height: HEIGHT, scales: { x: { time: false }, ...scales }, bands,
-      axes: [axis(x.label, x.values), { ...axis(y.label, y.values), size: 56 }],
+      axes: [axis(x.label, x.values), { ...axis(y.label, y.values), size: 62 }],
       series: [{ label: x.label, value: x.value }, ...series],
       legend: { show: false }, cursor: { show: false },
     }, data, frame);

@@ -20,7 +20,7 @@ function turner({ yaw, pitch }, centre) {
 
 function projector(state, scene, width, height) {
   const turn = turner(state, scene.centre);
-  const away = 2.2 * scene.radius / state.zoom;
+  const away = 1.9 * scene.radius / state.zoom;
   const scale = FOCAL * Math.min(width, height) / 2;
   return (point) => {
     const [right, up, depth] = turn(point);
@@ -112,7 +112,8 @@ function pickAt(placed, x, y, pick) {
   if (best) pick(best.view);
 }
 
-const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1],
+               ArrowDown: [0, -0.1] };
 
 function listen(canvas, { turn, zoom, click }) {
   canvas.addEventListener("keydown", (event) => {

@@ -21,10 +21,10 @@ const middleOf = (points) => [0, 1, 2].map((i) =>
 // Camera axes (x right, y down, z forward) to a scene with z up.
 const UPRIGHT = [[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0]];
 
-function boardItem(board, pose, squares) {
+function boardItem(board, pose, squares, fill = "--board") {
   const outline = board.outline.map((point) => apply(pose, point));
   return { middle: middleOf(outline), faces: [
-    { points: outline, closed: true, fill: "--board", stroke: "--soft" },
+    { points: outline, closed: true, fill, stroke: "--soft" },
     ...(squares ? (board.squares ?? []).map((square) => ({
       points: square.map((point) => apply(pose, point)), closed: true, fill: "--square" })) : [])] };
 }
@@ -83,7 +83,8 @@ function cameraScene(data, posed) {
   return { ...extent, items: [
     cameraItem(UPRIGHT, 0.2 * extent.radius, data.image_size ?? [4, 3], "--blue", undefined),
     ...poses.flatMap((pose, i) => data.boards.map((board) => ({
-      ...boardItem(board, compose(pose, board.world_from_board), posed.length === 1),
+      ...boardItem(board, compose(pose, board.world_from_board), posed.length === 1,
+        posed.length > 8 ? null : "--blue-band"),
       view: posed[i].index })))] };
 }
 

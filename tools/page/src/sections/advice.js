@@ -4,20 +4,16 @@ import { corners } from "../data.js";
 import { digits, isNumber, px } from "../numbers.js";
 import { dots, imageFrame, polygon } from "../plot/frame.js";
 
-function heldHow(pose) {
-  if (!pose) return null;
-  const [x, y, z] = [0, 1, 2].map((row) => pose[row][3]);
-  const tilt = Math.acos(Math.min(1, Math.abs(pose[2][2]))) * 180 / Math.PI;
-  return `The board's origin is ${digits(Math.hypot(x, y, z), 2)} m from the camera; the board is ` +
-    `tilted by ${Math.round(tilt)} degrees against the image.`;
-}
-
-function gainOf({ focal_sigma_now_px: now, focal_sigma_px: then }) {
+// What the picture would gain, unless the sentence says it.
+function gainOf({ sentence, focal_sigma_now_px: now, focal_sigma_px: then }) {
+  if (/standard deviation/.test(sentence)) return null;
   if (!isNumber(now) || !isNumber(then)) return null;
   const times = now / then;
   return `With this picture the sd of the focal length would go from ${px(now)} to ${px(then)}` +
     (times > 1.05 ? ` (${digits(times, 2)} times better).` : ": it adds little.");
 }
+
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 export function advice(data) {
   const next = data.advice;
@@ -25,7 +21,7 @@ export function advice(data) {
   const squares = next.squares_px ?? [];
   const seen = corners(data).filter((corner) => !corner.rejected).map(({ u, v }) => [u, v]);
   return section("next-view", "The next picture to take", null,
-    h("p", { class: "lead" }, next.sentence),
+    h("p", { class: "lead" }, capital(next.sentence ?? "")),
     data.image_size && next.outline_px?.length ? chart({
       name: "next-view", marks: squares.length || 1,
       label: "The board as it should be seen in the next picture",
@@ -35,6 +31,5 @@ export function advice(data) {
       squares.map((square) => polygon(square, "square"))),
     h("p", { class: "legend" }, key("square-board", "the board, next"),
       key("dot-faint", "corners so far"))) : null,
-    h("p", null, gainOf(next)),
-    h("p", { class: "note" }, heldHow(next.camera_from_board)));
+    h("p", null, gainOf(next)));
 }

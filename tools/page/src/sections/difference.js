@@ -1,9 +1,12 @@
 // Two calibrations of one camera: where their projections differ, and if that is more than noise.
 import { chart, h, section, table } from "../dom.js";
 import { VIRIDIS } from "../colour.js";
-import { NONE, bySigma, digits, distance, isNumber, niceBelow, px, quantile } from "../numbers.js";
+import { NONE, bySigma, digits, distance, distanceTitle, isNumber, niceBelow,
+         px, quantile, range } from "../numbers.js";
 import { strokes } from "../plot/frame.js";
 import { colourBar, colourScale, heatmap } from "../plot/heatmap.js";
+
+const ROUNDING_PX = 1e-9;
 
 const length = (map) => map.u_px.map((row, j) => row.map((u, i) =>
   (isNumber(u) && isNumber(map.v_px[j][i]) ? Math.hypot(u, map.v_px[j][i]) : null)));
@@ -21,13 +24,13 @@ function field(map, factor, [width, height]) {
 
 function mapOf(map, grid, scale, factor, size) {
   return h("div", { class: "small-map" },
-    h("h3", null, isNumber(map.distance_m) ? `At ${distance(map.distance_m)}` : "Far away (infinity)"),
+    h("h3", null, distanceTitle(map.distance_m)),
     heatmap(grid, scale, size, { over: field(map, factor, size) }));
 }
 
 function significance(p) {
   if (!isNumber(p)) return NONE;
-  if (p < 1e-6) return "below 0.000 001";
+  if (p < 1e-6) return "< 0.000001";
   return digits(p, 2);
 }
 
@@ -37,6 +40,10 @@ function maps(data) {
   if (!list.length || !data.image_size) return null;
   const grids = list.map(length);
   const values = grids.flat(2).filter(isNumber);
+  if (!(range(values).high > ROUNDING_PX)) {
+    return section("difference", "Difference of the projection", { wide: true },
+      h("p", null, "The two cameras project alike, to the last digits of the computer."));
+  }
   const scale = colourScale(values, VIRIDIS);
   const large = quantile(values, 0.95);
   const factor = large > 0 ? niceBelow(0.06 * data.image_size[0] / large) : 1;
@@ -50,12 +57,12 @@ function maps(data) {
         "than expected from the uncertainties of both.",
     }, h("div", { class: "grid many" }, list.map((map, i) =>
       mapOf(map, grids[i], scale, factor, data.image_size))), colourBar(scale, "px")),
-    table(["distance", "difference (RMS)", "expected from noise", "largest", "chance of it (p)"],
-      list.map((map) => [distance(map.distance_m), px(map.rms_px), px(map.expected_px),
-        px(map.max_px), significance(map.p_value)]),
+    table(["distance", "RMS [px]", "by noise [px]", "largest [px]", "p"],
+      list.map((map) => [distance(map.distance_m), digits(map.rms_px),
+        digits(map.expected_px), digits(map.max_px), significance(map.p_value)]),
       { numeric: [1, 2, 3, 4], label: "Difference at each distance" }),
     h("p", { class: "read" }, h("b", null, "How to read it: "),
-      "p is the probability of a difference at least this large if both calibrations describe ",
+      "the difference, beside what noise alone would make. p is the probability of a difference at least this large if both calibrations describe ",
       "the same camera. Below 0.01 they do not agree."));
 }
 
@@ -79,7 +86,8 @@ function parameterTable(data) {
       "it is hardly noise. Single coefficients may differ although the projections agree.",
   }, table(["", data.difference.a ?? "A", data.difference.b ?? "B", "apart"], rows.map((row) => [
     h("b", null, row.name), value(row.a, row.sigma_a), value(row.b, row.sigma_b),
-    sigmaBar(row.in_sigmas)]), { numeric: [1, 2], label: "Parameters of both calibrations" })));
+    sigmaBar(row.in_sigmas)]),
+  { numeric: [1, 2], label: "Parameters of both calibrations", kind: "both" })));
 }
 
 export function difference(data) {

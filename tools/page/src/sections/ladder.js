@@ -17,20 +17,23 @@ function logShare(values) {
   const [low, high] = [Math.min(...positive), Math.max(...positive)];
   return (x) => {
     if (!isNumber(x)) return NaN;
-    if (x <= 0 || low >= high) return x > 0 ? 1 : 0;
+    if (x <= 0) return NaN;
+    if (low >= high) return 1;
     return 0.06 + 0.94 * Math.log(x / low) / Math.log(high / low);
   };
 }
 
 function rowOf(step, best, evidence, change, model) {
   const worse = isNumber(step.bic) ? step.bic - best : NaN;
+  const words = worse === 0 ? "best" : isNumber(worse) ? `+${digits(worse, 2)}` : NONE;
   return h("tr", { class: step.taken ? "taken" : "skipped", "data-model": step.model },
     h("th", { scope: "row" }, step.taken ? h("span", { class: "tick" }, "✓ ") : null, step.model,
       step.model === model ? h("span", { class: "tag" }, "answer") : null),
-    h("td", { class: "number" }, String(step.num_parameters ?? NONE)),
-    h("td", null, bar(evidence(worse), worse === 0 ? "best" : isNumber(worse)
-      ? `+${digits(worse, 2)}` : NONE, "evidence")),
-    h("td", null, bar(change(step.difference_px), px(step.difference_px), "change")),
+    h("td", { class: "number", "data-head": "parameters: " }, String(step.num_parameters ?? NONE)),
+    h("td", { class: "bars", "data-head": "evidence against" },
+      bar(evidence(worse), words, "evidence")),
+    h("td", { class: "bars", "data-head": "difference" },
+      bar(change(step.difference_px), px(step.difference_px), "change")),
     h("td", { class: "why" }, step.sentence ?? ""));
 }
 

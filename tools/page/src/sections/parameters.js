@@ -30,13 +30,14 @@ function valueOf(parameter) {
 
 function noteOf({ value, sigma }) {
   if (!isNumber(value)) return "not determined. ";
-  if (sigma === 0) return "held, not estimated. ";
+  if (sigma === 0) return "not estimated. ";
   return isNumber(sigma) ? "" : "standard deviation unknown. ";
 }
 
 // "902.496" and "± 0.012" under each other, so that points and signs stand in columns.
 function aligned(text) {
-  const [value, sigma] = text.split(" ± ");
+  if (text.endsWith(", held")) return [text.replace(", held", ""), "held"];
+  const [value, sigma] = text.split(/ ±\s/);
   return sigma === undefined ? [value, ""] : [value, `± ${sigma}`];
 }
 
@@ -47,9 +48,10 @@ export function parameters(data) {
     table(["", "value", "1 sd", "", "meaning"], rows.map((parameter) => ({
       class: isNumber(parameter.value) ? null : "missing",
       cells: [h("b", null, parameter.name), ...aligned(valueOf(parameter)), parameter.unit ?? "",
-        h("span", { class: "note" }, noteOf(parameter), MEANING[parameter.name] ?? "")],
-    })), { numeric: [1, 2], label: "Parameters of the camera" }),
-    h("p", { class: "read" }, h("b", null, "How to read it: "),
+        h("span", { class: "meaning" }, noteOf(parameter), MEANING[parameter.name] ?? "")],
+    })), { numeric: [1, 2], label: "Parameters of the camera", kind: "parameters" }),
+    !rows.some((row) => isNumber(row.value)) ? null
+      : h("p", { class: "read" }, h("b", null, "How to read it: "),
       "with 68 % probability the true value lies within one standard deviation (sd). ",
       "Coefficients of the distortion act together: judge the lens by the map of its projection."),
     data.image_size

@@ -9,7 +9,8 @@ import { s } from "../dom.js";
 import { distribution } from "./distribution.js";
 import { profile } from "./profile.js";
 
-const SIGNIFICANT = 3;  // standard errors from which on a mean is not noise
+const FEW = 4;  // corners in a cell below which its size says little
+const CHANCE = 0.01;  // probability that noise alone makes a mean count as different from zero
 
 // How much longer than true the vectors are drawn: the largest ones get this share of the width.
 function magnification(sizes, width, share) {
@@ -20,8 +21,9 @@ function magnification(sizes, width, share) {
 // A line of a round length in pixels, for scale.
 function scaleBar(factor, width) {
   const length = niceBelow(width * 0.16 / factor);
+  const share = 100 * length * factor / width;
   return h("p", { class: "legend" },
-    h("span", { class: "scale-bar", style: `width: ${(100 * length * factor / width).toFixed(2)}%` }),
+    h("span", { class: "scale-bar", style: `width: ${share.toFixed(2)}%` }),
     ` ${digits(length, 1)} px, drawn ${factor >= 1 ? digits(factor, 1) : factor} × as long`);
 }
 
@@ -44,9 +46,31 @@ function vectorPlot(data, used) {
     key("cross-rejected", `${count(rejected.length, "corner")} rejected, without a line`)) : null);
 }
 
+// F test of a mean of n residuals with equal noise in x and y: F(2, m), m = 2 (n - 1), whose
+// upper quantile is m / 2 (p^(-2 / m) - 1).
+function differsFromZero(n, size, scatter) {
+  const m = 2 * (n - 1);
+  return size * size / scatter * m / 2 > m / 2 * (CHANCE ** (-2 / m) - 1);
+}
+
+// How many cells differ from zero, beside how many would by chance.
+function judgement(list, data) {
+  const tested = list.filter((cell) => cell.n >= FEW).length;
+  const found = list.filter((cell) => cell.significant).length;
+  const chance = CHANCE * tested;
+  const biased = data.findings?.some(({ code }) => code === "residuals_biased");
+  const words = `Here ${found} of ${tested} cells have one; noise alone makes about ` +
+    `${Math.round(chance)}`;
+  if (biased || found > chance + 4 * Math.sqrt(chance) + 1) {
+    return `${words}: the residuals are systematic.`;
+  }
+  return `${words}.`;
+}
+
 // Corners in cells of a grid over the image, with mean residual and its standard error.
 function cellsOf(used, [width, height]) {
-  const columns = Math.max(4, Math.min(20, Math.round(Math.sqrt(used.length / 12 * width / height))));
+  const wished = Math.round(Math.sqrt(used.length / 12 * width / height));
+  const columns = Math.max(4, Math.min(20, wished));
   const rows = Math.max(3, Math.round(columns * height / width));
   const cells = new Map();
   for (const { u, v, du, dv } of used) {
@@ -62,9 +86,8 @@ function cellsOf(used, [width, height]) {
   const list = [...cells.values()].map(({ i, j, n, du, dv, squares }) => {
     const mean = [du / n, dv / n];
     const scatter = Math.max(0, squares / n - mean[0] ** 2 - mean[1] ** 2);
-    const error = n > 1 ? Math.sqrt(scatter / (n - 1)) : Infinity;
     return { i, j, n, mean, rms: Math.sqrt(squares / n), size: Math.hypot(...mean),
-             significant: n >= 4 && Math.hypot(...mean) > SIGNIFICANT * error };
+             significant: n >= FEW && differsFromZero(n, Math.hypot(...mean), scatter) };
   });
   return { columns, rows, list };
 }
@@ -73,7 +96,8 @@ function meanMap(data, used) {
   const [width, height] = data.image_size;
   const { columns, rows, list } = cellsOf(used, data.image_size);
   const [dx, dy] = [width / columns, height / rows];
-  const scale = colourScale(list.map((cell) => cell.rms), CIVIDIS);
+  const trusted = list.filter((cell) => cell.n >= FEW).map((cell) => cell.rms);
+  const scale = colourScale(trusted.length ? trusted : list.map((cell) => cell.rms), CIVIDIS);
   const factor = magnification(list.map((cell) => cell.size), dx, 0.6);
   const arrow = ({ i, j, mean }) => [(i + 0.5) * dx - 0.5, (j + 0.5) * dy - 0.5,
     factor * mean[0], factor * mean[1]];
@@ -83,13 +107,10 @@ function meanMap(data, used) {
     name: "residual-map", marks: list.length, title: "As a map",
     label: `Mean residual in ${list.length} cells; ${significant} differ from zero`,
     read: "the colour is the size (RMS) of the residuals in a cell, the line their mean. A white " +
-      "line is more than noise would make (3 standard errors). " +
-      (significant > Math.max(2, 0.05 * list.length)
-        ? `Here ${significant} of ${list.length} cells have one: the residuals are systematic.`
-        : `Here ${significant} of ${list.length} cells have one: no pattern.`),
+      `line is more than noise would make (p < ${CHANCE}). ${judgement(list, data)}`,
   }, imageFrame(data.image_size,
     list.map(({ i, j, rms, n }) => s("rect", {
-      x: i * dx - 0.5, y: j * dy - 0.5, width: dx, height: dy, class: "cell",
+      x: i * dx - 0.5, y: j * dy - 0.5, width: dx, height: dy, class: n < FEW ? "cell few" : "cell",
       fill: css(colourAt(CIVIDIS, scale.share(rms))) },
     s("title", null, `${count(n, "corner")}, RMS ${px(rms)}`))),
     strokes(drawn(false), "mean faint"), strokes(drawn(true), "mean halo"),

@@ -22,8 +22,10 @@ export function rmsChart(data) {
     ],
     data: [values.map((_, i) => i + 1), values, values.map(() => middle)],
   }));
+  const exceed = large.length === 1 ? "exceeds" : "exceed";
   const words = large.length
-    ? `${large.length} of ${values.length} exceed ${MANY} times the median (${px(middle)}): ` +
+    ? `${large.length} of ${values.length} ${exceed} ${MANY} times the median ` +
+      `(${px(middle)}): ` +
       `${large.slice(0, 3).map((view) => view.image).join(", ")}${large.length > 3 ? ", .." : ""}.`
     : `None exceeds ${MANY} times the median (${px(middle)}, dashed).`;
   return chart({

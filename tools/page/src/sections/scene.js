@@ -24,7 +24,8 @@ export function scene(data) {
       "tilted and turned. Drag to turn, wheel or two fingers to come closer, arrow keys and + - " +
       "after a click; click a camera for its picture.",
   }, view.node, h("p", { class: "controls" },
-    button("From the side", () => view.look(0.6, 0.35)), button("From above", () => view.look(0, 1.57)),
+    button("From the side", () => view.look(0.6, 0.35)),
+    button("From above", () => view.look(0, 1.57)),
     button("Boards stand still", () => view.show(buildScene(data, "world"))),
     button("Camera stands still", () => view.show(buildScene(data, "camera")))),
   h("p", { class: "legend" }, key("line-camera", "camera"),

@@ -1,7 +1,7 @@
 // Standard deviation of the projection over the image, at several distances.
 import { chart, h, section, table } from "../dom.js";
 import { VIRIDIS } from "../colour.js";
-import { NONE, distance, isNumber, px } from "../numbers.js";
+import { digits, distance, distanceTitle, isNumber } from "../numbers.js";
 import { colourBar, colourScale, heatmap } from "../plot/heatmap.js";
 
 const finite = (maps) => maps.flatMap((map) => (map.sigma_px ?? []).flat()).filter(isNumber);
@@ -11,7 +11,7 @@ function mapOf(map, scale, data) {
   const missing = values.filter((value) => !isNumber(value)).length;
   const hull = data.seen?.hull ?? null;
   return h("div", { class: "small-map" },
-    h("h3", null, isNumber(map.distance_m) ? `At ${distance(map.distance_m)}` : "Far away (infinity)"),
+    h("h3", null, distanceTitle(map.distance_m)),
     heatmap(map.sigma_px, scale, data.image_size, { hull }),
     missing ? h("p", { class: "note" }, `Hatched: no ray at ${missing} of ${values.length} nodes.`)
       : null);
@@ -33,8 +33,7 @@ export function uncertainty(data) {
         "lens model does.",
     }, h("div", { class: "grid many" }, maps.map((map) => mapOf(map, scale, data))),
     colourBar(scale, "px")),
-    table(["distance", "in the centre", "where corners were", "at worst"], maps.map((map) => [
-      distance(map.distance_m), px(map.centre_px), px(map.region_px),
-      isNumber(map.max_px) ? px(map.max_px) : NONE]),
+    table(["distance", "centre [px]", "at corners [px]", "worst [px]"], maps.map((map) => [
+      distance(map.distance_m), digits(map.centre_px), digits(map.region_px), digits(map.max_px)]),
     { numeric: [1, 2, 3], label: "Standard deviation of the projection" }));
 }

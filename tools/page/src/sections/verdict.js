@@ -1,4 +1,5 @@
 // The head of the page: what it is, the verdict in a sentence, and the numbers that matter.
+import { isCalibration } from "../data.js";
 import { h } from "../dom.js";
 import { count, digits, isNumber, percent, px } from "../numbers.js";
 
@@ -8,6 +9,8 @@ const LEVELS = {
   ambiguous: ["?", "Ambiguous"],
   no_answer: ["✕", "No answer"],
 };
+
+const DIFFER = { ok: ["✓", "Consistent"], warnings: ["!", "They differ"] };
 
 const STATUS = {
   ambiguous: "A single view fits two poses. Both are given, with odds. A further view decides.",
@@ -31,11 +34,12 @@ function focalTile(data) {
   if (!isNumber(focal.value)) return tile("Focal length", "not determined", null);
   const sd = focal.sigma === 0 ? "held, not estimated"
     : isNumber(focal.sigma) ? "± 1 standard deviation" : null;
-  return tile(`Focal length (${focal.name})`, `${plusMinus(focal.text)} ${focal.unit ?? ""}`, sd);
+  return tile(`Focal length (${focal.name})`,
+    `${plusMinus(focal.text)}\u00a0${focal.unit ?? ""}`, sd);
 }
 
 // "902.496 +- 0.012" with the sign that print uses.
-export const plusMinus = (text) => text?.replace("+-", "±").replace(/^-/, "−") ?? "";
+export const plusMinus = (text) => text?.replace("+- ", "±\u00a0").replace(/^-/, "−") ?? "";
 
 function projectionTile(data) {
   const regions = data.projection?.filter((map) => isNumber(map.region_px)) ?? [];
@@ -53,7 +57,7 @@ function tiles(data) {
     isNumber(data.rms_px) ? tile("Residuals", px(data.rms_px), "RMS per corner") : null,
     isNumber(data.noise_px)
       ? tile("Corner noise", px(data.noise_px), "sd per coordinate") : null,
-    isNumber(data.seen?.share)
+    isCalibration(data) && isNumber(data.seen?.share)
       ? tile("Image covered", percent(data.seen.share), "lies among the corners") : null,
     isNumber(data.num_pictures)
       ? tile("Pictures", String(data.num_pictures),
@@ -68,8 +72,9 @@ function tiles(data) {
 
 export function verdict(data) {
   const { level = "ok", sentence = "" } = data.verdict ?? data.difference?.verdict ?? {};
-  const [mark, word] = LEVELS[level] ?? LEVELS.warnings;
-  const advice = level === "no_answer" || level === "ambiguous" ? STATUS[data.status] : null;
+  const [mark, word] = (data.kind === "difference" ? DIFFER : LEVELS)[level] ?? LEVELS.warnings;
+  const said = data.findings?.some(({ severity }) => severity === "error");
+  const advice = said ? null : STATUS[data.status];
   const shown = tiles(data);
   return h("header", { class: `verdict ${level}`, "data-level": level },
     h("p", { class: "kind" }, kindOf(data)),
@@ -77,7 +82,7 @@ export function verdict(data) {
     h("p", { class: "sentence" },
       h("span", { class: "badge" }, h("span", { "aria-hidden": "true" }, mark), ` ${word}`),
       withoutWord(sentence, word)),
-    data.noise_sentence ? h("p", { class: "note" }, data.noise_sentence) : null,
+    data.noise_sentence ? h("p", { class: "note" }, `Noise: ${data.noise_sentence}`) : null,
     advice ? h("p", { class: "advice" }, advice) : null,
     shown.length ? h("dl", { class: "tiles" }, shown) : null);
 }
@@ -90,6 +95,7 @@ const kindOf = (data) => KINDS[data.kind] ?? KINDS.calibration;
 function withoutWord(sentence, word) {
   const at = sentence.indexOf(":");
   const start = sentence.slice(0, Math.max(0, at)).toLowerCase();
-  const repeats = at > 0 && (word.toLowerCase().startsWith(start) || /^(ok|no answer)/.test(start));
+  const repeats = at > 0 &&
+    (word.toLowerCase().startsWith(start) || /^(ok|no answer|consistent|different)/.test(start));
   return repeats ? sentence.slice(at + 1).trim() : sentence;
 }

@@ -2,7 +2,7 @@
 import { h, key, table } from "../dom.js";
 import { cornersOfView } from "../data.js";
 import { NONE, count, digits, isNumber, niceBelow, px, quantile } from "../numbers.js";
-import { crosses, imageFrame, pluses, rings, strokes } from "../plot/frame.js";
+import { crosses, dots, imageFrame, pluses, rings, strokes } from "../plot/frame.js";
 import { zoomable } from "../plot/viewbox.js";
 import { findingList } from "./findings.js";
 import { captionOf, isAnswer, picture } from "./view_parts.js";
@@ -24,8 +24,9 @@ function overlay(data, view, seen) {
   return { factor, size, image: imageFrame(size, picture(view, size),
     strokes(lines, "magnified halo"), strokes(lines, "magnified"),
     rings(at(used), width / 200, "detected halo"), rings(at(used), width / 200, "detected"),
-    pluses(reprojected, width / 320, "reprojected"),
-    crosses(at(rejected), width / 90, "rejected halo"), crosses(at(rejected), width / 90, "rejected")) };
+    dots(at(used), "exact"), pluses(reprojected, width / 320, "reprojected"),
+    crosses(at(rejected), width / 90, "rejected halo"),
+    crosses(at(rejected), width / 90, "rejected")) };
 }
 
 function worstTable(seen) {
@@ -67,7 +68,8 @@ function content(data, index) {
       key("line-magnified", `residual, drawn ${count(factor, "", "").trim()} × as long`),
       rejected ? key("cross-rejected", "rejected") : null),
     h("p", null, isAnswer(view) ? "" : `${view.status}. `, captionOf(view),
-      isNumber(view.max_px) ? `, largest ${px(view.max_px)}` : "", view.sentence ? `. ${view.sentence}` : ""),
+      isNumber(view.max_px) ? `, largest ${px(view.max_px)}` : "",
+      view.sentence ? `. ${view.sentence}` : ""),
     view.findings?.length ? findingList(view.findings) : null,
     hypothesesTable(view), worstTable(seen)] };
 }

@@ -26,19 +26,22 @@ function card(data, entry, order) {
   return h("button", { type: "button", class: `view ${isAnswer(view) ? "" : "off"}`, click: open,
                        "data-view": index, "data-corners": seen.length,
                        "aria-label": `${view.image}, ${captionOf(view)}: enlarge` },
-    imageFrame(size, picture(view, size), dots(at(false), "halo-dot"), dots(at(false), "used"),
-      crosses(at(true), size[0] / 60, "rejected halo"), crosses(at(true), size[0] / 60, "rejected")),
+    !view.thumbnail && !seen.length ? null : imageFrame(size, picture(view, size),
+      dots(at(false), "halo-dot"), dots(at(false), "used"),
+      crosses(at(true), size[0] / 60, "rejected halo"),
+      crosses(at(true), size[0] / 60, "rejected")),
     h("span", { class: "name" }, view.image),
     h("span", { class: "note" }, captionOf(view)),
     isAnswer(view) ? null : h("span", { class: "tag warn" }, view.status),
-    view.thumbnail ? null : h("span", { class: "note" }, view.sentence ?? "no picture"));
+    view.thumbnail ? null : h("span", { class: "note" }, view.sentence ?? "picture not shown"));
 }
 
 // The cards with a choice of their order; draws again when the order changes.
 function gallery(data, entries) {
   const state = { order: "residual", all: entries.length <= FIRST };
   const cards = h("div", { class: "views" });
-  const more = h("button", { type: "button", class: "more" }, `Show all ${entries.length} pictures`);
+  const more = h("button", { type: "button", class: "more" },
+    `Show all ${entries.length} pictures`);
   const sorted = () => [...entries].sort(ORDERS[state.order][1]);
   const draw = () => {
     const order = () => sorted().map(({ index }) => index);
@@ -62,8 +65,9 @@ export function views(data) {
     chart({
       name: "views", marks: entries.length,
       label: `${count(entries.length, "picture")} with their corners`,
-      read: "look at the first ones: blur, a hand over the board, or a wrong corner shows there. " +
+      read: "look at the first ones for blur, a hand over the board or a wrong corner. " +
         "Click a picture to enlarge it and to see each residual.",
-    }, gallery(data, entries), h("p", { class: "legend" }, key("dot-used", "corner, as detected"),
+    }, gallery(data, entries), !data.corners?.u?.length ? null : h("p", { class: "legend" },
+      key("dot-used", "corner, as detected"),
       rejected ? key("cross-rejected", "rejected corner") : null)));
 }
