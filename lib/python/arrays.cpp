@@ -26,8 +26,7 @@ py::array any_array(py::handle argument, const char* name) {
   if (argument.is_none()) throw Error(std::string(name) + ": must be an array, got None");
   py::array array = py::array::ensure(argument);  // clears numpy's error
   if (!array)
-    throw Error(std::string(name) + ": must be an array of numbers, got " +
-                text(py::type::handle_of(argument).attr("__name__")));
+    throw Error(std::string(name) + ": must be an array of numbers, got " + type_name(argument));
   return array;
 }
 
@@ -171,7 +170,7 @@ double* output_array(py::handle argument, const char* name, std::span<const py::
   if (!is_double_array(argument))
     throw Error(must + (py::isinstance<py::array>(argument)
                             ? "dtype " + text(argument.attr("dtype"))
-                            : text(py::type::handle_of(argument).attr("__name__"))));
+                            : type_name(argument)));
   auto array = py::reinterpret_borrow<py::array_t<double>>(argument);
   if (!std::equal(shape.begin(), shape.end(), array.shape(), array.shape() + array.ndim()))
     throw Error(must + shape_text(array));

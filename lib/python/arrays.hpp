@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "python/arguments.hpp"
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/scene/image.hpp"
 
@@ -21,20 +22,10 @@ namespace tagcal::python {
 namespace py = pybind11;
 
 // An argument that may be anything that numpy makes an array of; the functions below check it.
-class ArrayLike : public py::object {
-  static bool is_any(PyObject*) { return true; }
-
- public:
-  PYBIND11_OBJECT_DEFAULT(ArrayLike, py::object, is_any)
-};
+using ArrayLike = Argument<"ArrayLike">;
 
 // An array that a result is written into; output_array() checks it.
-class OutputArray : public py::object {
-  static bool is_any(PyObject*) { return true; }
-
- public:
-  PYBIND11_OBJECT_DEFAULT(OutputArray, py::object, is_any)
-};
+using OutputArray = Argument<"OutputArray">;
 
 // An array of float64, contiguous and aligned, of a real dtype before. `name`: of the argument.
 py::array_t<double> real_array(py::handle argument, const char* name);
@@ -104,14 +95,3 @@ py::array array_of(const Picture& picture);
 Picture picture_of(py::handle argument, const char* name);
 
 }  // namespace tagcal::python
-
-namespace pybind11::detail {
-template <>
-struct handle_type_name<tagcal::python::ArrayLike> {
-  static constexpr auto name = const_name("ArrayLike");
-};
-template <>
-struct handle_type_name<tagcal::python::OutputArray> {
-  static constexpr auto name = const_name("OutputArray");
-};
-}  // namespace pybind11::detail

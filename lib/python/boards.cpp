@@ -27,7 +27,7 @@ PlacedBoard placed_board(py::handle object, const std::string& name) {
   }
   if (py::isinstance<Board>(object)) return {py::cast<Board>(object), Pose()};
   throw Error(name + ": must be a Board, a PlacedBoard or a list of these, got " +
-              py::cast<std::string>(py::type::handle_of(object).attr("__name__")));
+              type_name(object));
 }
 
 void check_ids(const std::vector<PlacedBoard>& boards, const char* name) {

@@ -11,12 +11,7 @@
 namespace tagcal::python {
 
 // A target: a Board, a PlacedBoard, or a list of these.
-class TargetLike : public pybind11::object {
-  static bool is_any(PyObject*) { return true; }
-
- public:
-  PYBIND11_OBJECT_DEFAULT(TargetLike, pybind11::object, is_any)
-};
+using TargetLike = Argument<"TargetLike">;
 
 // The boards of a target; a Board alone stands at the world's origin. Throws Error with the
 // argument's name for other objects, an empty list, and ids that two boards share.
@@ -29,10 +24,3 @@ py::array_t<int> array_of_ids(std::span<const CornerId> ids);
 void bind_view(py::module_& m);
 
 }  // namespace tagcal::python
-
-namespace pybind11::detail {
-template <>
-struct handle_type_name<tagcal::python::TargetLike> {
-  static constexpr auto name = const_name("TargetLike");
-};
-}  // namespace pybind11::detail

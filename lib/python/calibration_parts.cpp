@@ -5,7 +5,7 @@
 #include "python/calibration.hpp"
 #include "python/records.hpp"
 
-// What a Calibration consists of.
+// Binds the parts of a Calibration.
 
 namespace tagcal::python {
 namespace {

@@ -158,10 +158,6 @@ std::string file_camera_text(const FileCamera& camera) {
          ", " + std::string(names[0]) + " " + number(values[0]);
 }
 
-std::string count(std::size_t n, const char* what) {
-  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
-}
-
 void bind_file_camera(py::module_& m) {
   Record<FileCamera>(m, "FileCamera", "One camera of a file of any program.")
       .field("name", &FileCamera::name, "In the file, such as \"cam0\"; may be empty.")
@@ -196,9 +192,9 @@ void bind_camera_file(py::module_& m) {
       .field("poses", &CameraFile::poses, "Of its pictures; empty: not in the file.")
       .field("notes", &CameraFile::notes, "What was changed or dropped, a sentence each.")
       .representation([](const CameraFile& file) {
-        return file.format + ", " + count(file.cameras.size(), "camera") + ", " +
-               count(file.poses.size(), "pose") +
-               (file.notes.empty() ? "" : ", " + count(file.notes.size(), "note"));
+        return file.format + ", " + counted(file.cameras.size(), "camera") + ", " +
+               counted(file.poses.size(), "pose") +
+               (file.notes.empty() ? "" : ", " + counted(file.notes.size(), "note"));
       })
       .def(py::init(&make_camera_file), py::arg("cameras"),
            py::arg("poses") = std::vector<ImagePose>(), "For `write_camera`.");

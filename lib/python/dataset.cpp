@@ -24,7 +24,7 @@ std::vector<py::object> elements_of(const ArrayLike& argument, const char* name)
   if (!is_list &&
       !(py::isinstance<py::array>(argument) && py::cast<int>(argument.attr("ndim")) > 0))
     throw Error(std::string(name) + ": must be a list of arrays, one for each view, got " +
-                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+                type_name(argument));
   std::vector<py::object> arrays;
   for (const py::handle& element : argument)
     arrays.push_back(py::reinterpret_borrow<py::object>(element));
@@ -150,13 +150,10 @@ std::pair<ListOfArrays, ListOfArrays> lists_of(const Dataset& dataset) {
 std::string dataset_text(const Dataset& dataset) {
   std::size_t corners = 0;
   for (const View& view : dataset.views) corners += view.observations.size();
-  const auto count = [](std::size_t n, const char* what) {
-    return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
-  };
   return std::to_string(dataset.image_size.width) + " x " +
-         std::to_string(dataset.image_size.height) + ", " + count(dataset.boards.size(), "board") +
-         ", " + count(dataset.views.size(), "view") + ", " + count(corners, "corner") +
-         (dataset.truth ? ", with truth" : "");
+         std::to_string(dataset.image_size.height) + ", " +
+         counted(dataset.boards.size(), "board") + ", " + counted(dataset.views.size(), "view") +
+         ", " + counted(corners, "corner") + (dataset.truth ? ", with truth" : "");
 }
 
 void bind_truth(py::module_& m) {

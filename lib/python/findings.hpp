@@ -6,7 +6,7 @@
 
 namespace tagcal::python {
 
-// What an estimate without an answer says: its status and the sentence of its refusal.
+// The text of an estimate without an answer: its status and the sentence of its refusal.
 std::string refusal(Status status, const std::vector<Finding>& findings);
 
 // "; 2 warnings", or nothing.

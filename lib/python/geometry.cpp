@@ -31,7 +31,7 @@ std::vector<Pose> poses_of(const PosesLike& argument, const char* name) {
     if (is_array || py::isinstance<Pose>(argument)) return {pose_of(argument, name)};
     throw Error(std::string(name) +
                 ": must be a Pose, a list of these or an array (N, 4, 4), got " +
-                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+                type_name(argument));
   }
   std::vector<Pose> poses;
   for (const py::handle& element : argument) {

@@ -22,7 +22,7 @@ Input input_of(const ImageLike& argument, const std::string& name) {
   }
   if (!py::isinstance<py::array>(argument))
     throw Error(name + ": must be an array (height, width) or the path of a file, got " +
-                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+                type_name(argument));
   const py::dtype type = py::reinterpret_borrow<py::array>(argument).dtype();
   if (type.kind() == 'u' && type.itemsize() == 2)
     return PictureArray<std::uint16_t>(argument, name.c_str());

@@ -12,12 +12,7 @@
 namespace tagcal::python {
 
 // A picture: an array (height, width) of uint8 or uint16, or the path of a file.
-class ImageLike : public py::object {
-  static bool is_any(PyObject*) { return true; }
-
- public:
-  PYBIND11_OBJECT_DEFAULT(ImageLike, py::object, is_any)
-};
+using ImageLike = Argument<"ImageLike">;
 
 // A picture to be searched, of 8 bits: an array of uint8 in place; one of uint16 as read_image
 // scales it; the path of a file as read_image reads it. Throws Error with the argument's name for
@@ -50,10 +45,3 @@ class GreyImage {
 };
 
 }  // namespace tagcal::python
-
-namespace pybind11::detail {
-template <>
-struct handle_type_name<tagcal::python::ImageLike> {
-  static constexpr auto name = const_name("ImageLike");
-};
-}  // namespace pybind11::detail

@@ -5,7 +5,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 
-// What is known of a camera, from the objects that have one.
+// Gathers what is known of a camera from the objects that have one.
 
 namespace tagcal::python {
 
@@ -41,7 +41,7 @@ CalibrationFile known_camera(const CameraLike& argument, const char* name) {
   if (py::isinstance<CalibrationFile>(argument)) return py::cast<const CalibrationFile&>(argument);
   if (!py::isinstance<Calibration>(argument))
     throw Error(prefix + "must be a Camera, an UncertainCamera or a Calibration, got " +
-                py::cast<std::string>(py::type::handle_of(argument).attr("__name__")));
+                type_name(argument));
   try {
     return known_camera(py::cast<const Calibration&>(argument));
   } catch (const Error& error) {

@@ -71,6 +71,9 @@ NumbersByName numbers_by_name(const Names& names, const auto& values) {
   return numbers;
 }
 
+// "1 view", "2 views"
+std::string counted(std::size_t count, const std::string& what);
+
 // A number as a person writes it, with `digits` significant digits.
 std::string number(double value, int digits = 6);
 

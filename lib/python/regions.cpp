@@ -10,7 +10,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/seen_region.hpp"
 
-// Where corners were in an image, and grids of nodes over it.
+// Binds the region of the corners in an image, and grids of nodes over it.
 
 namespace tagcal::python {
 namespace {

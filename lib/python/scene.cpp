@@ -79,13 +79,10 @@ MovingScene scene_of(const Camera& camera, const TargetLike& target, const Poses
 
 std::string scene_text(const MovingScene& scene) {
   const ImageSize& size = scene.settings.camera.image_size;
-  const auto plural = [](std::size_t n, const std::string& thing) {
-    return std::to_string(n) + " " + thing + (n == 1 ? "" : "s");
-  };
-  std::string text = plural(scene.boards.size(), "board");
-  if (!scene.occluders.empty()) text += ", " + plural(scene.occluders.size(), "occluder");
-  return text + ", " + plural(static_cast<std::size_t>(scene.settings.num_views), "view") + " of " +
-         std::to_string(size.width) + " x " + std::to_string(size.height) +
+  std::string text = counted(scene.boards.size(), "board");
+  if (!scene.occluders.empty()) text += ", " + counted(scene.occluders.size(), "occluder");
+  return text + ", " + counted(static_cast<std::size_t>(scene.settings.num_views), "view") +
+         " of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
          (moves(scene) ? ", moving" : "");
 }
 

@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "python/arguments.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/io/types.hpp"
@@ -12,12 +13,7 @@ namespace tagcal::python {
 
 // A camera and what is known of it: a Camera (taken as exact), an UncertainCamera (which is
 // CalibrationFile in C++) or a Calibration.
-class CameraLike : public pybind11::object {
-  static bool is_any(PyObject*) { return true; }
-
- public:
-  PYBIND11_OBJECT_DEFAULT(CameraLike, pybind11::object, is_any)
-};
+using CameraLike = Argument<"CameraLike">;
 
 // Throws Error with the argument's name for other objects, and for a calibration without a camera.
 CalibrationFile known_camera(const CameraLike& argument, const char* name);
@@ -37,10 +33,3 @@ LensOfModel lens_of_model(const CalibrationFile& known);
 std::optional<Camera> camera_of_answer(const Calibration& calibration);
 
 }  // namespace tagcal::python
-
-namespace pybind11::detail {
-template <>
-struct handle_type_name<tagcal::python::CameraLike> {
-  static constexpr auto name = const_name("CameraLike");
-};
-}  // namespace pybind11::detail

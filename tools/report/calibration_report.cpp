@@ -17,10 +17,6 @@
 namespace tagcal::tools {
 namespace {
 
-std::string counted(std::size_t count, std::string_view what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 std::string number_of_warnings(std::span<const Finding> findings) {
   const auto count =
       static_cast<std::size_t>(std::ranges::count(findings, Severity::warning, &Finding::severity));

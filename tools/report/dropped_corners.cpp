@@ -9,6 +9,8 @@
 #include <set>
 #include <string_view>
 
+#include "report/terminal.hpp"
+
 namespace tagcal::tools {
 namespace {
 
@@ -60,10 +62,6 @@ std::vector<DroppedView> by_view(const Calibration& calibration) {
     return std::pair(a.whole, badness(a)) > std::pair(b.whole, badness(b));
   });
   return sorted;
-}
-
-std::string counted(std::size_t count, std::string_view what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 std::string pixels(double residual) {

@@ -70,6 +70,10 @@ std::string wrapped(std::string_view first, std::string_view text, std::size_t i
   return result + "\n";
 }
 
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 Measured measured(double value, double sigma) {
   if (!(sigma > 0) || !std::isfinite(sigma))
     return {fmt::format("{:.6g}", value), std::isinf(sigma) ? "no bound" : ""};

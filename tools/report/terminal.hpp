@@ -26,6 +26,9 @@ std::string toned(Tone tone, std::string_view text);
 // whole.
 std::string wrapped(std::string_view first, std::string_view text, std::size_t indent);
 
+// "1 picture", "2 pictures"
+std::string counted(std::size_t count, std::string_view what);
+
 // A number and its standard deviation as text, both with the decimals that show two significant
 // digits of the latter. Without one (0, infinite or NaN) the number has six significant digits.
 struct Measured {

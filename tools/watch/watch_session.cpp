@@ -38,10 +38,6 @@ std::string key_of_urgent(const Finding& finding) {
   return is_of_target ? finding.code : "";
 }
 
-std::string counted(std::size_t count, std::string_view what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 }  // namespace
 
 WatchSession::WatchSession(WatchOptions options, WatchedPictures& pictures,
@@ -63,8 +59,8 @@ void WatchSession::greet() const {
 }
 
 ExitCode WatchSession::run() {
+  const Interruption interruption;  // from the first word on, Ctrl-C leaves a calibration
   greet();
-  const Interruption interruption;
   for (;;) {
     const End end = step();
     if (end != End::none) return finish(end);

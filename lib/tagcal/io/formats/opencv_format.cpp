@@ -98,7 +98,7 @@ void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
 
 // Files of other programs may mean something else by the key: only a list of texts is taken.
 void read_warnings(const YamlValue& top, CalibrationFile& file) {
-  constexpr std::size_t kMostWarnings = 1000;
+  constexpr std::size_t kMostWarnings = 1000;  // more is no list of tagcal's; chosen by hand
   const auto warnings = top.find("warnings");
   if (!warnings || !warnings->is_list()) return;
   for (const YamlValue& warning : warnings->items(0, kMostWarnings))

@@ -14,6 +14,8 @@
 namespace tagcal::internal {
 namespace {
 
+// Quality (0 to 100) from which colour keeps the resolution of the picture. Source: none; chosen by
+// hand: below it the size counts, as for thumbnails.
 constexpr int kFullColourQuality = 90;
 
 class JpegEncoder {

@@ -7,6 +7,8 @@
 
 namespace tagcal::internal {
 
+// Most corners of an occluder, from files and programs: more is a mistake in the input. Source:
+// none; chosen by hand.
 constexpr std::size_t kMaxPolygonCorners = 1000;
 
 // Why corners are no flat convex polygon, as the end of a sentence ("must not lie on a line"). No
