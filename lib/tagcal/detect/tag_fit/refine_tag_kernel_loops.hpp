@@ -228,7 +228,7 @@ inline IntPack seen(const TagTable& table, Pack x, Pack y, float reach, const Fe
     unknown |= splat<BitPack>(table.unknown[j]) >> shift & is_there;
   }
   const IntPack lines =
-      (columns.count() > 1) | (rows.count() > 1) ? kSeenLines - IntPack{} : kSeenLine - IntPack{};
+      ((columns.count() > 1) | (rows.count() > 1)) ? kSeenLines - IntPack{} : kSeenLine - IntPack{};
   const IntPack cells = (any_white & all) == 0U ? kSeenBlack - IntPack{} : lines;
   return (unknown & all) != 0U ? IntPack{} : all_white == all ? kSeenWhite - IntPack{} : cells;
 }

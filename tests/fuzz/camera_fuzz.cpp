@@ -1,0 +1,70 @@
+// Camera files of all programs: what was read is written in every format that takes it; ours gives
+// the same numbers back. An input with a line `--8<--` is COLMAP's folder: cameras.txt above it,
+// images.txt below.
+#include <algorithm>
+
+#include "fuzz/fuzz.hpp"
+#include "tagcal/io/camera_file.hpp"
+
+namespace {
+
+using namespace tagcal;
+
+void check_camera(const FileCamera& camera) {
+  if (camera.foreign_lens) return;
+  for (const double value : parameters(camera.calibration.camera.lens))
+    fuzz::require(std::isfinite(value), "parameters are finite");
+  if (camera.camera_from_rig)
+    fuzz::require(camera.camera_from_rig->matrix().allFinite(), "places in a rig are finite");
+  const Camera& used = camera.calibration.camera;
+  const std::optional<Ray> ray = ray_in_camera(used.lens, image_centre(used.image_size));
+  if (!ray) return;
+  fuzz::require(ray->direction.allFinite(), "rays are finite");
+}
+
+bool are_equal(const CameraFile& a, const CameraFile& b) {
+  if (a.cameras.size() != b.cameras.size()) return false;
+  for (std::size_t i = 0; i < a.cameras.size(); ++i) {
+    const auto p = parameters(a.cameras[i].calibration.camera.lens);
+    const auto q = parameters(b.cameras[i].calibration.camera.lens);
+    if (!std::ranges::equal(p, q)) return false;
+  }
+  return true;
+}
+
+std::filesystem::path written(const fuzz::Scratch& scratch, std::string_view text) {
+  constexpr std::string_view kCut = "\n--8<--\n";
+  const std::size_t cut = text.find(kCut);
+  if (cut == std::string_view::npos) return scratch.write("camera", text);
+  const std::filesystem::path folder = scratch.folder() / "colmap";
+  std::filesystem::create_directories(folder);
+  scratch.write("colmap/cameras.txt", text.substr(0, cut + 1));
+  scratch.write("colmap/images.txt", text.substr(cut + kCut.size()));
+  return folder;
+}
+
+}  // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const fuzz::Scratch scratch;
+  const std::filesystem::path file = written(scratch, fuzz::text_of(data, size));
+  fuzz::is_accepted([&] {
+    const CameraFile read = read_camera_file(file);
+    fuzz::require(!read.cameras.empty(), "a camera file has a camera");
+    std::ranges::for_each(read.cameras, check_camera);
+    for (const ImagePose& pose : read.poses)
+      fuzz::require(pose.camera_from_world.matrix().allFinite(), "poses are finite");
+
+    for (const CameraFormat& format : camera_formats()) {
+      const std::filesystem::path out = scratch.folder() / ("out_" + std::string(format.name));
+      bool is_same = true;
+      const bool is_written = fuzz::is_accepted([&] { write_camera_file(out, read, format.name); });
+      if (!is_written || format.name != "tagcal") continue;
+      const bool is_read =
+          fuzz::is_accepted([&] { is_same = are_equal(read, read_camera_file(out)); });
+      fuzz::require(is_read, "a camera that was written can be read");
+      fuzz::require(is_same, "and is the same");
+    }
+  });
+  return 0;
+}
