@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "tagcal/detect/apriltag/kind_search.hpp"
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
@@ -46,19 +47,15 @@ Image8 inverted(const ImageView8& image) {
   return result;
 }
 
-// The tags of every family and border that the library knows.
-std::vector<SeenKind> all_kinds(const ImageView8& image, int& quads) {
+// The tags of all kinds that the library knows, without those that were probably misread.
+std::vector<SeenKind> sure_kinds(const ImageView8& image, KindsInPicture seen) {
   std::vector<SeenKind> kinds;
-  for (const std::string& family : tag_family_names()) {
-    const int widest = tag_family(family, 1).reversed_border ? 1 : 2;
-    for (int border = 1; border <= widest; ++border) {
-      FamilyDetector detector({family, border, {}, border == 2, {}}, {.max_hamming = 0});
-      std::vector<FoundTag> tags = detector.find(image);
-      quads = std::max(quads, detector.num_quads());
-      const TagFamily patterns = tag_family(family, border);
-      std::erase_if(tags, [&](const FoundTag& tag) { return !is_sure(image, tag, patterns); });
-      if (!tags.empty()) kinds.push_back({family, border, ids_of(tags)});
-    }
+  for (TagsOfKind& of_kind : seen.kinds) {
+    const auto& [family, border_bits] = of_kind.kind;
+    const TagFamily patterns = tag_family(family, border_bits);
+    std::erase_if(of_kind.tags,
+                  [&](const FoundTag& tag) { return !is_sure(image, tag, patterns); });
+    if (!of_kind.tags.empty()) kinds.push_back({family, border_bits, ids_of(of_kind.tags)});
   }
   return kinds;
 }
@@ -69,9 +66,15 @@ bool is_kind(const SeenKind& kind, const Board& board) {
 
 // Number of tags of the board's family and border in a picture.
 std::size_t count_in(const ImageView8& image, const Board& board) {
-  FamilyDetector detector({board.family, board.border_bits, {}, board.corner_squares, {}},
-                          {.max_hamming = 0});
-  return detector.find(image).size();
+  const KindsInPicture seen = search_kinds(image, {{board.family, board.border_bits}});
+  return seen.kinds.empty() ? 0 : seen.kinds.front().tags.size();
+}
+
+// The picture at the size at which detection searches it first.
+Image8 at_first_size(const ImageView8& image) {
+  Image8 result = part_of(image, {0, 0, image.size()});
+  for (int i = 0; i < num_halvings(image.size()); ++i) result = halved(result);
+  return result;
 }
 
 // The centre of another tag in the frame of this one: origin at its centre, unit its side.
@@ -112,7 +115,7 @@ std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Qua
 class Explainer {
  public:
   Explainer(const ImageView8& image, const std::vector<PlacedBoard>& boards)
-      : image_(image), boards_(boards) {
+      : image_(image), first_size_(at_first_size(image)), boards_(boards) {
     result_.size = image.size();
   }
 
@@ -121,7 +124,7 @@ class Explainer {
       result_.mistakes.push_back(small_text());
       return result_;
     }
-    result_.decoded = all_kinds(image_, result_.quads);
+    find_kinds();
     for (const PlacedBoard& placed : boards_) {
       if (!placed.board.tags.empty() && !placed.board.charuco) explain_board(placed.board);
     }
@@ -135,6 +138,18 @@ class Explainer {
   }
 
  private:
+  // A large picture is searched at its full size only if it shows nothing at the first one.
+  void find_kinds() {
+    search_for_kinds(first_size_);
+    if (result_.decoded.empty() && first_size_.size() != image_.size()) search_for_kinds(image_);
+  }
+
+  void search_for_kinds(const ImageView8& searched) {
+    KindsInPicture seen = search_kinds(searched, all_kinds());
+    result_.quads = seen.quads;
+    result_.decoded = sure_kinds(searched, std::move(seen));
+  }
+
   void explain_board(const Board& board) {
     BoardFinder finder({&board}, {});
     const SeenBoards seen = finder.find(image_);
@@ -196,10 +211,12 @@ class Explainer {
                       is_border ? fmt::format("border_bits {}", board.border_bits) : board.family));
     }
     if (named || !nothing_found) return;
-    if (const std::size_t n = count_in(mirrored(image_), board); n >= policy::kBoardMinOtherTags)
+    if (const std::size_t n = count_in(mirrored(first_size_), board);
+        n >= policy::kBoardMinOtherTags)
       result_.mistakes.push_back(fmt::format(
           "mirrored picture: {} tags are read after mirroring it; mirror the picture back", n));
-    if (const std::size_t n = count_in(inverted(image_), board); n >= policy::kBoardMinOtherTags)
+    if (const std::size_t n = count_in(inverted(first_size_), board);
+        n >= policy::kBoardMinOtherTags)
       result_.mistakes.push_back(
           fmt::format("inverted picture: {} tags are read after exchanging black and white; invert "
                       "the picture back",
@@ -227,6 +244,7 @@ class Explainer {
   }
 
   ImageView8 image_;
+  Image8 first_size_;
   const std::vector<PlacedBoard>& boards_;
   Explanation result_;
 };

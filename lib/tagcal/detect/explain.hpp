@@ -23,8 +23,9 @@ struct NotReported {
 // The content of a picture, and the reasons why tags are missing.
 struct Explanation {
   ImageSize size;
-  int quads = 0;                           // black shapes with four sides, tags or not
-  std::vector<SeenKind> decoded;           // one for each known family and border with tags
+  int quads = 0;                           // shapes with four sides, tags or not
+  std::vector<SeenKind> decoded;           // one for each known family and border with tags; a
+                                           // large picture is searched at a reduced size first
   std::vector<int> reported;               // ids of the boards' tags that detect() reports
   std::vector<NotReported> not_reported;   // the boards' other tags, by id
   std::vector<std::string> checkerboards;  // a sentence for each checkerboard and ChArUco board
@@ -32,7 +33,7 @@ struct Explanation {
 };
 
 // Searches a picture for all families and borders, mirrored and inverted too, and measures the
-// spacing of the tags found. Costs about ten times as much as detect().
+// spacing of the tags found. Costs two to three times as much as detect().
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal

@@ -158,7 +158,7 @@ class ObservationReader {
     if (num_fields_ != num_columns_) {
       fail(fmt::format("must have {} fields, got {}", num_columns_, num_fields_));
     }
-    if (fields_[0].empty()) fail(0, "must be the name of an image");
+    if (!is_image_name(fields_[0])) fail(0, "must be the name of an image");
     Observation observation;
     observation.id = corner_id();
     observation.pixel = {number(3), number(4)};

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tagcal/detect/apriltag/sightings.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
@@ -15,26 +16,6 @@
 
 namespace tagcal::internal {
 namespace {
-
-// The quad with every side moved outwards by `distance`.
-Quad grown(const Quad& quad, double distance) {
-  const auto side = [&](std::size_t i) {
-    const Eigen::Vector2d along = (quad[(i + 1) % 4] - quad[i]).normalized();
-    const Eigen::Vector2d outwards(-along.y(), along.x());
-    return Eigen::Vector3d(outwards.x(), outwards.y(), -outwards.dot(quad[i]) - distance);
-  };
-  Quad result;
-  for (std::size_t i = 0; i < 4; ++i) {
-    result[i] = side((i + 3) % 4).cross(side(i)).hnormalized();
-  }
-  return result;
-}
-
-// True if two tags of one id are the same tag.
-bool overlap(const Quad& a, const Quad& b) {
-  return (centre_of(a) - centre_of(b)).norm() <
-         policy::kTagSameShare * std::min(shortest_side(a), shortest_side(b));
-}
 
 // Corners in a picture from those in the doubled one, whose pixel x lies at x / 2 - 1 / 4.
 Quad undoubled(Quad corners) {
@@ -115,52 +96,23 @@ void FamilyDetector::find(const ImageView8& image, const Search& search,
   if (std::min(searched.width(), searched.height()) < policy::kTagMinPictureSidePx) return;
   const Pass& pass = passes_[search.pass];
   const Eigen::Vector2d offset(search.box.left, search.box.top);
-  for (const Sighting& seen : look(searched, pass)) {
-    Quad corners = is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen, pass.shrink > 0);
+  for (const Sighting& seen : sightings(*pass.detector, searched, pass.shrink)) {
+    if (seen.hamming > max_hamming_) continue;
+    Quad corners =
+        is_doubled ? undoubled(seen.corners) : unhalved(scaled, seen.corners, pass.shrink > 0);
     for (Eigen::Vector2d& corner : corners) corner += offset;
     if (wanted_.any && !wanted_.patterns.contains(seen.id))
       wanted_.patterns.emplace(seen.id, tag_pattern(*wanted_.any, seen.id, wanted_.border_bits,
                                                     {0, wanted_.corner_squares}));
-    add(image, {seen.id, corners}, search.halvings <= 0 && pass.shrink == 0, found);
+    add(image, seen.id, corners, search.halvings <= 0 && pass.shrink == 0, found);
   }
-  num_quads_ = std::max(num_quads_, static_cast<int>(pass.detector->nquads));
-}
-
-std::vector<FamilyDetector::Sighting> FamilyDetector::look(const ImageView8& searched,
-                                                           const Pass& pass) const {
-  Image8 shrunk;
-  if (pass.shrink > 0) shrunk = brightest(searched, pass.shrink);
-  const ImageView8 looked_at = pass.shrink > 0 ? ImageView8(shrunk) : searched;
-  pass.detector->qtp.min_white_black_diff =
-      std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise_of(searched))),
-                 policy::kTagLeastRange, policy::kTagMostRange);
-  // AprilTag does not write into the picture that it is given.
-  image_u8_t view = {looked_at.width(), looked_at.height(), static_cast<int>(looked_at.stride()),
-                     const_cast<std::uint8_t*>(looked_at.row(0))};
-  const DetectionsHandle detections(apriltag_detector_detect(pass.detector.get(), &view));
-  std::vector<Sighting> sightings;
-  for (int i = 0; i < zarray_size(detections.get()); ++i) {
-    apriltag_detection_t* detection = nullptr;
-    zarray_get(detections.get(), i, &detection);
-    if (detection->hamming > max_hamming_) continue;
-    Sighting seen{detection->id, {}};
-    for (std::size_t c = 0; c < 4; ++c) {
-      constexpr double kCentre = 1.0 / 2;  // of AprilTag's first pixel
-      seen.corners[c] = {detection->p[c][0] - kCentre, detection->p[c][1] - kCentre};
-    }
-    if (!is_face(seen.corners)) continue;
-    if (pass.shrink > 0) seen.corners = grown(seen.corners, pass.shrink);
-    sightings.push_back(seen);
-  }
-  return sightings;
 }
 
 // Corners in a picture from those in the last of its halved versions. Corners are refined in each
 // version on the way, because the next fit needs a start within 2 px; AprilTag's own corners are
 // that good after one halving.
-Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, const Sighting& seen,
+Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, Quad corners,
                               bool is_shrunk) const {
-  Quad corners = seen.corners;
   const QuadShape shape{family_->width_at_border, !family_->reversed_border};
   for (std::size_t i = halves.size(); i-- > 0;) {
     if (i > 0 || is_shrunk) corners = refine_edges(halves[i], corners, shape).value_or(corners);
@@ -172,14 +124,14 @@ Quad FamilyDetector::unhalved(const std::vector<Image8>& halves, const Sighting&
 
 // Adds a sighting to `found`, or replaces the same tag of another pass if that was not refined.
 // Corners that are not `exact` are used only if they can be refined.
-void FamilyDetector::add(const ImageView8& image, const Sighting& sighting, bool exact,
+void FamilyDetector::add(const ImageView8& image, int id, const Quad& corners, bool exact,
                          std::vector<FoundTag>& found) {
   const auto same = std::ranges::find_if(found, [&](const FoundTag& other) {
-    return other.id == sighting.id && overlap(other.corners, sighting.corners);
+    return other.id == id && are_one_tag(other.corners, corners);
   });
   if (same != found.end() && (same->refined || refinement_ == Refinement::stock)) return;
-  if (!is_inside(sighting.corners, image.size())) return;
-  FoundTag tag{sighting.id, sighting.corners, false};
+  if (!is_inside(corners, image.size())) return;
+  FoundTag tag{id, corners, false};
   if (refinement_ != Refinement::stock) tag = refined(image, tag.id, tag.corners).value_or(tag);
   if (!tag.refined && (!exact || same != found.end())) return;
   if (!is_face(tag.corners) || !is_whole(tag, image.size())) return;

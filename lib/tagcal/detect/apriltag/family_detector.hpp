@@ -74,9 +74,6 @@ class FamilyDetector {
   // fitted in the picture itself.
   void find(const ImageView8& image, const Search& search, std::vector<FoundTag>& found);
 
-  // Largest number of four-sided black shapes in a picture that was searched, tags or not.
-  int num_quads() const { return num_quads_; }
-
   // Refines a tag whose corners are known to 2 px; no value if neither its pattern nor its edges
   // can be fitted. Also refines the edges if the detector's refinement is `stock`.
   // A tag for a fit corner by corner is left unfitted if a fit under the picture's lens follows.
@@ -97,17 +94,12 @@ class FamilyDetector {
     int shrink = 0;  // px by which black is shrunk before AprilTag looks
     DetectorHandle detector;
   };
-  struct Sighting {
-    int id = 0;
-    Quad corners;
-  };
 
-  std::vector<Sighting> look(const ImageView8& searched, const Pass& pass) const;
-  void add(const ImageView8& image, const Sighting& sighting, bool exact,
+  void add(const ImageView8& image, int id, const Quad& corners, bool exact,
            std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
   bool fit(FoundTag& tag, const ImageView8& image, const KnownTagOptions& known) const;
-  Quad unhalved(const std::vector<Image8>& halves, const Sighting& seen, bool is_shrunk) const;
+  Quad unhalved(const std::vector<Image8>& halves, Quad corners, bool is_shrunk) const;
 
   Wanted wanted_;
   int max_hamming_;
@@ -116,7 +108,6 @@ class FamilyDetector {
   const Camera* camera_;
   double gamma_ = 1;
   std::vector<Pass> passes_;
-  int num_quads_ = 0;
 };
 
 }  // namespace tagcal::internal

@@ -5,8 +5,11 @@
 
 namespace tagcal::internal {
 
+// Returns true for a name that a line of a text file can hold: not empty, and one line.
+bool is_image_name(std::string_view image);
+
 // The name of an image as a field of CSV: in double quotes if it has a comma, a double quote or
-// outer spaces. Throws Error unless it is one line.
+// outer spaces. Throws Error unless is_image_name.
 std::string image_field(const std::string& image);
 
 // The text without blanks at both ends: spaces and tabs, unless others are given.
