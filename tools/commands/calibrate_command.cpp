@@ -37,6 +37,7 @@ struct Arguments {
   std::string start;               // a camera's file
   std::vector<std::string> fixed;  // NAME=VALUE
   bool keep_all = false;
+  bool resume = false;
   bool verbose = false;
   bool json = false;
 };
@@ -58,6 +59,8 @@ bool is_auto(const std::string& model) { return model.empty() || model == "auto"
 void check_usage(const Arguments& arguments, bool several) {
   if (several && !arguments.report.empty())
     throw Error("--report: shows one data set only; tagcal report shows each calibration file");
+  if (arguments.resume && (!several || arguments.out.empty()))
+    throw Error("--resume: needs several data sets, and --out");
   if (arguments.uncertainty.empty()) return;
   if (several) {
     throw Error("--uncertainty: draws one data set only (each calibration file contains its grid)");
@@ -169,7 +172,7 @@ int run(const Arguments& given) {
   check_options(options);  // before any work
   const bool several = are_data_sets(arguments.job.input);
   check_usage(arguments, several);
-  return several ? calibrate_many(arguments.job, {arguments.out, arguments.json})
+  return several ? calibrate_many(arguments.job, {arguments.out, arguments.json, arguments.resume})
                  : run_one(arguments);
 }
 
@@ -227,6 +230,8 @@ Command add_calibrate(CLI::App& app) {
            "fit the corners in their pictures again with the estimated lens, and calibrate again");
   add_integer(*command, "--select", arguments->job.select, 1,
               "calibrate from the N most informative views only, and print what each adds");
+  add_flag(*command, "--resume", arguments->resume,
+           "of several data sets, with --out: the same command goes on where it was interrupted");
   add_flag(*command, "--advise", arguments->job.advise,
            "print the next view that would improve the answer most, and by how much");
   add_flag(*command, "--verbose", arguments->verbose,

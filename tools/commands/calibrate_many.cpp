@@ -8,12 +8,14 @@
 #include <exception>
 #include <map>
 #include <new>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "commands/many_outcomes.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -29,22 +31,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kNumColumns = 10;
-using Row = std::array<std::string, kNumColumns>;
+using Outcome = ManyOutcome;
+using Row = ManyOutcome::Row;
+constexpr std::size_t kNumColumns = ManyOutcome::kNumColumns;
 
 struct DataSet {
   std::string folder;
   std::string name;  // the last part of the folder's path
   fs::path file;     // "": none to write
-};
-
-// The part of an answer that is kept: the calibrations of a fleet would not fit into memory.
-struct Outcome {
-  ExitCode code = kBadInput;
-  std::string error;  // of bad input
-  Row row;
-  std::string advice;
-  std::string json;
 };
 
 std::vector<DataSet> data_sets(const std::vector<std::string>& folders, const fs::path& out) {
@@ -143,6 +137,18 @@ Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json) 
   }
 }
 
+// The outcome of an earlier run, or that of this one, which is then kept. Bad input is tried again.
+Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json,
+                   const std::optional<KeptOutcomes>& kept) {
+  if (kept)
+    if (const auto earlier = kept->find(set.name);
+        earlier && (earlier->code != kAnswer || fs::exists(set.file)))
+      return *earlier;
+  Outcome outcome = outcome_of(job, set, as_json);
+  if (kept && outcome.code != kBadInput) kept->keep(set.name, outcome);
+  return outcome;
+}
+
 std::string table(const std::vector<Outcome>& outcomes) {
   constexpr std::size_t kNumTexts = 3;  // left-aligned columns
   const Row head = {"data set", "status", "model",    "fx",       "sd",
@@ -197,6 +203,8 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
   const std::vector<DataSet> sets = data_sets(job.input.inputs, output.folder);
   const AnswerFolder folder(output.folder);
   for (const DataSet& set : sets) check_writable(set.file);
+  std::optional<KeptOutcomes> kept;
+  if (output.resume) kept.emplace(output.folder);
   CalibrationJob one = job;
   one.threads = 1;
   one.shows_progress = false;
@@ -205,9 +213,11 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
     Progress progress("calibrating", static_cast<int>(sets.size()));
     parallel_for(
         sets.size(), job.threads,
-        [&](std::size_t i) { outcomes[i] = outcome_of(one, sets[i], output.json); },
+        [&](std::size_t i) { outcomes[i] = outcome_of(one, sets[i], output.json, kept); },
         [&](int done, int) { progress.update(done); });
   }
+  if (kept && std::ranges::none_of(outcomes, [](const Outcome& o) { return o.code == kBadInput; }))
+    kept->finish();
   const auto answers =
       std::ranges::count_if(outcomes, [](const Outcome& o) { return o.code == kAnswer; });
   if (!output.folder.empty() && answers > 0)

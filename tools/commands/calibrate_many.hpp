@@ -9,6 +9,7 @@ namespace tagcal::tools {
 struct ManyOutput {
   std::filesystem::path folder;  // for one calibration file each; "" writes none
   bool json = false;             // an array instead of a table
+  bool resume = false;           // takes over the outcomes of an interrupted run
 };
 
 // Calibrates every folder of job.input.inputs by itself, job.threads of them side by side, one

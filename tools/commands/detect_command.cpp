@@ -52,8 +52,8 @@ std::string ids_text(const std::vector<int>& ids) {
 }
 
 std::string explanation_text(const std::string& name, const Explanation& e, bool has_tags) {
-  std::string text = fmt::format("{}: {}x{} pixels, {} four-sided shapes\n", name,
-                                 e.size.width, e.size.height, e.quads);
+  std::string text = fmt::format("{}: {}x{} pixels, {} four-sided shapes\n", name, e.size.width,
+                                 e.size.height, e.quads);
   for (const SeenKind& kind : e.decoded) {
     text += fmt::format("  can be read as {}, border_bits {}: {} tags: {}\n", kind.family,
                         kind.border_bits, kind.ids.size(), ids_text(kind.ids));

@@ -10,6 +10,7 @@
 
 #include "commands/commands.hpp"
 #include "input/arguments.hpp"
+#include "input/digest.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
@@ -21,7 +22,9 @@
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/scene/render.hpp"
+#include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -39,6 +42,7 @@ struct Arguments {
   int seed = 0;
   int threads = 0;
   bool force = false;
+  bool resume = false;
   bool depth = false;
   double depth_unit_m = 0;  // 0: a millimetre
 };
@@ -95,35 +99,59 @@ void warn_of_depths(std::size_t num_beyond, double unit_m, std::vector<std::stri
                   num_beyond, unit_m, 65535 * unit_m));
 }
 
+// What a resumed render must have in common with the one that it goes on with: the version, the
+// scene, all files that were read for it, and the options that change a picture.
+std::string work_of(const Arguments& arguments, const MovingScene& scene, const Dataset& dataset,
+                    const std::optional<DepthFolder>& depth) {
+  if (!fs::is_regular_file(arguments.scene))
+    throw Error(fmt::format("--resume: needs the scene in a file, got {}", arguments.scene));
+  std::string boards;
+  for (const PlacedBoard& placed : scene_in_view(scene, 0).boards)
+    boards += board_yaml(placed.board);
+  return fmt::format("tagcal {}\nscene {}\nboards {}\ncorners {}\nviews {}\nseed {}\ndepth {}\n",
+                     TAGCAL_VERSION, digest_of_file(arguments.scene), digest_of(boards),
+                     digest_of(observations_csv(dataset.views)), dataset.views.size(),
+                     arguments.seed, depth ? depth->unit_m : 0);
+}
+
+// Writes the pictures that are not there yet, and the depths of all. Returns the number of pixels
+// whose depth is beyond the range.
+std::size_t write_pictures(const fs::path& folder, const MovingScene& scene,
+                           const std::vector<Pose>& poses, const Arguments& arguments,
+                           const std::optional<DepthFolder>& depth) {
+  const TagFamilies families = tag_families(scene_in_view(scene, 0).boards);
+  fs::create_directory(folder / kImages);
+  if (depth) fs::create_directory(folder / kDepths);
+  std::atomic<std::size_t> num_beyond = 0;
+  Progress progress("rendering", static_cast<int>(poses.size()));
+  parallel_for(
+      poses.size(), arguments.threads,
+      [&](std::size_t i) {
+        const int view = static_cast<int>(i);
+        const std::string name = image_name(view);
+        const Scene in_view = scene_in_view(scene, view);
+        if (!fs::exists(folder / kImages / name))
+          write_picture(folder / kImages / name, in_view, families, poses[i],
+                        noise_seed(arguments.seed, view));
+        if (depth)
+          num_beyond += write_depth(folder / kDepths / name, in_view, poses[i], depth->unit_m);
+      },
+      [&](int done, int) { progress.update(done); });
+  return num_beyond;
+}
+
 int run(const Arguments& arguments) {
   const std::optional<DepthFolder> depth = depth_folder(arguments);
   std::vector<std::string> warnings;
   const MovingScene scene = scene_to_render(arguments, &warnings);
-  const TagFamilies families = tag_families(scene_in_view(scene, 0).boards);
-  using Taken = OutputFolder::Taken;
-  OutputFolder folder(arguments.out,
-                      arguments.force ? Taken::by_earlier_render : Taken::by_nothing);
   const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
   const Dataset dataset = exact_dataset(scene, poses, &warnings);
-  fs::create_directory(folder.path() / kImages);
-  if (depth) fs::create_directory(folder.path() / kDepths);
-  std::atomic<std::size_t> num_beyond = 0;
-  {
-    Progress progress("rendering", static_cast<int>(poses.size()));
-    parallel_for(
-        poses.size(), arguments.threads,
-        [&](std::size_t i) {
-          const int view = static_cast<int>(i);
-          const std::string name = image_name(view);
-          const Scene in_view = scene_in_view(scene, view);
-          write_picture(folder.path() / kImages / name, in_view, families, poses[i],
-                        noise_seed(arguments.seed, view));
-          if (depth)
-            num_beyond +=
-                write_depth(folder.path() / kDepths / name, in_view, poses[i], depth->unit_m);
-        },
-        [&](int done, int) { progress.update(done); });
-  }
+  using Taken = OutputFolder::Taken;
+  const Taken taken = arguments.force ? Taken::by_earlier_render : Taken::by_nothing;
+  OutputFolder folder = arguments.resume ? OutputFolder(arguments.out, taken,
+                                                        work_of(arguments, scene, dataset, depth))
+                                         : OutputFolder(arguments.out, taken);
+  const std::size_t num_beyond = write_pictures(folder.path(), scene, poses, arguments, depth);
   write_dataset(folder.path(), dataset, kImages, "", depth);
   write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
   folder.publish();
@@ -146,6 +174,9 @@ Command add_render(CLI::App& app) {
       .text("DIR REQUIRED")
       .required();
   add_flag(*command, "--force", arguments->force, "replace an earlier render in that folder");
+  add_flag(
+      *command, "--resume", arguments->resume,
+      "keep what is rendered, in DIR.partial, when the run is interrupted, and go on from there");
   add_integer(*command, "--views", arguments->views, 1, "number of views, instead of the scene's");
   add_integer(*command, "--seed", arguments->seed, 0, "seed of path jitter and sensor noise (0)");
   add_flag(*command, "--depth", arguments->depth,

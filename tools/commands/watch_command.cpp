@@ -12,12 +12,12 @@
 #include "commands/commands.hpp"
 #include "input/arguments.hpp"
 #include "input/input.hpp"
+#include "input/interruption.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text/csv_image.hpp"
-#include "watch/interruption.hpp"
 #include "watch/watch_session.hpp"
 
 namespace tagcal::tools {

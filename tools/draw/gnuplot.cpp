@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <system_error>
 
 #include "tagcal/error.hpp"
@@ -41,13 +42,34 @@ class FileActions {
   posix_spawn_file_actions_t actions_;
 };
 
+// Lets signals end a child, although this program blocks them in all its threads but one.
+class NoSignalBlocked {
+ public:
+  NoSignalBlocked() {
+    posix_spawnattr_init(&attributes_);
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawnattr_setsigmask(&attributes_, &none);
+    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK);
+  }
+  ~NoSignalBlocked() { posix_spawnattr_destroy(&attributes_); }
+  NoSignalBlocked(const NoSignalBlocked&) = delete;
+  NoSignalBlocked& operator=(const NoSignalBlocked&) = delete;
+  const posix_spawnattr_t* get() const { return &attributes_; }
+
+ private:
+  posix_spawnattr_t attributes_;
+};
+
 // Returns the exit status; throws Error if the program cannot be started.
 int run_gnuplot(const char* argument, const Streams& streams) {
   const FileActions actions(streams);
+  const NoSignalBlocked attributes;
   std::string program = "gnuplot", first = argument;
   char* arguments[] = {program.data(), first.data(), nullptr};
   pid_t child = 0;
-  if (const int why = posix_spawnp(&child, "gnuplot", actions.get(), nullptr, arguments, environ))
+  if (const int why =
+          posix_spawnp(&child, "gnuplot", actions.get(), attributes.get(), arguments, environ))
     throw Error(
         fmt::format("gnuplot: cannot be started: {}", std::generic_category().message(why)));
   int status = 0;

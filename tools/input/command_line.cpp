@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "input/interruption.hpp"
 #include "report/messages.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/version.hpp"
@@ -140,6 +141,7 @@ int run_command_line(int argc, char** argv, const CommandTable& table) {
   app.footer(
       "Example: tagcal render scene.yaml --out desk && tagcal calibrate desk --out camera.yaml\n"
       "Exit codes: 0 an answer, 1 a check that fails, 2 bad input or usage, 3 no answer.");
+  end_tidily_on_signals();
   const std::vector<Command> commands = table(app);
   typed_command() = "tagcal";
   for (int i = 1; i < argc; ++i) typed_command() += " " + quoted(argv[i]);

@@ -1,11 +1,14 @@
 #include "input/output_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "tagcal/error.hpp"
@@ -52,10 +55,55 @@ std::set<fs::path> files_of_render(const fs::path& folder) {
   return files;
 }
 
+// Removes what a killed process was writing; what it had written stays.
+void remove_unfinished(const fs::path& folder) {
+  std::vector<fs::path> unfinished;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.path().filename().string().starts_with(".tagcal-")) unfinished.push_back(entry);
+  for (const fs::path& file : unfinished) fs::remove(file);
+}
+
+// Exchanges two folders; in one step where the file system can, so that a reader sees either.
+void exchange(const fs::path& a, const fs::path& b, std::error_code& why) {
+  why.clear();
+  if (::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return;
+  fs::path aside = b;
+  aside += fmt::format(".replaced-{}", getpid());
+  fs::rename(b, aside, why);
+  if (!why) fs::rename(a, b, why);
+  if (!why) fs::rename(aside, a, why);
+}
+
 }  // namespace
 
 OutputFolder::OutputFolder(const fs::path& place, Taken taken)
     : place_(plain_path(place)), joins_(taken == Taken::by_any_folder) {
+  check_place(place, taken);
+  partial_ = place_;
+  partial_ += fmt::format(".partial-{}", getpid());
+  std::error_code why;
+  if (!fs::create_directory(partial_, why)) {
+    partial_.clear();  // nothing to remove
+    throw cannot_write(place, why);
+  }
+  removal_.emplace(partial_);
+}
+
+OutputFolder::OutputFolder(const fs::path& place, Taken taken, const std::string& work)
+    : place_(plain_path(place)), joins_(taken == Taken::by_any_folder) {
+  check_place(place, taken);
+  partial_ = place_;
+  partial_ += ".partial";
+  std::error_code why;
+  const bool is_new = fs::create_directory(partial_, why);
+  if (why) throw cannot_write(place, why);
+  if (!is_new && !fs::exists(partial_ / WorkFile::kName))
+    throw Error(fmt::format("{}: is not of an interrupted run; rename it", partial_.string()));
+  work_.emplace(partial_, work);
+  remove_unfinished(partial_);
+}
+
+void OutputFolder::check_place(const fs::path& place, Taken taken) {
   if (fs::exists(place_) && !fs::is_directory(place_)) {
     throw Error(fmt::format("{}: must be a folder, got a file", place.string()));
   }
@@ -71,28 +119,24 @@ OutputFolder::OutputFolder(const fs::path& place, Taken taken)
   std::error_code why;
   fs::create_directories(place_.parent_path(), why);
   if (why) throw cannot_write(place, why);
-  partial_ = place_;
-  partial_ += fmt::format(".partial-{}", getpid());
-  if (!fs::create_directory(partial_, why)) {
-    partial_.clear();  // nothing to remove
-    throw cannot_write(place, why);
-  }
 }
 
 OutputFolder::~OutputFolder() {
   std::error_code ignored;
-  if (!partial_.empty()) fs::remove_all(partial_, ignored);
+  if (!partial_.empty() && !work_) fs::remove_all(partial_, ignored);
 }
 
 void OutputFolder::publish() {
   if (joins_ && fs::is_directory(place_)) return move_files();
-  fs::path old = place_;
-  old += fmt::format(".replaced-{}", getpid());
+  removal_.reset();  // from now on the other name may have the user's files
   std::error_code why;
-  if (!replaced_.empty()) fs::rename(place_, old, why);
-  if (!why) fs::rename(partial_, place_, why);
+  if (replaced_.empty())
+    fs::rename(partial_, place_, why);
+  else
+    exchange(partial_, place_, why);
   if (why) throw cannot_write(place_, why);
-  partial_.clear();
+  const fs::path old = std::exchange(partial_, {});
+  if (work_) WorkFile::remove_from(place_);
   if (!replaced_.empty()) keep_users_files(old);
 }
 

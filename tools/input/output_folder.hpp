@@ -1,12 +1,17 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
+#include <string>
+
+#include "input/interruption.hpp"
+#include "input/work_file.hpp"
 
 namespace tagcal::tools {
 
 // A folder that appears whole or not at all: it is filled under another name beside its place, and
-// `publish` moves it there. Without `publish` it is removed again.
+// `publish` moves it there. Without `publish` it is removed again, also by a signal.
 class OutputFolder {
  public:
   // Allowed at the place, besides nothing and an empty folder:
@@ -18,6 +23,11 @@ class OutputFolder {
 
   // Throws Error if anything else is at the place, or if nothing can be created there.
   OutputFolder(const std::filesystem::path& place, Taken taken);
+  // The same for work that can go on later: the folder is filled as PLACE.partial, stays there
+  // without `publish`, and is taken up again by a call with the same `work` (its version, input and
+  // options as text). Throws Error if the folder there is of other work, or in use by another
+  // process.
+  OutputFolder(const std::filesystem::path& place, Taken taken, const std::string& work);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
@@ -28,6 +38,7 @@ class OutputFolder {
   void publish();
 
  private:
+  void check_place(const std::filesystem::path& place, Taken taken);
   void keep_users_files(const std::filesystem::path& old) const;
 
   void move_files();
@@ -36,6 +47,8 @@ class OutputFolder {
   std::filesystem::path partial_;
   std::set<std::filesystem::path> replaced_;  // files of the earlier render, relative to the place
   bool joins_;                                // the files at the place
+  std::optional<RemovedOnSignal> removal_;
+  std::optional<WorkFile> work_;  // of work that can go on
 };
 
 }  // namespace tagcal::tools

@@ -12,7 +12,7 @@
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
-#include "watch/interruption.hpp"
+#include "input/interruption.hpp"
 
 namespace tagcal::tools {
 using namespace internal;

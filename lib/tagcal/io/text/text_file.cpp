@@ -8,6 +8,8 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <mutex>
+#include <set>
 
 #include "tagcal/error.hpp"
 
@@ -20,6 +22,33 @@ constexpr std::size_t kMaxSize = std::size_t{256} << 20;
   throw Error(file.string() + ": " + what + ": " + std::strerror(code));
 }
 
+// The files that a signal must remove.
+class Unfinished {
+ public:
+  void insert(const std::filesystem::path& file) {
+    const std::scoped_lock lock(mutex_);
+    files_.insert(file);
+  }
+  void erase(const std::filesystem::path& file) {
+    const std::scoped_lock lock(mutex_);
+    files_.erase(file);
+  }
+  void remove_all() {
+    const std::scoped_lock lock(mutex_);
+    for (const std::filesystem::path& file : files_) ::unlink(file.c_str());
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<std::filesystem::path> files_;
+};
+
+// Never destroyed: a thread may use it while the program ends.
+Unfinished& unfinished() {
+  static Unfinished& unfinished = *new Unfinished;
+  return unfinished;
+}
+
 // Closes a file, and removes it unless it was kept.
 class OpenFile {
  public:
@@ -27,13 +56,23 @@ class OpenFile {
       : file_(file), descriptor_(::open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
   ~OpenFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
-    if (remove_) ::unlink(file_.c_str());
+    if (!remove_) return;
+    ::unlink(file_.c_str());
+    unfinished().erase(file_);
   }
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
 
   int descriptor() const { return descriptor_; }
-  void remove_at_end(bool remove) { remove_ = remove; }
+  // A temporary file, until it is kept.
+  void mark_unfinished() {
+    remove_ = true;
+    unfinished().insert(file_);
+  }
+  void keep() {
+    remove_ = false;
+    unfinished().erase(file_);
+  }
   bool close() {
     const int result = ::close(descriptor_);
     descriptor_ = -1;
@@ -106,10 +145,14 @@ std::string read_text(const std::filesystem::path& file) {
     fail(file, "cannot read", errno);
   }
   if (S_ISDIR(status.st_mode)) throw Error(file.string() + ": is a folder, not a file");
+  if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode))
+    throw Error(file.string() + ": is a device, not a file");
   const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
   if (size > kMaxSize) throw Error(file.string() + ": larger than 256 MiB");
-  const OpenFile in(file, O_RDONLY);
+  // Opening a pipe to which nobody writes would wait for ever; this way it reads as empty.
+  const OpenFile in(file, O_RDONLY | O_NONBLOCK);
   if (in.descriptor() < 0) fail(file, "cannot read", errno);
+  ::fcntl(in.descriptor(), F_SETFL, 0);  // without O_NONBLOCK
   return read_all(in, size, file);
 }
 
@@ -128,14 +171,16 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
   const std::filesystem::path temporary = temporary_beside(end);
   OpenFile out(temporary, O_WRONLY | O_CREAT | O_EXCL);
   if (out.descriptor() < 0) fail(file, "cannot write", errno);
-  out.remove_at_end(true);
+  out.mark_unfinished();
   write_all(out, content, file);
   if (exists) (void)::fchmod(out.descriptor(), status.st_mode & 07777);
   // fsync before the rename: else a crash could leave an empty file under the final name.
   if (::fsync(out.descriptor()) != 0) fail(file, "cannot write", errno);
   if (!out.close()) fail(file, "cannot write", errno);
   if (::rename(temporary.c_str(), end.c_str()) != 0) fail(file, "cannot write", errno);
-  out.remove_at_end(false);
+  out.keep();
 }
+
+void remove_unfinished_files() { unfinished().remove_all(); }
 
 }  // namespace tagcal::internal

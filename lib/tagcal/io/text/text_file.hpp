@@ -6,11 +6,16 @@
 
 namespace tagcal::internal {
 
-// Reads a whole text file; throws Error (missing, a folder, larger than 256 MiB).
+// Reads a whole text file, or a pipe up to its end; throws Error (missing, a folder, a device,
+// larger than 256 MiB).
 std::string read_text(const std::filesystem::path& file);
 
 // Writes a file whole or not at all: into a temporary file beside it, then renamed. Throws Error
 // if that fails, and then leaves no file behind.
 void write_whole(const std::filesystem::path& file, std::string_view content);
+
+// Removes the temporary files of all calls of write_whole that have not returned yet: for a program
+// that a signal ends.
+void remove_unfinished_files();
 
 }  // namespace tagcal::internal
