@@ -23,3 +23,8 @@ file(REMOVE ${doc}/LICENSE)  # `copyright` has it
 file(MAKE_DIRECTORY ${usr}/share/zsh/vendor-completions)
 file(RENAME ${usr}/share/zsh/site-functions/_tagcal ${usr}/share/zsh/vendor-completions/_tagcal)
 file(REMOVE_RECURSE ${usr}/share/zsh/site-functions)
+
+# Whatever the user's umask is.
+set(for_all OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+file(CHMOD ${doc}/changelog.gz FILE_PERMISSIONS ${for_all})
+file(CHMOD_RECURSE ${usr} DIRECTORY_PERMISSIONS ${for_all} OWNER_EXECUTE GROUP_EXECUTE WORLD_EXECUTE)
