@@ -16,11 +16,11 @@ function tickTexts(_, ticks) {
   return ticks.map((x) => (decimals > 5 ? digits(x, 1) : x.toFixed(decimals).replace("-", "−")));
 }
 
-function axis(label, values = tickTexts) {
+function axis({ label, values = tickTexts, incrs }) {
   const grid = { stroke: themeColour("--line"), width: 1 };
   return { label, labelSize: 22, labelFont: "12px system-ui, sans-serif", size: 46,
            font: "12px system-ui, sans-serif", stroke: themeColour("--soft"), grid, ticks: grid,
-           values };
+           values, incrs };
 }
 
 function widthOf(frame) {
@@ -40,7 +40,7 @@ export function lineChart(build) {
     const { x, y, series, data, scales, bands } = build();
     plot = new uPlot({
       width, height: HEIGHT, scales: { x: { time: false }, ...scales }, bands,
-      axes: [axis(x.label, x.values), { ...axis(y.label, y.values), size: 62 }],
+      axes: [axis(x), { ...axis(y), size: 62 }],
       series: [{ label: x.label, value: x.value }, ...series],
       legend: { show: false }, cursor: { show: false },
     }, data, frame);

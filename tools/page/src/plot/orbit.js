@@ -5,7 +5,7 @@
 import { h } from "../dom.js";
 import { onThemeChange, themeColour } from "../colour.js";
 
-const START = { yaw: 0.6, pitch: 0.5, zoom: 1 };
+const START = { yaw: 0.6, pitch: 0.5, zoom: 1.25 };
 const FOCAL = 1.6;  // of the drawing, in half heights
 
 // Turns a point of the scene into [right, up, depth] for the angles.
@@ -105,7 +105,7 @@ export function orbit(scene, { label, pick, nameOf }) {
   new ResizeObserver(draw).observe(canvas);
   onThemeChange(draw);
   return { node: canvas,
-    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: 1 }); draw(); },
+    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: START.zoom }); draw(); },
     show: (other) => { Object.assign(state, START, { scene: other }); draw(); } };
 }
 

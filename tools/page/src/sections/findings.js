@@ -1,6 +1,7 @@
 // What was found out about the data, and what to do: one entry a finding, the gravest first.
 import { isCalibration } from "../data.js";
 import { h, section } from "../dom.js";
+import { isNumber } from "../numbers.js";
 
 const GRAVE = { error: ["✕", "Error", 0], warning: ["!", "Warning", 1], note: ["i", "Note", 2],
                 info: ["i", "Note", 2] };
@@ -31,7 +32,9 @@ export function findings(data) {
   if (!found.length && !notes.length && !(isCalibration(data) && data.model)) return null;
   return section("findings", "Findings", { wide: true },
     found.length ? findingList(found)
-      : isCalibration(data) ? h("p", null, "No check of the data raised a warning.") : null,
+      : isCalibration(data) ? h("p", null, isNumber(data.num_corners)
+        ? "No check of the data raised a warning." : "The file of the camera holds no warning.")
+        : null,
     data.halves?.sentence && !data.halves.disagree
       ? h("p", { class: "note" }, data.halves.sentence) : null,
     notes.length ? [h("h3", null, "About this page"),

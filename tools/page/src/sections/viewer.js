@@ -55,6 +55,7 @@ function content(data, index) {
   const view = data.views[index];
   const seen = cornersOfView(data, index);
   const { factor, size, image } = overlay(data, view, seen);
+  image.style.maxWidth = `calc(74vh * ${size[0] / size[1]})`;  // so that it is 74vh high at most
   const zoom = zoomable(image, size);
   const rejected = seen.some((corner) => corner.rejected);
   const button = (words, label, action) =>
