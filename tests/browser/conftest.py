@@ -6,7 +6,7 @@ from typing import Iterator
 
 import pytest
 from browser import Browser
-from pages import Page, make_pages
+from pages import MAKERS, Page, make_pages
 
 
 @pytest.fixture(scope="session")
@@ -28,6 +28,14 @@ def browser(session: Browser) -> Browser:
     return session
 
 
+@pytest.fixture(scope="module")
+def page(session: Browser, pages: dict[str, Page], page_name: str) -> Page:
+    """Each page in turn, opened once for all tests of a file that ask for it."""
+    session.look()
+    session.open(pages[page_name].file)
+    return pages[page_name]
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--pictures", metavar="FOLDER", type=Path,
                      help="save pictures of all pages in three widths, light and dark")
@@ -35,10 +43,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "page_name" in metafunc.fixturenames:
-        from pages import MAKERS
-        metafunc.parametrize("page_name", [make.__name__ for make in MAKERS])
+        names = [make.__name__ for make in MAKERS]
+        metafunc.parametrize("page_name", names, scope="module")
 
 
-@pytest.fixture
-def page(pages: dict[str, Page], page_name: str) -> Page:
-    return pages[page_name]
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not config.getoption("--pictures"):
+        items[:] = [item for item in items if "saves_pictures" not in item.name]

@@ -44,7 +44,6 @@ CONTRASTS = """(() => {
 
 
 def test_nothing_scrolls_sideways(browser: Browser, page: Page) -> None:
-    browser.open(page.file)
     for width in WIDTHS:
         browser.look(width, HEIGHT)
         assert browser.js("document.documentElement.scrollWidth") == width
@@ -54,7 +53,6 @@ def test_nothing_scrolls_sideways(browser: Browser, page: Page) -> None:
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_text_stands_out(browser: Browser, page: Page, scheme: str) -> None:
     browser.look(scheme=scheme)
-    browser.open(page.file)
     texts = browser.js(CONTRASTS)
     assert len(texts) > 20
     assert [entry for entry in texts if entry[0] < LEAST_CONTRAST] == []
@@ -99,12 +97,9 @@ def test_paper_shows_all(browser: Browser, pages: dict[str, Page]) -> None:
 def test_saves_pictures(browser: Browser, page: Page, page_name: str, scheme: str,
                         request: pytest.FixtureRequest) -> None:
     folder = request.config.getoption("--pictures")
-    if not folder:
-        pytest.skip("only with --pictures FOLDER")
     folder.mkdir(parents=True, exist_ok=True)
     for width in WIDTHS:
         browser.look(width, HEIGHT, scheme)
-        browser.open(page.file)
         height = browser.js("document.documentElement.scrollHeight")
         browser.look(width, height, scheme)
         picture = browser.cdp("Page.captureScreenshot", format="png")["data"]

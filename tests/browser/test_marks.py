@@ -33,7 +33,6 @@ PAINTED = """[...document.querySelectorAll(a[0])].map((canvas) => {
 
 
 def test_opens_quietly_and_offline(browser: Browser, page: Page) -> None:
-    browser.open(page.file)
     browser.wait("document.documentElement.dataset.ready === '1'")
     assert browser.complaints() == []
     assert browser.requests() == []
@@ -44,7 +43,6 @@ def test_opens_quietly_and_offline(browser: Browser, page: Page) -> None:
 
 
 def test_has_its_charts(browser: Browser, page: Page, page_name: str) -> None:
-    browser.open(page.file)
     charts = browser.js(
         "[...document.querySelectorAll('[data-chart]')].map((node) => [node.dataset.chart,"
         " Number(node.dataset.marks), node.querySelector('.chart-body').clientHeight,"
@@ -64,7 +62,6 @@ def test_draws_each_corner(browser: Browser, page: Page, page_name: str) -> None
     corners = page.data.get("corners") or {"u": []}
     if not corners["u"]:
         return
-    browser.open(page.file)
     rejected = sum(corners["rejected"])
     used = len(corners["u"]) - rejected
     known = sum(not bad and du is not None for bad, du in zip(corners["rejected"], corners["du"]))
@@ -95,7 +92,6 @@ def test_draws_maps_with_contours(browser: Browser, pages: dict[str, Page]) -> N
 
 
 def test_shows_what_was_found(browser: Browser, page: Page) -> None:
-    browser.open(page.file)
     text = browser.js("document.querySelector('main').innerText")
     for finding in page.data["findings"]:
         assert finding["sentence"] in text

@@ -13,7 +13,6 @@ def test_has_a_thumbnail_for_each_view(browser: Browser, page: Page) -> None:
     views = page.data.get("views")
     if not views:
         return
-    browser.open(page.file)
     cards = browser.js(
         "Promise.all([...document.querySelectorAll('.view')].map(async (card) => {"
         " const [node, picture] = [card.querySelector('image'), new Image()];"

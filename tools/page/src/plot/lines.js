@@ -6,7 +6,7 @@ import { onThemeChange, themeColour } from "../colour.js";
 import { digits } from "../numbers.js";
 
 const HEIGHT = 260;
-const PRINTED = { half: 400, whole: 680 };  // widths on paper, beside another chart and alone
+const PRINTED = { half: 400, whole: 680, height: 190 };  // on paper; "half" beside another chart
 
 // Numbers at an axis, with the decimals that their step needs.
 function tickTexts(_, ticks) {
@@ -23,8 +23,10 @@ function axis({ label, values = tickTexts, incrs }) {
            values, incrs };
 }
 
+const isPrinting = () => document.documentElement.classList.contains("printing");
+
 function widthOf(frame) {
-  if (!document.documentElement.classList.contains("printing")) return frame.clientWidth;
+  if (!isPrinting()) return frame.clientWidth;
   return frame.closest(".two") ? PRINTED.half : PRINTED.whole;
 }
 
@@ -39,7 +41,7 @@ export function lineChart(build) {
     plot?.destroy();
     const { x, y, series, data, scales, bands } = build();
     plot = new uPlot({
-      width, height: HEIGHT, scales: { x: { time: false }, ...scales }, bands,
+      width, height: isPrinting() ? PRINTED.height : HEIGHT, scales: { x: { time: false }, ...scales }, bands,
       axes: [axis(x), { ...axis(y), size: 62 }],
       series: [{ label: x.label, value: x.value }, ...series],
       legend: { show: false }, cursor: { show: false },

@@ -4,9 +4,11 @@
 // on many remote desktops, and their canvases print empty.
 import { h } from "../dom.js";
 import { onThemeChange, themeColour } from "../colour.js";
+import { quantile } from "../numbers.js";
 
-const START = { yaw: 0.6, pitch: 0.5, zoom: 1.25 };
+const START = { yaw: 0.6, pitch: 0.5, zoom: 1 };
 const FOCAL = 1.6;  // of the drawing, in half heights
+const FILLED = 0.94;  // share of the canvas that the scene fills at first
 
 // Turns a point of the scene into [right, up, depth] for the angles.
 function turner({ yaw, pitch }, centre) {
@@ -20,7 +22,7 @@ function turner({ yaw, pitch }, centre) {
 
 function projector(state, scene, width, height) {
   const turn = turner(state, scene.centre);
-  const away = 1.9 * scene.radius / state.zoom;
+  const away = 1.9 * scene.radius / (state.zoom * (state.fit || 1));
   const scale = FOCAL * Math.min(width, height) / 2;
   return (point) => {
     const [right, up, depth] = turn(point);
@@ -28,6 +30,19 @@ function projector(state, scene, width, height) {
     return z > 0.02 * scene.radius
       ? [width / 2 + scale * right / z, height / 2 - scale * up / z, z] : null;
   };
+}
+
+// How much closer to come at the present angles for the scene to fill the canvas.
+function fitOf(state, width, height) {
+  const points = state.scene.items.flatMap((item) => item.faces.flatMap((face) => face.points));
+  let fit = 1;
+  for (let i = 0; i < 5; ++i) {  // perspective: a few steps until it fits
+    const project = projector({ ...state, zoom: 1, fit }, state.scene, width, height);
+    const shares = points.map(project).map((at) => (at
+      ? Math.max(Math.abs(at[0] / width - 0.5), Math.abs(at[1] / height - 0.5)) * 2 : 2));
+    fit = Math.max(0.4, Math.min(3, fit * FILLED / quantile(shares, 0.995)));
+  }
+  return fit;
 }
 
 function trace(context, points, closed) {
@@ -67,11 +82,12 @@ function arrange(scene, project, colours) {
 // item.view of a camera that is clicked; "nameOf" gives the words shown while the mouse is on it.
 export function orbit(scene, { label, pick, nameOf }) {
   const canvas = h("canvas", { class: "orbit", tabindex: "0", role: "img", "aria-label": label });
-  const state = { ...START, scene, placed: [] };
+  const state = { ...START, fit: 0, scene, placed: [] };  // fit 0: not yet known
   const draw = () => {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (!width) return;
     const ratio = Math.max(2, devicePixelRatio);  // 2 at least, for print
+    state.fit ||= fitOf(state, width, height);
     canvas.width = width * ratio;
     canvas.height = height * ratio;
     const context = canvas.getContext("2d");
@@ -102,11 +118,11 @@ export function orbit(scene, { label, pick, nameOf }) {
       canvas.title = view === null ? "" : nameOf(view);
       canvas.classList.toggle("on-item", view !== null);
     } });
-  new ResizeObserver(draw).observe(canvas);
+  new ResizeObserver(() => { state.fit = 0; draw(); }).observe(canvas);
   onThemeChange(draw);
   return { node: canvas,
-    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: START.zoom }); draw(); },
-    show: (other) => { Object.assign(state, START, { scene: other }); draw(); } };
+    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: 1, fit: 0 }); draw(); },
+    show: (other) => { Object.assign(state, START, { scene: other, fit: 0 }); draw(); } };
 }
 
 // The view whose item is nearest to a place on the screen, or null if none is near.

@@ -108,7 +108,7 @@ function meanMap(data, used) {
     label: `Mean residual in ${list.length} cells; ${significant} differ from zero`,
     read: "the colour is the size (RMS) of the residuals in a cell, the line their mean. A white " +
       `line is more than noise would make (p < ${CHANCE}). ${judgement(list, data)}` +
-      (trusted.length < list.length ? ` Pale cells hold fewer than ${FEW} corners.` : ""),
+      (trusted.length < list.length ? ` Faded cells hold fewer than ${FEW} corners.` : ""),
   }, imageFrame(data.image_size,
     list.map(({ i, j, rms, n }) => s("rect", {
       x: i * dx - 0.5, y: j * dy - 0.5, width: dx, height: dy, class: n < FEW ? "cell few" : "cell",

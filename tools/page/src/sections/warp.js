@@ -32,7 +32,7 @@ export function warp(data) {
       label: `Height of the board, from ${digits(low)} to ${digits(high)} mm`,
       read: "the board seen from the front; colour and lines give its height towards the viewer, " +
         "in millimetres. A flat board has one colour.",
-    }, h("div", { class: "small-map" }, heatmap([...grid].reverse(), scale, size)),
-    colourBar(scale, "mm"), h("p", { class: "note" },
+    }, h("div", { class: "board-map" },
+      heatmap([...grid].reverse(), scale, size), colourBar(scale, "mm")), h("p", { class: "note" },
       `${Math.round(size[0] - 1)} × ${Math.round(size[1] - 1)} mm, origin at the lower left`)) : null);
 }
