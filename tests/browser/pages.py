@@ -38,6 +38,10 @@ HOSTILE_PICTURES = {"000.png": "<img src=x onerror=alert(1)>.png",
 HOSTILE_FOLDER = "</script><img src=x onerror=alert(3)>"
 
 
+START = '<script type="application/json" id="data">'
+BLOCK = re.compile(f"{START}(.*?)</script>", re.DOTALL)
+
+
 class Page(NamedTuple):
     file: Path
     data: Any  # the JSON object in it
@@ -45,9 +49,20 @@ class Page(NamedTuple):
 
 def data_of(file: Path) -> Any:
     text = file.read_text()
-    block = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    block = BLOCK.search(text)
     assert block, f"{file}: no data"
     return json.loads(block[1])
+
+
+def changed(page: Page, name: str, change: Callable[[Any], None]) -> Page:
+    """A page beside this one with other data in it."""
+    data = json.loads(json.dumps(page.data))
+    change(data)
+    before, after = BLOCK.split(page.file.read_text(), maxsplit=1)[::2]
+    text = json.dumps(data).replace("<", "\\u003c")
+    file = page.file.with_name(name)
+    file.write_text(f"{before}{START}{text}</script>{after}")
+    return Page(file, data)
 
 
 class Maker:

@@ -122,7 +122,8 @@ export function colourBar(scale, unit) {
   for (const level of levels) {  // apart from the ends and from each other
     const share = scale.share(level);
     const last = marks.length ? scale.share(marks.at(-1)) : 0;
-    if (share > 0.24 && share < 0.72 && share - last > 0.16) marks.push(level);
+    const [from, to] = [scale.below ? 0.33 : 0.24, scale.above ? 0.63 : 0.72];
+    if (share > from && share < to && share - last > 0.16) marks.push(level);
   }
   return h("div", { class: "colour-bar" },
     h("div", { class: "ramp", style: `background: ${gradient(scale.map)}` }),

@@ -23,6 +23,10 @@ function axis({ label, values = tickTexts, incrs }) {
            values, incrs };
 }
 
+// Room for the longest number at the axis, its tick and a gap.
+const widthOfTexts = (_, texts) =>
+  22 + 7 * Math.max(4, ...(texts ?? []).map((text) => text?.length ?? 0));
+
 const isPrinting = () => document.documentElement.classList.contains("printing");
 
 function widthOf(frame) {
@@ -42,7 +46,7 @@ export function lineChart(build) {
     const { x, y, series, data, scales, bands } = build();
     plot = new uPlot({
       width, height: isPrinting() ? PRINTED.height : HEIGHT, scales: { x: { time: false }, ...scales }, bands,
-      axes: [axis(x), { ...axis(y), size: 62 }],
+      axes: [axis(x), { ...axis(y), size: widthOfTexts }],
       series: [{ label: x.label, value: x.value }, ...series],
       legend: { show: false }, cursor: { show: false },
     }, data, frame);

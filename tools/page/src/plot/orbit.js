@@ -34,13 +34,16 @@ function projector(state, scene, width, height) {
 
 // How much closer to come at the present angles for the scene to fill the canvas.
 function fitOf(state, width, height) {
-  const points = state.scene.items.flatMap((item) => item.faces.flatMap((face) => face.points));
+  const pointsOf = (items) => items.flatMap((item) => item.faces.flatMap((face) => face.points));
+  const all = pointsOf(state.scene.items);  // a camera far from all others may stay outside
+  const fixed = pointsOf(state.scene.items.filter((item) => item.view === undefined));
   let fit = 1;
   for (let i = 0; i < 5; ++i) {  // perspective: a few steps until it fits
     const project = projector({ ...state, zoom: 1, fit }, state.scene, width, height);
-    const shares = points.map(project).map((at) => (at
+    const shares = (points) => points.map(project).map((at) => (at
       ? Math.max(Math.abs(at[0] / width - 0.5), Math.abs(at[1] / height - 0.5)) * 2 : 2));
-    fit = Math.max(0.4, Math.min(3, fit * FILLED / quantile(shares, 0.995)));
+    const largest = Math.max(quantile(shares(all), 0.99), ...shares(fixed).slice(0, 1e4));
+    fit = Math.max(0.4, Math.min(3, fit * FILLED / largest));
   }
   return fit;
 }

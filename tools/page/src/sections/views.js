@@ -40,8 +40,8 @@ function card(data, entry, order) {
 function gallery(data, entries) {
   const state = { order: "residual", all: entries.length <= FIRST };
   const cards = h("div", { class: "views" });
-  const more = h("button", { type: "button", class: "more" },
-    `Show all ${entries.length} pictures`);
+  const more = h("p", { class: "more" }, `The first ${FIRST} of ${entries.length} pictures. `,
+    h("button", { type: "button", click: () => { state.all = true; draw(); } }, "Show all"));
   const sorted = () => [...entries].sort(ORDERS[state.order][1]);
   const draw = () => {
     const order = () => sorted().map(({ index }) => index);
@@ -50,7 +50,6 @@ function gallery(data, entries) {
     cards.dataset.shown = cards.childElementCount;
     more.hidden = state.all;
   };
-  more.addEventListener("click", () => { state.all = true; draw(); });
   const choice = h("select", { change: () => { state.order = choice.value; draw(); } },
     Object.entries(ORDERS).map(([name, [words]]) => h("option", { value: name }, words)));
   draw();
