@@ -28,7 +28,7 @@ for option in "$@"; do
       configure+=(--python)
       ;;
     --peers) packages+=("${peers[@]}") ;;
-    --package) packages+=(mmdebstrap) ;;
+    --package) packages+=(mmdebstrap uidmap) ;;
     *)
       echo "setup.sh: $option: unknown option (known: --python, --peers, --package)" >&2
       exit 2
