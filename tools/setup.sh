@@ -2,7 +2,8 @@
 # Installs missing packages (Debian, by apt) and builds build/release/tools/tagcal. A second run has
 # nothing left to do. `--python` also builds the Python module for Debian's python3, from then on
 # with every run; another Python is chosen by configuring build/release with -D Python_EXECUTABLE.
-# `--peers` also installs the programs of others that read our files in tests, `--package` what
+# `--peers` also installs the programs of others that read our files in tests, `--browser` the
+# browser that opens the pages of tagcal report in a test, `--package` what
 # `tools/package.sh --check` needs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -19,6 +20,7 @@ python=(
   python3-setuptools python3-pip python3-venv mypy
 )
 peers=(colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
+browser=(chromium chromium-driver python3-selenium python3-pytest)
 
 configure=(./tools/configure.sh release)
 for option in "$@"; do
@@ -28,9 +30,10 @@ for option in "$@"; do
       configure+=(--python)
       ;;
     --peers) packages+=("${peers[@]}") ;;
+    --browser) packages+=("${browser[@]}") ;;
     --package) packages+=(mmdebstrap uidmap) ;;
     *)
-      echo "setup.sh: $option: unknown option (known: --python, --peers, --package)" >&2
+      echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --package)" >&2
       exit 2
       ;;
   esac

@@ -64,8 +64,8 @@ function arrange(scene, project, colours) {
 }
 
 // A canvas that shows a scene: { node, look(yaw, pitch), show(scene) }. "pick" is called with the
-// item.view of a camera that is clicked.
-export function orbit(scene, { label, pick }) {
+// item.view of a camera that is clicked; "nameOf" gives the words shown while the mouse is on it.
+export function orbit(scene, { label, pick, nameOf }) {
   const canvas = h("canvas", { class: "orbit", tabindex: "0", role: "img", "aria-label": label });
   const state = { ...START, scene, placed: [] };
   const draw = () => {
@@ -94,7 +94,14 @@ export function orbit(scene, { label, pick }) {
     state.zoom = Math.max(0.3, Math.min(12, state.zoom * factor));
     draw();
   };
-  listen(canvas, { turn, zoom, click: (x, y) => pickAt(state.placed, x, y, pick) });
+  const at = (x, y) => viewAt(state.placed, x, y);
+  listen(canvas, { turn, zoom,
+    click: (x, y) => { if (at(x, y) !== null) pick(at(x, y)); },
+    hover: (x, y) => {
+      const view = at(x, y);
+      canvas.title = view === null ? "" : nameOf(view);
+      canvas.classList.toggle("on-item", view !== null);
+    } });
   new ResizeObserver(draw).observe(canvas);
   onThemeChange(draw);
   return { node: canvas,
@@ -102,20 +109,21 @@ export function orbit(scene, { label, pick }) {
     show: (other) => { Object.assign(state, START, { scene: other }); draw(); } };
 }
 
-function pickAt(placed, x, y, pick) {
+// The view whose item is nearest to a place on the screen, or null if none is near.
+function viewAt(placed, x, y) {
   let best = null;
   for (const { item, middle } of placed) {
     if (item.view === undefined || !middle) continue;
     const distance = Math.hypot(middle[0] - x, middle[1] - y);
     if (distance < (best?.distance ?? 18)) best = { distance, view: item.view };
   }
-  if (best) pick(best.view);
+  return best ? best.view : null;
 }
 
 const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1],
                ArrowDown: [0, -0.1] };
 
-function listen(canvas, { turn, zoom, click }) {
+function listen(canvas, { turn, zoom, click, hover }) {
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey) return;
     if (KEYS[event.key]) turn(...KEYS[event.key]);
@@ -129,11 +137,11 @@ function listen(canvas, { turn, zoom, click }) {
     event.preventDefault();
     zoom(Math.exp(-event.deltaY / 500));
   }, { passive: false });
-  listenToPointers(canvas, { turn, zoom, click });
+  listenToPointers(canvas, { turn, zoom, click, hover });
 }
 
 // One pointer turns, two come closer; one that does not move is a click.
-function listenToPointers(canvas, { turn, zoom, click }) {
+function listenToPointers(canvas, { turn, zoom, click, hover }) {
   const pointers = new Map();
   let moved = 0;
   const spread = () => {
@@ -148,7 +156,10 @@ function listenToPointers(canvas, { turn, zoom, click }) {
   });
   canvas.addEventListener("pointermove", (event) => {
     const last = pointers.get(event.pointerId);
-    if (!last) return;
+    if (!last) {
+      hover(event.offsetX, event.offsetY);
+      return;
+    }
     const before = pointers.size === 2 ? spread() : 0;
     pointers.set(event.pointerId, event);
     const [dx, dy] = [event.clientX - last.clientX, event.clientY - last.clientY];

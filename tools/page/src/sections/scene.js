@@ -14,6 +14,7 @@ export function scene(data) {
   const view = orbit(buildScene(data, "world"), {
     label: `${count(poses.length, "camera")} and ${count(boards.length, "board")} in 3D`,
     pick: (index) => openView(data, order, index),
+    nameOf: (index) => data.views[index].image,
   });
   const button = (words, action) => h("button", { type: "button", click: action }, words);
   const off = poses.some((pose) => !isAnswer(pose));
