@@ -31,7 +31,7 @@ for option in "$@"; do
       ;;
     --peers) packages+=("${peers[@]}") ;;
     --browser) packages+=("${browser[@]}") ;;
-    --package) packages+=(mmdebstrap) ;;
+    --package) packages+=(mmdebstrap uidmap) ;;
     *)
       echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --package)" >&2
       exit 2
