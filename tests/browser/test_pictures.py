@@ -1,7 +1,9 @@
 """Thumbnails, and the picture that a click enlarges."""
 
+from typing import Any
+
 from browser import Browser
-from pages import Page
+from pages import Page, changed
 
 OPEN = "Boolean(document.querySelector('dialog.viewer[open]'))"
 SHOWN = "Number(document.querySelector('dialog.viewer').dataset.view)"
@@ -99,3 +101,19 @@ def test_the_order_can_be_chosen(browser: Browser, pages: dict[str, Page]) -> No
                " choice.value = 'name'; choice.dispatchEvent(new Event('change')); })()")
     shown = browser.js("[...document.querySelectorAll('.view')].map((v) => Number(v.dataset.view))")
     assert shown == sorted(shown)
+
+
+def test_an_ambiguous_picture_shows_both_poses(browser: Browser, pages: dict[str, Page]) -> None:
+    def change(data: Any) -> None:
+        view = data["views"][3]
+        view["status"] = "ambiguous"
+        view["hypotheses"] = [{**view["hypotheses"][0], "probability": p} for p in (0.75, 0.25)]
+
+    page = changed(pages["poses"], "ambiguous.html", change)
+    browser.open(page.file)
+    assert browser.js("[...document.querySelectorAll('.view .tag')].map((tag) => [tag.textContent,"
+                      " Number(tag.closest('.view').dataset.view)])") == [["ambiguous", 3]]
+    browser.js("document.querySelector('.view[data-view=\"3\"]').click()")
+    odds = browser.js("[...document.querySelectorAll('dialog table[aria-label=\"Poses that fit\"]"
+                      " tbody tr')].map((row) => row.cells[1].textContent)")
+    assert odds == ["75.0 %", "25.0 %"]

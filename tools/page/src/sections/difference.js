@@ -89,7 +89,8 @@ function parameterTable(data) {
   }, table(["", `A: ${data.difference.a ?? ""}`,
     `B: ${data.difference.b ?? ""}`, "B − A"], rows.map((row) => [
     h("b", null, row.name), value(row.a, row.sigma_a), value(row.b, row.sigma_b),
-    sigmaBar(row.in_sigmas)]),
+    isNumber(row.in_sigmas) || !isNumber(row.b - row.a)
+      ? sigmaBar(row.in_sigmas) : digits(row.b - row.a)]),
   { numeric: [1, 2], label: "Parameters of both calibrations", kind: "both" })));
 }
 

@@ -1,5 +1,6 @@
 // Cameras and boards in 3D.
 import { chart, h, key, section } from "../dom.js";
+import { isCalibration } from "../data.js";
 import { count, digits, distance, range } from "../numbers.js";
 import { isAnswer } from "./view_parts.js";
 import { orbit } from "../plot/orbit.js";
@@ -46,8 +47,10 @@ export function scene(data) {
   return section("scene", "Cameras and boards", null, chart({
     name: "scene", marks: poses.length + boards.length,
     label: `${count(poses.length, "camera")} and ${count(boards.length, "board")}`,
-    read: "where the camera was for each picture. Good: cameras on many sides, near and far, " +
-      `some tilted by 30 degrees or more. ${placesText(data)} Drag to turn, wheel or two fingers ` +
+    read: "where the camera was for each picture. " +
+      (isCalibration(data) ? "Good: cameras on many sides, near and far, some tilted by 30 " +
+        "degrees or more. " : "") +
+      `${placesText(data)} Drag to turn, wheel or two fingers ` +
       "to come closer, arrow keys and + - after a click; click a camera for its picture.",
   }, view.node, h("p", { class: "controls" },
     button("From the side", () => view.look(0.6, 0.35)),

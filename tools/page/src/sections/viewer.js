@@ -5,7 +5,7 @@ import { NONE, count, digits, isNumber, niceBelow, px, quantile } from "../numbe
 import { crosses, dots, imageFrame, pluses, rings, strokes } from "../plot/frame.js";
 import { zoomable } from "../plot/viewbox.js";
 import { findingList } from "./findings.js";
-import { captionOf, isAnswer, picture } from "./view_parts.js";
+import { captionOf, picture } from "./view_parts.js";
 
 const WORST = 8;
 
@@ -68,7 +68,7 @@ function content(data, index) {
       key("plus-reprojected", "reprojected"),
       key("line-magnified", `residual, drawn ${count(factor, "", "").trim()} × as long`),
       rejected ? key("cross-rejected", "rejected") : null),
-    h("p", null, isAnswer(view) ? "" : `${view.status}. `, captionOf(view),
+    h("p", null, view.status === "ok" ? "" : `${view.status}. `, captionOf(view),
       isNumber(view.max_px) ? `, largest ${px(view.max_px)}` : "",
       view.sentence ? `. ${view.sentence}` : ""),
     view.findings?.length ? findingList(view.findings) : null,
