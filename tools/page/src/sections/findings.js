@@ -9,7 +9,7 @@ const MANY = 3;  // findings of one kind that are listed each by itself
 const rankOf = (finding) => (GRAVE[finding.severity] ?? GRAVE.warning)[2];
 
 // Options such as --board-warp in one piece.
-const withOptions = (text) => String(text ?? "").split(/(--[a-z][a-z-]*)/).map((part, i) =>
+export const withOptions = (text) => String(text ?? "").split(/(--[a-z][a-z-]*)/).map((part, i) =>
   (i % 2 ? h("code", { class: "option" }, part) : part));
 
 function entry(finding, others) {
