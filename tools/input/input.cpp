@@ -13,6 +13,7 @@
 #include "input/picture_files.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
+#include "report/warning_groups.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/checker_search/refine_checkers.hpp"
 #include "tagcal/error.hpp"
@@ -337,7 +338,8 @@ bool has_tags(const std::vector<PlacedBoard>& boards) {
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) print_to_stderr("tagcal: warning: {}\n", warning);
+  for (const std::string& warning : in_groups(warnings))
+    print_to_stderr("tagcal: warning: {}\n", warning);
 }
 
 }  // namespace tagcal::tools
