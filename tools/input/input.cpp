@@ -141,6 +141,10 @@ void add_input(CLI::App& command, InputArguments& arguments) {
       .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
       .text("T.yaml");
+  add_picture_options(command, arguments);
+}
+
+void add_picture_options(CLI::App& command, InputArguments& arguments) {
   add_positive(
       command, "--tag-size", arguments.tag_size_m,
       "side of the tags in metres, black edge to black edge, if --target is a field layout "
