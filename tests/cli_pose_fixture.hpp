@@ -65,7 +65,7 @@ class PoseCli : public Cli {
   static OnThePage on_the_page(const std::string& drawings) {
     const std::string source = TAGCAL_SOURCE_DIR;
     const std::string scene = source + "/data-synthetic/scenes/tabletop.yaml";
-    EXPECT_EQ(run("render " + scene + " --out " + path("tabletop")).exit_code, 0);
+    EXPECT_EQ(run("render " + scene + " --force --out " + path("tabletop")).exit_code, 0);
     const std::string page = slurp(source + "/docs/pose.md");
     const std::string prompt = "\n$ tagcal ";
     const std::size_t begin = page.find(prompt + "pose") + prompt.size();

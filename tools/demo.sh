@@ -1,11 +1,19 @@
 #!/usr/bin/env bash
 # Runs the main steps on data of its own: render, detect, calibrate, validate. A step whose result is
-# newer than the program and the scene is skipped.
+# newer than the program and the scene is skipped. `--program FILE` takes a program that is there
+# instead of building one.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-./tools/setup.sh
 
-tagcal=build/release/tools/tagcal
+if [ $# -eq 0 ]; then
+  tagcal=build/release/tools/tagcal
+  ./tools/setup.sh
+elif [ $# -eq 2 ] && [ "$1" = --program ]; then
+  tagcal=$2
+else
+  echo "demo.sh: $*: unknown options (known: --program FILE)" >&2
+  exit 2
+fi
 scene=data-synthetic/scenes/desk.yaml
 out=data-synthetic/out/desk
 mkdir -p "$(dirname "$out")"

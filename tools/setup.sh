@@ -2,12 +2,14 @@
 # Installs missing packages (Debian, by apt) and builds build/release/tools/tagcal. A second run has
 # nothing left to do. `--python` also builds the Python module for Debian's python3, from then on
 # with every run; another Python is chosen by configuring build/release with -D Python_EXECUTABLE.
-# `--peers` also installs the programs of others that read our files in tests.
+# `--peers` also installs the programs of others that read our files in tests, `--browser` the
+# browser that opens the pages of tagcal report in a test, `--package` what
+# `tools/package.sh --check` needs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 packages=(
-  build-essential g++ cmake ninja-build ccache pkg-config
+  build-essential g++ cmake ninja-build ccache pkg-config file
   libeigen3-dev libceres-dev libapriltag-dev libopencv-dev
   libcli11-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libpng-dev libjpeg-dev
   libdeflate-dev libtiff-dev libwebp-dev libstb-dev libcairo2-dev libopencv-contrib-dev
@@ -18,6 +20,7 @@ python=(
   python3-setuptools python3-pip python3-venv mypy
 )
 peers=(colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
+browser=(chromium chromium-driver python3-selenium python3-pytest)
 
 configure=(./tools/configure.sh release)
 for option in "$@"; do
@@ -27,8 +30,10 @@ for option in "$@"; do
       configure+=(--python)
       ;;
     --peers) packages+=("${peers[@]}") ;;
+    --browser) packages+=("${browser[@]}") ;;
+    --package) packages+=(mmdebstrap uidmap) ;;
     *)
-      echo "setup.sh: $option: unknown option (known: --python, --peers)" >&2
+      echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --package)" >&2
       exit 2
       ;;
   esac

@@ -1,9 +1,12 @@
 // tagcal detect --explain and --draw, from outside.
 #include "cli_fixture.hpp"
+#include "report/warning_groups.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {
 namespace {
+
+using Lines = std::vector<std::string>;
 
 TEST_F(Cli, DrawWritesAPictureOfEachView) {
   const Outcome outcome = run("detect " + path("set") + " --draw " + path("drawn"));
@@ -46,6 +49,41 @@ TEST_F(Cli, ExplainNamesTheMistakeOnStderr) {
   const Outcome bad = run("detect --target " + path("kalibr.yaml") + " " + picture + " --explain");
   EXPECT_EQ(bad.exit_code, 0);
   EXPECT_NE(bad.err.find("wrong border: "), std::string::npos) << bad.err;
+}
+
+TEST_F(Cli, DetectSaysFirstWhatWasFound) {
+  const Image8 grey(read_image(root() / "set/images/000.png").size(), 128);
+  fs::create_directories(root() / "mixed");
+  for (const char* name : {"x0.png", "x1.png", "x2.png", "x3.png"})
+    write_png(root() / "mixed" / name, grey);
+  const std::string target = "detect --target " + path("set/target.yaml") + " --no-cache ";
+
+  const Outcome none = run(target + path("mixed") + " --out " + path("none.csv"));
+  EXPECT_EQ(none.exit_code, 0);
+  EXPECT_TRUE(none.out.starts_with("NOTHING FOUND: the target is in none of 4 pictures\n"));
+  EXPECT_NE(none.err.find("x0.png: no tag of the boards found; and 3 more like it: x1.png, x2.png"),
+            std::string::npos)
+      << none.err;
+
+  fs::copy_file(root() / "set/images/000.png", root() / "mixed/a.png");
+  const Outcome partly = run(target + path("mixed") + " --verbose --out " + path("part.csv"));
+  EXPECT_TRUE(partly.out.starts_with("PARTLY: 1 of 5 pictures shows the target: ")) << partly.out;
+  EXPECT_NE(partly.out.find("nothing    x0.png, x1.png, x2.png and 1 more\n"), std::string::npos)
+      << partly.out;
+  EXPECT_NE(partly.out.find("\n  a.png   12 of 12 tags, 48 corners\n"), std::string::npos)
+      << partly.out;
+  EXPECT_EQ(partly.out.find('\033'), std::string::npos);
+}
+
+TEST(WarningGroups, OneLineForManyAlike) {
+  EXPECT_EQ(in_groups({}), Lines());
+  const Lines two = {"a.png: 3 tags on no board: 1 2 3", "b.png: 1 tags on no board: 7"};
+  EXPECT_EQ(in_groups(two), two);
+  EXPECT_EQ(in_groups({"a.png: 3 tags on no board: 1 2 3", "general",
+                       "b.png: 1 tags on no board: 7", "c.png: other",
+                       "c.png: 1 tags on no board: 8, 9", "d.png: 2 tags on no board: 1 2"}),
+            (Lines{"a.png: 3 tags on no board: 1 2 3; and 3 more like it: b.png, c.png, ..",
+                   "general", "c.png: other"}));
 }
 
 }  // namespace

@@ -144,6 +144,13 @@ TEST_F(CalibrationFileTest, OpenCVReadsEveryKey) {
     ASSERT_EQ(file["warnings"].size(), 2U);
     EXPECT_EQ(static_cast<std::string>(file["warnings"][0]), c.findings[0].sentence);
     EXPECT_EQ(static_cast<std::string>(file["warnings"][1]), c.findings[1].sentence);
+    const std::vector<Finding> found = read(calibration_yaml(c)).findings;
+    ASSERT_EQ(found.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(found[i].code, c.findings[i].code);
+      EXPECT_EQ(found[i].severity, c.findings[i].severity);
+      EXPECT_EQ(found[i].sentence, c.findings[i].sentence);
+    }
     ASSERT_EQ(static_cast<int>(file["covariance_names"].size()), Model::named(model).num_free());
     EXPECT_EQ(static_cast<std::string>(file["covariance_names"][0]),
               Model::named(model).free()[0].name);

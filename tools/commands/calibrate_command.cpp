@@ -84,7 +84,7 @@ void check_report(const Arguments& arguments) {
 void write_report(const Arguments& arguments, const CalibrationAnswer& answer, Input used) {
   PageContent content;
   content.calibration = answer.calibration;
-  content.title = fmt::format("{}: {}", used.name, answer.calibration.model);
+  content.title = fmt::format("{}: {}", last_part(used.name), answer.calibration.model);
   content.chosen = is_auto(arguments.job.options.model);
   content.advice = answer.advice;
   if (!content.advice) content.advice = advise(used.dataset, answer.calibration);

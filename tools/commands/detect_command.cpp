@@ -13,6 +13,7 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
+#include "report/detection_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/explain.hpp"
@@ -31,6 +32,7 @@ struct Arguments {
   std::string camera;  // a file
   std::string draw;    // a folder
   bool explain = false;
+  bool verbose = false;
   int border_bits = 0;  // 0: not given
   int threads = 0;
 };
@@ -89,7 +91,8 @@ int run_without_target(const Arguments& a) {
   if (!a.input.target.empty())
     throw Error("--family, --target: only one of the two is possible; the target has its family");
   if (a.explain) throw Error("--explain: needs a target");
-  return run_tag_search({a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads});
+  return run_tag_search(
+      {a.input, std::max(1, a.border_bits), a.out, a.camera, a.draw, a.threads, a.verbose});
 }
 
 int run(const Arguments& arguments) {
@@ -104,8 +107,7 @@ int run(const Arguments& arguments) {
   if (!arguments.draw.empty()) drawings.emplace(arguments.draw, OutputFolder::Taken::by_any_folder);
   const std::optional<Camera> camera = known_camera(arguments.camera, input);
   detect_views(input, arguments.threads, true, camera ? &*camera : nullptr);
-  const std::vector<View>& views = input.dataset.views;
-  const std::string csv = observations_csv(views);
+  const std::string csv = observations_csv(input.dataset.views);
   if (arguments.out.empty()) {
     print_result(csv);
   } else {
@@ -116,17 +118,9 @@ int run(const Arguments& arguments) {
     draw(input, drawing_names(input, arguments.draw), *drawings);
     say_wrote(arguments.draw);
   }
-  if (arguments.explain) explain_all(input);
-  if (num_corners(views) == 0)
-    input.warnings.emplace_back(has_tags(input.dataset.boards) ? "no tag found in any picture"
-                                                               : "no corner found in any picture");
   print_warnings(input.warnings);
-  if (has_tags(input.dataset.boards)) {
-    print_to_stderr("{} images, {} tags, {} corners\n", input.images.size(), num_tags(views),
-                    num_corners(views));
-  } else {
-    print_to_stderr("{} images, {} corners\n", input.images.size(), num_corners(views));
-  }
+  print_summary(detection_summary(input, arguments.verbose), arguments.out);
+  if (arguments.explain) explain_all(input);
   return kAnswer;
 }
 
@@ -161,6 +155,7 @@ Command add_detect(CLI::App& app) {
   add_flag(*command, "--explain", arguments->explain,
            "print per picture, on stderr: the tags that were read, why tags are not reported, and "
            "probable errors of the target file");
+  add_flag(*command, "--verbose", arguments->verbose, "also print what each picture shows");
   add_threads(*command, arguments->threads);
   add_footer(*command,
              "Example: tagcal detect desk --out corners.csv\n"

@@ -10,6 +10,7 @@
 #include "draw/tag_drawing.hpp"
 #include "input/camera_input.hpp"
 #include "input/output_folder.hpp"
+#include "report/detection_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/detect/detect_tags.hpp"
@@ -83,10 +84,10 @@ int run_tag_search(const TagSearch& search) {
   }
   const Tags tags = found_tags(search, input, camera ? &*camera : nullptr);
   std::vector<std::string> names;
-  std::size_t count = 0;
+  std::vector<std::size_t> num_tags;
   for (std::size_t i = 0; i < tags.size(); ++i) {
     names.push_back(input.images[i].name);
-    count += tags[i].size();
+    num_tags.push_back(tags[i].size());
   }
   const std::string csv = tags_csv(names, tags);
   if (search.out.empty())
@@ -94,13 +95,10 @@ int run_tag_search(const TagSearch& search) {
   else
     write_whole(search.out, csv);
   if (drawings) draw(input, tags, drawn, *drawings);
-  std::vector<std::string> warnings = input.warnings;
-  if (count == 0)
-    warnings.push_back(fmt::format("no tag of {} found in any picture", search.input.family));
-  print_warnings(warnings);
   if (!search.out.empty()) say_wrote(search.out);
   if (!search.draw.empty()) say_wrote(search.draw);
-  print_to_stderr("{} images, {} tags\n", input.images.size(), count);
+  print_warnings(input.warnings);
+  print_summary(tag_summary(names, num_tags, search.input.family, search.verbose), search.out);
   return kAnswer;
 }
 

@@ -14,6 +14,7 @@ struct TagSearch {
   std::string camera;  // a file, or ""
   std::string draw;    // a folder, or ""
   int threads = 0;
+  bool verbose = false;
 };
 
 // Prints or writes the corners with the column `instance`. Returns the exit code.

@@ -42,6 +42,10 @@ void check_usage(const Arguments& arguments) {
   if (data.target.empty() && data.inputs.size() > 1)
     throw Error(fmt::format("{}: two calibrations at most are compared (pictures need --target)",
                             data.inputs[1]));
+  const bool has_options =
+      data.tag_size_m > 0 || !data.refinement.empty() || !data.excluded.empty() || data.strict;
+  if (has_options && !has_data(arguments))
+    throw Error("--tag-size, --refinement, --exclude, --strict: need --dataset or --target");
   if (!data.observations.empty() && arguments.dataset.empty())
     throw Error("--observations: needs --dataset");
   if (data.target.empty() && !data.inputs.empty() && !arguments.dataset.empty())
@@ -104,6 +108,7 @@ Command add_report(CLI::App& app) {
   add_option(*command, "--target", arguments->data.target,
              "the board in the pictures, instead of a data set: a target file")
       .text("T.yaml");
+  add_picture_options(*command, arguments->data);
   add_option(*command, "--camera", arguments->camera,
              "the camera of the poses, with which their residuals are shown")
       .text("CAMERA");

@@ -13,6 +13,7 @@
 #include "input/picture_files.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
+#include "report/warning_groups.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/checker_search/refine_checkers.hpp"
 #include "tagcal/error.hpp"
@@ -140,6 +141,10 @@ void add_input(CLI::App& command, InputArguments& arguments) {
       .required();
   add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
       .text("T.yaml");
+  add_picture_options(command, arguments);
+}
+
+void add_picture_options(CLI::App& command, InputArguments& arguments) {
   add_positive(
       command, "--tag-size", arguments.tag_size_m,
       "side of the tags in metres, black edge to black edge, if --target is a field layout "
@@ -337,7 +342,8 @@ bool has_tags(const std::vector<PlacedBoard>& boards) {
 }
 
 void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) print_to_stderr("tagcal: warning: {}\n", warning);
+  for (const std::string& warning : in_groups(warnings))
+    print_to_stderr("tagcal: warning: {}\n", warning);
 }
 
 }  // namespace tagcal::tools

@@ -28,6 +28,8 @@ struct InputArguments {
 
 // `DATASET` or `IMAGE...`, `--target`, `--tag-size`, `--refinement`, `--exclude` and `--strict`.
 void add_input(CLI::App& command, InputArguments& arguments);
+// Those of the pictures only: all but the first two.
+void add_picture_options(CLI::App& command, InputArguments& arguments);
 void add_no_cache(CLI::App& command, bool& no_cache);
 void add_observations(CLI::App& command, InputArguments& arguments);
 

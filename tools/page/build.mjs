@@ -1,6 +1,7 @@
 // Bundles src/ into dist/: report.js, report.css and the licences of what they contain.
 import { build } from "esbuild";
-import { readFileSync, writeFileSync } from "node:fs";
+import { createHash } from "node:crypto";
+import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 
 const common = { bundle: true, minify: true, target: "es2020", legalComments: "none", charset: "utf8" };
 const outputs = await Promise.all([
@@ -18,3 +19,11 @@ const licences = [...packages].sort().map((name) => {
   return `${name} ${version}  ${homepage}\n\n${readFileSync(`node_modules/${name}/LICENSE`)}`;
 });
 writeFileSync("dist/LICENSES", `Software in report.js and report.css, beside tagcal's own:\n\n${licences.join("\n")}`);
+
+// What dist/ was made from and what it is: a test fails if either changed since (sha256sum -c).
+const sources = readdirSync("src", { recursive: true }).map((name) => `src/${name}`)
+  .filter((name) => /\.(js|css)$/.test(name));
+const files = ["build.mjs", "package.json", "package-lock.json", ...sources,
+  ...["LICENSES", "report.css", "report.js"].map((name) => `dist/${name}`)].sort();
+const sum = (name) => createHash("sha256").update(readFileSync(name)).digest("hex");
+writeFileSync("dist/SHA256SUMS", files.map((name) => `${sum(name)}  ${name}\n`).join(""));

@@ -12,7 +12,7 @@ if [ "${1:-}" = --check ]; then
 fi
 (cd "$work" && npm ci --silent --no-audit --no-fund && npm run --silent build)
 if [ "$work" != . ]; then
-  for file in report.js report.css LICENSES; do cmp "dist/$file" "$work/dist/$file"; done
+  for file in report.js report.css LICENSES SHA256SUMS; do cmp "dist/$file" "$work/dist/$file"; done
   echo "dist is what src makes"
 fi
 wc -c dist/report.js dist/report.css

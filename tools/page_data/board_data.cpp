@@ -80,13 +80,18 @@ Vector3d relative_place(const AlignedBox3d& box, const Vector3d& x) {
   return (x - box.center()).cwiseQuotient((box.sizes() / 2).cwiseMax(1e-12));  // numeric: flat box
 }
 
-// Null if a corner has no image.
-PageJson image_of(const Square& square, const Camera& camera, const Pose& camera_from_board) {
+// The sides in `steps` parts, so that they bend as the lens bends them. Null if a point of them has
+// no image.
+PageJson image_of(const Square& square, const Camera& camera, const Pose& camera_from_board,
+                  int steps) {
   PageJson list = PageJson::array();
-  for (const Vector3d& x : square) {
-    const auto pixel = project(camera.lens, camera_from_board * x);
-    if (!pixel) return nullptr;
-    list.push_back(point_json(*pixel));
+  for (std::size_t i = 0; i < square.size(); ++i) {
+    const Vector3d along = square[(i + 1) % square.size()] - square[i];
+    for (int k = 0; k < steps; ++k) {
+      const auto pixel = project(camera.lens, camera_from_board * (square[i] + along * k / steps));
+      if (!pixel) return nullptr;
+      list.push_back(point_json(*pixel));
+    }
   }
   return list;
 }
@@ -165,9 +170,9 @@ PageJson advice_json(const PageContent& content) {
     return json;
   const Camera& camera = *content.calibration.camera;
   const Board& board = largest(content.dataset.boards);
-  json["outline_px"] = image_of(outline_of(board), camera, advice.camera_from_board);
+  json["outline_px"] = image_of(outline_of(board), camera, advice.camera_from_board, 12);
   for (const Square& square : squares_of(board)) {
-    PageJson image = image_of(square, camera, advice.camera_from_board);
+    PageJson image = image_of(square, camera, advice.camera_from_board, 2);
     if (!image.is_null()) json["squares_px"].push_back(std::move(image));
   }
   return json;

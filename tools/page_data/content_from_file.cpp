@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "input/camera_input.hpp"
+#include "page_data/page_parts.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/pose.hpp"
@@ -37,8 +38,9 @@ Calibration calibration_of(const CalibrationFile& file) {
   if (file.sigmas.empty())  // not known, which 0 would not say
     calibration.sigmas.assign(parameters(file.camera.lens).size(), std::nan(""));
   calibration.seen = file.seen;
-  for (const std::string& warning : file.warnings)  // the file has no codes
-    calibration.findings.push_back({"calibration_file", Severity::warning, warning});
+  calibration.findings = file.findings;
+  for (Finding& finding : calibration.findings)
+    if (finding.code.empty()) finding.code = "calibration_file";  // older files have no codes
   return calibration;
 }
 
@@ -138,8 +140,7 @@ PageContent content_from_file(const std::string& file_and_name, Input* input, in
   PageContent content;
   content.threads = threads;
   content.calibration = calibration_of(file);
-  const std::string name = std::filesystem::path(file_and_name).filename().string();
-  content.title = fmt::format("{}: {}", name, content.calibration.model);
+  content.title = fmt::format("{}: {}", last_part(file_and_name), content.calibration.model);
   note_what_is_missing(file, input != nullptr, content);
   if (!input) return content;
   check_image_size(file.camera.image_size, file_and_name, *input);

@@ -64,6 +64,12 @@ std::string level_of(const ComparisonVerdict& verdict) {
   return verdict.kind == ComparisonVerdict::Kind::consistent ? "ok" : "warnings";
 }
 
+// Two files of one name are told apart by their folders.
+std::string title_of(const std::string& file_a, const std::string& file_b) {
+  const std::string a = last_part(file_a), b = last_part(file_b);
+  return a == b ? fmt::format("{} and {}", file_a, file_b) : fmt::format("{} and {}", a, b);
+}
+
 }  // namespace
 
 PageJson difference_page(const std::string& file_a, const std::string& file_b, double near_m) {
@@ -84,7 +90,7 @@ PageJson difference_page(const std::string& file_a, const std::string& file_b, d
        verdict.word.empty() ? verdict.sentence : verdict.word + ": " + verdict.sentence}};
   return {{"format", 1},
           {"kind", "difference"},
-          {"title", fmt::format("{} and {}", file_a, file_b)},
+          {"title", title_of(file_a, file_b)},
           {"verdict", judged},
           {"made_by", made_by_json()},
           {"notes", notes},

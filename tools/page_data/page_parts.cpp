@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <filesystem>
 #include <string_view>
 
 #include "input/command_line.hpp"
@@ -79,6 +80,13 @@ PageJson map_json(const ProjectionUncertainty& p) {
 }
 
 }  // namespace
+
+std::string last_part(const std::string& path) {
+  std::filesystem::path plain = std::filesystem::path(path).lexically_normal();
+  if (!plain.has_filename()) plain = plain.parent_path();  // of "desk/"
+  const std::string name = plain.filename().string();
+  return name.empty() || name == "." || name == ".." ? path : name;
+}
 
 PageJson verdict_json(const Calibration& calibration, const std::string& sentence) {
   return {{"level", level_of(calibration)}, {"sentence", sentence}};

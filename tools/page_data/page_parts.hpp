@@ -11,6 +11,9 @@ namespace tagcal::tools {
 
 // Parts of the page's data that one function each makes.
 
+// The last part of a path: the name of a file or folder, for a title.
+std::string last_part(const std::string& path);
+
 PageJson verdict_json(const Calibration& calibration, const std::string& sentence);
 PageJson page_findings_json(std::span<const Finding> findings);
 PageJson made_by_json();

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
@@ -62,12 +64,25 @@ Picture shrunk(const Picture& picture, const ImageSize& size) {
   return std::visit([&](const auto& image) { return Picture(remap(image, map).image); }, picture);
 }
 
-// With eight bits: white of sixteen is found as for detection.
+// With eight bits: white of sixteen is found as for detection, over all colours together.
+struct EightBits {
+  Picture operator()(Image8&& image) const { return std::move(image); }
+  Picture operator()(ImageRgb&& image) const { return std::move(image); }
+  Picture operator()(Image16&& image) const { return scaled_to_8_bits(image); }
+  Picture operator()(ImageRgb16&& image) const {
+    const ImageSize values{3 * image.width(), image.height()};
+    const Image8 scaled =
+        scaled_to_8_bits(ImageView16(image.pixels().front().data(), values, values.width));
+    ImageRgb result(image.size());
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x)
+        result(x, y) = {scaled(3 * x, y), scaled(3 * x + 1, y), scaled(3 * x + 2, y)};
+    return result;
+  }
+};
+
 Picture read_small(const fs::path& file, int width) {
-  Picture picture = read_reduced(file, width);
-  const bool is_sixteen_bit =
-      std::holds_alternative<Image16>(picture) || std::holds_alternative<ImageRgb16>(picture);
-  return is_sixteen_bit ? Picture(read_image(file)) : picture;
+  return std::visit(EightBits(), read_reduced(file, width));
 }
 
 struct Small {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {
@@ -10,6 +11,12 @@ namespace tagcal::tools {
 void print_result(const std::string& text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
+}
+
+void print_summary(const std::string& text, const std::filesystem::path& out) {
+  std::error_code none;
+  if (std::filesystem::is_regular_file(out, none)) return print_result(text);
+  print_to_stderr("{}", without_colours(text));
 }
 
 void say_wrote(const std::filesystem::path& file, const std::string& content) {

@@ -20,6 +20,10 @@ void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
 // Writes a result to stdout; throws Error if it cannot be written.
 void print_result(const std::string& text);
 
+// Writes what a result came to: to stdout, if the result itself is in the file `out`; otherwise to
+// stderr, without colours.
+void print_summary(const std::string& text, const std::filesystem::path& out);
+
 // "wrote FILE", and what it holds: every command says this of each file and folder that it wrote.
 // Not of devices and pipes, such as /dev/stdout.
 void say_wrote(const std::filesystem::path& file, const std::string& content = "");

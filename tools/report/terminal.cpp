@@ -24,17 +24,7 @@ int decimals_of(double value) {
   return std::clamp(1 - exponent, 0, 12);
 }
 
-// Without the codes of colours, from ESC to "m".
-std::size_t visible_width(std::string_view text) {
-  std::size_t width = 0;
-  bool is_code = false;
-  for (const char c : text) {
-    if (c == '\033') is_code = true;
-    if (!is_code) ++width;
-    if (c == 'm') is_code = false;
-  }
-  return width;
-}
+std::size_t visible_width(std::string_view text) { return without_colours(text).size(); }
 
 }  // namespace
 
@@ -43,6 +33,18 @@ std::string toned(Tone tone, std::string_view text) {
   if (!colour) return std::string(text);
   const int code = tone == Tone::good ? 32 : tone == Tone::caution ? 33 : 31;  // of ECMA-48
   return fmt::format("\033[1;{}m{}\033[0m", code, text);
+}
+
+// The codes run from ESC to "m".
+std::string without_colours(std::string_view text) {
+  std::string plain;
+  bool is_code = false;
+  for (const char c : text) {
+    if (c == '\033') is_code = true;
+    if (!is_code) plain += c;
+    if (c == 'm') is_code = false;
+  }
+  return plain;
 }
 
 std::string wrapped(std::string_view first, std::string_view text, std::size_t indent) {

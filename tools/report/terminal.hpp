@@ -21,6 +21,9 @@ enum class Tone {
 // (https://no-color.org), nor with TERM=dumb.
 std::string toned(Tone tone, std::string_view text);
 
+// The text without the codes that `toned` adds.
+std::string without_colours(std::string_view text);
+
 // Words from `first` on, wrapped at blanks; the lines after the first begin with `indent` blanks.
 // `first` and `text` are one text without a blank between them. A word longer than a line stays
 // whole.

@@ -53,6 +53,16 @@ std::string views_yaml(const std::vector<CalibratedView>& views) {
   return text;
 }
 
+std::string findings_yaml(const std::vector<Finding>& findings) {
+  std::vector<std::string> codes, severities;
+  for (const Finding& finding : findings) {
+    codes.push_back(finding.code);
+    severities.emplace_back(severity_name(finding.severity));
+  }
+  return texts_yaml("warnings", sentences(findings)) + texts_yaml("warning_codes", codes) +
+         texts_yaml("warning_severities", severities);
+}
+
 }  // namespace
 
 std::string calibration_yaml(const Calibration& calibration) {
@@ -67,7 +77,7 @@ std::string calibration_yaml(const Calibration& calibration) {
          uncertainty_yaml(known_of(calibration)) + projection_yaml(calibration) +
          fmt::format("num_views: {}\nnum_corners: {}\nnum_outliers: {}\n", calibration.views.size(),
                      calibration.num_corners, calibration.outliers.size()) +
-         views_yaml(calibration.views) + texts_yaml("warnings", sentences(calibration.findings));
+         views_yaml(calibration.views) + findings_yaml(calibration.findings);
 }
 
 CalibrationFile read_calibration(const std::filesystem::path& file) {

@@ -7,6 +7,7 @@
 
 #include "tagcal/camera/foreign_lens.hpp"
 #include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/estimate/types.hpp"
 #include "tagcal/geometry/pose.hpp"
 
 // What files of cameras hold (calibration_file.hpp, camera_file.hpp).
@@ -25,7 +26,7 @@ struct CalibrationFile {
   // of lens and target that the residuals show (all of the residuals if the corners had no
   // covariances) and the projection's uncertainty. No value if it is not in the file.
   std::optional<double> camera_error_px = std::nullopt;
-  std::vector<std::string> warnings = {};  // what the calibration found out, a sentence each
+  std::vector<Finding> findings = {};  // of the calibration; a code may be empty: not in the file
 };
 
 // One camera of a file of any program.

@@ -20,9 +20,13 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
 
-std::string number(double value) {
+// With so many significant digits; no exponent for large numbers.
+std::string number(double value, int digits) {
   char text[64];
-  std::snprintf(text, sizeof text, std::abs(value) < 1000 ? "%.3g" : "%.0f", value);
+  if (std::abs(value) < 1000)
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+  else
+    std::snprintf(text, sizeof text, "%.0f", value);
   return text;
 }
 
@@ -138,6 +142,22 @@ ModelStep weak_step(const ModelLadder& ladder, bool taken) {
   return step;
 }
 
+// "RMS residual 0.312 px, that of f 0.874 px", with the digits that tell the two apart.
+std::string residuals_text(const Candidate& candidate, const Candidate& other,
+                           const ModelLadder& ladder) {
+  const auto rms = [&](const Candidate& c) {
+    return std::sqrt(c.chi_square * ladder.noise_square / std::max(1, ladder.num_residuals));
+  };
+  const char* const unit = ladder.whitened ? " sd" : " px";
+  std::string own, others;
+  for (int digits = 3; digits <= 9 && own == others; ++digits) {
+    own = number(rms(candidate), digits);
+    others = number(rms(other), digits);
+  }
+  return "RMS residual " + own + unit + ", that of " + std::string(other.model().name()) + " " +
+         others + unit;
+}
+
 // Why a model was taken or not, against `last`: the last one taken, or the chosen one (null: none).
 std::string step_sentence(const Candidate& candidate, const Candidate* last,
                           const ModelLadder& ladder, bool taken) {
@@ -147,14 +167,10 @@ std::string step_sentence(const Candidate& candidate, const Candidate* last,
   if (candidate.has_pole) return "not taken: its distortion has a pole inside the image";
   if (!last || last == &candidate)
     return taken ? "taken: the data determine its parameters" : "not taken";
-  const double gain = (last->chi_square - candidate.chi_square) * ladder.noise_square;
   const int more = candidate.model().num_free() - last->model().num_free();
-  std::string text = number(std::abs(gain)) + (ladder.whitened ? "" : " px^2") +
-                     (gain >= 0 ? " better than " : " worse than ") +
-                     std::string(last->model().name()) + " in " +
-                     std::to_string(ladder.num_residuals) + " residuals";
+  std::string text = residuals_text(candidate, *last, ladder);
   if (more > 0)
-    text += ", with " + std::to_string(more) + (more == 1 ? " parameter more" : " parameters more");
+    text += ", " + std::to_string(more) + (more == 1 ? " parameter more" : " parameters more");
   if (candidate.is_estimated) text += ", estimated from a part of the views";
   return text + (taken ? ": taken" : ": not needed");
 }
@@ -182,7 +198,7 @@ std::vector<ModelStep> model_steps(const ModelLadder& ladder, const Candidate* c
     step.sentence =
         step_sentence(candidate, last || step.taken ? last : chosen, ladder, step.taken);
     if (&candidate == winner && winner != chosen)
-      step.sentence += ", the projections differ by " + number(chosen_difference) + " px";
+      step.sentence += ", the projections differ by " + number(chosen_difference, 3) + " px";
     if (step.taken) last = &candidate;
     done |= &candidate == chosen;
     steps.push_back(std::move(step));

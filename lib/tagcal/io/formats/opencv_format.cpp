@@ -96,17 +96,32 @@ void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
                                       file.model, file.covariance.rows(), file.covariance.cols()));
 }
 
-// Files of other programs may mean something else by the key: only a list of texts is taken.
-void read_warnings(const YamlValue& top, CalibrationFile& file) {
-  constexpr std::size_t kMostWarnings = 1000;  // more is no list of tagcal's; chosen by hand
-  const auto warnings = top.find("warnings");
-  if (!warnings || !warnings->is_list()) return;
-  for (const YamlValue& warning : warnings->items(0, kMostWarnings))
-    if (warning.is_scalar()) file.warnings.push_back(warning.text());
+// Files of other programs may mean something else by a key: only a list of texts is taken.
+std::vector<std::string> texts_of(const YamlValue& top, std::string_view key) {
+  constexpr std::size_t kMost = 1000;  // more is no list of tagcal's; chosen by hand
+  std::vector<std::string> texts;
+  const auto list = top.find(key);
+  if (!list || !list->is_list()) return texts;
+  for (const YamlValue& item : list->items(0, kMost))
+    if (item.is_scalar()) texts.push_back(item.text());
+  return texts;
+}
+
+// Older files have the sentences only.
+void read_findings(const YamlValue& top, CalibrationFile& file) {
+  std::vector<std::string> codes = texts_of(top, "warning_codes");
+  std::vector<std::string> severities = texts_of(top, "warning_severities");
+  const std::vector<std::string> sentences = texts_of(top, "warnings");
+  codes.resize(sentences.size());
+  severities.resize(sentences.size());
+  for (std::size_t i = 0; i < sentences.size(); ++i) {
+    const bool is_note = severities[i] == severity_name(Severity::note);
+    file.findings.push_back({codes[i], is_note ? Severity::note : Severity::warning, sentences[i]});
+  }
 }
 
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
-  read_warnings(top, file);
+  read_findings(top, file);
   const std::size_t num_parameters = parameters(file.camera.lens).size();
   if (const auto fixed = top.find("fixed"))
     file.fixed = fixed_values(*fixed, parameter_names(file.camera.lens));

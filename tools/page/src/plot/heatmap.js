@@ -1,11 +1,13 @@
 // A grid of values over an image: colours between the nodes, contours with labels, a colour bar.
 import { h, s } from "../dom.js";
 import { colourAt, css, gradient } from "../colour.js";
-import { digits, isNumber, range } from "../numbers.js";
+import { digits, isNumber, quantile, range } from "../numbers.js";
 import { contourSegments } from "./contour.js";
 import { imageFrame, polygon } from "./frame.js";
 
 const STEPS = 6;  // pixels of the picture between two nodes
+const RARE = 0.02;  // share of the values that may lie beyond each end of the colours ..
+const FAR = 2;  // .. if they are at least this factor away
 
 // The value between the nodes, bilinear; NaN beside a node without a value.
 function between(grid, x, y) {
@@ -34,16 +36,21 @@ function picture(grid, share, map) {
   return canvas.toDataURL();
 }
 
-// The scale of colours: linear, or logarithmic where values span more than a factor of 8.
-export function colourScale(values, map, { symmetric = false } = {}) {
+// The scale of colours: linear, or logarithmic where values span more than a factor of 8. There,
+// single values far from all others share the colour of the end ("below", "above").
+export function colourScale(values, map) {
   let { low, high } = range(values);
-  if (symmetric) [low, high] = [-Math.max(-low, high), Math.max(-low, high)];
   if (low === high) high = low + (Math.abs(low) || 1) * 1e-3;
-  const logarithmic = !symmetric && low > 0 && high / low > 8;
-  const share = logarithmic
-    ? (x) => Math.log(x / low) / Math.log(high / low)
-    : (x) => (x - low) / (high - low);
-  return { low, high, logarithmic, share, map };
+  if (!(low > 0 && high / low > 8)) {
+    return { low, high, logarithmic: false, share: (x) => (x - low) / (high - low), map };
+  }
+  const [most, least] = [quantile(values, 1 - RARE), quantile(values, RARE)];
+  const above = high > FAR * most;
+  const below = low < least / FAR;
+  if (above) high = most;
+  if (below) low = least;
+  return { low, high, above, below, logarithmic: true, map,
+           share: (x) => Math.log(x / low) / Math.log(high / low) };
 }
 
 // Levels for contours on the scale: 1, 2, 5 steps of a logarithmic one, else round steps.
@@ -115,13 +122,15 @@ export function colourBar(scale, unit) {
   for (const level of levels) {  // apart from the ends and from each other
     const share = scale.share(level);
     const last = marks.length ? scale.share(marks.at(-1)) : 0;
-    if (share > 0.24 && share < 0.72 && share - last > 0.16) marks.push(level);
+    const [from, to] = [scale.below ? 0.33 : 0.24, scale.above ? 0.63 : 0.72];
+    if (share > from && share < to && share - last > 0.16) marks.push(level);
   }
   return h("div", { class: "colour-bar" },
     h("div", { class: "ramp", style: `background: ${gradient(scale.map)}` }),
     h("div", { class: "ticks" },
-      h("span", { style: "left: 0" }, digits(scale.low, 2)),
+      h("span", { style: "left: 0" }, `${scale.below ? "≤ " : ""}${digits(scale.low, 2)}`),
       marks.map((level) => h("span", { class: "middle",
         style: `left: ${(100 * scale.share(level)).toFixed(1)}%` }, digits(level, 1))),
-      h("span", { class: "end", style: "right: 0" }, `${digits(scale.high, 2)} ${unit}`)));
+      h("span", { class: "end", style: "right: 0" }, 
+        `${scale.above ? "≥ " : ""}${digits(scale.high, 2)} ${unit}`)));
 }

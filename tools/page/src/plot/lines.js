@@ -6,7 +6,7 @@ import { onThemeChange, themeColour } from "../colour.js";
 import { digits } from "../numbers.js";
 
 const HEIGHT = 260;
-const PRINTED = { half: 400, whole: 680 };  // widths on paper, beside another chart and alone
+const PRINTED = { half: 400, whole: 680, height: 190 };  // on paper; "half" beside another chart
 
 // Numbers at an axis, with the decimals that their step needs.
 function tickTexts(_, ticks) {
@@ -16,15 +16,21 @@ function tickTexts(_, ticks) {
   return ticks.map((x) => (decimals > 5 ? digits(x, 1) : x.toFixed(decimals).replace("-", "−")));
 }
 
-function axis(label, values = tickTexts) {
+function axis({ label, values = tickTexts, incrs }) {
   const grid = { stroke: themeColour("--line"), width: 1 };
   return { label, labelSize: 22, labelFont: "12px system-ui, sans-serif", size: 46,
            font: "12px system-ui, sans-serif", stroke: themeColour("--soft"), grid, ticks: grid,
-           values };
+           values, incrs };
 }
 
+// Room for the longest number at the axis, its tick and a gap.
+const widthOfTexts = (_, texts) =>
+  22 + 7 * Math.max(4, ...(texts ?? []).map((text) => text?.length ?? 0));
+
+const isPrinting = () => document.documentElement.classList.contains("printing");
+
 function widthOf(frame) {
-  if (!document.documentElement.classList.contains("printing")) return frame.clientWidth;
+  if (!isPrinting()) return frame.clientWidth;
   return frame.closest(".two") ? PRINTED.half : PRINTED.whole;
 }
 
@@ -39,8 +45,8 @@ export function lineChart(build) {
     plot?.destroy();
     const { x, y, series, data, scales, bands } = build();
     plot = new uPlot({
-      width, height: HEIGHT, scales: { x: { time: false }, ...scales }, bands,
-      axes: [axis(x.label, x.values), { ...axis(y.label, y.values), size: 62 }],
+      width, height: isPrinting() ? PRINTED.height : HEIGHT, scales: { x: { time: false }, ...scales }, bands,
+      axes: [axis(x), { ...axis(y), size: widthOfTexts }],
       series: [{ label: x.label, value: x.value }, ...series],
       legend: { show: false }, cursor: { show: false },
     }, data, frame);

@@ -4,9 +4,11 @@
 // on many remote desktops, and their canvases print empty.
 import { h } from "../dom.js";
 import { onThemeChange, themeColour } from "../colour.js";
+import { quantile } from "../numbers.js";
 
 const START = { yaw: 0.6, pitch: 0.5, zoom: 1 };
 const FOCAL = 1.6;  // of the drawing, in half heights
+const FILLED = 0.94;  // share of the canvas that the scene fills at first
 
 // Turns a point of the scene into [right, up, depth] for the angles.
 function turner({ yaw, pitch }, centre) {
@@ -20,7 +22,7 @@ function turner({ yaw, pitch }, centre) {
 
 function projector(state, scene, width, height) {
   const turn = turner(state, scene.centre);
-  const away = 1.9 * scene.radius / state.zoom;
+  const away = 1.9 * scene.radius / (state.zoom * (state.fit || 1));
   const scale = FOCAL * Math.min(width, height) / 2;
   return (point) => {
     const [right, up, depth] = turn(point);
@@ -28,6 +30,22 @@ function projector(state, scene, width, height) {
     return z > 0.02 * scene.radius
       ? [width / 2 + scale * right / z, height / 2 - scale * up / z, z] : null;
   };
+}
+
+// How much closer to come at the present angles for the scene to fill the canvas.
+function fitOf(state, width, height) {
+  const pointsOf = (items) => items.flatMap((item) => item.faces.flatMap((face) => face.points));
+  const all = pointsOf(state.scene.items);  // a camera far from all others may stay outside
+  const fixed = pointsOf(state.scene.items.filter((item) => item.view === undefined));
+  let fit = 1;
+  for (let i = 0; i < 5; ++i) {  // perspective: a few steps until it fits
+    const project = projector({ ...state, zoom: 1, fit }, state.scene, width, height);
+    const shares = (points) => points.map(project).map((at) => (at
+      ? Math.max(Math.abs(at[0] / width - 0.5), Math.abs(at[1] / height - 0.5)) * 2 : 2));
+    const largest = Math.max(quantile(shares(all), 0.99), ...shares(fixed).slice(0, 1e4));
+    fit = Math.max(0.4, Math.min(3, fit * FILLED / largest));
+  }
+  return fit;
 }
 
 function trace(context, points, closed) {
@@ -64,14 +82,15 @@ function arrange(scene, project, colours) {
 }
 
 // A canvas that shows a scene: { node, look(yaw, pitch), show(scene) }. "pick" is called with the
-// item.view of a camera that is clicked.
-export function orbit(scene, { label, pick }) {
+// item.view of a camera that is clicked; "nameOf" gives the words shown while the mouse is on it.
+export function orbit(scene, { label, pick, nameOf }) {
   const canvas = h("canvas", { class: "orbit", tabindex: "0", role: "img", "aria-label": label });
-  const state = { ...START, scene, placed: [] };
+  const state = { ...START, fit: 0, scene, placed: [] };  // fit 0: not yet known
   const draw = () => {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (!width) return;
     const ratio = Math.max(2, devicePixelRatio);  // 2 at least, for print
+    state.fit ||= fitOf(state, width, height);
     canvas.width = width * ratio;
     canvas.height = height * ratio;
     const context = canvas.getContext("2d");
@@ -94,28 +113,36 @@ export function orbit(scene, { label, pick }) {
     state.zoom = Math.max(0.3, Math.min(12, state.zoom * factor));
     draw();
   };
-  listen(canvas, { turn, zoom, click: (x, y) => pickAt(state.placed, x, y, pick) });
-  new ResizeObserver(draw).observe(canvas);
+  const at = (x, y) => viewAt(state.placed, x, y);
+  listen(canvas, { turn, zoom,
+    click: (x, y) => { if (at(x, y) !== null) pick(at(x, y)); },
+    hover: (x, y) => {
+      const view = at(x, y);
+      canvas.title = view === null ? "" : nameOf(view);
+      canvas.classList.toggle("on-item", view !== null);
+    } });
+  new ResizeObserver(() => { state.fit = 0; draw(); }).observe(canvas);
   onThemeChange(draw);
   return { node: canvas,
-    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: 1 }); draw(); },
-    show: (other) => { Object.assign(state, START, { scene: other }); draw(); } };
+    look: (yaw, pitch) => { Object.assign(state, { yaw, pitch, zoom: 1, fit: 0 }); draw(); },
+    show: (other) => { Object.assign(state, START, { scene: other, fit: 0 }); draw(); } };
 }
 
-function pickAt(placed, x, y, pick) {
+// The view whose item is nearest to a place on the screen, or null if none is near.
+function viewAt(placed, x, y) {
   let best = null;
   for (const { item, middle } of placed) {
     if (item.view === undefined || !middle) continue;
     const distance = Math.hypot(middle[0] - x, middle[1] - y);
     if (distance < (best?.distance ?? 18)) best = { distance, view: item.view };
   }
-  if (best) pick(best.view);
+  return best ? best.view : null;
 }
 
 const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1],
                ArrowDown: [0, -0.1] };
 
-function listen(canvas, { turn, zoom, click }) {
+function listen(canvas, { turn, zoom, click, hover }) {
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey) return;
     if (KEYS[event.key]) turn(...KEYS[event.key]);
@@ -129,11 +156,11 @@ function listen(canvas, { turn, zoom, click }) {
     event.preventDefault();
     zoom(Math.exp(-event.deltaY / 500));
   }, { passive: false });
-  listenToPointers(canvas, { turn, zoom, click });
+  listenToPointers(canvas, { turn, zoom, click, hover });
 }
 
 // One pointer turns, two come closer; one that does not move is a click.
-function listenToPointers(canvas, { turn, zoom, click }) {
+function listenToPointers(canvas, { turn, zoom, click, hover }) {
   const pointers = new Map();
   let moved = 0;
   const spread = () => {
@@ -148,7 +175,10 @@ function listenToPointers(canvas, { turn, zoom, click }) {
   });
   canvas.addEventListener("pointermove", (event) => {
     const last = pointers.get(event.pointerId);
-    if (!last) return;
+    if (!last) {
+      hover(event.offsetX, event.offsetY);
+      return;
+    }
     const before = pointers.size === 2 ? spread() : 0;
     pointers.set(event.pointerId, event);
     const [dx, dy] = [event.clientX - last.clientX, event.clientY - last.clientY];

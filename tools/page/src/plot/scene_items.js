@@ -84,8 +84,19 @@ function cameraScene(data, posed) {
     cameraItem(UPRIGHT, 0.2 * extent.radius, data.image_size ?? [4, 3], "--blue", undefined),
     ...poses.flatMap((pose, i) => data.boards.map((board) => ({
       ...boardItem(board, compose(pose, board.world_from_board), posed.length === 1,
-        posed.length > 8 ? null : "--blue-band"),
+        posed.length > 8 ? "--veil" : "--blue-band"),
       view: posed[i].index })))] };
+}
+
+// How far the cameras were from the middle of the nearest board and how much they were tilted
+// against it, in degrees.
+export function distancesAndTilts(data) {
+  return data.views.filter((view) => view.camera_from_world).map((view) => data.boards
+    .map((board) => {
+      const pose = compose(view.camera_from_world, board.world_from_board);
+      return { distance: Math.hypot(...apply(pose, middleOf(board.outline))),
+               tilt: Math.acos(Math.min(1, Math.abs(pose[2][2]))) * 180 / Math.PI };
+    }).reduce((a, b) => (a.distance <= b.distance ? a : b)));
 }
 
 export function buildScene(data, still) {

@@ -1,4 +1,4 @@
-// Zoom and move in an SVG: wheel, drag, and the keys + - 0.
+// Zoom and move in an SVG: wheel, drag, one and two fingers.
 const MAX_ZOOM = 40;
 
 export function zoomable(node, [width, height]) {
@@ -40,19 +40,37 @@ function listen(node, { at, zoomBy, moveBy, isZoomed }) {
     zoomBy(Math.exp(-event.deltaY / 400), at(event));
   }, { passive: false });
   node.addEventListener("dblclick", (event) => zoomBy(3, at(event)));
-  let from = null;
+  listenToPointers(node, { at, zoomBy, moveBy, isZoomed });
+}
+
+// One pointer moves a picture that is zoomed, two zoom it about their middle.
+function listenToPointers(node, { at, zoomBy, moveBy, isZoomed }) {
+  const pointers = new Map();
+  const pair = () => {
+    const [a, b] = [...pointers.values()];
+    const box = node.getBoundingClientRect();
+    return { middle: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2],
+             spread: Math.hypot((a[0] - b[0]) * box.width, (a[1] - b[1]) * box.height) };
+  };
   node.addEventListener("pointerdown", (event) => {
-    if (!isZoomed()) return;
-    from = at(event);
+    pointers.set(event.pointerId, at(event));
     node.setPointerCapture(event.pointerId);
   });
   node.addEventListener("pointermove", (event) => {
+    const from = pointers.get(event.pointerId);
     if (!from) return;
-    const to = at(event);
-    moveBy(from[0] - to[0], from[1] - to[1]);
-    from = to;
+    const before = pointers.size === 2 ? pair() : null;
+    pointers.set(event.pointerId, at(event));
+    if (before) {
+      const { middle, spread } = pair();
+      zoomBy(spread / Math.max(1, before.spread), middle);
+      moveBy(before.middle[0] - middle[0], before.middle[1] - middle[1]);
+    } else if (isZoomed()) {
+      const to = pointers.get(event.pointerId);
+      moveBy(from[0] - to[0], from[1] - to[1]);
+    }
   });
   for (const end of ["pointerup", "pointercancel"]) {
-    node.addEventListener(end, () => { from = null; });
+    node.addEventListener(end, (event) => pointers.delete(event.pointerId));
   }
 }

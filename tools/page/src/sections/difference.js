@@ -54,7 +54,8 @@ function maps(data) {
       read: `colour and contours give how far apart the two cameras see the same point, in pixels; ` +
         `lines give the direction (from A to B, drawn ${digits(factor, 1)} × as long). What a moved ` +
         "and turned camera explains is taken out first. The difference matters if it is larger " +
-        "than expected from the uncertainties of both.",
+        "than expected from the uncertainties of both. Far outside of the corners of both, the " +
+        "lenses are extrapolated.",
     }, h("div", { class: "grid many" }, list.map((map, i) =>
       mapOf(map, grids[i], scale, factor, data.image_size))), colourBar(scale, "px")),
     table(["distance", "RMS [px]", "by noise [px]", "largest [px]", "p"],
@@ -62,8 +63,9 @@ function maps(data) {
         digits(map.expected_px), digits(map.max_px), significance(map.p_value)]),
       { numeric: [1, 2, 3, 4], label: "Difference at each distance" }),
     h("p", { class: "read" }, h("b", null, "How to read it: "),
-      "the difference, beside what noise alone would make. p is the probability of a difference at least this large if both calibrations describe ",
-      "the same camera. Below 0.01 they do not agree."));
+      "the difference where both calibrations had corners, beside what noise alone would make ",
+      "there. p is the probability of a difference at least this large if both describe the same ",
+      "camera. Below 0.01 they do not agree."));
 }
 
 function sigmaBar(count) {
@@ -82,11 +84,13 @@ function parameterTable(data) {
     ? `${bySigma(x, sigma)} ± ${bySigma(sigma, sigma)}` : bySigma(x, sigma));
   return section("difference-parameters", "Parameters of both", { wide: true }, chart({
     name: "difference-parameters", marks: rows.length, label: "Parameters of both calibrations",
-    read: "the bar is the difference in standard deviations of both; beyond 3 (the strong colour) " +
-      "it is hardly noise. Single coefficients may differ although the projections agree.",
-  }, table(["", data.difference.a ?? "A", data.difference.b ?? "B", "apart"], rows.map((row) => [
+    read: "the bar is the difference in standard deviations (sd) of both; beyond 3 (the strong " +
+      "colour) it is hardly noise. Single coefficients may differ although the projections agree.",
+  }, table(["", `A: ${data.difference.a ?? ""}`,
+    `B: ${data.difference.b ?? ""}`, "B − A"], rows.map((row) => [
     h("b", null, row.name), value(row.a, row.sigma_a), value(row.b, row.sigma_b),
-    sigmaBar(row.in_sigmas)]),
+    isNumber(row.in_sigmas) || !isNumber(row.b - row.a)
+      ? sigmaBar(row.in_sigmas) : digits(row.b - row.a)]),
   { numeric: [1, 2], label: "Parameters of both calibrations", kind: "both" })));
 }
 

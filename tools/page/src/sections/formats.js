@@ -19,12 +19,26 @@ async function copy(text) {
 
 function entry({ name, text }, open) {
   const button = h("button", { type: "button", class: "copy", "aria-live": "polite" }, "Copy");
+  const shown = h("pre", { tabindex: "0", "aria-label": name }, text);
   button.addEventListener("click", async () => {
-    button.textContent = (await copy(text)) ? "Copied" : "Select the text and copy it";
+    const done = await copy(text);
+    if (!done) getSelection().selectAllChildren(shown);
+    button.textContent = done ? "Copied" : "Selected: press Ctrl+C";
     setTimeout(() => { button.textContent = "Copy"; }, 2500);
   });
   return h("details", { open }, h("summary", null, name),
-    h("div", { class: "format" }, button, h("pre", { tabindex: "0" }, text)));
+    h("div", { class: "format" }, button, shown));
+}
+
+// Paper cannot be clicked: everything is open on it, and as it was afterwards.
+function openForPrint(entries) {
+  let closed = [];
+  addEventListener("beforeprint", () => {
+    closed = entries.filter((node) => !node.open);
+    for (const node of closed) node.open = true;
+  });
+  addEventListener("afterprint", () => { for (const node of closed) node.open = false; });
+  return entries;
 }
 
 export function formats(data) {
@@ -33,5 +47,6 @@ export function formats(data) {
   return section("formats", "The numbers, to copy", { wide: true, "data-marks": list.length },
     h("p", { class: "note" }, "The same camera as each program writes it. Conventions (where pixel ",
       "0 lies, order of coefficients) are converted."),
-    h("div", { class: "formats" }, list.map((format, i) => entry(format, i === 0))));
+    h("div", { class: "formats" },
+      openForPrint(list.map((format, i) => entry(format, i === 0)))));
 }

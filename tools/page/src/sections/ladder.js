@@ -6,8 +6,8 @@ import { NONE, digits, isNumber, px } from "../numbers.js";
 function bar(share, text, kind) {
   const width = `${(100 * Math.max(0.01, Math.min(1, share))).toFixed(1)}%`;
   return h("div", { class: "bar-cell" },
-    h("div", { class: "bar-track" },
-      isNumber(share) ? h("div", { class: `bar ${kind}`, style: `width: ${width}` }) : null),
+    isNumber(share) ? h("div", { class: "bar-track" },
+      h("div", { class: `bar ${kind}`, style: `width: ${width}` })) : null,
     h("span", { class: "bar-text" }, text));
 }
 
@@ -16,14 +16,13 @@ function logShare(values) {
   const positive = values.filter((x) => isNumber(x) && x > 0);
   const [low, high] = [Math.min(...positive), Math.max(...positive)];
   return (x) => {
-    if (!isNumber(x)) return NaN;
-    if (x <= 0) return NaN;
+    if (!isNumber(x) || x <= 0) return NaN;
     if (low >= high) return 1;
     return 0.06 + 0.94 * Math.log(x / low) / Math.log(high / low);
   };
 }
 
-function rowOf(step, best, evidence, change, model) {
+function rowOf(step, { best, evidence, change, model, compared }) {
   const worse = isNumber(step.bic) ? step.bic - best : NaN;
   const words = worse === 0 ? "best" : isNumber(worse) ? `+${digits(worse, 2)}` : NONE;
   return h("tr", { class: step.taken ? "taken" : "skipped", "data-model": step.model },
@@ -32,8 +31,8 @@ function rowOf(step, best, evidence, change, model) {
     h("td", { class: "number", "data-head": "parameters: " }, String(step.num_parameters ?? NONE)),
     h("td", { class: "bars", "data-head": "evidence against" },
       bar(evidence(worse), words, "evidence")),
-    h("td", { class: "bars", "data-head": "difference" },
-      bar(change(step.difference_px), px(step.difference_px), "change")),
+    compared ? h("td", { class: "bars", "data-head": "difference" },
+      bar(change(step.difference_px), px(step.difference_px), "change")) : null,
     h("td", { class: "why" }, step.sentence ?? ""));
 }
 
@@ -44,14 +43,19 @@ export function ladder(data) {
   const best = Math.min(...bics);
   const evidence = logShare(bics.map((bic) => bic - best));
   const change = logShare(steps.map((step) => step.difference_px));
+  const compared = steps.some((step) => isNumber(step.difference_px));
+  const heads = ["model", "parameters", "evidence against", compared ? "difference" : null, "why"];
   return section("ladder", "Lens models that were tried", { wide: true }, chart({
     name: "ladder", marks: steps.length,
     label: `${steps.length} lens models with their evidence and projection difference`,
     read: "from simple to complex. Evidence: how much worse than the best model (BIC, logarithmic " +
-      "bars; more than 10 is decisive). Difference: by how much the model moves the projection " +
-      "from that of the model before it. A model is taken (✓) if the data call for it.",
+      "bars; more than 10 is decisive). " +
+      (compared ? "Difference: how far its projection lies from that of the best model, where " +
+        "corners were (RMS). " : "") +
+      "✓ marks the models that the data call for, up to the answer.",
   }, h("div", { class: "table-frame" }, h("table", { class: "ladder" },
-    h("thead", null, h("tr", null, ["model", "parameters", "evidence against", "difference", "why"]
-      .map((head) => h("th", { scope: "col" }, head)))),
-    h("tbody", null, steps.map((step) => rowOf(step, best, evidence, change, data.model)))))));
+    h("thead", null, h("tr", null,
+      heads.filter(Boolean).map((head) => h("th", { scope: "col" }, head)))),
+    h("tbody", null, steps.map((step) =>
+      rowOf(step, { best, evidence, change, model: data.model, compared })))))));
 }

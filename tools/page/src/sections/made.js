@@ -1,5 +1,6 @@
 // How this page was made: the command, the date and the versions.
-import { h, section, table } from "../dom.js";
+import { h, section } from "../dom.js";
+import { withOptions } from "./findings.js";
 
 export function madeBy(data) {
   const made = data.made_by;
@@ -7,7 +8,7 @@ export function madeBy(data) {
   const libraries = Object.entries(made.libraries ?? {})
     .map(([name, version]) => `${name} ${version}`).join(", ");
   const rows = [
-    ["command", h("code", null, made.command ?? "")],
+    ["command", h("code", null, withOptions(made.command))],
     ["tagcal", made.version], ["date", made.date], ["with", libraries],
     ["time", typeof data.seconds === "number" ? `${data.seconds.toFixed(2)} s` : null],
   ].filter(([, value]) => value);

@@ -50,7 +50,7 @@ export function parameters(data) {
       cells: [h("b", null, parameter.name), ...aligned(valueOf(parameter)), parameter.unit ?? "",
         h("span", { class: "meaning" }, noteOf(parameter), MEANING[parameter.name] ?? "")],
     })), { numeric: [1, 2], label: "Parameters of the camera", kind: "parameters" }),
-    !rows.some((row) => isNumber(row.value)) ? null
+    !rows.some((row) => isNumber(row.value) && row.sigma > 0) ? null
       : h("p", { class: "read" }, h("b", null, "How to read it: "),
       "with 68 % probability the true value lies within one standard deviation (sd). ",
       "Coefficients of the distortion act together: judge the lens by the map of its projection."),

@@ -10,6 +10,7 @@ import { distribution } from "./distribution.js";
 import { profile } from "./profile.js";
 
 const FEW = 4;  // corners in a cell below which its size says little
+const CROWDED = 3000;  // corners from which on vectors are drawn smaller
 const CHANCE = 0.01;  // probability that noise alone makes a mean count as different from zero
 
 // How much longer than true the vectors are drawn: the largest ones get this share of the width.
@@ -29,7 +30,8 @@ function scaleBar(factor, width) {
 
 function vectorPlot(data, used) {
   const [width] = data.image_size;
-  const factor = magnification(used.map((corner) => corner.size), width, 0.035);
+  const crowd = Math.min(1, Math.sqrt(CROWDED / used.length));  // shorter where there are many
+  const factor = magnification(used.map((corner) => corner.size), width, 0.035 * crowd);
   const lines = used.map(({ u, v, du, dv }) => [u, v, factor * du, factor * dv]);
   const rejected = corners(data).filter((corner) => corner.rejected);
   return chart({
@@ -38,8 +40,8 @@ function vectorPlot(data, used) {
     read: "each line starts at a corner and points to where it was seen, away from where the " +
       "camera puts it. Good: no order. Lines that turn or point the same way in a part of the " +
       "image show a lens model or a board that does not fit.",
-  }, imageFrame(data.image_size, strokes(lines, "vector"),
-    dots(used.map(({ u, v }) => [u, v]), "base"),
+  }, imageFrame(data.image_size, strokes(lines, crowd < 1 ? "vector crowded" : "vector"),
+    dots(used.map(({ u, v }) => [u, v]), crowd < 1 ? "base crowded" : "base"),
     crosses(rejected.map(({ u, v }) => [u, v]), width / 120, "rejected")),
   scaleBar(factor, width),
   rejected.length ? h("p", { class: "legend" },
@@ -107,7 +109,8 @@ function meanMap(data, used) {
     name: "residual-map", marks: list.length, title: "As a map",
     label: `Mean residual in ${list.length} cells; ${significant} differ from zero`,
     read: "the colour is the size (RMS) of the residuals in a cell, the line their mean. A white " +
-      `line is more than noise would make (p < ${CHANCE}). ${judgement(list, data)}`,
+      `line is more than noise would make (p < ${CHANCE}). ${judgement(list, data)}` +
+      (trusted.length < list.length ? ` Faded cells hold fewer than ${FEW} corners.` : ""),
   }, imageFrame(data.image_size,
     list.map(({ i, j, rms, n }) => s("rect", {
       x: i * dx - 0.5, y: j * dy - 0.5, width: dx, height: dy, class: n < FEW ? "cell few" : "cell",

@@ -13,7 +13,8 @@ export function rmsChart(data) {
   const middle = median(known);
   const large = data.views.filter((view) => view.rms_px > MANY * middle);
   const plot = lineChart(() => ({
-    x: { label: "picture" }, y: { label: "RMS residual [px]" },
+    x: { label: "picture", incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] }, 
+    y: { label: "RMS residual [px]" },
     scales: { x: { time: false, range: [0.3, values.length + 0.7] },
               y: { range: (_, low, high) => [0, 1.08 * high] } },
     series: [

@@ -1,7 +1,8 @@
 // The head of the page: what it is, the verdict in a sentence, and the numbers that matter.
 import { isCalibration } from "../data.js";
 import { h } from "../dom.js";
-import { count, digits, isNumber, percent, px } from "../numbers.js";
+import { count, digits, isNumber, median, percent, px } from "../numbers.js";
+import { isAnswer } from "./view_parts.js";
 
 const LEVELS = {
   ok: ["✓", "OK"],
@@ -48,7 +49,20 @@ function projectionTile(data) {
   return tile("Projection known to", px(worst.region_px), "sd where corners were");
 }
 
+// Answers of tagcal pose: each view has its own.
+function poseTiles({ views }) {
+  const ambiguous = views.filter((view) => view.status === "ambiguous").length;
+  const known = views.map((view) => view.rms_px).filter(isNumber);
+  return [
+    tile("Pictures", String(views.length),
+      `${views.filter(isAnswer).length} with a pose${ambiguous ? `, ${ambiguous} ambiguous` : ""}`),
+    known.length ? tile("Residuals", px(median(known)), "RMS per corner, median picture") : null,
+    known.length ? tile("Worst picture", px(Math.max(...known)), "RMS per corner") : null,
+  ].filter(Boolean);
+}
+
 function tiles(data) {
+  if (data.kind === "poses" && data.views?.length) return poseTiles(data);
   const rejected = data.num_rejected ? `${count(data.num_rejected, "corner")} rejected` : null;
   return [
     data.model ? tile("Lens model", data.model, data.chosen ? "chosen by tagcal" : null) : null,
@@ -80,7 +94,8 @@ export function verdict(data) {
     h("p", { class: "kind" }, kindOf(data)),
     h("h1", null, data.title ?? "tagcal report"),
     h("p", { class: "sentence" },
-      h("span", { class: "badge" }, h("span", { "aria-hidden": "true" }, mark), ` ${word}`),
+      h("span", { class: "badge" }, h("span", { "aria-hidden": "true" }, mark),
+        ` ${counted(sentence) ?? word}`),
       withoutWord(sentence, word)),
     data.noise_sentence ? h("p", { class: "note" }, `Noise: ${data.noise_sentence}`) : null,
     advice ? h("p", { class: "advice" }, advice) : null,
@@ -90,6 +105,9 @@ export function verdict(data) {
 const KINDS = { calibration: "Camera calibration", poses: "Camera poses",
                 difference: "Difference of two calibrations" };
 const kindOf = (data) => KINDS[data.kind] ?? KINDS.calibration;
+
+// "OK, 5 warnings", where the sentence counts them.
+const counted = (sentence) => /^OK, \d+ [a-z]+(?=:)/.exec(sentence)?.[0];
 
 // The sentence without the word that the badge already says ("OK: ..", "NO ANSWER: ..").
 function withoutWord(sentence, word) {

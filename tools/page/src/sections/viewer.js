@@ -5,7 +5,7 @@ import { NONE, count, digits, isNumber, niceBelow, px, quantile } from "../numbe
 import { crosses, dots, imageFrame, pluses, rings, strokes } from "../plot/frame.js";
 import { zoomable } from "../plot/viewbox.js";
 import { findingList } from "./findings.js";
-import { captionOf, isAnswer, picture } from "./view_parts.js";
+import { captionOf, picture } from "./view_parts.js";
 
 const WORST = 8;
 
@@ -55,6 +55,7 @@ function content(data, index) {
   const view = data.views[index];
   const seen = cornersOfView(data, index);
   const { factor, size, image } = overlay(data, view, seen);
+  image.style.maxWidth = `calc(74vh * ${size[0] / size[1]})`;  // so that it is 74vh high at most
   const zoom = zoomable(image, size);
   const rejected = seen.some((corner) => corner.rejected);
   const button = (words, label, action) =>
@@ -67,7 +68,7 @@ function content(data, index) {
       key("plus-reprojected", "reprojected"),
       key("line-magnified", `residual, drawn ${count(factor, "", "").trim()} × as long`),
       rejected ? key("cross-rejected", "rejected") : null),
-    h("p", null, isAnswer(view) ? "" : `${view.status}. `, captionOf(view),
+    h("p", null, view.status === "ok" ? "" : `${view.status}. `, captionOf(view),
       isNumber(view.max_px) ? `, largest ${px(view.max_px)}` : "",
       view.sentence ? `. ${view.sentence}` : ""),
     view.findings?.length ? findingList(view.findings) : null,

@@ -32,7 +32,7 @@ function card(data, entry, order) {
       crosses(at(true), size[0] / 60, "rejected")),
     h("span", { class: "name" }, view.image),
     h("span", { class: "note" }, captionOf(view)),
-    isAnswer(view) ? null : h("span", { class: "tag warn" }, view.status),
+    view.status === "ok" ? null : h("span", { class: "tag warn" }, view.status),
     view.thumbnail ? null : h("span", { class: "note" }, view.sentence ?? "picture not shown"));
 }
 
@@ -40,8 +40,8 @@ function card(data, entry, order) {
 function gallery(data, entries) {
   const state = { order: "residual", all: entries.length <= FIRST };
   const cards = h("div", { class: "views" });
-  const more = h("button", { type: "button", class: "more" },
-    `Show all ${entries.length} pictures`);
+  const more = h("p", { class: "more" }, `The first ${FIRST} of ${entries.length} pictures. `,
+    h("button", { type: "button", click: () => { state.all = true; draw(); } }, "Show all"));
   const sorted = () => [...entries].sort(ORDERS[state.order][1]);
   const draw = () => {
     const order = () => sorted().map(({ index }) => index);
@@ -50,7 +50,6 @@ function gallery(data, entries) {
     cards.dataset.shown = cards.childElementCount;
     more.hidden = state.all;
   };
-  more.addEventListener("click", () => { state.all = true; draw(); });
   const choice = h("select", { change: () => { state.order = choice.value; draw(); } },
     Object.entries(ORDERS).map(([name, [words]]) => h("option", { value: name }, words)));
   draw();
@@ -61,12 +60,15 @@ export function views(data) {
   const entries = (data.views ?? []).map((view, index) => ({ view, index }));
   if (!entries.length) return null;
   const rejected = data.corners?.rejected?.some(Boolean);
+  const ambiguous = entries.some(({ view }) => view.status === "ambiguous");
   return section("views", "Pictures", { wide: true }, rmsChart(data),
     chart({
       name: "views", marks: entries.length,
       label: `${count(entries.length, "picture")} with their corners`,
-      read: "look at the first ones for blur, a hand over the board or a wrong corner. " +
-        "Click a picture to enlarge it and to see each residual.",
+      read: !entries.some(({ view }) => view.thumbnail) ? "click a picture for its numbers."
+        : "look at the first ones for blur, a hand over the board or a wrong corner. " +
+          "Click a picture to enlarge it and to see each residual." +
+          (ambiguous ? " An ambiguous picture fits two poses: it shows both, with odds." : ""),
     }, gallery(data, entries), !data.corners?.u?.length ? null : h("p", { class: "legend" },
       key("dot-used", "corner, as detected"),
       rejected ? key("cross-rejected", "rejected corner") : null)));

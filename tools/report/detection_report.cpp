@@ -1,0 +1,163 @@
+#include "report/detection_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "report/terminal.hpp"
+#include "tagcal/scene/board.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+constexpr std::size_t kIndent = 11;
+
+// One picture: what was found, and what was read but not reported.
+struct Picture {
+  std::string name;
+  std::size_t tags = 0;
+  std::size_t corners = 0;
+  std::size_t unfitted = 0;  // tags
+};
+
+// Tags if the boards have any that are observed, else corners.
+struct Unit {
+  bool is_tag = false;
+  std::size_t of_boards = 0;
+
+  std::size_t of(const Picture& picture) const { return is_tag ? picture.tags : picture.corners; }
+  std::string text(const Picture& picture) const {
+    return fmt::format("{} of {} {}s", of(picture), of_boards, is_tag ? "tag" : "corner");
+  }
+};
+
+Unit unit_of(const std::vector<PlacedBoard>& boards) {
+  Unit unit{has_tags(boards), 0};
+  for (const PlacedBoard& placed : boards)
+    unit.of_boards += unit.is_tag ? placed.board.tags.size() : placed.board.points.size();
+  return unit;
+}
+
+std::vector<Picture> pictures_of(const Input& input) {
+  std::vector<Picture> pictures;
+  for (std::size_t i = 0; i < input.dataset.views.size(); ++i) {
+    const View& view = input.dataset.views[i];
+    pictures.push_back({view.image, static_cast<std::size_t>(num_tags({view})),
+                        view.observations.size(),
+                        i < input.unfitted.size() ? input.unfitted[i].size() : 0});
+  }
+  return pictures;
+}
+
+// "a.png, b.png and 7 more"
+std::string some_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kShown, names.size()); ++i)
+    text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kShown ? fmt::format("{} and {} more", text, names.size() - kShown) : text;
+}
+
+template <typename Has>
+std::vector<std::string> names_with(const std::vector<Picture>& pictures, const Has& has) {
+  std::vector<std::string> names;
+  for (const Picture& picture : pictures)
+    if (has(picture)) names.push_back(picture.name);
+  return names;
+}
+
+// The pictures that show least of the target, if not all show the same.
+std::string fewest_text(std::vector<Picture> pictures, const Unit& unit) {
+  std::erase_if(pictures, [&](const Picture& p) { return unit.of(p) == 0; });
+  if (pictures.size() < 2) return "";
+  const auto count = [&](const Picture& picture) { return unit.of(picture); };
+  std::ranges::stable_sort(pictures, {}, count);
+  const std::size_t most = count(pictures.back());
+  std::vector<std::string> fewest;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, pictures.size()); ++i)
+    if (count(pictures[i]) < most)
+      fewest.push_back(fmt::format("{} ({})", pictures[i].name, unit.text(pictures[i])));
+  return fewest.empty() ? "" : wrapped("fewest     ", some_of(fewest), kIndent);
+}
+
+std::string unfitted_text(const std::vector<Picture>& pictures) {
+  std::size_t count = 0;
+  for (const Picture& picture : pictures) count += picture.unfitted;
+  if (count == 0) return "";
+  const auto names = names_with(pictures, [](const Picture& p) { return p.unfitted > 0; });
+  return wrapped("left out   ",
+                 fmt::format("{}, read but not reported because the print could not be fitted to "
+                             "the pixels (blur, or partly covered): {}",
+                             counted(count, "tag"), some_of(names)),
+                 kIndent);
+}
+
+std::string verdict(std::size_t num_showing, std::size_t num_pictures, const std::string& what,
+                    const std::string& found) {
+  if (num_showing == 0) {
+    return toned(Tone::bad, "NOTHING FOUND: ") +
+           (num_pictures == 1 ? what + " is not in the picture\n"
+                              : fmt::format("{} is in none of {} pictures\n", what, num_pictures));
+  }
+  const bool is_all = num_showing == num_pictures;
+  return wrapped(toned(is_all ? Tone::good : Tone::caution, is_all ? "OK:" : "PARTLY:") + " ",
+                 fmt::format("{} of {} {} {}: {}", num_showing, counted(num_pictures, "picture"),
+                             num_showing == 1 ? "shows" : "show", what, found),
+                 kIndent);
+}
+
+std::string picture_line(const Picture& picture, const Unit& unit, std::size_t width) {
+  std::string text = fmt::format("  {:<{}}  {}", picture.name, width, unit.text(picture));
+  if (unit.is_tag) text += fmt::format(", {}", counted(picture.corners, "corner"));
+  if (picture.unfitted > 0) text += fmt::format(", {} left out", picture.unfitted);
+  return text + "\n";
+}
+
+std::size_t widest(const std::vector<Picture>& pictures) {
+  std::size_t width = 0;
+  for (const Picture& picture : pictures) width = std::max(width, picture.name.size());
+  return width;
+}
+
+}  // namespace
+
+std::string detection_summary(const Input& input, bool verbose) {
+  const Unit unit = unit_of(input.dataset.boards);
+  const std::vector<Picture> pictures = pictures_of(input);
+  const auto nothing = names_with(pictures, [&](const Picture& p) { return p.corners == 0; });
+  const std::size_t num_all_corners = static_cast<std::size_t>(num_corners(input.dataset.views));
+  std::string found = counted(num_all_corners, "corner");
+  if (unit.is_tag)
+    found = counted(static_cast<std::size_t>(num_tags(input.dataset.views)), "tag") + ", " + found;
+
+  std::string text =
+      verdict(pictures.size() - nothing.size(), pictures.size(), "the target", found);
+  if (!nothing.empty() && nothing.size() < pictures.size())
+    text += wrapped("nothing    ", some_of(nothing), kIndent);
+  text += fewest_text(pictures, unit) + unfitted_text(pictures);
+  if (!nothing.empty())
+    text += "what to do --explain tells what is in a picture, and why tags are not found\n";
+  if (verbose)
+    for (const Picture& picture : pictures) text += picture_line(picture, unit, widest(pictures));
+  return text;
+}
+
+std::string tag_summary(const std::vector<std::string>& pictures,
+                        const std::vector<std::size_t>& num_tags, const std::string& family,
+                        bool verbose) {
+  std::vector<std::string> nothing;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (num_tags[i] == 0) nothing.push_back(pictures[i]);
+  const std::size_t count = std::accumulate(num_tags.begin(), num_tags.end(), std::size_t{0});
+  std::string text = verdict(pictures.size() - nothing.size(), pictures.size(),
+                             "a tag of " + family, counted(count, "tag"));
+  if (!nothing.empty() && nothing.size() < pictures.size())
+    text += wrapped("nothing    ", some_of(nothing), kIndent);
+  if (verbose)
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+      text += fmt::format("  {}: {}\n", pictures[i], counted(num_tags[i], "tag"));
+  return text;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "input/input.hpp"
+
+namespace tagcal::tools {
+
+// What a search of pictures for a target came to, for a person: how many pictures show it, and the
+// pictures to look at by name. `verbose`: a line for each picture.
+std::string detection_summary(const Input& input, bool verbose);
+
+// The same for tags of a family without a target: `num_tags` for each of the pictures.
+std::string tag_summary(const std::vector<std::string>& pictures,
+                        const std::vector<std::size_t>& num_tags, const std::string& family,
+                        bool verbose);
+
+}  // namespace tagcal::tools
