@@ -30,7 +30,7 @@ TEST_F(CliSets, FoldersPatternsAndListsNameTheSamePictures) {
   spill(folder / "notes.txt", "no picture");
   const Outcome by_folder = run(detect(path("photos")));
   ASSERT_EQ(by_folder.exit_code, 0) << by_folder.err;
-  EXPECT_TRUE(has(by_folder.err, "6 images")) << by_folder.err;
+  EXPECT_TRUE(has(by_folder.err, "6 of 6 pictures")) << by_folder.err;
   EXPECT_EQ(run(detect("'" + path("photos/*.png") + "'")).out, by_folder.out);
   spill(root() / "list.txt", "# a comment\n\nphotos/00[0-2].png\r\n" + path("photos/003.png") +
                                  "\n photos/004.png \nphotos/005.png");
@@ -89,7 +89,7 @@ TEST_F(CliSets, BadPicturesAreNamedAndLeftOut) {
   EXPECT_EQ(some.out, good.out);
   EXPECT_TRUE(has(some.err, "warning: " + (folder / "text.png").string())) << some.err;
   EXPECT_TRUE(has(some.err, "warning: " + (folder / "cut.png").string())) << some.err;
-  EXPECT_TRUE(has(some.err, "6 images")) << some.err;
+  EXPECT_TRUE(has(some.err, "6 of 6 pictures")) << some.err;
   EXPECT_EQ(bytes_of(root() / "some_drawn").size(), 6u);
   expect_bad_input(detect(path("some_bad") + " --strict"), {"text.png"});
   expect_bad_input(detect(path("some_bad") + " --strict --exclude text.png"), {"cut.png"});
