@@ -40,6 +40,7 @@ Verdict = collections.namedtuple("Verdict", "id digest commit verdict test secon
 # the macro that CMake defines for it, the compiler's cache also serves the other builds.
 SHARED = """set(BUILD_SHARED_LIBS ON)
 set(CMAKE_LINK_DEPENDS_NO_SHARED ON)
+string(APPEND CMAKE_EXE_LINKER_FLAGS " -Wl,--copy-dt-needed-entries")  # tests use libpng too
 cmake_language(DEFER CALL set_target_properties tagcal tagcal_validate PROPERTIES DEFINE_SYMBOL "")
 cmake_language(DEFER CALL set_target_properties tagcal_study PROPERTIES DEFINE_SYMBOL "")
 """

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
@@ -184,6 +185,37 @@ TEST(Perspective, DistortionIsOneToOneInItsDomain) {
         Vector2d(1 / lens.parameters()[0], 1 / lens.parameters()[1]).asDiagonal() * j.leftCols<2>();
     EXPECT_GT(m.determinant(), 0);
     EXPECT_GT(m.trace(), 0);
+  }
+}
+
+// The least eigenvalue of the distortion's Jacobian at a point of the normalised plane.
+double least_stretch(const Perspective& lens, const Vector2d& at) {
+  PointJacobian j;
+  EXPECT_TRUE(lens.project(at.homogeneous(), &j, nullptr).has_value());
+  const Eigen::Matrix2d m =
+      Vector2d(1 / lens.parameters()[0], 1 / lens.parameters()[1]).asDiagonal() * j.leftCols<2>();
+  return m.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff();
+}
+
+// Decentring so strong that it folds the image before the radial terms do.
+TEST(Perspective, TangentialTermsFoldTheImageOutsideTheDomain) {
+  Random random(17);
+  for (int i = 0; i < 300; ++i) {
+    const double size = random.uniform(0.03, 0.3), turn = random.uniform(0, 2 * std::numbers::pi);
+    const Perspective lens({600, 600, 640, 400, random.uniform(-0.2, 0.2), 0,
+                            size * std::cos(turn), size * std::sin(turn)});
+    const double border = std::min(2.0, lens.max_radius() * (1 - 1e-9));
+    for (int k = 0; k < 64; ++k) {
+      const double angle = 2 * std::numbers::pi * k / 64;
+      EXPECT_GT(least_stretch(lens, border * Vector2d(std::cos(angle), std::sin(angle))), 0)
+          << i << " " << angle;
+    }
+  }
+  // Without radial terms it folds at 1 / (6 |p|), and the bound is not much below.
+  for (const double p : {0.001, 0.02, 0.3}) {
+    const Perspective lens({600, 600, 640, 400, 0, 0, p, 0});
+    EXPECT_LT(lens.max_radius(), 1 / (6 * p));
+    EXPECT_GT(lens.max_radius(), 0.9 / (6 * p));
   }
 }
 
