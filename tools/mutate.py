@@ -30,9 +30,12 @@ LAYERS = ("geometry", "solvers", "camera", "viewing", "scene", "reproject", "est
           "io", "validate", "tools", "python")
 LEAST_MISTAKES = 80
 LEAST_SHARE = 0.95
-OWN_TEST = "mutations_test"  # red with any mistake, as the list then does not apply
+# The first is red with any mistake, as the list then does not apply; the others test packages.
+NOT_RUN = ("mutations_test", "consumer_test", "python_test_package")
 TEST_SECONDS = 120  # an endless loop counts as noticed
 SLOW_SECONDS = 0.7  # of a test that runs after the others
+
+SURVIVED, NOT_BY_LAYER = "SURVIVED", "not noticed by its layer"
 
 Verdict = collections.namedtuple("Verdict", "id digest commit verdict test seconds")
 
@@ -156,7 +159,7 @@ class Tests:
     known = WORK / f"tests-{commit}.txt"
     if not known.exists():
       print("the tests without a mistake", flush=True)
-      failed, output = self._ctest([])
+      failed, output = self._ctest(["-E", f"^({'|'.join(NOT_RUN)})$"])
       if failed:
         sys.exit(f"mutate.sh: fails without a mistake: {failed}\n{output[-3000:]}")
       times = re.findall(r"Test +#\d+: (\S+) .*Passed +([\d.]+) sec", output)
@@ -179,13 +182,13 @@ class Tests:
     folders = FOLDERS.get(layer, (layer,))
     return {path.stem for folder in folders for path in (TREE / "tests" / folder).glob("*_test.cpp")}
 
-  def first_failure(self, mistake):
+  def first_failure(self, mistake, layer_only):
     """The name of a test that notices the mistake, or None."""
-    names = set(self.seconds) - {OWN_TEST}
+    names = set(self.seconds)
     own = ({mistake.test} if mistake.test else set()) & names
     layer = self._of_layer(mistake.layer) & names
     quick = {name for name in names if self.seconds[name] < SLOW_SECONDS}
-    stages = (own, layer & quick, layer - quick, quick, names)
+    stages = (own, layer & quick, layer) + (() if layer_only else (quick, names))
     done = set()
     for stage in stages:
       names_now = sorted(stage - done)
@@ -197,18 +200,20 @@ class Tests:
     return None
 
 
-def judge(mistake, tests, jobs):
+def judge(mistake, tests, options):
   """Plants the mistake, builds, tests and takes it out again."""
   path = TREE / mistake.file
   right = path.read_text()
   try:
     path.write_text(right.replace(mistake.line, mistake["with"]))
-    built = build(jobs)
+    built = build(options.jobs)
     (WORK / f"{mistake.id}.log").write_text(built.stdout)
     if built.returncode != 0:
       return "does not build", "-"
-    test = tests.first_failure(mistake)
-    return ("noticed", test) if test else ("SURVIVED", "-")
+    test = tests.first_failure(mistake, options.layer_only)
+    if test:
+      return "noticed", test
+    return (NOT_BY_LAYER if options.layer_only else SURVIVED), "-"
   finally:
     path.write_text(right)
 
@@ -225,6 +230,9 @@ def last_results(mistakes):
   return {v.id: v for v in read_results() if digests.get(v.id) == v.digest}
 
 
+JUDGED = ("noticed", SURVIVED)
+
+
 def print_shares(title, mistakes, results, key):
   print(f"\n{title:<24} planted  noticed")
   groups = collections.defaultdict(list)
@@ -237,7 +245,7 @@ def print_shares(title, mistakes, results, key):
 
 def print_table(mistakes):
   """Returns the share of the mistakes that were noticed."""
-  results = {name: v for name, v in last_results(mistakes).items() if v.verdict != "does not build"}
+  results = {name: v for name, v in last_results(mistakes).items() if v.verdict in JUDGED}
   print_shares("layer", mistakes, results, "layer")
   print_shares("kind", mistakes, results, "kind")
   noticed = sum(v.verdict == "noticed" for v in results.values())
@@ -265,9 +273,9 @@ def wanted(mistakes, options, commit):
     last = results.get(mistake.id)
     if options.survivors:
       return last is not None and last.verdict != "noticed"
-    if options.new:
+    if last is None or options.new:
       return last is None
-    return last is None or last.commit != commit
+    return last.commit != commit or (last.verdict == NOT_BY_LAYER and not options.layer_only)
 
   return one_of_each_layer([mistake for mistake in mistakes if is_wanted(mistake)])
 
@@ -296,7 +304,7 @@ def judge_all(mistakes, options):
     if complaint:
       sys.exit(f"mutate.sh: {mistake.id}: {complaint}")
     start = time.time()
-    verdict, test = judge(mistake, tests, options.jobs)
+    verdict, test = judge(mistake, tests, options)
     seconds = time.time() - start
     with RESULTS.open("a") as file:
       values = Verdict(mistake.id, mistake.digest, commit, verdict, test, f"{seconds:.0f}")
@@ -315,6 +323,8 @@ def main():
   parser.add_argument("--survivors", action="store_true", help="judge those that survived again")
   parser.add_argument("--new", action="store_true",
                       help="judge those that were judged at no commit")
+  parser.add_argument("--layer-only", action="store_true",
+                      help="run only the tests of the layer; what they miss is not judged yet")
   parser.add_argument("--minutes", type=float, default=1e9, help="begin none after so many minutes")
   parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at once")
   parser.add_argument("--list", type=pathlib.Path, default=LIST, help="the list of mistakes")

@@ -202,8 +202,8 @@ TEST(Perspective, TangentialTermsFoldTheImageOutsideTheDomain) {
   Random random(17);
   for (int i = 0; i < 300; ++i) {
     const double size = random.uniform(0.03, 0.3), turn = random.uniform(0, 2 * std::numbers::pi);
-    const Perspective lens({600, 600, 640, 400, random.uniform(-0.2, 0.2), 0,
-                            size * std::cos(turn), size * std::sin(turn)});
+    const Perspective lens({600, 600, 640, 400, random.uniform(-0.2, 0.2), 0, size * std::cos(turn),
+                            size * std::sin(turn)});
     const double border = std::min(2.0, lens.max_radius() * (1 - 1e-9));
     for (int k = 0; k < 64; ++k) {
       const double angle = 2 * std::numbers::pi * k / 64;
@@ -249,6 +249,21 @@ TEST(Fisheye, JacobianNearTheAxis) {
 TEST(FieldOfView, InvertsAndKnowsAWorkedNumber) {
   EXPECT_NEAR(focal_from_field_of_view_px(std::numbers::pi / 2, 1280), 640, 1e-10);
   EXPECT_NEAR(field_of_view_rad(focal_from_field_of_view_px(0.7, 800), 800), 0.7, 1e-15);
+}
+
+// A pinhole of W x H pixels spans 2 atan(W / (2 f)) across if its centre is that of the image.
+TEST(FieldOfView, ReachesToTheOuterEdgesOfThePixels) {
+  const ImageSize size{640, 480};
+  const auto seen = field_of_view({pinhole(500, 510, 319.5, 239.5), size});
+  ASSERT_TRUE(seen.has_value());
+  EXPECT_NEAR(seen->horizontal_rad, 2 * std::atan2(320, 500), 1e-12);
+  EXPECT_NEAR(seen->vertical_rad, 2 * std::atan2(240, 510), 1e-12);
+  EXPECT_NEAR(seen->diagonal_rad, 2 * std::atan(std::hypot(320.0 / 500, 240.0 / 510)), 1e-12);
+  // An equidistant fisheye shows an angle for each pixel.
+  const auto wide = field_of_view({Fisheye({150, 150, 310, 230}), size});
+  EXPECT_NEAR(wide->horizontal_rad, 640.0 / 150, 1e-12);
+  EXPECT_NEAR(wide->vertical_rad, 480.0 / 150, 1e-12);
+  EXPECT_FALSE(field_of_view({Parallel({500, 500, 320, 240}), size}).has_value());
 }
 
 TEST(Camera, ImageSpansFromMinusHalf) {

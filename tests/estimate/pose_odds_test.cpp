@@ -41,12 +41,9 @@ void add_view(const ViewRange& range, Random& random, Odds& odds) {
 
 // Below some 15 degrees of tilt both minima lie beside the truth: neither pose is the right one.
 TEST(PoseOdds, AreRightAsOftenAsTheySay) {
-  const std::vector<ViewRange> ranges = {{15, 30, 1.5, 2.5, 0.3},
-                                         {15, 30, 3, 5, 0.1},
-                                         {30, 50, 3, 5, 0.1},
-                                         {30, 50, 3, 5, 0.3},
-                                         {50, 65, 3, 5, 0.1},
-                                         {20, 60, 1, 1.5, 1}};
+  const std::vector<ViewRange> ranges = {{15, 30, 1.5, 2.5, 0.3}, {15, 30, 3, 5, 0.1},
+                                         {30, 50, 3, 5, 0.1},     {30, 50, 3, 5, 0.3},
+                                         {50, 65, 3, 5, 0.1},     {20, 60, 1, 1.5, 1}};
   Random random(3);
   for (const ViewRange& range : ranges) {
     Odds odds;

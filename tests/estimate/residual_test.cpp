@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tagcal/estimate/pose/reprojection.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -25,6 +26,18 @@ TEST(ResidualTest, NoiseIsNotCorrelated) {
     std::vector<Vector2d> residuals;
     for (std::size_t k = 0; k < n; ++k) residuals.emplace_back(random.normal(), random.normal());
     EXPECT_FALSE(spatially_correlated({pixels.data(), n}, residuals)) << n;
+  }
+}
+
+// W C W' = 1, which the transpose of W does not give where the coordinates are correlated.
+TEST(ResidualTest, WhiteningMakesTheCovarianceOne) {
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    Eigen::Matrix2d root;
+    root << random.normal(), random.normal(), random.normal(), random.normal();
+    const Matrix2 covariance = root * root.transpose() + 0.01 * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d w = whitening_of(covariance);
+    EXPECT_LT((w * covariance * w.transpose() - Eigen::Matrix2d::Identity()).norm(), 1e-9);
   }
 }
 
