@@ -8,6 +8,7 @@
 #include "lenses.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/reproject/maps.hpp"
+#include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal {
 namespace {
@@ -86,6 +87,18 @@ TEST(NewPinholes, OfAPinholeAreItself) {
         pinhole_of_focal_length(camera, 500, kSize)})
     for (int i = 0; i < 4; ++i)
       EXPECT_NEAR(parameters(same.lens)[i], parameters(camera.lens)[i], 1e-5);
+}
+
+// Of another size, the principal point stays at the same place of the picture.
+TEST(NewPinholes, OfAFocalLengthHaveTheCentreOfTheResizedPicture) {
+  const Camera camera{pinhole(500, 505, 300, 210), kSize};
+  for (const ImageSize& size : {ImageSize{2 * kSize.width, 3 * kSize.height},
+                                ImageSize{kSize.width / 4, kSize.height / 5}}) {
+    const Camera expected = resized(camera, size);
+    const Camera given = pinhole_of_focal_length(camera, 700, size);
+    EXPECT_NEAR(parameters(given.lens)[2], parameters(expected.lens)[2], 1e-9);
+    EXPECT_NEAR(parameters(given.lens)[3], parameters(expected.lens)[3], 1e-9);
+  }
 }
 
 TEST(NewPinholes, OfAWideFisheyeAreRefusedWithAnAdvice) {
