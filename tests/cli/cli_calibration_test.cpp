@@ -188,6 +188,21 @@ TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
   EXPECT_NE(run("diff " + a + " " + b).out.find("at infinity"), std::string::npos);
 }
 
+// What was found out about the pictures is in the answer, beside what was about the calibration.
+TEST_F(Cli, AnAnswerNamesThePicturesWithoutABoard) {
+  const fs::path folder = root() / "with-blank";
+  fs::copy(root() / "set/images", folder, fs::copy_options::recursive);
+  spill(folder / "blank.pgm", "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
+  const Outcome outcome = run("calibrate --target " + path("set/target.yaml") + " " +
+                              folder.string() + " --model radial1 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json answer = Json::parse(outcome.out);
+  bool is_named = false;
+  for (const Json& finding : answer["findings"])
+    is_named |= finding["sentence"].get<std::string>().find("blank.pgm") != std::string::npos;
+  EXPECT_TRUE(is_named) << outcome.out;
+}
+
 // A principal point moved by f tan(1 degree) is a camera turned by a degree about its y axis.
 TEST_F(Cli, DiffSaysByHowManyDegreesACameraIsTurned) {
   const auto pinhole_file = [&](const std::string& name, double cx) {

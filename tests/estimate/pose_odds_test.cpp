@@ -56,5 +56,17 @@ TEST(PoseOdds, AreRightAsOftenAsTheySay) {
   }
 }
 
+// From all sides alike up to 60 degrees: the views that face the camera are as rare as they are.
+TEST(PoseOdds, AreRightFromAllSides) {
+  Random random(4);
+  Odds odds;
+  for (int trial = 0; trial < 6000; ++trial) {
+    const double tilt_deg = std::acos(random.uniform(0.5, 1)) / kDegree;
+    add_view({tilt_deg, tilt_deg, 1.5, 2.5, 0.3}, random, odds);
+  }
+  EXPECT_GT(odds.count, 200);
+  EXPECT_LT(std::abs(odds.in_sigmas()), 3.5) << odds.right << " of " << odds.count;
+}
+
 }  // namespace
 }  // namespace tagcal
