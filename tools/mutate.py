@@ -8,7 +8,6 @@ the same text is not judged again.
 
 import argparse
 import collections
-import hashlib
 import os
 import pathlib
 import re
@@ -16,19 +15,16 @@ import subprocess
 import sys
 import time
 
+from mutation_list import check, read_list
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LIST = ROOT / "tests" / "mutations.txt"
 WORK = ROOT / "build" / "mutate"
 TREE = WORK / "tree"
 RESULTS = WORK / "results.tsv"
 BUILD = TREE / "build" / "release"
-KEYS = ("id", "layer", "kind", "file", "line", "with", "why")
-OPTIONAL_KEYS = ("test", "equivalent")
 # Folders of tests/ in which the tests of a layer stand, where their names differ.
 FOLDERS = {"tools": ("cli",), "validate": ("study",)}
-LAYERS = ("geometry", "solvers", "camera", "viewing", "scene", "reproject", "estimate", "detect",
-          "io", "validate", "tools", "python")
-LEAST_MISTAKES = 80
 LEAST_SHARE = 0.95
 # The first is red with any mistake, as the list then does not apply; the others test packages.
 NOT_RUN = ("mutations_test", "consumer_test", "python_test_package")
@@ -47,76 +43,6 @@ string(APPEND CMAKE_EXE_LINKER_FLAGS " -Wl,--copy-dt-needed-entries")  # tests u
 cmake_language(DEFER CALL set_target_properties tagcal tagcal_validate PROPERTIES DEFINE_SYMBOL "")
 cmake_language(DEFER CALL set_target_properties tagcal_study PROPERTIES DEFINE_SYMBOL "")
 """
-
-
-class Mistake:
-  """An entry of the list."""
-
-  def __init__(self, text, number):
-    self.fields, self.number = {}, number
-    for line in text.splitlines():
-      key, colon, value = line.partition(": ")
-      if not colon or key not in KEYS + OPTIONAL_KEYS or key in self.fields:
-        raise ValueError(f"line {number}: '{line}': must be a key of the list, ': ' and a value")
-      self.fields[key] = value
-    missing = [key for key in KEYS if key not in self.fields]
-    if missing:
-      raise ValueError(f"line {number}: the entry has no {', '.join(missing)}")
-
-  def __getattr__(self, key):
-    return self.fields.get(key)
-
-  @property
-  def digest(self):
-    text = "\n".join((self.file, self.line, self["with"]))
-    return hashlib.sha1(text.encode()).hexdigest()[:12]
-
-  def __getitem__(self, key):
-    return self.fields[key]
-
-  def complaint(self, root):
-    """Why the entry does not apply to the sources, or None."""
-    if self.layer not in LAYERS:
-      return f"layer: must be one of {', '.join(LAYERS)}; got {self.layer}"
-    path = root / self.file
-    if not path.is_file():
-      return f"file: {self.file} does not exist"
-    count = path.read_text().count(self.line)
-    if count != 1:
-      return f"line: must occur once in {self.file}, occurs {count} times: {self.line}"
-    if self.line == self["with"]:
-      return "with: is the text that stands there"
-    return None
-
-
-def read_list(path):
-  """The entries; the first lines of the file and lines that begin with # are no entries."""
-  mistakes, lines, start = [], [], 0
-  for number, line in enumerate(path.read_text().splitlines() + [""], 1):
-    if line.startswith("#"):
-      continue
-    if line:
-      start = start if lines else number
-      lines.append(line)
-    elif lines:
-      mistakes.append(Mistake("\n".join(lines), start))
-      lines = []
-  return mistakes
-
-
-def check(mistakes):
-  complaints = []
-  ids = collections.Counter(mistake.id for mistake in mistakes)
-  complaints += [f"{name}: is used {count} times" for name, count in ids.items() if count > 1]
-  for mistake in mistakes:
-    complaint = mistake.complaint(ROOT)
-    if complaint:
-      complaints.append(f"{mistake.id}: {complaint}")
-  if len(mistakes) < LEAST_MISTAKES:
-    complaints.append(f"must have at least {LEAST_MISTAKES} entries, has {len(mistakes)}")
-  layers = {mistake.layer for mistake in mistakes}
-  complaints += [f"no mistake in the layer {layer}" for layer in LAYERS if layer not in layers]
-  return complaints
 
 
 def run(command, **options):
@@ -333,7 +259,7 @@ def main():
     mistakes = read_list(options.list)
   except ValueError as error:
     sys.exit(f"mutate.sh: {options.list}: {error}")
-  complaints = check(mistakes)
+  complaints = check(mistakes, ROOT)
   for complaint in complaints:
     print(f"{options.list}: {complaint}", file=sys.stderr)
   if options.check or complaints:
