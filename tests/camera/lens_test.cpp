@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
@@ -187,6 +188,37 @@ TEST(Perspective, DistortionIsOneToOneInItsDomain) {
   }
 }
 
+// The least eigenvalue of the distortion's Jacobian at a point of the normalised plane.
+double least_stretch(const Perspective& lens, const Vector2d& at) {
+  PointJacobian j;
+  EXPECT_TRUE(lens.project(at.homogeneous(), &j, nullptr).has_value());
+  const Eigen::Matrix2d m =
+      Vector2d(1 / lens.parameters()[0], 1 / lens.parameters()[1]).asDiagonal() * j.leftCols<2>();
+  return m.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff();
+}
+
+// Decentring so strong that it folds the image before the radial terms do.
+TEST(Perspective, TangentialTermsFoldTheImageOutsideTheDomain) {
+  Random random(17);
+  for (int i = 0; i < 300; ++i) {
+    const double size = random.uniform(0.03, 0.3), turn = random.uniform(0, 2 * std::numbers::pi);
+    const Perspective lens({600, 600, 640, 400, random.uniform(-0.2, 0.2), 0, size * std::cos(turn),
+                            size * std::sin(turn)});
+    const double border = std::min(2.0, lens.max_radius() * (1 - 1e-9));
+    for (int k = 0; k < 64; ++k) {
+      const double angle = 2 * std::numbers::pi * k / 64;
+      EXPECT_GT(least_stretch(lens, border * Vector2d(std::cos(angle), std::sin(angle))), 0)
+          << i << " " << angle;
+    }
+  }
+  // Without radial terms it folds at 1 / (6 |p|), and the bound is not much below.
+  for (const double p : {0.001, 0.02, 0.3}) {
+    const Perspective lens({600, 600, 640, 400, 0, 0, p, 0});
+    EXPECT_LT(lens.max_radius(), 1 / (6 * p));
+    EXPECT_GT(lens.max_radius(), 0.9 / (6 * p));
+  }
+}
+
 TEST(Fisheye, SeesBesideAndBehindTheCamera) {
   const Fisheye lens({300, 300, 640, 640});
   const auto beside = lens.project({1, 0, 0});
@@ -217,6 +249,21 @@ TEST(Fisheye, JacobianNearTheAxis) {
 TEST(FieldOfView, InvertsAndKnowsAWorkedNumber) {
   EXPECT_NEAR(focal_from_field_of_view_px(std::numbers::pi / 2, 1280), 640, 1e-10);
   EXPECT_NEAR(field_of_view_rad(focal_from_field_of_view_px(0.7, 800), 800), 0.7, 1e-15);
+}
+
+// A pinhole of W x H pixels spans 2 atan(W / (2 f)) across if its centre is that of the image.
+TEST(FieldOfView, ReachesToTheOuterEdgesOfThePixels) {
+  const ImageSize size{640, 480};
+  const auto seen = field_of_view({pinhole(500, 510, 319.5, 239.5), size});
+  ASSERT_TRUE(seen.has_value());
+  EXPECT_NEAR(seen->horizontal_rad, 2 * std::atan2(320, 500), 1e-12);
+  EXPECT_NEAR(seen->vertical_rad, 2 * std::atan2(240, 510), 1e-12);
+  EXPECT_NEAR(seen->diagonal_rad, 2 * std::atan(std::hypot(320.0 / 500, 240.0 / 510)), 1e-12);
+  // An equidistant fisheye shows an angle for each pixel.
+  const auto wide = field_of_view({Fisheye({150, 150, 310, 230}), size});
+  EXPECT_NEAR(wide->horizontal_rad, 640.0 / 150, 1e-12);
+  EXPECT_NEAR(wide->vertical_rad, 480.0 / 150, 1e-12);
+  EXPECT_FALSE(field_of_view({Parallel({500, 500, 320, 240}), size}).has_value());
 }
 
 TEST(Camera, ImageSpansFromMinusHalf) {

@@ -15,6 +15,7 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
   expect_bad_input("render x.yaml --out y --views -3", {"--views", "got -3"});
   expect_bad_input("render x.yaml --out y --seed 1.5", {"--seed", "whole number", "got 1.5"});
   expect_bad_input("render x.yaml --out y --threads many", {"--threads", "got many"});
+  expect_bad_input("detect " + path("set") + " --threads -1", {"--threads", "0 or more", "-1"});
   for (const std::string sigma : {"0", "nan", "inf", "-1", "0.1x"}) {
     expect_bad_input("calibrate set --sigma-px " + sigma, {"--sigma-px", "> 0", "got " + sigma});
   }

@@ -188,6 +188,43 @@ TEST_F(Cli, DiffOfACalibrationWithItselfIsNothing) {
   EXPECT_NE(run("diff " + a + " " + b).out.find("at infinity"), std::string::npos);
 }
 
+// What was found out about the pictures is in the answer, beside what was about the calibration.
+TEST_F(Cli, AnAnswerNamesThePicturesWithoutABoard) {
+  const fs::path folder = root() / "with-blank";
+  fs::copy(root() / "set/images", folder, fs::copy_options::recursive);
+  spill(folder / "blank.pgm", "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
+  const Outcome outcome = run("calibrate --target " + path("set/target.yaml") + " " +
+                              folder.string() + " --model radial1 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json answer = Json::parse(outcome.out);
+  bool is_named = false;
+  for (const Json& finding : answer["findings"])
+    is_named |= finding["code"] == "input" &&
+                finding["sentence"] == "blank.pgm: no tag of the boards found";
+  EXPECT_TRUE(is_named) << outcome.out;
+}
+
+// A principal point moved by f tan(1 degree) is a camera turned by a degree about its y axis.
+TEST_F(Cli, DiffSaysByHowManyDegreesACameraIsTurned) {
+  const auto pinhole_file = [&](const std::string& name, double cx) {
+    spill(path(name),
+          "image_width: 640\nimage_height: 400\nmodel: pinhole\n"
+          "camera_matrix: {rows: 3, cols: 3, dt: d, data: [2000, 0, " +
+              std::to_string(cx) +
+              ", 0, 2000, 199.5, 0, 0, 1]}\n"
+              "distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [0, 0, 0, 0, 0]}\n");
+    return path(name);
+  };
+  const std::string a = pinhole_file("straight.yaml", 319.5);
+  const std::string b = pinhole_file("turned.yaml", 319.5 + 2000 * std::tan(0.01745329252));
+  const Json both = Json::parse(run("diff " + a + " " + b + " --json --distance 3").out);
+  const Json& far = both["differences"][0];
+  EXPECT_LT(far["rms_px"], 0.5);
+  EXPECT_NEAR(far["rotation_deg"][0].get<double>(), 0, 0.01);
+  EXPECT_NEAR(far["rotation_deg"][1].get<double>(), -1, 0.02);
+  EXPECT_NEAR(far["rotation_deg"][2].get<double>(), 0, 0.01);
+}
+
 TEST_F(Cli, DiffOfWhatCannotBeComparedIsAnError) {
   const std::string a = path("d.yaml");
   ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + a).exit_code, 0);

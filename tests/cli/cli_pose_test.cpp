@@ -1,6 +1,9 @@
 // tagcal pose, from outside: numbers against the truth, JSON, exit codes.
+#include <numbers>
+
 #include "cli_pose_fixture.hpp"
 #include "png_colours.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/target_file.hpp"
 
 namespace tagcal::tools {
@@ -68,6 +71,44 @@ TEST_F(PoseCli, TheJsonHasItsKeysInTheirOrder) {
   const Eigen::MatrixXd covariance = matrix_of(json["views"][0]["covariance"]);
   EXPECT_EQ(covariance.rows(), 6);
   EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(covariance).info(), Eigen::Success);
+}
+
+// The camera's place and angles and their standard deviations are those of the pose and its
+// covariance, by difference quotients.
+TEST_F(PoseCli, WhereTheCameraIsFollowsFromThePose) {
+  constexpr double kDegree = std::numbers::pi / 180, kStep = 1e-6;
+  const auto place_of = [&](const Pose& pose) {
+    const RollPitchYaw angles = camera_angles(pose);
+    Vector6d place;
+    place << pose.inverse().translation(), angles.yaw_rad / kDegree, -angles.pitch_rad / kDegree,
+        angles.roll_rad / kDegree;
+    return place;
+  };
+  const Json views = views_of(set() + exact() + known() + " --sigma-px 0.3");
+  ASSERT_EQ(views.size(), 6u);
+  for (const Json& view : views) {
+    const Pose pose = pose_of(view["camera_from_board"]);
+    Matrix6 by_step;
+    for (int k = 0; k < 6; ++k) {
+      const Vector6d step = kStep * Vector6d::Unit(k);
+      by_step.col(k) =
+          (place_of(retract(pose, step)) - place_of(retract(pose, -step))) / (2 * kStep);
+    }
+    const Vector6d place = place_of(pose);
+    const Eigen::MatrixXd covariance =
+        by_step * matrix_of(view["covariance"]) * by_step.transpose();
+    const Json& camera = view["camera_in_target"];
+    const std::string angles[] = {"azimuth_deg", "elevation_deg", "roll_deg"};
+    for (int k = 0; k < 3; ++k) {
+      const double sigma_m = std::sqrt(covariance(k, k));
+      const double sigma_deg = std::sqrt(covariance(3 + k, 3 + k));
+      EXPECT_NEAR(camera["position_m"][k].get<double>(), place[k], 1e-9);
+      EXPECT_NEAR(camera["sigma_position_m"][k].get<double>(), sigma_m, 1e-3 * sigma_m);
+      EXPECT_NEAR(camera[angles[k]].get<double>(), place[3 + k], 1e-6);
+      EXPECT_NEAR(camera["sigma_" + angles[k]].get<double>(), sigma_deg, 1e-3 * sigma_deg)
+          << angles[k];
+    }
+  }
 }
 
 // A board has its own frame; this one is not at the world's origin.

@@ -75,10 +75,11 @@ Offsets offsets_of(const DetectResult& result, const std::vector<Patch>& patches
   return offsets;
 }
 
-Offsets measured(const std::string& family, int border_bits, int count, const PatchSpec& spec) {
+Offsets measured(const std::string& family, int border_bits, int count, const PatchSpec& spec,
+                 const DetectOptions& options = {}) {
   const auto patches = patches_of(tag_family(family, border_bits), count, spec);
   const auto result =
-      detect_all(sources_of(patches), {board_of(family, border_bits, 0, count)}, {});
+      detect_all(sources_of(patches), {board_of(family, border_bits, 0, count)}, options);
   const Offsets offsets = offsets_of(result, patches);
   std::printf("%s border %d, %3.0f px: %d of %d tags, mean %+.4f %+.4f, outwards %+.4f, rms %.4f\n",
               family.c_str(), border_bits, spec.side_px, offsets.tags, count, offsets.mean.x(),
@@ -96,6 +97,20 @@ TEST(Detector, CornersAreUnbiased) {
     EXPECT_LT(offsets.mean.cwiseAbs().maxCoeff(), 0.01);
     EXPECT_LT(std::abs(offsets.outwards), 0.01);
     EXPECT_LT(offsets.rms, 0.02);
+  }
+}
+
+// AprilTag counts the first pixel from 0 to 1, so its corners are moved by half a pixel.
+TEST(Detector, CornersOfEachRefinementLieWhereTheTagIs) {
+  PatchSpec spec;
+  spec.side_px = 60;
+  for (const Refinement refinement : {Refinement::stock, Refinement::edges, Refinement::fit}) {
+    DetectOptions options;
+    options.refinement = refinement;
+    const Offsets offsets = measured("tag36h11", 1, 48, spec, options);
+    EXPECT_EQ(offsets.tags, 48);
+    EXPECT_LT(offsets.mean.cwiseAbs().maxCoeff(), 0.03);
+    EXPECT_LT(offsets.rms, refinement == Refinement::stock ? 0.1 : 0.03);
   }
 }
 

@@ -6,11 +6,14 @@
 
 #include <bit>
 #include <cstdlib>
+#include <functional>
+#include <numeric>
 #include <opencv2/aruco.hpp>
 #include <set>
 #include <tuple>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
+#include "tagcal/detect/detect_tags.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
 
@@ -120,6 +123,65 @@ TEST(Families, DictionariesAreReadByAprilTag) {
                 .norm(),
             0.5)
             << name << " " << turn << " " << view.observations[k].pixel.transpose();
+    }
+  }
+}
+
+using Cells = std::vector<std::uint8_t>;
+
+// The least number of cells in which a tag of the family differs from another one or from itself
+// turned.
+int least_difference(const TagFamily& family) {
+  const int n = family.total_width;
+  std::vector<Cells> tags;
+  for (std::size_t id = 0; id < family.codes.size(); ++id) tags.push_back(drawn(family, id));
+  int least = n * n;
+  for (std::size_t a = 0; a < tags.size(); ++a) {
+    Cells turned = tags[a];
+    for (int turn = 0; turn < 4; ++turn) {
+      for (std::size_t b = a; b < tags.size(); ++b)
+        if (b != a || turn > 0)
+          least = std::min(least, static_cast<int>(std::inner_product(
+                                      turned.begin(), turned.end(), tags[b].begin(), 0,
+                                      std::plus<>(), std::not_equal_to<>())));
+      const Cells before = turned;
+      for (int y = 0; y < n; ++y)
+        for (int x = 0; x < n; ++x)
+          turned[static_cast<std::size_t>(y * n + x)] =
+              before[static_cast<std::size_t>(x * n + n - 1 - y)];
+    }
+  }
+  return least;
+}
+
+// Tag 11 of the family, some of its bits wrong, as a picture.
+Image8 with_wrong_bits(const TagFamily& family, int num_wrong) {
+  constexpr int kCell = 8;
+  const int n = family.total_width, side = n * kCell;
+  Cells tag = drawn(family, 11);
+  for (int k = 0; k < num_wrong; ++k) {
+    std::uint8_t& level = tag[static_cast<std::size_t>((2 + k) * n + 2 + k)];
+    level = static_cast<std::uint8_t>(255 - level);
+  }
+  Image8 image({side + 40, side + 40}, 255);
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      image(20 + x, 20 + y) = tag[static_cast<std::size_t>(y / kCell * n + x / kCell)];
+  return image;
+}
+
+// A code with more wrong bits may be as near to another tag.
+TEST(Families, WrongBitsAreReadBelowHalfOfTheDistanceOfCodes) {
+  for (const std::string name : {"DICT_4X4_50", "DICT_5X5_50", "DICT_7X7_50"}) {
+    const TagFamily family = tag_family(name, 1);
+    const int allowed = std::min(2, (least_difference(family) - 1) / 2);
+    std::printf("%s differ in %d bits\n", name.c_str(), least_difference(family));
+    DetectOptions options;
+    options.refinement = Refinement::stock;
+    options.max_hamming = 2;
+    for (int wrong = 0; wrong < 4; ++wrong) {
+      const auto tags = detect_tags(with_wrong_bits(family, wrong), {.family = name}, options);
+      EXPECT_EQ(tags.size(), wrong <= allowed ? 1u : 0u) << name << " " << wrong;
     }
   }
 }

@@ -51,6 +51,22 @@ TEST(RefineTagLens, NotKnown) {
   }
 }
 
+// A large tag is fitted corner by corner: what is said of the whole is that of its parts.
+TEST(RefineTagLens, TheNoiseOfALargeTagIsThatOfThePicture) {
+  Random random(43);
+  const TagFamily family = tag_family("tag36h11", 1);
+  for (const double noise : {1.0, 4.0}) {
+    const TagView view = tag_through_lens({200, 20, 0.8, noise}, kBarrel, random);
+    const TagFit fit = refine_tag(view.image, tag_pattern(family, view.id, 1), view.corners);
+    ASSERT_EQ(fit.status, TagFitStatus::converged);
+    EXPECT_TRUE(fit.is_by_corner);
+    EXPECT_NEAR(fit.noise_levels, noise, 0.15 * noise);
+    EXPECT_NEAR(fit.blur_px, 0.8, 0.1);
+    EXPECT_NEAR(fit.black, 30, 5);
+    EXPECT_NEAR(fit.white, 220, 5);
+  }
+}
+
 // Bounds are 1.3 times that of the straight model at 30 deg.
 TEST(RefineTagLens, Known) {
   for (const auto& [camera, side_px, rms_px] : {std::tuple{&kBarrel, 40.0, 0.0066},

@@ -282,6 +282,28 @@ TEST(RefineTag, BendsThatAreNotThere) {
   EXPECT_NEAR(bent.predicted / bent.rms, 1, 0.2);
 }
 
+// A corner just beyond the picture's edge is found there, and is not in the picture.
+TEST(RefineTag, ACornerBesideThePictureIsOutOfIt) {
+  Random random(6);
+  const TagFamily family = tag_family("tag36h11", 1);
+  int found_outside = 0;
+  for (int i = 0; i < 10; ++i) {
+    const Patch patch = tag_patch(family, 0, PatchSpec(), random);
+    double left = 1e9;
+    for (const Eigen::Vector2d& corner : patch.corners) left = std::min(left, corner.x());
+    const int cut = static_cast<int>(std::ceil(left + 0.5));  // it lies up to 1 px beside the rest
+    const ImageView8 whole = patch.image;
+    const ImageView8 rest(whole.row(0) + cut, {whole.width() - cut, whole.height()},
+                          whole.stride());
+    Corners start = patch.corners;
+    for (Eigen::Vector2d& corner : start) corner.x() = std::max(corner.x() - cut, -0.4);
+    const TagFit fit = refine_tag(rest, tag_pattern(family, 0, 1), start);
+    EXPECT_NE(fit.status, TagFitStatus::converged) << i;
+    found_outside += fit.status == TagFitStatus::out_of_image;
+  }
+  EXPECT_GE(found_outside, 5);
+}
+
 TEST(RefineTag, WhatCannotBeFitted) {
   Random random(5);
   const TagFamily family = tag_family("tag36h11", 1);

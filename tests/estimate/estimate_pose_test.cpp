@@ -363,5 +363,31 @@ TEST(EstimatePose, EqualSeedsGiveEqualAnswers) {
   EXPECT_LT(angle_between_rad(a.camera_from_target(), c.camera_from_target()), 1e-6);
 }
 
+// Points near a line are refused if the noise hides a turn about it to either side: a view and its
+// mirror image have the same answer.
+TEST(EstimatePose, PointsNearALineAreJudgedAlikeInAMirror) {
+  const Camera camera{pinhole(600, 600, 319.5, 239.5), {640, 480}};
+  Random random(31);
+  int refused = 0, answered = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double width = random.uniform(0.002, 0.02);
+    const Pose pose(exp_rotation({random.uniform(-0.8, 0.8), random.uniform(-0.5, 0.5), 0}),
+                    {0, 0, 1});
+    std::vector<Correspondence> seen, mirrored;
+    for (int k = 0; k < 8; ++k) {
+      const Eigen::Vector3d x(-0.2 + 0.4 * k / 7, k % 2 == 0 ? width : -width, 0);
+      const Eigen::Vector2d pixel = project(camera.lens, pose * x).value() +
+                                    0.3 * Eigen::Vector2d(random.normal(), random.normal());
+      seen.push_back({x, pixel});
+      mirrored.push_back({{x.x(), -x.y(), 0}, {pixel.x(), 2 * 239.5 - pixel.y()}});
+    }
+    const Status status = estimate_pose(seen, camera, {0.3}).status;
+    EXPECT_EQ(status, estimate_pose(mirrored, camera, {0.3}).status) << i;
+    (is_answer(status) ? answered : refused) += 1;
+  }
+  EXPECT_GT(refused, 50);
+  EXPECT_GT(answered, 50);
+}
+
 }  // namespace
 }  // namespace tagcal

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tagcal/estimate/pose/reprojection.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -25,6 +26,46 @@ TEST(ResidualTest, NoiseIsNotCorrelated) {
     std::vector<Vector2d> residuals;
     for (std::size_t k = 0; k < n; ++k) residuals.emplace_back(random.normal(), random.normal());
     EXPECT_FALSE(spatially_correlated({pixels.data(), n}, residuals)) << n;
+  }
+}
+
+// W C W' = 1, which the transpose of W does not give where the coordinates are correlated.
+TEST(ResidualTest, WhiteningMakesTheCovarianceOne) {
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    Eigen::Matrix2d root;
+    root << random.normal(), random.normal(), random.normal(), random.normal();
+    const Matrix2 covariance = root * root.transpose() + 0.01 * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d w = whitening_of(covariance);
+    EXPECT_LT((w * covariance * w.transpose() - Eigen::Matrix2d::Identity()).norm(), 1e-9);
+  }
+}
+
+// Derivatives of whitened residuals by the lens, by difference quotients.
+TEST(ResidualTest, WhitenedDerivativesAreThoseOfWhitenedResiduals) {
+  Random random(5);
+  const auto lens = std::get<Perspective>(opencv5_lens());
+  const Pose pose(exp_rotation({0.3, -0.2, 0.1}), {-0.2, 0.1, 1.5});
+  ViewProblem view;
+  for (int i = 0; i < 10; ++i) {
+    view.correspondences.push_back(
+        {{random.uniform(0, 0.5), random.uniform(0, 0.5), 0}, {600, 400}});
+    Matrix2 w;
+    w << random.normal(), random.normal(), random.normal(), random.normal();
+    view.whitening.push_back(w);
+  }
+  std::vector<FreeParameter> free;
+  for (int k = 0; k < 9; ++k) free.push_back({Perspective::kParameterNames[k], {k}});
+  const auto at = [&](int k, double h) {
+    auto parameters = lens.parameters();
+    parameters[k] += h;
+    return Eigen::VectorXd(reprojection(view, Perspective(parameters), free, pose)->residuals);
+  };
+  const Reprojection here = reprojection(view, lens, free, pose).value();
+  for (int k = 0; k < 9; ++k) {
+    const Eigen::VectorXd difference = (at(k, 1e-6) - at(k, -1e-6)) / 2e-6;
+    EXPECT_LT((here.by_parameters.col(k) - difference).norm(), 1e-6 * (1 + difference.norm()))
+        << free[k].name;
   }
 }
 

@@ -124,5 +124,22 @@ TEST(NearestRotation, LeavesARotationAndMendsAMirroredOne) {
   EXPECT_NEAR(nearest_rotation(-rotation).toRotationMatrix().determinant(), 1, 1e-14);
 }
 
+// No other rotation is nearer, by the sum of squared differences; mirrored matrices too.
+TEST(NearestRotation, IsNearerThanAllOthers) {
+  Random random(11);
+  for (int i = 0; i < 200; ++i) {
+    Eigen::Matrix3d matrix;
+    for (double& entry : matrix.reshaped()) entry = random.normal();
+    const Eigen::Quaterniond nearest = nearest_rotation(matrix);
+    const double least = (nearest.toRotationMatrix() - matrix).norm();
+    for (int k = 0; k < 100; ++k) {
+      const double size = k % 2 == 0 ? 0.01 : 1;
+      const Eigen::Vector3d turn(random.normal(), random.normal(), random.normal());
+      const Eigen::Quaterniond other = exp_rotation(size * turn) * nearest;
+      EXPECT_LE(least, (other.toRotationMatrix() - matrix).norm() + 1e-12) << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tagcal

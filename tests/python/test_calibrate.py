@@ -126,6 +126,14 @@ def test_one_view_from_the_front_is_refused() -> None:
     assert found.views[0].scale_px_per_m == pytest.approx(1000)  # what it does determine
 
 
+def test_a_refused_model_shows_no_poses() -> None:
+    board = np.array([[0.05 * x, 0.05 * y, 0.0] for y in range(7) for x in range(9)])
+    pixels = [scale * board[:, :2] + [400, 200] for scale in (900, 1000, 1100)]
+    found = tagcal.calibrate([board] * 3, pixels, SIZE, model="f+c")
+    assert not found.is_answer and found.solver_camera is not None
+    assert found.camera is None and found.views == []
+
+
 def test_a_view_of_wrong_corners_is_rejected() -> None:
     points, pixels, _ = opencv_lists(0.1)
     pixels[3] = np.random.default_rng(8).permutation(pixels[3])

@@ -54,6 +54,16 @@ def test_a_picture_leads_to_the_pose_of_its_camera() -> None:
     assert found.camera_from_target.angle_to(POSE) < 5e-4
 
 
+def test_the_error_of_a_known_camera_counts() -> None:
+    view = tagcal.detect(IMAGE, GRID, CAMERA)
+    known = tagcal.UncertainCamera(CAMERA, camera_error_px=0.3)
+    found = tagcal.estimate_view_pose(view, GRID, known).hypotheses[0]
+    stated = tagcal.estimate_view_pose(view, GRID, CAMERA, camera_error_px=0.3).hypotheses[0]
+    exact = tagcal.estimate_view_pose(view, GRID, CAMERA, camera_error_px=0.0).hypotheses[0]
+    np.testing.assert_array_equal(found.covariance, stated.covariance)
+    assert np.diag(found.covariance).min() > 10 * np.diag(exact.covariance).min()
+
+
 def test_a_tag_without_a_board_leads_to_its_pose() -> None:
     scene = tagcal.Scene(CAMERA, OTHERS["tag"], POSE, sensor=SENSOR)
     (tag,) = tagcal.detect_tags(tagcal.render(scene), camera=CAMERA)
@@ -72,7 +82,10 @@ def test_parts_of_larger_pictures_are_searched_in_place() -> None:
     large = np.zeros((400, 600), np.uint8)
     large[50:350, 100:500] = IMAGE
     expected = tagcal.detect(IMAGE, GRID).pixels
-    for same in (large[50:350, 100:500], np.asfortranarray(IMAGE), IMAGE[::-1][::-1]):
+    every_second = np.repeat(IMAGE, 2, axis=1)[:, ::2]
+    for same in (
+        large[50:350, 100:500], np.asfortranarray(IMAGE), IMAGE[::-1][::-1], every_second
+    ):  # fmt: skip
         np.testing.assert_array_equal(tagcal.detect(same, GRID).pixels, expected)
     IMAGE.flags.writeable = False
     np.testing.assert_array_equal(tagcal.detect(IMAGE, GRID).pixels, expected)

@@ -75,6 +75,24 @@ def test_covariances_and_groups():
     assert np.allclose(grouped.hypotheses[0].covariance, same, rtol=1e-6)
 
 
+def test_each_corner_counts_with_its_own_covariance():
+    pixels = CAMERA.project(BOX, POSE) + np.random.default_rng(6).normal(0, 0.2, (8, 2))
+    each = np.tile(0.04 * np.eye(2), (8, 1, 1))
+    each[3] *= 1e8  # as good as not seen
+    all_corners = tagcal.estimate_pose(BOX, pixels, CAMERA, covariances=each).hypotheses[0]
+    others = [0, 1, 2, 4, 5, 6, 7]
+    seven = tagcal.estimate_pose(BOX[others], pixels[others], CAMERA, covariances=0.04 * np.eye(2)).hypotheses[0]
+    assert all_corners.camera_from_target.angle_to(seven.camera_from_target) < 1e-6
+    assert np.allclose(all_corners.covariance, seven.covariance, rtol=1e-4, atol=1e-14)
+
+
+def test_a_wrong_corner_is_kept_if_all_are_asked_for():
+    pixels = CAMERA.project(BOX, POSE)
+    pixels[3] += 40
+    kept = tagcal.estimate_pose(BOX, pixels, CAMERA, sigma_px=0.1, reject_outliers=False)
+    assert kept.outliers == []
+
+
 def test_many_targets_in_one_call():
     rng = np.random.default_rng(4)
     poses = [tagcal.Pose([0.6, a, 0], [0, 0, 0.7]) for a in np.linspace(-0.5, 0.5, 30)]

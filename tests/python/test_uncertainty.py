@@ -132,6 +132,15 @@ def test_two_cameras_differ_as_the_command_says(
     assert tagcal.diff(other, camera).rms_px < 5 < np.hypot(20, 10)
 
 
+def test_the_difference_is_that_of_two_projections() -> None:
+    a = tagcal.Camera.perspective(900, 900, 640, 400, SIZE, [-0.1])
+    b = tagcal.Camera.pinhole(890, 905, 650, 390, SIZE)
+    found = tagcal.diff(a, b)
+    nodes = found.grid.pixels
+    expected = b.project(a.unproject(nodes.reshape(-1, 2)), found.b_from_a).reshape(nodes.shape) - nodes
+    np.testing.assert_allclose(found.difference_px, expected, atol=1e-6)
+
+
 def test_files_give_the_same_difference_as_the_command(tmp_path) -> None:
     files = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
     for file, model in zip(files, ["opencv4", "radial2"], strict=True):

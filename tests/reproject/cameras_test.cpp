@@ -8,6 +8,7 @@
 #include "lenses.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/reproject/maps.hpp"
+#include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal {
 namespace {
@@ -88,6 +89,18 @@ TEST(NewPinholes, OfAPinholeAreItself) {
       EXPECT_NEAR(parameters(same.lens)[i], parameters(camera.lens)[i], 1e-5);
 }
 
+// Of another size, the principal point stays at the same place of the picture.
+TEST(NewPinholes, OfAFocalLengthHaveTheCentreOfTheResizedPicture) {
+  const Camera camera{pinhole(500, 505, 300, 210), kSize};
+  for (const ImageSize& size : {ImageSize{2 * kSize.width, 3 * kSize.height},
+                                ImageSize{kSize.width / 4, kSize.height / 5}}) {
+    const Camera expected = resized(camera, size);
+    const Camera given = pinhole_of_focal_length(camera, 700, size);
+    EXPECT_NEAR(parameters(given.lens)[2], parameters(expected.lens)[2], 1e-9);
+    EXPECT_NEAR(parameters(given.lens)[3], parameters(expected.lens)[3], 1e-9);
+  }
+}
+
 TEST(NewPinholes, OfAWideFisheyeAreRefusedWithAnAdvice) {
   const Camera wide{Fisheye({180, 180, 320, 200, 0, 0, 0, 0}), kSize};
   try {
@@ -128,6 +141,24 @@ TEST(SeveralPinholes, SeeEveryRayOfAFisheye) {
   EXPECT_THROW(several_pinholes(wide, 2), Error);
 }
 
+// A fan of pinholes about the vertical axis leaves no gap.
+TEST(SeveralPinholes, OfAFanSeeEveryRayAboutTheHorizon) {
+  const Camera wide{Fisheye({150, 150, 300, 190, 0, 0, 0, 0}), kSize};
+  for (const int count : {3, 4, 7}) {
+    const auto cameras = several_pinholes(wide, count);
+    ASSERT_EQ(static_cast<int>(cameras.size()), count);
+    for (int u = 0; u < kSize.width; u += 3) {
+      const auto ray = ray_in_camera(wide.lens, Vector2d(u, 190));
+      const bool seen = std::ranges::any_of(cameras, [&](const TurnedCamera& turned) {
+        const auto pixel =
+            project(turned.camera.lens, turned.camera_from_turned.inverse() * ray->direction);
+        return pixel && contains(turned.camera.image_size, *pixel);
+      });
+      EXPECT_TRUE(seen) << u << " by " << count;
+    }
+  }
+}
+
 TEST(Panoramas, ShowAllOfTheView) {
   const Camera wide{Fisheye({180, 180, 320, 200, 0, 0, 0, 0}), kSize};
   const AngularRange range = angular_range(wide);
@@ -140,6 +171,20 @@ TEST(Panoramas, ShowAllOfTheView) {
       const Vector2d angles(std::atan2(d.x(), d.z()), std::asin(d.y()));
       EXPECT_TRUE(contains(panorama.size, panorama.centre + 180 * angles)) << u << " " << v;
     }
+  }
+  // An axis that is not in the middle.
+  const Camera aside{Fisheye({180, 180, 420, 140, 0, 0, 0, 0}), kSize};
+  for (const PanoramaKind kind : {PanoramaKind::equirectangular, PanoramaKind::cylindrical}) {
+    const Panorama all = panorama_of(aside, kind);
+    double left = 1e9, right = -1e9;
+    for (const Vector2d& p : border(kSize)) {
+      const Eigen::Vector3d d = ray_in_camera(aside.lens, p)->direction;
+      const double x = all.centre.x() + 180 * std::atan2(d.x(), d.z());
+      left = std::min(left, x);
+      right = std::max(right, x);
+    }
+    EXPECT_NEAR(left, 0, 1.5);
+    EXPECT_NEAR(right, all.size.width - 1, 1.5);
   }
   const Panorama drum = panorama_of(wide, PanoramaKind::cylindrical, 100);
   EXPECT_LE(drum.size.height, std::ceil(2 * 100 * std::tan(kPi / 3)));

@@ -27,12 +27,14 @@ TEST(Validate, AgreesWithOpenCVAndTheTruth) {
 
 TEST(Validate, CountsErrorsInStandardDeviations) {
   const Dataset world = make_world(opencv5_lens(), 2);
-  Camera camera = world.truth->camera;
+  Camera camera = world.truth->camera, below = world.truth->camera;
+  below.lens = Perspective({897, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0});
   camera.lens = Perspective({903, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0});
   const Validation v = validate(camera, {1.5, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0}, world);
   EXPECT_DOUBLE_EQ(v.parameters[0].in_sigmas, 2);
   EXPECT_EQ(v.parameters[1].in_sigmas, 0);
   EXPECT_EQ(v.num_beyond_truth, 0);
+  EXPECT_EQ(validate(below, {0.5, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0}, world).num_beyond_truth, 1);
   EXPECT_EQ(validate(camera, {0.5, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0}, world).num_beyond_truth, 1);
   EXPECT_FALSE(validate(camera, {}, world).num_beyond_truth);
 }

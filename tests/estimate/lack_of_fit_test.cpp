@@ -1,0 +1,103 @@
+// What a calibration says where its model, its noise or its views are not what they are taken for.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "tagcal/estimate/calibrate.hpp"
+#include "worlds.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Vector2d;
+
+bool has(const Calibration& c, const std::string& code) {
+  return std::ranges::count(c.findings, code, &Finding::code) > 0;
+}
+
+std::string codes(const Calibration& c) {
+  std::string all;
+  for (const Finding& finding : c.findings) all += finding.code + " ";
+  return all;
+}
+
+CalibrateOptions opencv5(double sigma_px = 0) {
+  CalibrateOptions options;
+  options.model = "opencv5";
+  options.sigma_px = sigma_px;
+  return options;
+}
+
+Dataset world_of(const Lens& lens, double sigma_px, std::uint64_t seed) {
+  WorldOptions options;
+  options.sigma_px = sigma_px;
+  return make_world(lens, seed, options);
+}
+
+TEST(LackOfFit, AWorldAsStatedIsNotWarnedOf) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Calibration c = calibrate(world_of(opencv5_lens(), 0.2, seed), opencv5(0.2));
+    ASSERT_EQ(c.status, Status::ok);
+    for (const char* code : {"noise_understated", "residuals_biased", "halves_disagree"})
+      EXPECT_FALSE(has(c, code)) << code << " " << seed;
+  }
+}
+
+TEST(LackOfFit, NoiseLargerThanStatedIsSaid) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed)
+    EXPECT_TRUE(
+        has(calibrate(world_of(opencv5_lens(), 0.5, seed), opencv5(0.2)), "noise_understated"));
+}
+
+// Moves the corners by a wave over the image, which no lens has: as of a bent cover glass.
+void add_wave(double amplitude_px, Dataset& world) {
+  for (View& view : world.views)
+    for (Observation& o : view.observations) {
+      const Vector2d phase = 2 * std::numbers::pi * o.pixel / 250;
+      o.pixel += amplitude_px * Vector2d(std::sin(phase.y()), std::sin(phase.x()));
+    }
+}
+
+// A third of the noise, which the means of 30 corners show.
+TEST(LackOfFit, AWaveBelowTheNoiseIsSeen) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Dataset world = world_of(opencv5_lens(), 0.1, seed);
+    add_wave(0.035, world);
+    EXPECT_TRUE(has(calibrate(world, opencv5()), "residuals_biased")) << seed;
+  }
+}
+
+TEST(LackOfFit, ResidualsThatDifferFromPlaceToPlaceWidenTheStandardDeviations) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Dataset world = world_of(opencv5_lens(), 0.1, seed);
+    const Calibration right = calibrate(world, opencv5());
+    add_wave(0.12, world);
+    const Calibration waved = calibrate(world, opencv5());
+    ASSERT_TRUE(waved.camera.has_value());
+    EXPECT_TRUE(has(waved, "residuals_biased")) << codes(waved);
+    EXPECT_FALSE(has(right, "residuals_biased"));
+    // More than the larger residuals alone explain.
+    EXPECT_GT(waved.sigmas[0] / right.sigmas[0], 1.2 * waved.sigma_px / right.sigma_px) << seed;
+  }
+}
+
+// The lens is focused anew for every second view.
+TEST(LackOfFit, HalvesOfTheViewsThatSeeAnotherFocalLengthAreSaid) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Dataset world = world_of(opencv5_lens(), 0.1, seed);
+    auto parameters = std::get<Perspective>(opencv5_lens()).parameters();
+    parameters[0] += 10;
+    parameters[1] += 10;
+    const Dataset other = world_of(Perspective(parameters), 0.1, seed);
+    for (std::size_t i = 1; i < world.views.size(); i += 2) world.views[i] = other.views[i];
+    CalibrateOptions options = opencv5(0.1);
+    options.reject_outliers = false;  // nor views
+    const Calibration c = calibrate(world, options);
+    EXPECT_TRUE(has(c, "halves_disagree")) << codes(c) << c.halves->ratio;
+  }
+}
+
+}  // namespace
+}  // namespace tagcal
