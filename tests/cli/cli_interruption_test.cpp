@@ -118,6 +118,26 @@ TEST_F(Interrupted, TwoProcessesDoNotResumeTheSameFolder) {
   EXPECT_EQ(bytes_of(root() / "twice"), bytes_of(root() / "whole"));
 }
 
+// Killed at any moment, a command leaves the old file or the new one.
+TEST_F(Interrupted, AKilledCommandLeavesTheOldFileOrTheNewOne) {
+  const std::string command = "detect " + path("set") + " --no-cache --out ";
+  ASSERT_EQ(run(command + path("new.csv")).exit_code, 0);
+  const std::string corners = slurp(root() / "new.csv");
+  int num_new = 0, num_old = 0;
+  for (int ms = 0; ms < 1000 && num_new < 3; ms += 10) {
+    spill(root() / "killed.csv", "old");
+    CliProcess process(command + path("killed.csv") + " >/dev/null 2>&1");
+    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    process.send(SIGKILL);
+    process.wait();
+    const std::string left = slurp(root() / "killed.csv");
+    EXPECT_TRUE(left == "old" || left == corners) << ms << " ms: " << left.size() << " bytes";
+    (left == "old" ? num_old : num_new) += 1;
+  }
+  EXPECT_GT(num_old, 0);
+  EXPECT_EQ(num_new, 3);
+}
+
 // A fleet whose second data set is an open pipe: the run waits there, and is killed.
 TEST_F(Interrupted, CalibrateGoesOnWithTheDataSetsThatAreLeft) {
   for (const char* name : {"left", "middle", "right"}) exact_set(name);

@@ -24,6 +24,17 @@ TEST_F(Cli, TheVersionNamesTheLibraries) {
 }
 
 // Each command has a page with all of its long options; each script knows all of them.
+TEST_F(Cli, HelpFitsATerminal) {
+  for (const std::string command :
+       {"", "render", "detect", "calibrate", "watch", "validate", "report", "pose", "board", "view",
+        "diff", "convert", "reproject", "project", "unproject", "chart", "stability",
+        "completion"}) {
+    std::istringstream lines(run(command + " --help").out);
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_LE(line.size(), 100u) << command << ": " << line;
+  }
+}
+
 TEST_F(Cli, PagesAndCompletionsHaveAllOptions) {
   const fs::path share = root() / "share";
   ASSERT_EQ(run("completion --share " + share.string()).exit_code, 0);

@@ -38,6 +38,17 @@ TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
   }
 }
 
+// A result that is lost is no success, and that of a file is none.
+TEST_F(CliStreams, AResultThatCannotBePrintedIsAnError) {
+  const std::string set = path("set");
+  for (const std::string command :
+       {std::string(), std::string("--help"), std::string("--version"), std::string("pose --help"),
+        "detect " + set, "calibrate " + set + " --model f", std::string("completion bash")})
+    for (const std::string redirection : {">&-", ">/dev/full"})
+      EXPECT_EQ(run_with("2>/dev/null " + redirection, command).exit_code, 2)
+          << command << " " << redirection;
+}
+
 // The next file that is opened would get the number of a closed stderr.
 TEST_F(CliStreams, MessagesDoNotEndUpInFiles) {
   const std::string detect = "detect " + path("set") + " --out ";

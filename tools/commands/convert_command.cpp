@@ -11,6 +11,7 @@
 #include "input/input.hpp"
 #include "input/reproject_targets.hpp"
 #include "report/messages.hpp"
+#include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/corners_file.hpp"
@@ -132,8 +133,8 @@ std::string footer() {
       "The format of IN is recognised by its content. IN:NAME chooses one of several cameras. "
       "Every\n--camera option takes the same files.\n\nFormats of --to:\n";
   for (const CameraFormat& format : camera_formats())
-    text += fmt::format("  {:<11} {}\n  {:<11}   lenses: {}\n", format.name, format.program, "",
-                        format.lenses);
+    text += wrapped(fmt::format("  {:<11} ", format.name), format.program, 14) +
+            wrapped(std::string(16, ' '), "lenses: " + std::string(format.lenses), 24);
   return text +
          "\nExample: tagcal convert camera.yaml front.cameramodel\n"
          "         tagcal convert camchain.yaml:cam1 right.yaml --to ros\n"

@@ -67,6 +67,17 @@ Json grid_json(const LensDifference& d) {
   return rows;  // NaN becomes null
 }
 
+// Without the sign of a zero.
+std::string three_numbers(const Eigen::Vector3d& values, int decimals) {
+  const double step = std::pow(10.0, -decimals);
+  std::string text;
+  for (const double value : values) {
+    const double shown = std::abs(value) < step / 2 ? 0 : value;
+    text += fmt::format("{}{:.{}f}", text.empty() ? "" : " ", shown, decimals);
+  }
+  return text;
+}
+
 Json difference_json(const Comparison& comparison) {
   const LensDifference& d = comparison.difference;
   const Eigen::Vector3d turn = log_rotation(d.b_from_a.rotation()) / kDegree;
@@ -96,10 +107,8 @@ std::string difference_text(const LensDifference& d, const char* where) {
                           ? ""
                           : fmt::format(", {} of {} nodes without a value", whole.without_value,
                                         d.grid.rows * d.grid.columns));
-  text += fmt::format("  taken out           turn {:.4f} {:.4f} {:.4f} deg", turn.x(), turn.y(),
-                      turn.z());
-  if (std::isfinite(d.distance_m))
-    text += fmt::format(", move {:.3f} {:.3f} {:.3f} mm", move.x(), move.y(), move.z());
+  text += "  taken out           turn " + three_numbers(turn, 4) + " deg";
+  if (std::isfinite(d.distance_m)) text += ", move " + three_numbers(move, 3) + " mm";
   text += "\n";
   for (int row = 0; row < d.grid.rows; row += 3) {
     text += "   ";
@@ -146,7 +155,7 @@ int run(const Arguments& arguments) {
 
 Command add_diff(CLI::App& app) {
   CLI::App* command = add_command(
-      app, "diff", "difference of two calibrations in pixels, less what a moved camera explains");
+      app, "diff", "difference of two calibrations in pixels, less that of a moved camera");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "A", arguments->a, "a calibration").required();
   add_option(*command, "B", arguments->b, "another of the same image size").required();

@@ -361,10 +361,11 @@ Command add_reproject(CLI::App& app) {
            "write map.npy for cv::remap: float32, height x width x 2 (x, y)");
   add_flag(*command, "--force", arguments->force, "replace files of an earlier run");
   add_threads(*command, arguments->threads);
-  add_footer(*command,
-             "Example: tagcal reproject --camera camera.yaml photo.jpg --undistort all --out flat\n"
-             "         tagcal reproject --camera camera.yaml photo.jpg --plane --target board.yaml "
-             "--m-per-px 0.001 --out top");
+  add_footer(
+      *command,
+      "Example: tagcal reproject --camera camera.yaml photo.jpg --undistort all --out flat\n"
+      "         tagcal reproject --camera camera.yaml photo.jpg --plane --target board.yaml \\\n"
+      "                          --m-per-px 0.001 --out top");
   return {command, [arguments] { return run(*arguments); }};
 }
 

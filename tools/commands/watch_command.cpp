@@ -142,8 +142,8 @@ Command add_watch(CLI::App& app) {
   add_footer(*command,
              "Example: tagcal watch photos --target board.yaml --until 0.1px\n"
              "         tagcal watch photos --target board.yaml --out camera.yaml --timeout 120\n"
-             "Exit codes: 0 a calibration (with --until: the goal is met), 1 the goal is not met, "
-             "2 bad input, 3 no calibration.");
+             "Exit codes: 0 a calibration (with --until: the goal is met), 1 the goal is not met,\n"
+             "            2 bad input, 3 no calibration.");
   return {command, [arguments] { return run(*arguments); }};
 }
 

@@ -7,6 +7,8 @@
 #include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <exception>
+#include <memory>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +16,7 @@
 
 #include "input/interruption.hpp"
 #include "report/messages.hpp"
+#include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/version.hpp"
 
@@ -114,6 +117,31 @@ constexpr std::string_view kGuide =
     "  try it without a camera     tagcal render scene.yaml --out desk\n\n"
     "tagcal --help lists all commands, tagcal COMMAND --help the options of one.\n";
 
+// CLI11's, with lines of the terminal's text.
+class WrappedFormatter : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    const std::string name =
+        "  " + make_option_name(option, is_positional) + make_option_opts(option);
+    const std::string indent(column_width_, ' ');
+    const bool is_long = name.size() + 2 > column_width_;
+    const std::string first = is_long ? name + "\n" + indent : name + indent.substr(name.size());
+    return wrapped(first, make_option_desc(option), column_width_);
+  }
+};
+
+// Help and version are results too: a full disk is no success.
+int print_success(const CLI::App& app, const CLI::Success& help_or_version) {
+  std::ostringstream text;
+  const int code = app.exit(help_or_version, text);
+  try {
+    print_result(text.str());
+  } catch (const Error& error) {
+    return report(error.what());
+  }
+  return code;
+}
+
 std::string& typed_command() {
   static std::string text;
   return text;
@@ -136,6 +164,7 @@ const std::string& command_as_typed() { return typed_command(); }
 int run_command_line(int argc, char** argv, const CommandTable& table) {
   CLI::App app("Camera calibration and poses from pictures of targets, with their uncertainty.",
                "tagcal");
+  app.formatter(std::make_shared<WrappedFormatter>());
   app.set_version_flag("--version", "tagcal " TAGCAL_VERSION "\nbuilt with " TAGCAL_BUILT_WITH);
   app.require_subcommand(1, 1);
   app.footer(
@@ -153,7 +182,7 @@ int run_command_line(int argc, char** argv, const CommandTable& table) {
     app.parse(argc, argv);
     return chosen(commands)->run();
   } catch (const CLI::Success& help_or_version) {
-    return app.exit(help_or_version);
+    return print_success(app, help_or_version);
   } catch (const CLI::ParseError& error) {
     return report(usage_error(error, app, commands));
   } catch (const Error& error) {

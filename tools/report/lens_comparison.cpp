@@ -14,6 +14,7 @@ using Eigen::Vector2d;
 
 // Beyond this the calibrations contradict one another: 1 in 700 by chance.
 constexpr double kMostSigmas = 3;
+constexpr double kLeastPx = 1e-6;  // numeric: a smaller difference is shown as 0
 
 }  // namespace
 
@@ -39,8 +40,8 @@ ComparisonVerdict verdict_of(std::span<const Comparison> comparisons) {
           is_consistent ? "CONSISTENT" : "DIFFERENT",
           fmt::format(
               "{} px apart at {}, where the covariances of both explain {} px{}",
-              two_digits(worst->difference.rms_px), distance_text(worst->difference.distance_m),
-              two_digits(worst->test->expected_px),
+              two_digits(worst->difference.rms_px < kLeastPx ? 0 : worst->difference.rms_px),
+              distance_text(worst->difference.distance_m), two_digits(worst->test->expected_px),
               is_consistent ? "" : fmt::format(": {:.1f} sd too much", worst->test->in_sigmas))};
 }
 

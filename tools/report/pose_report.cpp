@@ -138,7 +138,7 @@ std::string vector_line(std::string_view name, const Vector3d& values, const Vec
   std::string numbers, deviations;
   for (int i = 0; i < 3; ++i) {
     const Measured m = measured(values[i], sigmas[i]);
-    numbers += fmt::format("{:>11}", m.value);
+    numbers += fmt::format(" {:>10}", m.value);
     deviations += " " + (m.sigma.empty() ? "?" : m.sigma);
   }
   return line(name, fmt::format("{} {:<3} +-{:<22}  {}", numbers, unit, deviations, meaning));

@@ -24,7 +24,10 @@ int decimals_of(double value) {
   return std::clamp(1 - exponent, 0, 12);
 }
 
-std::size_t visible_width(std::string_view text) { return without_colours(text).size(); }
+// Of the last line.
+std::size_t visible_width(std::string_view text) {
+  return without_colours(text.substr(text.rfind('\n') + 1)).size();
+}
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "input/interruption.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -12,7 +13,6 @@
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
-#include "input/interruption.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -183,8 +183,11 @@ std::string WatchSession::end_text(End end) const {
 ExitCode WatchSession::finish(End end) {
   std::string text = end_text(end);
   if (!kept_) {
-    text += wrapped(toned(Tone::bad, "NO ANSWER:") + " ",
-                    "the pictures so far give no calibration; no file was written", 2);
+    text += wrapped(
+        toned(Tone::bad, "NO ANSWER:") + " ",
+        "the pictures so far give no calibration; no file was written. tagcal detect --explain "
+        "tells what a picture shows",
+        2);
     print_result(text);
   } else {
     if (!standing_.has_answer)
