@@ -145,8 +145,10 @@ TEST_F(SceneFrames, FieldOfViewByHeightAndDiagonalAndASectorOfAWall) {
     return read("camera: {image_size: [640, 480], model: f, " + text + "}\n" + kBoards + kPath)
         .settings;
   };
-  EXPECT_NEAR(parameters(camera("field_of_view_height_deg: 90").camera.lens)[0], 240, 1e-12);
-  EXPECT_NEAR(parameters(camera("field_of_view_diagonal_deg: 90").camera.lens)[0], 400, 1e-12);
+  const Scene by_height = camera("field_of_view_height_deg: 90");
+  EXPECT_NEAR(parameters(by_height.camera.lens)[0], 240, 1e-12);
+  const Scene by_diagonal = camera("field_of_view_diagonal_deg: 90");
+  EXPECT_NEAR(parameters(by_diagonal.camera.lens)[0], 400, 1e-12);
   const Scene scene = camera("f: 500, sector: {columns: 3, rows: 2, column: 2, row: 1}");
   EXPECT_EQ(scene.camera.image_size, (ImageSize{214, 240}));
   EXPECT_EQ(parameters(scene.camera.lens)[2], 319.5 - 426);

@@ -177,6 +177,17 @@ std::string selection_text(const std::optional<ViewSelection>& selection) {
   return text + fmt::format("  all views: sd {:.4f} px\n", selection->all_px);
 }
 
+// All of the time: what the parts do not name is the rest (checks, choice of views, advice).
+std::string time_text(const CalibrationAnswer& answer) {
+  const CalibrateSeconds& parts = answer.calibration.seconds;
+  const double named = answer.seconds.read + parts.start + parts.solve + parts.covariance;
+  return fmt::format(
+      "time       {:.2f} s: read {:.2f}, start {:.2f}, solve {:.2f}, covariance {:.2f}, rest "
+      "{:.2f}\n",
+      answer.seconds.total, answer.seconds.read, parts.start, parts.solve, parts.covariance,
+      std::max(0.0, answer.seconds.total - named));
+}
+
 }  // namespace
 
 std::string verdict_sentence(const Calibration& calibration, bool chosen) {
@@ -215,11 +226,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOp
   text += selection_text(answer.selection);
   if (!options.verbose) return text;
   text += steps_text(calibration.steps);
-  return text +
-         fmt::format(
-             "time       read {:.2f} s, start {:.2f} s, solve {:.2f} s, covariance {:.2f} s\n",
-             answer.seconds.read, calibration.seconds.start, calibration.seconds.solve,
-             calibration.seconds.covariance);
+  return text + time_text(answer);
 }
 
 }  // namespace tagcal::tools

@@ -27,8 +27,8 @@ Json round_trip(const ViewingPipeline& p) {
   Json result = camera_json(back.camera);
   result["near_m"] = back.near_m;
   result["far_m"] = back.far_m;
-  const auto expected = parameters(undistorted(p.camera).lens),
-             actual = parameters(back.camera.lens);
+  const Camera seen = undistorted(p.camera);
+  const auto expected = parameters(seen.lens), actual = parameters(back.camera.lens);
   double difference = 0;
   for (std::size_t i = 0; i < 4; ++i)  // numeric: both focal lengths and the principal point
     difference = std::max(difference, std::abs(expected[i] - actual[i]));
@@ -38,7 +38,8 @@ Json round_trip(const ViewingPipeline& p) {
 
 // gluPerspective, the frustum about the axis with the same angle of view.
 Json symmetric_json(const ViewingPipeline& p) {
-  const auto f = parameters(undistorted(p.camera).lens);
+  const Camera seen = undistorted(p.camera);
+  const auto f = parameters(seen.lens);
   const ImageSize& size = p.camera.image_size;
   const double angle = field_of_view_rad(f[1], size.height);
   const double aspect = size.width / f[0] * f[1] / size.height;

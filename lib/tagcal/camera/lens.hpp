@@ -132,8 +132,9 @@ using Lens = std::variant<Perspective, Fisheye, Parallel>;
 // A pinhole without distortion.
 Perspective pinhole(double fx, double fy, double cx, double cy);
 
-// The interface above for any lens.
+// The interface above for any lens, which must outlive its parameters.
 std::span<const double> parameters(const Lens& lens);
+std::span<const double> parameters(const Lens&& lens) = delete;
 std::span<const std::string_view> parameter_names(const Lens& lens);
 bool in_domain(const Lens& lens, const Eigen::Vector3d& x_in_camera);
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& x_in_camera);

@@ -191,7 +191,8 @@ MatrixXd profile_covariance(const Bundle& solved, const BundleInformation& infor
   const Index least = least_known_parameter(*solved.model, covariance);
   if (least < 0) return covariance;
   const double sigma_px = std::sqrt(covariance(least, least));
-  if (!(sigma_px > policy::kLinearShare * parameters(solved.lens())[0])) return covariance;
+  const Lens lens = solved.lens();
+  if (!(sigma_px > policy::kLinearShare * parameters(lens)[0])) return covariance;
   const Index k = covariance.cols();
   const MatrixXd schur = information.sum().topLeftCorner(k, k);
   const BundleLikelihood::State best{solved.free_values, solved.camera_from_target};

@@ -16,7 +16,8 @@ double half_diagonal(const ImageSize& size) { return std::hypot(size.width, size
 // Name of the free parameter, other than the focal length, with the largest standard deviation in
 // pixels at the corner of the image. Empty if there is none.
 std::string weakest_parameter(const Bundle& bundle, const Eigen::MatrixXd& covariance) {
-  const double f = parameters(bundle.lens())[0];
+  const Lens lens = bundle.lens();
+  const double f = parameters(lens)[0];
   const double radius = half_diagonal(bundle.image_size) / f;
   std::string weakest;
   double largest = 0;
