@@ -348,6 +348,29 @@ TEST(Detector, SmallAndEmptyPicturesHoldNothing) {
   EXPECT_GE(result.warnings.size(), sources.size());  // each says why
 }
 
+// AprilTag ends the program at 32768 px; tags of such a picture are found at half its size.
+TEST(Detector, PicturesMayBeWiderThanAprilTagTakes) {
+  const std::vector<PlacedBoard> boards = {{grid_board({2, 2, 0.1, 0.3}), {}}};
+  for (const ImageSize& size : {ImageSize{32768, 100}, ImageSize{100, 40000}}) {
+    std::vector<std::string> warnings;
+    const View view = detect(Image8(size, 200), "wide.png", boards, {}, &warnings);
+    EXPECT_TRUE(view.observations.empty());
+    EXPECT_TRUE(std::ranges::any_of(warnings, [](const std::string& warning) {
+      return warning.find("wider or higher than 32767 pixels") != std::string::npos;
+    }));
+  }
+}
+
+TEST(Detector, TagsThatTheirFamilyDoesNotHaveAreAnError) {
+  const std::vector<PlacedBoard> boards = {{grid_board({30, 20, 0.1, 0.3}), {}}};
+  try {
+    detect(Image8({100, 100}, 200), "a.png", boards, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "board: tag id: must be in 0..586 of tag36h11, got 587");
+  }
+}
+
 TEST(Detector, NoBoardsNoTags) {
   const TwoBoards scene;
   EXPECT_TRUE(detect(scene.image, "a", {}, {}, nullptr).observations.empty());

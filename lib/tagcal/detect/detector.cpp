@@ -41,6 +41,11 @@ class Worker {
           fmt::format("{}: smaller than {}x{} pixels, was not searched", name, kMinSide, kMinSide));
       return view;
     }
+    if (!finders_.empty() && std::max(image.width(), image.height()) > policy::kTagMaxPictureSidePx)
+      report.warnings.push_back(
+          fmt::format("{}: wider or higher than {} pixels, is not searched "
+                      "for tags at its full size",
+                      name, policy::kTagMaxPictureSidePx));
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);
       warn_of(seen, finder->wanted().family, name, report.warnings);

@@ -44,7 +44,7 @@ int num_halvings(const ImageSize& size) {
 }
 
 bool is_worth_doubling(const ImageSize& size) {
-  return size.width * size.height <= policy::kBoardMaxDoubledPixels;
+  return static_cast<double>(size.width) * size.height <= policy::kBoardMaxDoubledPixels;
 }
 
 void check_size(const Camera* camera, const ImageSize& size, const std::string& name) {

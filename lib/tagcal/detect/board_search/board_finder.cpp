@@ -13,17 +13,23 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::internal {
 namespace {
 
+// Throws Error for a tag that its family does not have: nobody can see it.
 Wanted wanted_of(const std::vector<const Board*>& boards) {
   Wanted wanted;
   wanted.family = boards.front()->family;
   wanted.border_bits = boards.front()->border_bits;
+  const TagFamily family = tag_family(wanted.family, wanted.border_bits);
   for (const Board* board : boards) {
     wanted.corner_squares |= board->corner_squares;
-    for (const Tag& tag : board->tags) wanted.ids.insert(tag.id);
+    for (const Tag& tag : board->tags) {
+      check_tag_id(family, tag.id);
+      wanted.ids.insert(tag.id);
+    }
     add_patterns(*board, wanted.patterns);
   }
   return wanted;
@@ -155,7 +161,8 @@ std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<Placed
   std::map<std::pair<std::string, int>, std::vector<const Board*>> by_family;
   for (const PlacedBoard& placed : boards) {
     const Board& board = placed.board;
-    if (!board.tags.empty() && !board.charuco) by_family[{board.family, board.border_bits}].push_back(&board);
+    if (!board.tags.empty() && !board.charuco)
+      by_family[{board.family, board.border_bits}].push_back(&board);
   }
   std::vector<std::unique_ptr<BoardFinder>> finders;
   for (auto& [family, of_family] : by_family)

@@ -70,6 +70,7 @@ class PanelCompletion {
  private:
   void place(const BoardPanel& panel) {
     tags_.clear();
+    seen_.clear();
     const Pose panel_from_board = panel.tags.front().board_from_tag.inverse();
     for (const Tag& tag : panel.tags) {
       PlacedTag placed;
@@ -84,8 +85,7 @@ class PanelCompletion {
 
   // Compares a found tag with the picture and keeps it, corrected if necessary, or names it
   // missing.
-  void check_found(const FoundTag& found, PlacedTag& tag, MissingTag& missing,
-                   Completion& result) const {
+  void check_found(const FoundTag& found, PlacedTag& tag, MissingTag& missing, Completion& result) {
     const TagCells cells(family_, tag.id, surroundings_);
     FoundTag kept = found;
     const double before = pattern_correlation(image_, found.corners, cells);
@@ -105,7 +105,7 @@ class PanelCompletion {
       missing = {tag.id, why.value_or(WhyNot::outside), kept.corners};
       return;
     }
-    tag.seen = kept.corners;
+    set_seen(tag, kept.corners);
     result.tags.push_back(kept);
   }
 
@@ -125,14 +125,23 @@ class PanelCompletion {
 
   // The found tags nearest to a place, nearest first.
   std::vector<const PlacedTag*> neighbours(const PlacedTag& tag) const {
-    std::vector<const PlacedTag*> found;
-    for (const PlacedTag& other : tags_)
-      if (other.seen) found.push_back(&other);
-    std::ranges::stable_sort(found, {}, [&](const PlacedTag* other) {
-      return (other->centre - tag.centre).squaredNorm();
-    });
-    found.resize(std::min(found.size(), kBoardNeighbours));
-    return found;
+    std::vector<std::pair<double, const PlacedTag*>> found;
+    for (const PlacedTag* other : seen_)
+      found.emplace_back((other->centre - tag.centre).squaredNorm(), other);
+    const std::size_t count = std::min(found.size(), kBoardNeighbours);
+    std::ranges::partial_sort(found, found.begin() + static_cast<std::ptrdiff_t>(count));
+    std::vector<const PlacedTag*> nearest;
+    for (std::size_t i = 0; i < count; ++i) nearest.push_back(found[i].second);
+    return nearest;
+  }
+
+  // Marks a tag as seen, or as missing.
+  void set_seen(PlacedTag& tag, const std::optional<Quad>& corners) {
+    tag.seen = corners;
+    const auto place = std::ranges::lower_bound(seen_, &tag);
+    const bool is_listed = place != seen_.end() && *place == &tag;
+    if (corners && !is_listed) seen_.insert(place, &tag);
+    if (!corners && is_listed) seen_.erase(place);
   }
 
   // Predicts a missing tag from its neighbours, unless that was tried before. True if it was found.
@@ -158,7 +167,7 @@ class PanelCompletion {
   }
 
   // Reads a tag at a predicted place and adds it. No value if it was found.
-  std::optional<WhyNot> try_at(const Quad& start, PlacedTag& tag, Completion& result) const {
+  std::optional<WhyNot> try_at(const Quad& start, PlacedTag& tag, Completion& result) {
     if (is_cut(start)) return WhyNot::outside;
     if (shortest_side(start) < kBoardMinCellPx * family_.width_at_border) return WhyNot::too_small;
     if (static_cast<std::size_t>(tag.id) >= family_.codes.size()) return WhyNot::other_bits;
@@ -172,7 +181,7 @@ class PanelCompletion {
     if (!is_whole(*refined, image_.size())) return WhyNot::outside;
     if (is_misplaced(refined->corners, best, cells)) return WhyNot::no_edges;
     if (const auto why = reason_to_reject(refined->corners, cells, tolerance)) return why;
-    tag.seen = refined->corners;
+    set_seen(tag, refined->corners);
     result.tags.push_back(*refined);
     result.added.push_back(tag.id);
     return std::nullopt;
@@ -188,7 +197,7 @@ class PanelCompletion {
       if (tag.seen && !is_confirmed(tag) && is_by_chance(tag, refuted)) lone.push_back(&tag);
     for (PlacedTag* tag : lone) {
       missing[tag->id] = {tag->id, WhyNot::alone, tag->seen};
-      tag->seen.reset();
+      set_seen(*tag, std::nullopt);
       std::erase_if(result.tags, [&](const FoundTag& found) { return found.id == tag->id; });
     }
   }
@@ -199,9 +208,9 @@ class PanelCompletion {
   }
 
   bool is_confirmed(const PlacedTag& tag) const {
-    return std::ranges::any_of(tags_, [&](const PlacedTag& other) {
-      if (&other == &tag || !other.seen) return false;
-      const std::optional<Quad> there = predicted(tag, {&other}, 1);
+    return std::ranges::any_of(seen_, [&](const PlacedTag* other) {
+      if (other == &tag) return false;
+      const std::optional<Quad> there = predicted(tag, {other}, 1);
       return there &&
              largest_distance(*there, *tag.seen) < kBoardConfirmedShare * shortest_side(*tag.seen);
     });
@@ -249,6 +258,7 @@ class PanelCompletion {
   std::size_t num_ids_;
   CellSurroundings surroundings_;
   std::vector<PlacedTag> tags_;
+  std::vector<const PlacedTag*> seen_;  // those of tags_ that are seen, in their order
 };
 
 }  // namespace

@@ -16,6 +16,11 @@ namespace tagcal::internal::policy {
 // 2x2 px and smaller, of one row, and of 5x3 px if decimated.
 inline constexpr int kTagMinPictureSidePx = 8;
 
+// px. A picture with a longer side is searched for tags at half its size and less only; their
+// corners are fitted in the picture itself. Source: AprilTag 3.3.0 ends the program from 32768 px
+// on.
+inline constexpr int kTagMaxPictureSidePx = 32767;
+
 // px by which black is shrunk before AprilTag looks, one search each: the corner squares of a
 // Kalibr board touch the tags' corners and otherwise join them to one black shape. Source: test
 // Detector.TagsOfKalibrBoards.

@@ -42,10 +42,14 @@ bool is_determined(const TagFamily& family, int x, int y) {
                              [&](const TagFamily::Cell& bit) { return bit.x == x && bit.y == y; });
 }
 
-PrintedTag printed_tag(const TagFamily& family, int id) {
+void check_tag_id(const TagFamily& family, int id) {
   if (id < 0 || static_cast<std::size_t>(id) >= family.codes.size())
     throw Error(fmt::format("board: tag id: must be in 0..{} of {}, got {}",
                             family.codes.size() - 1, family.name, id));
+}
+
+PrintedTag printed_tag(const TagFamily& family, int id) {
+  check_tag_id(family, id);
   const int n = family.total_width;
   std::vector<double> lines(static_cast<std::size_t>(n) + 1);
   std::iota(lines.begin(), lines.end(), 0.0);

@@ -42,6 +42,9 @@ struct PrintedTag {
 // circle.
 bool is_determined(const TagFamily& family, int x, int y);
 
+// Throws Error for an id that the family does not have.
+void check_tag_id(const TagFamily& family, int id);
+
 // The cells of a whole tag; lines are 0, 1, .. total_width. Throws Error for an unknown id.
 PrintedTag printed_tag(const TagFamily& family, int id);
 
