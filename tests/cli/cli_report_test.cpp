@@ -109,6 +109,16 @@ TEST_F(CliReport, ShowsACameraWithoutViews) {
   EXPECT_NE(notes_of(data).find("no data set was given"), std::string::npos);
 }
 
+// A calibration with a covariance, and pictures of which none shows the target.
+TEST_F(CliReport, ShowsPicturesWithoutTheTarget) {
+  calibrated("seen");
+  spill(root() / "other.yaml",
+        replaced(slurp(root() / "set/target.yaml"), "first_id: 0", "first_id: 100"));
+  const Json data = data_of(report(path("camera.yaml") + " --target " + path("other.yaml") + " " +
+                                   path("set/images/000.png")));
+  EXPECT_TRUE(data["views"].empty() || data["views"][0]["camera_from_world"].is_null()) << data;
+}
+
 TEST_F(CliReport, NamesPicturesThatItCannotShow) {
   calibrated("set_missing");
   fs::remove(root() / "set_missing/images/002.png");

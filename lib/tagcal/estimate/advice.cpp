@@ -160,6 +160,7 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
     const auto information = exact_inverse(c.covariance);
     if (!information) return std::nullopt;
     current.information = *information;
+    if (c.views.empty()) return std::nullopt;  // no distance to begin with
     std::vector<double> distances;
     for (const CalibratedView& view : c.views)
       distances.push_back(view.camera_from_world.translation().norm());
