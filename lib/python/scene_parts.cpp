@@ -11,6 +11,7 @@
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/scene/visibility/polygon.hpp"
 
 namespace tagcal::python {
@@ -36,8 +37,7 @@ double level(double value, const char* name) {
 
 namespace {
 
-constexpr std::size_t kMostCoefficients = 10;  // as in scene files
-constexpr double kMostBlurPx = 100;            // as in scene files
+constexpr double kMostBlurPx = 100;  // as in scene files
 
 Vignetting vignetting_of(const std::variant<std::string, std::vector<double>>& argument) {
   Vignetting vignetting;
@@ -48,9 +48,10 @@ Vignetting vignetting_of(const std::variant<std::string, std::vector<double>>& a
     return vignetting;
   }
   vignetting.polynomial = std::get<std::vector<double>>(argument);
-  if (vignetting.polynomial.size() > kMostCoefficients)
-    throw Error("vignetting: must have at most " + std::to_string(kMostCoefficients) +
-                " coefficients, got " + std::to_string(vignetting.polynomial.size()));
+  if (vignetting.polynomial.size() > internal::limits::kMaxVignettingTerms)
+    throw Error("vignetting: must have at most " +
+                std::to_string(internal::limits::kMaxVignettingTerms) + " coefficients, got " +
+                std::to_string(vignetting.polynomial.size()));
   for (const double a : vignetting.polynomial)
     if (!std::isfinite(a)) throw Error("vignetting: must be finite, got " + number(a));
   return vignetting;

@@ -53,6 +53,18 @@ TEST_F(Cli, BadScenesAreNamed) {
   }
 }
 
+TEST_F(Cli, WhatIsTooLargeIsRefusedBeforeTheWork) {
+  spill(root() / "large.yaml", replaced(kScene, "[640, 400]", "[20000, 20000]"));
+  expect_bad_input("render " + path("large.yaml") + " --out " + path("large"),
+                   {"large.yaml", "camera", "100000000", "20000x20000"});
+  expect_bad_input("render " + path("scene.yaml") + " --out " + path("large") + " --views 100001",
+                   {"--views", "100000", "got 100001"});
+  EXPECT_FALSE(fs::exists(root() / "large"));
+  spill(root() / "wall.yaml", replaced(slurp(root() / "set/target.yaml"), "0.06", "60"));
+  expect_bad_input("board " + path("wall.yaml") + " --tile a4 --out " + path("wall.pdf"),
+                   {"--tile", "500 pages of a4"});
+}
+
 TEST_F(Cli, BadPicturesAreNamed) {
   spill(root() / "empty.png", "");
   spill(root() / "text.png", "not a picture");

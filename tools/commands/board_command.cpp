@@ -28,6 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMaxPixels = 100e6;
+constexpr double kMostPages = 500;  // of --tile: a ream of paper
 constexpr double kFlat_m = 1e-6;
 constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // by U+FFFD
 
@@ -150,6 +151,15 @@ void print_on_paper(const Arguments& arguments, const std::string& kind, const B
                   arguments.target, size_text(board));
 }
 
+Tiling tiling_on_pages(const Sheet& sheet, const Paper& paper) {
+  const double pages =
+      sheet.width_mm * sheet.height_mm / (paper.width_mm * paper.height_mm);  // and more
+  if (pages > kMostPages)
+    throw Error(fmt::format("--tile: {:.0f} x {:.0f} mm take more than {:.0f} pages of {}",
+                            sheet.width_mm, sheet.height_mm, kMostPages, paper.name));
+  return tiling_of(sheet, paper);
+}
+
 bool fits(const Sheet& sheet, const Paper& paper) {
   return sheet.width_mm <= paper.width_mm && sheet.height_mm <= paper.height_mm;
 }
@@ -167,7 +177,7 @@ void print_true_to_scale(const Arguments& arguments, const std::string& kind, co
   const Sheet sheet = board_sheet(board, families_of(board), name);
   std::string where;
   if (!arguments.tile.empty()) {
-    const Tiling tiling = tiling_of(sheet, paper_named(arguments.tile));
+    const Tiling tiling = tiling_on_pages(sheet, paper_named(arguments.tile));
     write_whole(arguments.out, tiled_pdf(sheet, tiling, name));
     where = fmt::format(" in {} page{} of {}", tiling.columns * tiling.rows,
                         tiling.columns * tiling.rows == 1 ? "" : "s", arguments.tile);

@@ -21,6 +21,7 @@
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/io/yaml/yaml_boards.hpp"
 #include "tagcal/scene/render.hpp"
@@ -48,7 +49,14 @@ struct Arguments {
 };
 
 MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
+  if (arguments.views > limits::kMaxViews)
+    throw Error(
+        fmt::format("--views: must be {} at most, got {}", limits::kMaxViews, arguments.views));
   MovingScene scene = read_moving_scene(arguments.scene, warnings);
+  const ImageSize& size = scene.settings.camera.image_size;
+  if (std::int64_t{size.width} * size.height > limits::kMaxPixels)
+    throw Error(fmt::format("{}: camera: a picture must have at most {} pixels, got {}x{}",
+                            arguments.scene, limits::kMaxPixels, size.width, size.height));
   if (arguments.views == 0) return scene;
   if (auto* path = std::get_if<ExplicitPath>(&scene.settings.path)) {
     const int poses = static_cast<int>(path->camera_from_world.size());

@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <span>
 
 #include "draw/sheet_text.hpp"
@@ -60,11 +61,11 @@ class Pdf {
     cairo_clip(context_);
     cairo_translate(context_, window.x() - from.x(), window.y() - from.y());
     const Eigen::AlignedBox2d seen(from, from + size);
-    Sheet part = sheet;
-    std::erase_if(part.ink, [&](const Quad& quad) {
+    Sheet part{sheet.width_mm, sheet.height_mm, {}, sheet.letters};
+    std::ranges::copy_if(sheet.ink, std::back_inserter(part.ink), [&](const Quad& quad) {
       Eigen::AlignedBox2d box;
       for (const Vector2d& corner : quad) box.extend(corner);
-      return !seen.intersects(box);
+      return seen.intersects(box);
     });
     draw(part);
     cairo_restore(context_);

@@ -16,6 +16,7 @@
 #include "tagcal/io/formats/opencv_xml.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/formats/tum_format.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
@@ -55,7 +56,7 @@ bool has_frames(const YamlValue& top) {
   if (top.find("fl_x") || top.find("camera_angle_x")) return true;
   const auto frames = top.find("frames");
   if (!frames || !frames->is_list()) return false;
-  const std::vector<YamlValue> items = frames->items(0, 1'000'000);
+  const std::vector<YamlValue> items = frames->items(0, limits::kMaxListedPoses);
   return !items.empty() && items[0].is_map() && items[0].find("transform_matrix");
 }
 
@@ -243,7 +244,7 @@ const CalibrationFile& usable_camera(const CameraFile& file, const std::string& 
 std::vector<ImagePose> read_poses(const fs::path& file) {
   const YamlValue top = YamlValue::read(file);
   std::vector<ImagePose> poses;
-  for (const YamlValue& view : top.at("views").items(0, 1'000'000)) {
+  for (const YamlValue& view : top.at("views").items(0, limits::kMaxListedPoses)) {
     const auto pose = view.find("camera_from_board");
     if (pose && (pose->is_map() || pose->is_list()))
       poses.push_back({view.at("image").text(), 0, read_pose(*pose)});

@@ -8,6 +8,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
@@ -19,13 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxBoards = 10'000;
-
 std::vector<PlacedBoard> read_boards(const YamlValue& target, std::vector<std::string>* warnings) {
   std::vector<PlacedBoard> boards;
   if (target.is_list()) {
-    for (const YamlValue& item : target.items(1, kMaxBoards)) {
+    std::size_t num_parts = 0;
+    for (const YamlValue& item : target.items(1, limits::kMaxBoards)) {
       boards.push_back(read_placed_board(item, false, warnings));
+      count_parts(boards.back().board, target, num_parts);
     }
   } else {
     boards.push_back(read_placed_board(target, false, warnings));

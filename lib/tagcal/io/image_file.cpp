@@ -2,18 +2,21 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/image/header_copy.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 #include "tagcal/io/image/image_orientation.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal {
@@ -22,7 +25,6 @@ namespace {
 
 constexpr std::string_view kPictureKinds[] = {".png", ".jpg",  ".jpeg", ".tif", ".tiff",
                                               ".bmp", ".webp", ".pgm",  ".ppm"};
-constexpr std::uintmax_t kMaxFileBytes = 1ULL << 30;
 constexpr int kQuality = 95;  // of JPEG files
 
 // The size of a file that may be a picture.
@@ -35,7 +37,7 @@ std::size_t checked_size(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw Error("cannot be read: " + error.message());
   if (size == 0) throw Error("is empty");
-  if (size > kMaxFileBytes) throw Error("is larger than 1 GiB");
+  if (size > limits::kMaxPictureBytes) throw Error("is larger than 1 GiB");
   return static_cast<std::size_t>(size);
 }
 
@@ -48,26 +50,21 @@ std::string read_bytes(const std::filesystem::path& file) {
   return bytes;
 }
 
-// A file in memory, of which only the parts that are used are read: headers of thousands of
-// pictures need not read their pixels.
-class MappedFile {
+class OpenPicture {
  public:
-  explicit MappedFile(const std::filesystem::path& file) : size_(checked_size(file)) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) throw Error("cannot be read");
-    memory_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    ::close(descriptor);
-    if (memory_ == MAP_FAILED) throw Error("cannot be read");
+  // Not waiting, as opening a pipe would if one took the place of the file that was checked.
+  explicit OpenPicture(const std::filesystem::path& file)
+      : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+    if (descriptor_ < 0) throw Error(std::string("cannot be read: ") + std::strerror(errno));
   }
-  ~MappedFile() { ::munmap(memory_, size_); }
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
+  ~OpenPicture() { ::close(descriptor_); }
+  OpenPicture(const OpenPicture&) = delete;
+  OpenPicture& operator=(const OpenPicture&) = delete;
 
-  std::string_view bytes() const { return {static_cast<const char*>(memory_), size_}; }
+  int descriptor() const { return descriptor_; }
 
  private:
-  std::size_t size_;
-  void* memory_ = nullptr;
+  int descriptor_;
 };
 
 Image8 scaled(const ImageView16& image, int white) {
@@ -222,8 +219,10 @@ Picture read_reduced(const std::filesystem::path& file, int least_width) {
 
 ImageSize read_image_size(const std::filesystem::path& file) {
   return naming(file, [&] {
-    const MappedFile mapped(file);
-    const ImageDecoder::Header header = image_decoder(mapped.bytes())->header();
+    const std::size_t size = checked_size(file);
+    const OpenPicture open(file);
+    const HeaderCopy copy(open.descriptor(), size);
+    const ImageDecoder::Header header = image_decoder(copy.bytes())->header();
     const ImageSize stored{header.width, header.height};
     return swaps_sides(header.orientation) ? ImageSize{stored.height, stored.width} : stored;
   });

@@ -12,6 +12,7 @@
 #include "tagcal/io/scene/scene_light.hpp"
 #include "tagcal/io/scene/scene_path.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/io/yaml/yaml_placed_boards.hpp"
 #include "tagcal/scene/visibility/polygon.hpp"
@@ -67,8 +68,10 @@ PlacedBoard read_board(const YamlValue& value, std::vector<std::string>* warning
 
 void read_boards(const YamlValue& value, MovingScene& scene, std::vector<std::string>* warnings) {
   std::vector<PlacedBoard> boards;
-  for (const YamlValue& item : value.items(1, 10'000)) {
+  std::size_t num_parts = 0;
+  for (const YamlValue& item : value.items(1, limits::kMaxBoards)) {
     boards.push_back(read_board(item, warnings));
+    count_parts(boards.back().board, value, num_parts);
     const bool is_map = item.is_map();
     scene.boards.push_back(
         {is_map ? read_frame_of(item, scene.frames) : kWorldFrame, boards.back()});
@@ -92,15 +95,14 @@ void read_cuboid(const YamlValue& value, const std::string& name, MovingScene& s
 }
 
 void read_surfaces(const YamlValue& top, MovingScene& scene) {
-  constexpr std::size_t kMost = 10'000;
   if (const auto occluders = top.find("occluders"))
-    for (const YamlValue& item : occluders->items(0, kMost)) {
+    for (const YamlValue& item : occluders->items(0, limits::kMaxSheets)) {
       Occluder occluder = read_occluder(item);
       scene.occluders.push_back({read_frame_of(item, scene.frames), std::move(occluder)});
     }
   int num_cuboids = 0;
   if (const auto cuboids = top.find("cuboids"))
-    for (const YamlValue& item : cuboids->items(0, kMost))
+    for (const YamlValue& item : cuboids->items(0, limits::kMaxSheets))
       read_cuboid(item, fmt::format("cuboid {}", num_cuboids++), scene);
 }
 

@@ -2,6 +2,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
@@ -46,8 +47,8 @@ TruthCamera read_truth_camera(const YamlValue& camera) {
   camera.allow_only({"image_width", "image_height", "model", "fx", "fy", "cx", "cy", "distortion",
                      "image_from_camera"});
   const YamlValue model_name = camera.at("model");
-  const ImageSize size{camera.at("image_width").whole(1, 100'000),
-                       camera.at("image_height").whole(1, 100'000)};
+  const ImageSize size{camera.at("image_width").whole(1, limits::kMaxSidePx),
+                       camera.at("image_height").whole(1, limits::kMaxSidePx)};
   if (model_name.text() == kParallelModel)
     return {{read_parallel(camera.at("image_from_camera")), size}, kParallelModel};
   const Model& model = read_model(model_name);
@@ -97,7 +98,7 @@ HierarchyTruth read_hierarchy(const YamlValue& item) {
   HierarchyTruth hierarchy;
   for (const auto& [name, value] : item.at("camera_from_frame").members())
     hierarchy.camera_from_frame[name] = read_transform(value);
-  for (const YamlValue& pose : item.at("camera_from_board").items(0, 10'000))
+  for (const YamlValue& pose : item.at("camera_from_board").items(0, limits::kMaxBoards))
     hierarchy.camera_from_board.push_back(read_pose(pose));
   return hierarchy;
 }
@@ -123,7 +124,7 @@ Truth read_truth(const std::filesystem::path& file) {
   const TruthCamera camera = read_truth_camera(top.at("camera"));
   Truth truth{camera.camera, camera.model, {}, {}, {}};
   if (const auto poses = top.find("poses"))
-    for (const YamlValue& item : poses->items(0, 1'000'000)) read_view(item, truth);
+    for (const YamlValue& item : poses->items(0, limits::kMaxListedPoses)) read_view(item, truth);
   return truth;
 }
 

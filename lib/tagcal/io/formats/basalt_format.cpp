@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -100,7 +101,8 @@ CameraFile read_basalt(const YamlValue& top) {
     file.cameras.push_back(std::move(camera));
   }
   for (const std::string_view key : {"calib_accel_bias", "calib_gyro_bias", "vignette"})
-    if (value.find(key) && value.at(key).is_list() && !value.at(key).items(0, 10'000).empty())
+    if (value.find(key) && value.at(key).is_list() &&
+        !value.at(key).items(0, limits::kMaxMatrixSide).empty())
       file.notes.push_back(fmt::format("dropped: {}", key));
   return file;
 }

@@ -10,6 +10,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/text_lines.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
@@ -44,7 +45,8 @@ FileCamera read_camera(const TextLines& lines, const std::string& where) {
   const auto kind = std::ranges::find(kinds(), name, &Kind::name);
   if (kind == kinds().end())
     lines.fail(fmt::format("MODEL: the lens {} is one that tagcal does not have", shown(name)));
-  const ImageSize size{lines.whole(2, "WIDTH", 1, 100'000), lines.whole(3, "HEIGHT", 1, 100'000)};
+  const ImageSize size{lines.whole(2, "WIDTH", 1, limits::kMaxSidePx),
+                       lines.whole(3, "HEIGHT", 1, limits::kMaxSidePx)};
   if (lines.words().size() != 4 + kind->places.size())
     lines.fail(fmt::format("PARAMS: must have {} values with {}, got {}", kind->places.size(), name,
                            lines.words().size() - 4));

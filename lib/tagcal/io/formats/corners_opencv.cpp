@@ -9,6 +9,7 @@
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/formats/opencv_xml.hpp"
+#include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -25,7 +26,7 @@ void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
   const auto width = top.find("board_width"), height = top.find("board_height");
   const auto& grid = boards[0].board.checkerboard;
   if (!width || !height || !grid) return;
-  const int w = width->whole(1, 100'000), h = height->whole(1, 100'000);
+  const int w = width->whole(1, limits::kMaxSidePx), h = height->whole(1, limits::kMaxSidePx);
   if (w == grid->columns && h == grid->rows) return;
   top.fail_plainly(
       fmt::format("board_width and board_height are {} and {}, but the target has {} "

@@ -8,6 +8,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -54,7 +55,8 @@ double focal(const YamlValue& values, std::string_view length, std::string_view 
 }
 
 FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::string>& notes) {
-  const ImageSize size{values.at("w").whole(1, 100'000), values.at("h").whole(1, 100'000)};
+  const ImageSize size{values.at("w").whole(1, limits::kMaxSidePx),
+                       values.at("h").whole(1, limits::kMaxSidePx)};
   const double fx = focal(values, "fl_x", "camera_angle_x", size.width);
   const bool one_focal = !values.find("fl_y") && !values.find("camera_angle_y");
   const double fy = one_focal ? fx : focal(values, "fl_y", "camera_angle_y", size.height);
@@ -111,7 +113,7 @@ CameraFile read_nerfstudio(const YamlValue& top) {
   const bool shared = top.find("fl_x") || top.find("camera_angle_x");
   if (shared) file.cameras.push_back(read_camera(top, kind, file.notes));
   if (const auto frames = top.find("frames")) {
-    for (const YamlValue& frame : frames->items(0, 1'000'000)) {
+    for (const YamlValue& frame : frames->items(0, limits::kMaxListedPoses)) {
       const std::size_t camera = shared ? 0 : camera_of(frame, kind, file);
       if (shared && (frame.find("fl_x") || frame.find("k1")))
         frame.fail_plainly("has its own lens beside that of the whole file: only one is possible");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -172,7 +173,8 @@ Keys keys_of(const YamlValue& top) {
 // 0 x 0 if the file has none.
 ImageSize read_size(const YamlValue& top, const Keys& keys) {
   if (!top.find(keys.width) && !top.find(keys.height)) return {};
-  return {top.at(keys.width).whole(1, 100'000), top.at(keys.height).whole(1, 100'000)};
+  return {top.at(keys.width).whole(1, limits::kMaxSidePx),
+          top.at(keys.height).whole(1, limits::kMaxSidePx)};
 }
 
 CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
@@ -208,7 +210,7 @@ CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
 
 // tagcal's.
 void read_views(const YamlValue& views, CameraFile& file) {
-  for (const YamlValue& view : views.items(0, 1'000'000)) {
+  for (const YamlValue& view : views.items(0, limits::kMaxListedPoses)) {
     const std::vector<double> q = view.at("rotation").numbers(4);
     const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
     if (!(std::abs(rotation.norm() - 1) <= kRotationTolerance))
@@ -265,8 +267,8 @@ CameraFile read_stereo(const YamlValue& top) {
 }  // namespace
 
 Eigen::MatrixXd read_matrix(const YamlValue& value) {
-  const int rows = value.at("rows").whole(1, 100'000);
-  const int cols = value.at("cols").whole(1, 100'000);
+  const int rows = value.at("rows").whole(1, limits::kMaxMatrixSide);
+  const int cols = value.at("cols").whole(1, limits::kMaxMatrixSide);
   const auto type = value.find("dt");
   const bool pixels = type && type->text().starts_with("2");  // two numbers an element
   const YamlValue data = value.at("data");

@@ -7,13 +7,11 @@
 #include <opencv2/core.hpp>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr std::size_t kMaxSize = std::size_t{16} << 20;
-constexpr int kMaxDepth = 64;
 
 // cv::FileStorage recurses by element, so that deeply nested ones would overflow its stack.
 void check_depth(const std::string& text, const std::string& file) {
@@ -22,8 +20,8 @@ void check_depth(const std::string& text, const std::string& file) {
     const char next = at + 1 < text.size() ? text[at + 1] : ' ';
     if (next == '/') --depth;
     if (next != '/' && next != '!' && next != '?') ++depth;
-    if (depth > kMaxDepth)
-      throw Error(fmt::format("{}: nested more than {} levels deep", file, kMaxDepth));
+    if (depth > limits::kMaxYamlDepth)
+      throw Error(fmt::format("{}: nested more than {} levels deep", file, limits::kMaxYamlDepth));
   }
 }
 
@@ -56,7 +54,7 @@ std::string reason(const cv::Exception& error) {
 }  // namespace
 
 std::shared_ptr<const YamlNode> parse_opencv_xml(const std::string& text, const std::string& file) {
-  if (text.size() > kMaxSize) throw Error(file + ": larger than 16 MiB");
+  if (text.size() > limits::kMaxYamlBytes) throw Error(file + ": larger than 16 MiB");
   if (text.find('\0') != std::string::npos) throw Error(file + ": is not XML: binary data");
   check_depth(text, file);
   try {

@@ -29,7 +29,7 @@ class BmpDecoder : public ImageDecoder {
     const auto width = static_cast<std::int32_t>(old ? number(18, 2) : number(18, 4));
     const auto height = static_cast<std::int32_t>(old ? number(20, 2) : number(22, 4));
     const std::int64_t rows = std::abs(std::int64_t{height});  // above 0: from the lowest
-    check_picture_size(width, rows);
+    check_picture_size(width, rows, bytes.size());
     const std::int64_t bits = number(old ? 24 : 28, 2);
     const std::uint32_t compression = old ? 0 : number(30, 4);
     if (compression != 0 && compression != 3 && compression != 6)

@@ -2,16 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 using std::string_view_literals::operator""sv;
-
-constexpr std::int64_t kMaxPixels = 100'000'000;
 
 // Formats by their bytes from `offset` on. Those without a decoder are named in the error.
 struct Format {
@@ -56,9 +56,20 @@ void check_picture_size(std::int64_t width, std::int64_t height) {
   if (width <= 0 || height <= 0) {
     throw Error(fmt::format("width and height must be > 0, got {}x{}", width, height));
   }
-  if (width > kMaxPixels || height > kMaxPixels || width * height > kMaxPixels) {
-    throw Error(fmt::format("must have at most {} pixels, got {}x{}", kMaxPixels, width, height));
+  if (width > limits::kMaxPixels || height > limits::kMaxPixels ||
+      width * height > limits::kMaxPixels) {
+    throw Error(
+        fmt::format("must have at most {} pixels, got {}x{}", limits::kMaxPixels, width, height));
   }
+}
+
+void check_picture_size(std::int64_t width, std::int64_t height, std::size_t num_bytes) {
+  check_picture_size(width, height);
+  const std::int64_t most = std::max(
+      limits::kMaxPixelsOfFewBytes, limits::kMaxPixelsAByte * static_cast<std::int64_t>(num_bytes));
+  if (width * height > most)
+    throw Error(
+        fmt::format("{}x{} pixels cannot be in a file of {} bytes", width, height, num_bytes));
 }
 
 void ImageDecoder::decode_grey(const RowSink& sink) {

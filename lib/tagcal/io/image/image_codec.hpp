@@ -15,6 +15,8 @@ namespace tagcal::internal {
 
 // Throws Error for a side below 1 px and for more than 100 megapixels.
 void check_picture_size(std::int64_t width, std::int64_t height);
+// The same, and for more than 4 megapixels that no file of so few bytes holds.
+void check_picture_size(std::int64_t width, std::int64_t height, std::size_t num_bytes);
 
 // A picture in memory, after its header was read and its size was checked.
 class ImageDecoder {

@@ -10,6 +10,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/image/image_codec.hpp"
 #include "tagcal/io/image/image_orientation.hpp"
+#include "tagcal/io/text/limits.hpp"
 
 // As with libpng, calls that can fail are in member functions with setjmp and without local
 // objects. The library's own handlers would print and exit.
@@ -25,7 +26,7 @@ class JpegDecoder : public ImageDecoder {
     manager_.base.emit_message = judge_warning;
     manager_.base.output_message = [](j_common_ptr) {};
     if (!create() || !read_header(bytes)) throw failure();
-    check_picture_size(header_.width, header_.height);
+    check_picture_size(header_.width, header_.height, bytes.size());
     header_.orientation = jpeg_orientation(bytes);
     if (least_width > 0) reduce(least_width);
   }
@@ -87,6 +88,14 @@ class JpegDecoder : public ImageDecoder {
     }
   }
 
+  static void check_scans(j_common_ptr jpeg) {
+    if (reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= limits::kMaxJpegScans)
+      return;
+    auto* manager = reinterpret_cast<Manager*>(jpeg->err);
+    std::snprintf(manager->text, sizeof manager->text, "more than %d scans", limits::kMaxJpegScans);
+    std::longjmp(manager->jump, 1);
+  }
+
   Error failure() const {
     const int code = manager_.base.msg_code;
     const bool cut = code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER;
@@ -96,6 +105,8 @@ class JpegDecoder : public ImageDecoder {
   bool create() {
     if (setjmp(manager_.jump)) return false;
     jpeg_create_decompress(&jpeg_);
+    progress_.progress_monitor = check_scans;
+    jpeg_.progress = &progress_;
     return true;
   }
 
@@ -136,6 +147,7 @@ class JpegDecoder : public ImageDecoder {
   };
   Decompress jpeg_;
   Manager manager_{};
+  jpeg_progress_mgr progress_{};
   std::vector<JSAMPLE> row_;
   std::vector<std::uint16_t> values_;
 };

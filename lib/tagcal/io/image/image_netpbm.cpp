@@ -29,14 +29,11 @@ class NetpbmDecoder : public ImageDecoder {
     header_.white = header_.sixteen_bit ? 65535 : max_value_;
     if (!text_) rest_.remove_prefix(std::min<std::size_t>(1, rest_.size()));  // one white space
     check_picture_size(header_.width, header_.height);
+    check_length();
   }
 
   void decode(const RowSink& sink) override {
-    const std::size_t row_values = static_cast<std::size_t>(header_.width) * header_.channels;
-    const std::size_t value_bytes = text_ || header_.sixteen_bit ? 2 : 1;  // at least
-    const std::size_t left = value_bytes * row_values * static_cast<std::size_t>(header_.height);
-    if (rest_.size() + (text_ ? 1 : 0) < left) throw Error("is truncated");
-    std::vector<std::uint16_t> row(row_values);
+    std::vector<std::uint16_t> row(num_row_values());
     for (int y = 0; y < header_.height; ++y) {
       for (std::uint16_t& value : row) value = text_ ? next_text_value() : next_binary_value();
       sink(y, row.data());
@@ -44,6 +41,17 @@ class NetpbmDecoder : public ImageDecoder {
   }
 
  private:
+  std::size_t num_row_values() const {
+    return static_cast<std::size_t>(header_.width) * static_cast<std::size_t>(header_.channels);
+  }
+
+  void check_length() const {
+    const std::size_t value_bytes = text_ || header_.sixteen_bit ? 2 : 1;  // at least
+    const std::size_t left =
+        value_bytes * num_row_values() * static_cast<std::size_t>(header_.height);
+    if (rest_.size() + (text_ ? 1 : 0) < left) throw Error("is truncated");
+  }
+
   int next_number(const char* what) {
     skip_space();
     int value = 0;

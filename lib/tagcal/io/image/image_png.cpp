@@ -36,7 +36,7 @@ class PngDecoder : public ImageDecoder {
       png_destroy_read_struct(&png_, &info_, nullptr);
       throw error;
     }
-    check_picture_size(header_.width, header_.height);
+    check_picture_size(header_.width, header_.height, bytes.size());
     header_.orientation = png_orientation(bytes);
   }
   ~PngDecoder() override { png_destroy_read_struct(&png_, &info_, nullptr); }

@@ -54,7 +54,8 @@ const char* name_of_photometric(int photometric) {
 // The first picture of a file, read strip by strip or tile by tile.
 class TiffDecoder : public ImageDecoder {
  public:
-  explicit TiffDecoder(std::string_view bytes) : memory_(bytes), tiff_(open_tiff(memory_, "r")) {
+  explicit TiffDecoder(std::string_view bytes)
+      : num_bytes_(bytes.size()), memory_(bytes), tiff_(open_tiff(memory_, "r")) {
     if (!tiff_) throw failure();
     read_size();
     read_layout();
@@ -95,7 +96,7 @@ class TiffDecoder : public ImageDecoder {
     std::uint32_t width = 0, height = 0, kind = 0;
     TIFFGetField(tiff_.get(), TIFFTAG_IMAGEWIDTH, &width);
     TIFFGetField(tiff_.get(), TIFFTAG_IMAGELENGTH, &height);
-    check_picture_size(width, height);
+    check_picture_size(width, height, num_bytes_);
     header_.width = static_cast<int>(width);
     header_.height = static_cast<int>(height);
     const int orientation = field(TIFFTAG_ORIENTATION);
@@ -129,7 +130,7 @@ class TiffDecoder : public ImageDecoder {
       TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
     else
       height = std::min(height, static_cast<std::uint32_t>(header_.height));
-    check_picture_size(width, height);
+    check_picture_size(width, height, num_bytes_);
     layout_.block_width = static_cast<int>(width);
     layout_.block_height = static_cast<int>(height);
   }
@@ -243,6 +244,7 @@ class TiffDecoder : public ImageDecoder {
     }
   }
 
+  std::size_t num_bytes_;
   TiffMemory memory_;
   TiffHandle tiff_;  // refers to the memory
   Layout layout_;

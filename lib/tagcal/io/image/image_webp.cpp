@@ -17,7 +17,7 @@ class WebpDecoder : public ImageDecoder {
     const bool known = WebPGetFeatures(data(), bytes.size(), &features) == VP8_STATUS_OK;
     if (!known || bytes.size() < 8 + riff_size()) throw failure();
     if (features.has_animation) throw Error("WebP: is an animation, not a picture");
-    check_picture_size(features.width, features.height);
+    check_picture_size(features.width, features.height, bytes.size());
     header_.width = features.width;
     header_.height = features.height;
     header_.channels = 3;

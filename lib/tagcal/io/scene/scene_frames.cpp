@@ -8,15 +8,13 @@
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/scene/scene_path.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr std::size_t kMostFrames = 10'000;
-constexpr std::size_t kMostSteps = 100;
 
 // One elementary transform at time t.
 struct Step {
@@ -78,12 +76,12 @@ Step read_step(const YamlValue& value) {
 
 std::vector<Step> read_steps(const YamlValue& value) {
   std::vector<Step> steps;
-  for (const YamlValue& item : value.items(1, kMostSteps)) steps.push_back(read_step(item));
+  for (const YamlValue& item : value.items(1, limits::kMaxSteps)) steps.push_back(read_step(item));
   return steps;
 }
 
 Affine still_product(const YamlValue& value) {
-  for (const YamlValue& item : value.items(1, kMostSteps))
+  for (const YamlValue& item : value.items(1, limits::kMaxSteps))
     if (read_step(item).moves)
       item.fail_plainly("changes over the views: that belongs under motion");
   return product(read_steps(value), 0);
@@ -118,7 +116,7 @@ Pose three_points_pose(const YamlValue& value) {
   }
 }
 
-bool is_matrix(const YamlValue& value) { return value.items(1, kMostSteps)[0].is_list(); }
+bool is_matrix(const YamlValue& value) { return value.items(1, limits::kMaxSteps)[0].is_list(); }
 
 MovingFrame read_frame(const YamlValue& value) {
   value.allow_only({"name", "parent", "pose", "scale"});
@@ -179,10 +177,11 @@ Pose read_rigid_placement(const YamlValue& value) {
 std::vector<MovingFrame> read_frames(const YamlValue& top) {
   MovingScene scene;
   if (const auto list = top.find("frames"))
-    for (const YamlValue& item : list->items(0, kMostFrames))
+    for (const YamlValue& item : list->items(0, limits::kMaxFrames))
       scene.frames.push_back(read_frame(item));
   if (const auto motion = top.find("motion"))
-    for (const YamlValue& item : motion->items(0, kMostFrames)) read_motion(item, scene.frames);
+    for (const YamlValue& item : motion->items(0, limits::kMaxFrames))
+      read_motion(item, scene.frames);
   try {
     frames_in_view(scene, 0);
   } catch (const Error& error) {

@@ -4,12 +4,11 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr std::size_t kMostCoefficients = 10;
 
 DirectionalLamp read_directional(const YamlValue& value) {
   value.allow_only({"direction", "strength"});
@@ -27,7 +26,7 @@ PointLamp read_point(const YamlValue& value) {
 Vignetting read_vignetting(const YamlValue& value) {
   Vignetting vignetting;
   if (value.is_list())
-    vignetting.polynomial = value.numbers(1, kMostCoefficients);
+    vignetting.polynomial = value.numbers(1, limits::kMaxVignettingTerms);
   else if (value.is_scalar() && value.text() == "cos4")
     vignetting.cos4 = true;
   else

@@ -9,6 +9,7 @@
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"
@@ -75,7 +76,7 @@ LinePath read_line(const YamlValue& value) {
 ExplicitPath read_poses(const YamlValue& value) {
   value.allow_only({"type", "frame", "camera_from_world"});
   ExplicitPath path;
-  for (const YamlValue& pose : value.at("camera_from_world").items(1, kMaxViews)) {
+  for (const YamlValue& pose : value.at("camera_from_world").items(1, limits::kMaxViews)) {
     path.camera_from_world.push_back(read_pose(pose));
   }
   return path;
@@ -206,7 +207,7 @@ int read_num_views(const YamlValue& top, const CameraPath& path) {
     return views ? views->whole(1, num_poses) : num_poses;
   }
   if (!views && std::holds_alternative<FunctionPath>(path)) return 1;
-  return top.at("views").whole(1, kMaxViews);
+  return top.at("views").whole(1, limits::kMaxViews);
 }
 
 Pose read_viewpoint(std::string_view kind, const YamlValue& value) {

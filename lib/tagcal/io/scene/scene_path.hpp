@@ -7,8 +7,6 @@
 
 namespace tagcal::internal {
 
-constexpr int kMaxViews = 100'000;
-
 // The path. Its key `frame` is left to the caller.
 CameraPath read_path(const YamlValue& value, const ImageSize& image_size);
 

@@ -12,11 +12,10 @@
 #include <set>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr std::size_t kMaxSize = std::size_t{256} << 20;
 
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& what, int code) {
   throw Error(file.string() + ": " + what + ": " + std::strerror(code));
@@ -96,7 +95,7 @@ std::string read_all(const OpenFile& in, std::size_t expected, const std::filesy
     if (n < 0) fail(file, "cannot read", errno);
     if (n == 0) break;
     size += static_cast<std::size_t>(n);
-    if (size > kMaxSize) throw Error(file.string() + ": larger than 256 MiB");
+    if (size > limits::kMaxTextBytes) throw Error(file.string() + ": larger than 256 MiB");
   }
   text.resize(size);
   return text;
@@ -148,7 +147,7 @@ std::string read_text(const std::filesystem::path& file) {
   if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode))
     throw Error(file.string() + ": is a device, not a file");
   const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
-  if (size > kMaxSize) throw Error(file.string() + ": larger than 256 MiB");
+  if (size > limits::kMaxTextBytes) throw Error(file.string() + ": larger than 256 MiB");
   // Opening a pipe to which nobody writes would wait for ever; this way it reads as empty.
   const OpenFile in(file, O_RDONLY | O_NONBLOCK);
   if (in.descriptor() < 0) fail(file, "cannot read", errno);

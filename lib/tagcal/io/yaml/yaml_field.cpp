@@ -12,7 +12,6 @@
 namespace tagcal::internal {
 namespace {
 
-constexpr std::size_t kMaxTags = 100'000;
 constexpr double kFieldTagSizeM =
     0.1651;                              // 6.5 inches, the black square of FIRST's tags since 2024
 constexpr double kUnitTolerance = 1e-3;  // of a quaternion's length
@@ -81,7 +80,7 @@ Board read_field_layout(const YamlValue& top, std::optional<int> first_id,
   board.border_bits = 1;
   board.corner_squares = false;
   std::set<int> ids;
-  for (const YamlValue& item : top.at("tags").items(1, kMaxTags))
+  for (const YamlValue& item : top.at("tags").items(1, kMaxBoardParts))
     board.tags.push_back(read_tag(item, tag_size_m.value_or(kFieldTagSizeM), ids));
   if (first_id) shift_ids(top, *first_id, ids, board.tags);
   if (!tag_size_m)

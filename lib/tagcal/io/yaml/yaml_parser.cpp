@@ -9,15 +9,12 @@
 #include <sstream>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_reader.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-constexpr std::size_t kMaxSize = std::size_t{16} << 20;
-constexpr std::size_t kMaxDepth = 64;
-constexpr int kMaxNodes = 2'000'000;
 
 // Builds a tree from yaml-cpp's events: yaml-cpp's own tree accepts duplicate keys silently, and
 // its recursion has no limit.
@@ -42,7 +39,8 @@ class TreeBuilder : public YAML::EventHandler {
     const auto found = anchors_.find(anchor);
     if (found == anchors_.end()) fail(mark, "an alias is inside its own anchor");
     count(mark);
-    attach(mark, found->second);
+    check_depth(mark, found->second.height);
+    attach(mark, found->second.node, found->second.height);
   }
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
@@ -73,6 +71,11 @@ class TreeBuilder : public YAML::EventHandler {
     YAML::anchor_t anchor;
     std::optional<std::string> key;  // of the next value
     std::set<std::string> keys;
+    int height = 1;  // levels of the value, its aliases followed
+  };
+  struct Anchored {
+    std::shared_ptr<const YamlNode> node;
+    int height = 0;
   };
 
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& message) const {
@@ -91,15 +94,23 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void count(const YAML::Mark& mark) {
-    if (++num_nodes_ > kMaxNodes) fail(mark, "more than 2 million values");
+    if (++num_nodes_ > limits::kMaxYamlValues) fail(mark, "more than 2 million values");
   }
 
-  void attach(const YAML::Mark& mark, std::shared_ptr<const YamlNode> node) {
+  // Aliases of aliases nest a value as brackets do: what walks the tree, and its destructor,
+  // recurses once a level.
+  void check_depth(const YAML::Mark& mark, int height) const {
+    if (std::ssize(open_) + height > limits::kMaxYamlDepth)
+      fail(mark, fmt::format("nested more than {} levels deep", limits::kMaxYamlDepth));
+  }
+
+  void attach(const YAML::Mark& mark, std::shared_ptr<const YamlNode> node, int height) {
     if (open_.empty()) {
       root_ = std::move(node);
       return;
     }
     Open& parent = open_.back();
+    parent.height = std::max(parent.height, height + 1);
     if (parent.node->kind == YamlNode::Kind::map && !parent.key) {
       fail(mark, "a key must be plain text");
     }
@@ -109,35 +120,37 @@ class TreeBuilder : public YAML::EventHandler {
 
   void place(const YAML::Mark& mark, YAML::anchor_t anchor, std::shared_ptr<YamlNode> node) {
     count(mark);
-    if (anchor != 0) anchors_[anchor] = node;
-    attach(mark, std::move(node));
+    if (anchor != 0) anchors_[anchor] = {node, 0};
+    attach(mark, std::move(node), 0);
   }
 
   void open(const YAML::Mark& mark, YAML::anchor_t anchor, YamlNode::Kind kind) {
     count(mark);
-    if (open_.size() == kMaxDepth) fail(mark, "nested more than 64 levels deep");
+    check_depth(mark, 1);
     auto node = std::make_shared<YamlNode>();
     node->kind = kind;
-    attach(mark, node);
+    attach(mark, node, 1);
     open_.push_back({std::move(node), anchor, {}, {}});
   }
 
   void close() {
-    if (open_.back().anchor != 0) anchors_[open_.back().anchor] = open_.back().node;
+    const Open closed = std::move(open_.back());
     open_.pop_back();
+    if (closed.anchor != 0) anchors_[closed.anchor] = {closed.node, closed.height};
+    if (!open_.empty()) open_.back().height = std::max(open_.back().height, closed.height + 1);
   }
 
   const std::string& file_;
   std::shared_ptr<const YamlNode> root_;
   std::vector<Open> open_;
-  std::map<YAML::anchor_t, std::shared_ptr<const YamlNode>> anchors_;
+  std::map<YAML::anchor_t, Anchored> anchors_;
   int num_nodes_ = 0;
 };
 
 }  // namespace
 
 std::shared_ptr<const YamlNode> parse_yaml(const std::string& text, const std::string& file) {
-  if (text.size() > kMaxSize) throw Error(file + ": larger than 16 MiB");
+  if (text.size() > limits::kMaxYamlBytes) throw Error(file + ": larger than 16 MiB");
   if (text.find('\0') != std::string::npos) throw Error(file + ": is not YAML: binary data");
   std::istringstream in(text);
   TreeBuilder builder(file);

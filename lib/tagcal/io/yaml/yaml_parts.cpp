@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
@@ -124,7 +125,7 @@ std::string text_yaml(std::string_view text) {
 
 ImageSize read_image_size_value(const YamlValue& value) {
   const std::vector<YamlValue> items = value.items(2, 2);
-  return {items[0].whole(1, 100'000), items[1].whole(1, 100'000)};
+  return {items[0].whole(1, limits::kMaxSidePx), items[1].whole(1, limits::kMaxSidePx)};
 }
 
 const Model& read_model(const YamlValue& value) {

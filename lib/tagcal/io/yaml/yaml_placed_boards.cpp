@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -37,6 +38,14 @@ PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
   const std::filesystem::path folder = std::filesystem::path(value.file()).parent_path();
   const YamlValue target = YamlValue::read(folder / name.text());
   return {board_from_yaml(target, first_id, warnings), world_from_board};
+}
+
+void count_parts(const Board& board, const YamlValue& where, std::size_t& num_parts) {
+  num_parts += std::max(board.tags.size(), board.points.size());
+  if (num_parts > std::size_t{kMaxBoardParts})
+    where.fail_plainly(fmt::format(
+        "the boards must have at most {} tags, corners and points in all, got {} and more",
+        kMaxBoardParts, num_parts));
 }
 
 void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where) {

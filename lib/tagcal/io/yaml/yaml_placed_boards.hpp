@@ -14,6 +14,10 @@ namespace tagcal::internal {
 PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
                               std::vector<std::string>* warnings);
 
+// Adds the board's tags, corners or points to their number. Throws if all boards together have more
+// than one may have: a short file can name a large board many times.
+void count_parts(const Board& board, const YamlValue& where, std::size_t& num_parts);
+
 // Throws if two boards have a corner of the same id (target_points), or a tag or marker of the same
 // family and id.
 void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& where);

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace tagcal::internal {
+
+// The parts of a picture's file that its header needs, at their places in a memory as large as the
+// file; the rest is zero and takes no memory. Headers of thousands of pictures need not read their
+// pixels. It is a copy: a mapping of a file that another program cuts short meanwhile would end the
+// program.
+class HeaderCopy {
+ public:
+  // `descriptor` of an open file of `size` bytes. Throws Error if it cannot be read.
+  HeaderCopy(int descriptor, std::size_t size);
+  ~HeaderCopy();
+  HeaderCopy(const HeaderCopy&) = delete;
+  HeaderCopy& operator=(const HeaderCopy&) = delete;
+
+  std::string_view bytes() const { return {memory_, size_}; }
+
+ private:
+  // Reads a part of the file, as far as there is one.
+  void load(std::uint64_t at, std::uint64_t count);
+  // Reads and returns a number; no value beyond the end.
+  std::optional<std::uint64_t> number(std::uint64_t at, std::size_t count, bool big_endian);
+
+  void load_parts();
+  void load_png();
+  void load_jpeg();
+  void load_webp();
+  void load_tiff();
+
+  int descriptor_;
+  std::size_t size_;
+  char* memory_;
+};
+
+}  // namespace tagcal::internal
