@@ -90,7 +90,9 @@ class Cli : public testing::Test {
   static Outcome run(const std::string& arguments) {
     const std::string out = path("stdout.txt");
     const std::string err = path("stderr.txt");
-    std::string line = TAGCAL_COMMAND;
+    // tools/test.sh --valgrind runs the program under another one.
+    const char* const under = std::getenv("TAGCAL_TEST_UNDER");
+    std::string line = std::string(under == nullptr ? "" : under) + " " + TAGCAL_COMMAND;
     line.append(" ").append(arguments).append(" >").append(out).append(" 2>").append(err);
     line.append(" </dev/null");
     const int status = std::system(line.c_str());

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Searches for inputs that break a fuzz target (tests/fuzz/NAME_fuzz.cpp) with libFuzzer, under the
 # address and undefined-behaviour sanitizers.
-#   fuzz.sh NAME MINUTES [SEED]
+#   fuzz.sh NAME MINUTES [SEED]   searches; NAME `all`: every target for that many minutes
+#   fuzz.sh --table               what all pieces so far took and found
+#   fuzz.sh --coverage            lines of lib/tagcal/io and detect that the inputs reach
 # Begins with tests/fuzz/corpus/NAME and what earlier runs kept in build/fuzz/corpus/NAME, so that a
 # long search may be run in pieces. What it finds is in build/fuzz/findings/NAME; it then ends with
 # 1. Such a file becomes a test by copying it to tests/fuzz/corpus/NAME. Needs Clang:
@@ -10,29 +12,97 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 names=$(basename --suffix=_fuzz.cpp --multiple tests/fuzz/*_fuzz.cpp | tr '\n' ' ')
-if [ $# -lt 2 ] || [ ! -f "tests/fuzz/$1_fuzz.cpp" ] || ! [[ $2 =~ ^[0-9]+$ ]]; then
-  echo "fuzz.sh: usage: fuzz.sh NAME MINUTES [SEED], NAME one of: $names" >&2
+log=build/fuzz/pieces.tsv
+
+# A reader may take a second and little memory for what is not work that was asked for. What
+# estimates may take longer, above all under the sanitizers, which slow it down 20 to 50 times; and
+# values of comparisons mean nothing there, where numbers are drawn.
+limits() {
+  case "$1" in
+    calibrate) echo "-timeout=120" ;;
+    pose) echo "-timeout=60" ;;
+    *) echo "-timeout=10 -use_value_profile=1" ;;
+  esac
+}
+
+# One piece. A line of $log: target, CPU seconds, inputs tried, findings (all, of all pieces).
+search() {
+  local name=$1 minutes=$2 seed=$3 found=build/fuzz/findings/$1 kept=build/fuzz/corpus/$1
+  mkdir -p "$found" "$kept"
+  local status=0 out times
+  out=$(mktemp)
+  # shellcheck disable=SC2046
+  { TIMEFORMAT='%U %S'; time "build/fuzz/tests/fuzz/fuzz_$name" $(limits "$name") \
+    -max_total_time=$((60 * minutes)) -seed="$seed" -rss_limit_mb=2048 -malloc_limit_mb=1024 \
+    -max_len=4096 -print_final_stats=1 -artifact_prefix="$found/" "$kept" \
+    "tests/fuzz/corpus/$name" >"$out" 2>&1; } 2>"$out.time" || status=$?
+  grep --invert-match --extended-regexp '^#[0-9]+[[:space:]]+(NEW|REDUCE|pulse|RELOAD)' "$out" || true
+  times=$(tail -1 "$out.time")
+  awk -v name="$name" -v times="$times" -v found="$(find "$found" -type f | wc -l)" '
+    /number_of_executed_units/ { tried = $2 }
+    END { split(times, t, " "); printf "%s\t%.0f\t%d\t%d\n", name, t[1] + t[2], tried, found }
+  ' "$out" >>"$log"
+  rm -f "$out" "$out.time"
+  return "$status"
+}
+
+table() {
+  [ -f "$log" ] || { echo "fuzz.sh: no piece has run yet" >&2; exit 2; }
+  echo "| target | CPU minutes | inputs tried | inputs kept | findings |"
+  echo "|---|---|---|---|---|"
+  for name in $names; do
+    awk -F '\t' -v name="$name" -v kept="$(find "build/fuzz/corpus/$name" -type f 2>/dev/null | wc -l)" '
+      $1 == name { cpu += $2; tried += $3; found = $4 }
+      END { printf "| %s | %.0f | %d | %d | %d |\n", name, cpu / 60, tried, kept, found }' "$log"
+  done
+  awk -F '\t' '{ cpu += $2; tried += $3 }
+    END { printf "| all | %.0f | %d | | |\n", cpu / 60, tried }' "$log"
+}
+
+# Replays both corpora in a build that counts lines (preset `coverage`).
+coverage() {
+  ./tools/configure.sh coverage
+  cmake --build --preset coverage --parallel "$(nproc)" >&2
+  local profiles=build/coverage/profiles objects=() name
+  rm -rf "$profiles"
+  mkdir -p "$profiles"
+  for name in $names; do
+    objects+=(-object "build/coverage/tests/fuzz/fuzz_$name")
+    local inputs=("tests/fuzz/corpus/$name")
+    [ ! -d "build/fuzz/corpus/$name" ] || inputs+=("build/fuzz/corpus/$name")
+    LLVM_PROFILE_FILE="$profiles/$name.raw" "build/coverage/tests/fuzz/fuzz_$name" "${inputs[@]}" >&2
+  done
+  llvm-profdata-14 merge -sparse "$profiles"/*.raw -o "$profiles/all"
+  for room in lib/tagcal/io lib/tagcal/detect; do
+    llvm-cov-14 report "${objects[@]}" -instr-profile "$profiles/all" "$PWD/$room" \
+      >"build/coverage/$(basename "$room").txt"
+    awk -v room="$room" '/^TOTAL/ {
+      printf "%s: %d of %d lines (%s), %d of %d functions\n", room, $8 - $9, $8, $10, $5 - $6, $5
+    }' "build/coverage/$(basename "$room").txt"
+  done
+  echo "by file: build/coverage/io.txt, build/coverage/detect.txt" >&2
+}
+
+case "${1:-}" in
+  --table) table; exit 0 ;;
+  --coverage) coverage; exit 0 ;;
+esac
+if [ $# -lt 2 ] || ! [[ " all $names" == *" $1 "* && $2 =~ ^[0-9]+$ ]]; then
+  echo "fuzz.sh: usage: fuzz.sh NAME MINUTES [SEED], NAME one of: ${names}or all" >&2
   exit 2
 fi
-name=$1
-minutes=$2
-seed=${3:-0}
+chosen=$1
+[ "$chosen" != all ] || chosen=$names
 
 ./tools/configure.sh fuzz
-cmake --build --preset fuzz --target "fuzz_$name" --parallel "$(nproc)" >&2
-found=build/fuzz/findings/$name
-kept=build/fuzz/corpus/$name
-mkdir -p "$found" "$kept"
-
-# A reader may take a second and little memory for what is not work that was asked for; a
-# calibration takes longer, above all under the sanitizers, which slow it down 20 to 50 times.
-timeout=10
-case "$name" in calibrate) timeout=120 ;; esac
+programs=()
+for name in $chosen; do programs+=("fuzz_$name"); done
+cmake --build --preset fuzz --target "${programs[@]}" --parallel "$(nproc)" >&2
 export ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
-export TMPDIR=${TMPDIR:-$(mktemp --directory)}
-"build/fuzz/tests/fuzz/fuzz_$name" -max_total_time=$((60 * minutes)) -seed="$seed" \
-  -timeout="$timeout" -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=4096 -use_value_profile=1 \
-  -print_final_stats=1 -artifact_prefix="$found/" "$kept" "tests/fuzz/corpus/$name" 2>&1 |
-  grep --invert-match --extended-regexp '^#[0-9]+[[:space:]]+(NEW|REDUCE|pulse)' || true
-status=${PIPESTATUS[0]}
-exit "$((status == 0 ? 0 : 1))"
+own_scratch=
+[ -n "${TMPDIR:-}" ] || own_scratch=$(mktemp --directory)
+export TMPDIR=${TMPDIR:-$own_scratch}
+failed=0
+for name in $chosen; do search "$name" "$2" "${3:-0}" || failed=1; done
+[ -z "$own_scratch" ] || rm -rf "$own_scratch"
+exit "$failed"

@@ -4,7 +4,8 @@
 # with every run; another Python is chosen by configuring build/release with -D Python_EXECUTABLE.
 # `--peers` also installs the programs of others that read our files in tests, `--browser` the
 # browser that opens the pages of tagcal report in a test, `--package` what
-# `tools/package.sh --check` needs.
+# `tools/package.sh --check` needs, `--checks` what tools/fuzz.sh and the preset `clang` need.
+# `--no-build` installs only.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -20,9 +21,11 @@ python=(
   python3-setuptools python3-pip python3-venv mypy
 )
 peers=(colmap python3-mrcal python3-camera-calibration-parsers python3-yaml)
+checks=(clang libclang-rt-14-dev llvm-14 valgrind locales)
 browser=(chromium chromium-driver python3-selenium python3-pytest)
 
 configure=(./tools/configure.sh release)
+build=yes
 for option in "$@"; do
   case "$option" in
     --python)
@@ -32,8 +35,11 @@ for option in "$@"; do
     --peers) packages+=("${peers[@]}") ;;
     --browser) packages+=("${browser[@]}") ;;
     --package) packages+=(mmdebstrap uidmap) ;;
+    --checks) packages+=("${checks[@]}") ;;
+    --no-build) build=no ;;
     *)
-      echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --package)" >&2
+      echo "setup.sh: $option: unknown option (known: --python, --peers, --browser, --package," \
+        "--checks, --no-build)" >&2
       exit 2
       ;;
   esac
@@ -62,6 +68,7 @@ install_packages() {
 mapfile -t missing < <(missing_packages)
 if [ "${#missing[@]}" -gt 0 ]; then install_packages "${missing[@]}"; fi
 
+[ "$build" = yes ] || exit 0
 "${configure[@]}"
 targets=(tagcal_command)
 if ./tools/configure.sh release --has-python; then targets+=(tagcal_python); fi
