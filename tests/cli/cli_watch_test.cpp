@@ -198,6 +198,8 @@ TEST_F(Watch, FollowsAFolderUntilItIsGone) {
   wait_for(line("odd.png", "refused: 600x380 pixels, the others have 640x400"));
   spill(photo("grey.pgm"), "P5 640 400 255\n" + std::string(640 * 400, '\x80'));
   wait_for(line("grey.pgm", "no board: nothing in the picture looks like a tag"));
+  fs::create_symlink("/dev/zero", photo("endless.png"));
+  wait_for(line("endless.png", "not readable: is not a regular file"));
   const std::string camera = slurp(root() / "camera.yaml");
   fs::remove_all(root() / "photos");
   const Outcome outcome = finished();

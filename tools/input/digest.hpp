@@ -10,7 +10,7 @@ namespace tagcal::tools {
 // text.
 std::string digest_of(std::string_view text);
 
-// The same of a file's bytes; "" if the file cannot be read.
+// The same of a file's bytes; "" if it cannot be read, or is no regular file.
 std::string digest_of_file(const std::filesystem::path& file);
 
 }  // namespace tagcal::tools

@@ -248,14 +248,23 @@ Result too_few_corners(const Solved& s) {
                      " corners in " + std::to_string(fit.views.size()) + " views");
 }
 
+// A board that faces the camera moves its corners with the square of its tilt only. The two
+// mirrored poses then merge, and a linear covariance about one of them says nothing of the other.
+bool is_tilt_unknown(const CalibratedView& view) {
+  const double variance = view.covariance.diagonal().head<2>().maxCoeff();
+  if (!std::isfinite(variance)) return true;
+  if (!view.mirrored) return false;
+  const double between = angle_between_rad(view.camera_from_world, *view.mirrored);
+  return between <= policy::kProfileSigmas * std::sqrt(variance);
+}
+
 Result tilt_unknown(const Solved& s) {
-  const auto count = std::ranges::count_if(s.answer.views, [](const CalibratedView& view) {
-    return !std::isfinite(view.covariance(0, 0));
-  });
+  const auto count = std::ranges::count_if(s.answer.views, is_tilt_unknown);
   if (count == 0) return std::nullopt;
   return finding(code::tilt_unknown,
                  "in " + std::to_string(count) +
-                     " views the tilt has no standard deviation: the board faces the camera");
+                     " views the board faces the camera, so that its two mirrored poses are not "
+                     "told apart: the standard deviation of its tilt does not hold there");
 }
 
 // The residuals of most views are spatially correlated, which perspective causes and this model
