@@ -85,6 +85,11 @@ class Case:
             assert done.code == 0, (self.name, done.err)
             return contents(Path(folder))
 
+    def is_calibration(self, content):
+        """watch writes one after each picture: of fewer views, but with all keys."""
+        last_key = re.findall(rb"^\w+:", self.new["out"], re.MULTILINE)[-1]
+        return self.name == "watch" and content.endswith(b"\n") and last_key in content
+
     def put_old(self, place):
         for name, content in self.old.items():
             (place / name).parent.mkdir(parents=True, exist_ok=True)
@@ -100,7 +105,7 @@ class Case:
         if kept in (self.old, self.new | self.old):
             return "old", left
         whole = all(content in (self.old.get(name), self.new.get(name))
-                    for name, content in kept.items())
+                    or self.is_calibration(content) for name, content in kept.items())
         return ("files" if whole and set(self.old) <= set(kept) else "half"), left
 
 
@@ -108,11 +113,11 @@ def outcome(case, place, code, err, signals=()):
     """A verdict and the mistakes of a trial."""
     verdict, left = case.verdict(place)
     wrong = []
-    if case.name == "watch" and -signal.SIGTERM in signals:
-        signals += (1, 3)  # it ends with what it has
+    if case.name == "watch":
+        signals += (3,)  # it ends with what it has, perhaps before it has read a picture
     if verdict == "half":
         wrong.append("half: " + ", ".join(sorted(contents(place))))
-    if code == 0 and verdict != "new":
+    if code == 0 and verdict != "new" and case.name != "watch":
         wrong.append(f"exit code 0, but {verdict}")
     if code not in (0, 2) and code not in signals:
         wrong.append(f"exit code {code}")
