@@ -94,6 +94,20 @@ TEST_F(Interrupted, ResumeGoesOnAfterAnyEnd) {
   }
 }
 
+// A limit on the bytes of files simulates a full disk.
+TEST_F(Interrupted, ResumeGoesOnAfterAFullDisk) {
+  const std::string command = std::string(TAGCAL_COMMAND) + " " + render("full", "--resume");
+  for (const char* bytes : {"0", "100", "5000"}) {
+    const std::string limited =
+        std::string("prlimit --fsize=") + bytes + " " + command + " >/dev/null 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(limited.c_str())), 2) << bytes;
+    EXPECT_EQ(entries("full"), Names{"full.partial"}) << bytes;
+  }
+  const Outcome resumed = run(render("full", "--resume"));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(bytes_of(root() / "full"), bytes_of(root() / "whole"));
+}
+
 TEST_F(Interrupted, ResumeRefusesOtherWork) {
   const auto process = begun("other", "--resume");
   process->send(SIGKILL);

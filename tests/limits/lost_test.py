@@ -1,7 +1,8 @@
 """Commands whose writing goes wrong: what is on the disk is the old output or the new one, whole.
 
 lost_test.py                      one trial of every third pair (in the suite)
-lost_test.py --trials N --seed S  N trials of each kind of trouble and command; prints a table
+lost_test.py --trials N --seed S  N trials of each kind of trouble and command (--details: a row each;
+                                  --only X: of one trouble or command)
 """
 
 import argparse
@@ -85,6 +86,11 @@ class Case:
             assert done.code == 0, (self.name, done.err)
             return contents(Path(folder))
 
+    def is_calibration(self, content):
+        """watch writes one after each picture: of fewer views, but with all keys."""
+        last_key = re.findall(rb"^\w+:", self.new["out"], re.MULTILINE)[-1]
+        return self.name == "watch" and content.endswith(b"\n") and last_key in content
+
     def put_old(self, place):
         for name, content in self.old.items():
             (place / name).parent.mkdir(parents=True, exist_ok=True)
@@ -100,7 +106,7 @@ class Case:
         if kept in (self.old, self.new | self.old):
             return "old", left
         whole = all(content in (self.old.get(name), self.new.get(name))
-                    for name, content in kept.items())
+                    or self.is_calibration(content) for name, content in kept.items())
         return ("files" if whole and set(self.old) <= set(kept) else "half"), left
 
 
@@ -108,11 +114,11 @@ def outcome(case, place, code, err, signals=()):
     """A verdict and the mistakes of a trial."""
     verdict, left = case.verdict(place)
     wrong = []
-    if case.name == "watch" and -signal.SIGTERM in signals:
-        signals += (1, 3)  # it ends with what it has
+    if case.name == "watch":
+        signals += (3,)  # it ends with what it has, perhaps before it has read a picture
     if verdict == "half":
         wrong.append("half: " + ", ".join(sorted(contents(place))))
-    if code == 0 and verdict != "new":
+    if code == 0 and verdict != "new" and case.name != "watch":
         wrong.append(f"exit code 0, but {verdict}")
     if code not in (0, 2) and code not in signals:
         wrong.append(f"exit code {code}")
@@ -252,11 +258,26 @@ def trials_of(trouble, case, count, seed):
     return verdicts, wrong
 
 
+def table(results):
+    """Sums of verdicts, by trouble or by trouble and command."""
+    columns = ["old", "new", "files", "half", "skipped"]
+    sums = {}
+    for key, verdicts in results:
+        row = sums.setdefault(key, dict.fromkeys(columns, 0))
+        for verdict, count in verdicts.items():
+            row[verdict] += count
+    head = ["trouble", "command"][:len(next(iter(sums)))]
+    lines = [head + columns, ["---"] * (len(head) + len(columns))]
+    lines += [[*key, *map(str, row.values())] for key, row in sums.items()]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--trials", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
+    parser.add_argument("--details", action="store_true")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         shop = trial.workshop(temporary)
@@ -272,12 +293,9 @@ def main():
             results = list(pool.map(
                 lambda pair: trials_of(*pair, max(1, arguments.trials), arguments.seed), pairs))
     wrong = [mistake for _, mistakes in results for mistake in mistakes]
-    columns = ["old", "new", "files", "half", "skipped"]
-    print("| trouble | command | " + " | ".join(columns) + " |\n|" + "---|" * (2 + len(columns)))
-    for (trouble, case), (verdicts, _) in zip(pairs, results):
-        print(f"| {trouble} | {case.name} | "
-              + " | ".join(str(verdicts.get(column, 0)) for column in columns) + " |")
-    print("\n".join(wrong))
+    print(table([((trouble, case.name) if arguments.details else (trouble,), verdicts)
+                 for (trouble, case), (verdicts, _) in zip(pairs, results)]))
+    print("\n".join([*wrong, f"{len(wrong)} mistakes"]))
     return 1 if wrong else 0
 
 

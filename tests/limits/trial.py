@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 COMMAND = str(Path(os.environ.get("TAGCAL_COMMAND", "build/release/tools/tagcal")).resolve())
-# Under a sanitizer a program takes other memory and time.
+# Without optimisation and under a sanitizer a program takes other memory and time.
 IS_MEASURED = not os.environ.get("TAGCAL_SANITIZE")
 
 SCENE = """camera: {image_size: [640, 400], model: radial1, f: 520, distortion: [-0.1]}
