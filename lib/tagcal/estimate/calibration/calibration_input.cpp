@@ -14,6 +14,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 
 namespace tagcal::internal {
@@ -141,7 +142,7 @@ const char* kind(LensType type) {
 
 void check_start(const CalibrateOptions& options) {
   if (!std::isfinite(options.start_focal_px) || options.start_focal_px < 0)
-    throw Error("start_focal_px: must be > 0, got " + std::to_string(options.start_focal_px));
+    throw Error("start_focal_px: must be > 0, got " + short_number(options.start_focal_px));
   if (!options.start) return;
   if (options.start_focal_px > 0) throw Error("start: give a camera or a focal length, not both");
   const LensType type = lens_type(options.start->lens);
