@@ -59,6 +59,11 @@ TEST_F(Cli, WhatIsTooLargeIsRefusedBeforeTheWork) {
                    {"large.yaml", "camera", "100000000", "20000x20000"});
   expect_bad_input("render " + path("scene.yaml") + " --out " + path("large") + " --views 100001",
                    {"--views", "100000", "got 100001"});
+  const std::string camera = path("set/truth.yaml");
+  const std::string reproject =
+      "reproject " + path("set/images/000.png") + " --camera " + camera + " --out " + path("large");
+  expect_bad_input(reproject + " --pinholes 361", {"--pinholes", "360", "got 361"});
+  expect_bad_input(reproject + " --undistort all --tiles 1x1", {"--tiles", "100000 folders"});
   EXPECT_FALSE(fs::exists(root() / "large"));
   spill(root() / "wall.yaml", replaced(slurp(root() / "set/target.yaml"), "0.06", "60"));
   expect_bad_input("board " + path("wall.yaml") + " --tile a4 --out " + path("wall.pdf"),

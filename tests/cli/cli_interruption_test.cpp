@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -93,6 +94,20 @@ TEST_F(Interrupted, ResumeGoesOnAfterAnyEnd) {
   }
 }
 
+// A limit on the bytes of files simulates a full disk.
+TEST_F(Interrupted, ResumeGoesOnAfterAFullDisk) {
+  const std::string command = std::string(TAGCAL_COMMAND) + " " + render("full", "--resume");
+  for (const char* bytes : {"0", "100", "5000"}) {
+    const std::string limited =
+        std::string("prlimit --fsize=") + bytes + " " + command + " >/dev/null 2>&1";
+    EXPECT_EQ(WEXITSTATUS(std::system(limited.c_str())), 2) << bytes;
+    EXPECT_EQ(entries("full"), Names{"full.partial"}) << bytes;
+  }
+  const Outcome resumed = run(render("full", "--resume"));
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(bytes_of(root() / "full"), bytes_of(root() / "whole"));
+}
+
 TEST_F(Interrupted, ResumeRefusesOtherWork) {
   const auto process = begun("other", "--resume");
   process->send(SIGKILL);
@@ -116,6 +131,22 @@ TEST_F(Interrupted, TwoProcessesDoNotResumeTheSameFolder) {
   expect_bad_input(render("twice", "--resume"), {"twice.partial", "another process"});
   EXPECT_EQ(process->wait(), 0);
   EXPECT_EQ(bytes_of(root() / "twice"), bytes_of(root() / "whole"));
+}
+
+// The second one says so, and the first one's answers stay.
+TEST_F(Interrupted, TwoProcessesDoNotCalibrateIntoOneFolder) {
+  const fs::path out = root() / "shared";
+  fs::create_directories(out);
+  const int folder = open(out.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(flock(folder, LOCK_EX | LOCK_NB), 0);  // as the other process does
+  exact_set("one");
+  exact_set("two");
+  const std::string command =
+      "calibrate " + path("one") + " " + path("two") + " --model f --out " + path("shared");
+  expect_bad_input(command, {"shared: another process is writing it"});
+  EXPECT_TRUE(fs::is_empty(out));
+  close(folder);
+  EXPECT_EQ(run(command).exit_code, 0);
 }
 
 // Killed at any moment, a command leaves the old file or the new one.

@@ -1,5 +1,6 @@
 // The command with stderr closed or full has the same exit codes and results.
 #include "cli_fixture.hpp"
+#include "cli_process.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -47,6 +48,21 @@ TEST_F(CliStreams, AResultThatCannotBePrintedIsAnError) {
     for (const std::string redirection : {">&-", ">/dev/full"})
       EXPECT_EQ(run_with("2>/dev/null " + redirection, command).exit_code, 2)
           << command << " " << redirection;
+}
+
+// It is no signal, which would leave temporary folders.
+TEST_F(CliStreams, APipeThatNobodyReadsIsAnError) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  ::close(ends[0]);
+  const std::string pipe = " >&" + std::to_string(ends[1]);
+  const std::string render = "render " + path("scene.yaml") + " --out " + path("piped");
+  EXPECT_EQ(CliProcess("detect " + path("set") + pipe + " 2>" + path("stderr.txt")).wait(), 2);
+  EXPECT_EQ(slurp(root() / "stderr.txt"),
+            "tagcal: standard output: cannot be written: Broken pipe\n");
+  EXPECT_EQ(CliProcess(render + pipe + " 2>&1").wait(), 0);  // only progress and messages are lost
+  EXPECT_EQ(bytes_of(root() / "piped"), bytes_of(root() / "set"));
+  ::close(ends[1]);
 }
 
 // The next file that is opened would get the number of a closed stderr.

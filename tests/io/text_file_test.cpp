@@ -101,6 +101,37 @@ TEST_F(TextFile, KeepsLinksAndPermissions) {
   EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
+TEST_F(TextFile, WritingDoesNotWaitForAReader) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(error_of([&] { write_whole(pipe, "x"); }),
+            pipe.string() + ": cannot write: nobody reads this pipe");
+  std::string read;
+  std::thread reader([&] { std::ifstream(pipe) >> read; });
+  write_whole(pipe, "text");
+  reader.join();
+  EXPECT_EQ(read, "text");
+  EXPECT_EQ(num_files(), 1U);
+}
+
+TEST_F(TextFile, KeepsALoopOfLinks) {
+  fs::create_symlink("b", folder_ / "a");
+  fs::create_symlink("a", folder_ / "b");
+  EXPECT_EQ(error_of([&] { write_whole(folder_ / "a", "x"); }),
+            (folder_ / "a").string() + ": cannot write: Too many levels of symbolic links");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "a"));
+  EXPECT_EQ(num_files(), 2U);
+}
+
+// A process of the same number, killed before or in another container, may have left its files.
+TEST_F(TextFile, TemporaryFilesOfOthersDoNotDisturb) {
+  for (int i = 0; i < 100; ++i)
+    write(".tagcal-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".tmp", "other");
+  write_whole(folder_ / "a", "x");
+  EXPECT_EQ(read_text(folder_ / "a"), "x");
+  EXPECT_EQ(num_files(), 101U);
+}
+
 TEST_F(TextFile, DoesNotReplaceADevice) {
   EXPECT_NO_THROW(write_whole("/dev/null", "x"));
   EXPECT_TRUE(fs::is_character_file("/dev/null"));

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 COMMAND = str(Path(os.environ.get("TAGCAL_COMMAND", "build/release/tools/tagcal")).resolve())
-# Under a sanitizer a program takes other memory and time.
+# Without optimisation and under a sanitizer a program takes other memory and time.
 IS_MEASURED = not os.environ.get("TAGCAL_SANITIZE")
 
 SCENE = """camera: {image_size: [640, 400], model: radial1, f: 520, distortion: [-0.1]}
@@ -73,7 +73,7 @@ def workshop(folder):
     """Fills a folder: scene.yaml, set, target.yaml, corners.csv, camera.yaml, poses.json, .."""
     folder = Path(folder)
     (folder / "scene.yaml").write_text(SCENE)
-    (folder / "points.csv").write_text("x_m,y_m,z_m\n0.1,0.1,1\n")
+    (folder / "points.csv").write_text("x_m,y_m,z_m\n0.02,0.02,0.2\n")
     (folder / "pixels.csv").write_text("u_px,v_px\n100,100\n")
     for arguments in (["render", "scene.yaml", "--out", "set"],
                       ["detect", "set", "--no-cache", "--out", "corners.csv"],

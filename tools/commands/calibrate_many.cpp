@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <exception>
 #include <map>
@@ -23,6 +24,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/text/folder_lock.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
@@ -69,6 +71,9 @@ class AnswerFolder {
     std::error_code why;
     is_new_ = fs::create_directories(folder_, why);
     if (why) throw Error(fmt::format("{}: cannot be written: {}", folder_.string(), why.message()));
+    lock_.emplace(folder_, std::chrono::seconds(0));
+    if (!lock_->is_held())
+      throw Error(fmt::format("{}: another process is writing it", folder_.string()));
   }
   ~AnswerFolder() {
     std::error_code not_empty;
@@ -80,6 +85,7 @@ class AnswerFolder {
  private:
   fs::path folder_;
   bool is_new_ = false;
+  std::optional<FolderLock> lock_;  // for one process at a time
 };
 
 std::string fixed(double value, int digits) {

@@ -86,7 +86,9 @@ int run(const Arguments& arguments) {
   options.folder = arguments.folder;
   options.goal_px = goal_of(arguments.until);
   options.timeout_s = arguments.timeout_s;
-  options.every = std::chrono::milliseconds(std::max(1L, std::lround(1000 * arguments.every_s)));
+  constexpr double kDay_s = 86400;  // longer pauses are shortened to it
+  options.every = std::chrono::milliseconds(
+      std::max(1L, std::lround(1000 * std::min(kDay_s, arguments.every_s))));
   options.calibration.model = arguments.model;
   options.calibration.num_threads = static_cast<std::size_t>(arguments.threads);
   if (arguments.model == "weak") throw Error("--model: weak has no lens to watch");

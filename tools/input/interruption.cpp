@@ -41,8 +41,8 @@ void remove_folder(const std::filesystem::path& folder) {
 }
 
 [[noreturn]] void end_by(int signal) {
+  internal::remove_unfinished_files();  // first: then nothing new appears in the folders
   for (const std::filesystem::path& folder : state().folders) remove_folder(folder);
-  internal::remove_unfinished_files();
   // The caller sees that a signal ended the program.
   std::signal(signal, SIG_DFL);
   sigset_t set;
@@ -77,6 +77,10 @@ void end_tidily_on_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP})
     if (!is_ignored(signal)) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A pipe that nobody reads any more, and a file beyond `ulimit -f`, are errors of writing, which
+  // are reported and remove what was begun; these signals would end the program at once.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   state();
   try {
     std::thread(wait_for_signals, signals).detach();
@@ -106,8 +110,16 @@ void Interruption::sleep(std::chrono::milliseconds time) {
   state().requested.wait_for(lock, time, [] { return state().is_requested; });
 }
 
-RemovedOnSignal::RemovedOnSignal(std::filesystem::path folder) : folder_(std::move(folder)) {
+RemovedOnSignal::RemovedOnSignal(std::filesystem::path folder, std::error_code& why)
+    : folder_(std::move(folder)) {
   const std::scoped_lock lock(state().mutex);
+  why = std::make_error_code(std::errc::file_exists);
+  std::error_code failed;
+  if (!std::filesystem::create_directory(folder_, failed)) {
+    if (failed) why = failed;
+    return;
+  }
+  why.clear();
   state().folders.insert(folder_);
 }
 

@@ -2,9 +2,11 @@
 
 #include <chrono>
 #include <filesystem>
+#include <system_error>
 
 // What SIGINT (Ctrl-C), SIGTERM and SIGHUP do: they end the command, after its temporary files and
-// folders are removed. Signals that the caller ignores (nohup) stay ignored.
+// folders are removed. Signals that the caller ignores (nohup) stay ignored. SIGPIPE and SIGXFSZ
+// become errors of writing.
 
 namespace tagcal::tools {
 
@@ -27,10 +29,11 @@ class Interruption {
   static void sleep(std::chrono::milliseconds time);
 };
 
-// While it lives, a signal that ends the command removes the folder.
+// A new folder. While this lives, a signal that ends the command removes the folder.
 class RemovedOnSignal {
  public:
-  explicit RemovedOnSignal(std::filesystem::path folder);
+  // `why` says why the folder could not be created, also if there is one already.
+  RemovedOnSignal(std::filesystem::path folder, std::error_code& why);
   ~RemovedOnSignal();
   RemovedOnSignal(const RemovedOnSignal&) = delete;
   RemovedOnSignal& operator=(const RemovedOnSignal&) = delete;

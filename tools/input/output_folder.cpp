@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/text/folder_lock.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -77,24 +79,38 @@ void exchange(const fs::path& a, const fs::path& b, std::error_code& why) {
 }  // namespace
 
 OutputFolder::OutputFolder(const fs::path& place, Taken taken)
-    : place_(plain_path(place)), joins_(taken == Taken::by_any_folder) {
-  check_place(place, taken);
-  partial_ = place_;
-  partial_ += fmt::format(".partial-{}", getpid());
+    : place_(plain_path(place)), taken_(taken) {
+  check_place(place);
+  create_partial(place);
+}
+
+// A process of the same number, in another container or killed before, may have left a folder of
+// the same name.
+void OutputFolder::create_partial(const fs::path& place) {
+  constexpr int kTries = 100;
   std::error_code why;
-  if (!fs::create_directory(partial_, why)) {
-    partial_.clear();  // nothing to remove
-    throw cannot_write(place, why);
+  fs::create_directories(place_.parent_path(), why);
+  if (why) throw cannot_write(place, why);
+  for (int i = 0; i < kTries; ++i) {
+    partial_ = place_;
+    partial_ += fmt::format(".partial-{}", getpid()) + (i > 0 ? fmt::format("-{}", i) : "");
+    removal_.emplace(partial_, why);
+    if (!why) return;
+    removal_.reset();
+    if (why != std::errc::file_exists) break;
   }
-  removal_.emplace(partial_);
+  partial_.clear();  // nothing to remove
+  throw cannot_write(place, why);
 }
 
 OutputFolder::OutputFolder(const fs::path& place, Taken taken, const std::string& work)
-    : place_(plain_path(place)), joins_(taken == Taken::by_any_folder) {
-  check_place(place, taken);
+    : place_(plain_path(place)), taken_(taken) {
+  check_place(place);
   partial_ = place_;
   partial_ += ".partial";
   std::error_code why;
+  fs::create_directories(place_.parent_path(), why);
+  if (why) throw cannot_write(place, why);
   const bool is_new = fs::create_directory(partial_, why);
   if (why) throw cannot_write(place, why);
   if (!is_new && !fs::exists(partial_ / WorkFile::kName))
@@ -103,22 +119,20 @@ OutputFolder::OutputFolder(const fs::path& place, Taken taken, const std::string
   remove_unfinished(partial_);
 }
 
-void OutputFolder::check_place(const fs::path& place, Taken taken) {
+void OutputFolder::check_place(const fs::path& place) {
+  replaced_.clear();
   if (fs::exists(place_) && !fs::is_directory(place_)) {
     throw Error(fmt::format("{}: must be a folder, got a file", place.string()));
   }
-  if (!joins_ && fs::is_directory(place_) && !fs::is_empty(place_)) {
+  if (taken_ != Taken::by_any_folder && fs::is_directory(place_) && !fs::is_empty(place_)) {
     if (!fs::exists(place_ / "dataset.yaml") || !fs::exists(place_ / "truth.yaml")) {
       throw Error(
           fmt::format("{}: must be empty or an earlier render, has other files", place.string()));
     }
-    if (taken == Taken::by_nothing)
+    if (taken_ == Taken::by_nothing)
       throw Error(fmt::format("{}: holds an earlier render; --force replaces it", place.string()));
     replaced_ = files_of_render(place_);
   }
-  std::error_code why;
-  fs::create_directories(place_.parent_path(), why);
-  if (why) throw cannot_write(place, why);
 }
 
 OutputFolder::~OutputFolder() {
@@ -127,7 +141,10 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::publish() {
-  if (joins_ && fs::is_directory(place_)) return move_files();
+  // Of two processes one comes first, and the other one finds its files.
+  const internal::FolderLock lock(place_.parent_path(), std::chrono::seconds(10));
+  check_place(place_);
+  if (taken_ == Taken::by_any_folder && fs::is_directory(place_)) return move_files();
   removal_.reset();  // from now on the other name may have the user's files
   std::error_code why;
   if (replaced_.empty())

@@ -38,7 +38,8 @@ class OutputFolder {
   void publish();
 
  private:
-  void check_place(const std::filesystem::path& place, Taken taken);
+  void check_place(const std::filesystem::path& place);
+  void create_partial(const std::filesystem::path& place);
   void keep_users_files(const std::filesystem::path& old) const;
 
   void move_files();
@@ -46,7 +47,7 @@ class OutputFolder {
   std::filesystem::path place_;
   std::filesystem::path partial_;
   std::set<std::filesystem::path> replaced_;  // files of the earlier render, relative to the place
-  bool joins_;                                // the files at the place
+  Taken taken_;
   std::optional<RemovedOnSignal> removal_;
   std::optional<WorkFile> work_;  // of work that can go on
 };

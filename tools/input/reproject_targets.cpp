@@ -19,6 +19,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Pixels of one new picture. Beyond it the memory of a usual machine ends: tiles do not.
 constexpr double kMostPixels = 400e6;
 constexpr int kMostSide = 1'000'000;          // of a plane, in tiles
+constexpr int kMostPinholes = 360;            // one a degree
+constexpr double kMostTiles = 100e3;          // folders
 constexpr int kMostSideOfArgument = 100'000;  // that camera files are read with
 
 template <typename T>
@@ -107,6 +109,9 @@ void check_task(const ReprojectTask& task) {
   if (tasks > 1)
     throw Error(
         "--undistort, --to-camera, --plane, --pinholes, --panorama: only one of them is possible");
+  if (task.pinholes > kMostPinholes)
+    throw Error(
+        fmt::format("--pinholes: must be {} at most, got {}", kMostPinholes, task.pinholes));
   if (tasks == 0 && task.rotate.empty())
     throw Error(
         "one of --undistort, --to-camera, --rotate, --plane, --pinholes, --panorama is needed");
@@ -170,6 +175,14 @@ std::vector<ReprojectTarget> tiled(const ReprojectTask& task,
           fmt::format("the new picture would be {}x{} pixels: take --tiles, such as "
                       "--tiles 8192x8192",
                       part.width, part.height));
+    const double count = cuts ? std::ceil(1.0 * whole.width / tile.width) *
+                                    std::ceil(1.0 * whole.height / tile.height)
+                              : 1;
+    if (count + static_cast<double>(tiles.size()) > kMostTiles)
+      throw Error(
+          fmt::format("--tiles: {}x{} pixels in tiles of {}x{} would be more than {:.0f} "
+                      "folders",
+                      whole.width, whole.height, tile.width, tile.height, kMostTiles));
     for (int y = 0; cuts && y < whole.height; y += tile.height) {
       for (int x = 0; x < whole.width; x += tile.width) {
         const ImageSize size{std::min(tile.width, whole.width - x),

@@ -33,7 +33,11 @@ WorkFile::WorkFile(const std::filesystem::path& folder, const std::string& work)
   try {
     lock(folder);
     const std::string earlier = internal::read_text(folder / kName);
-    if (earlier.empty() && !write_once(descriptor_, work)) throw cannot_write(folder / kName);
+    if (earlier.empty() && !write_once(descriptor_, work)) {
+      const Error error = cannot_write(folder / kName);
+      (void)!::ftruncate(descriptor_, 0);  // half a text would be that of other work
+      throw error;
+    }
     if (!earlier.empty() && earlier != work) {
       throw Error(
           fmt::format("{}: was begun with other input, options or another version; remove "

@@ -3,6 +3,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+
 #include "report/terminal.hpp"
 #include "tagcal/error.hpp"
 
@@ -10,7 +13,8 @@ namespace tagcal::tools {
 
 void print_result(const std::string& text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
-  if (!written || std::fflush(stdout) != 0) throw Error("standard output: cannot be written");
+  if (!written || std::fflush(stdout) != 0)
+    throw Error(std::string("standard output: cannot be written: ") + std::strerror(errno));
 }
 
 void print_summary(const std::string& text, const std::filesystem::path& out) {

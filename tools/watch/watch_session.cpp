@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "input/interruption.hpp"
@@ -64,8 +66,17 @@ ExitCode WatchSession::run() {
   for (;;) {
     const End end = step();
     if (end != End::none) return finish(end);
-    Interruption::sleep(options_.every);
+    Interruption::sleep(pause());
   }
+}
+
+// Until the next look, or the end for want of pictures.
+std::chrono::milliseconds WatchSession::pause() const {
+  const std::chrono::duration<double> quiet = std::chrono::steady_clock::now() - last_change_;
+  const double left_s = options_.timeout_s - quiet.count();
+  if (options_.timeout_s <= 0 || left_s > std::chrono::duration<double>(options_.every).count())
+    return options_.every;
+  return std::chrono::milliseconds(std::max(1L, std::lround(1000 * left_s) + 1));
 }
 
 WatchSession::End WatchSession::step() {

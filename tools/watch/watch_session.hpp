@@ -39,6 +39,7 @@ class WatchSession {
 
   void greet() const;
   End step();
+  std::chrono::milliseconds pause() const;
   bool take(const FolderFollower::Events& events);
   void tell(const std::vector<PictureNews>& news, bool lists_boards);
   void recalibrate(Step step);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <optional>
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
@@ -16,6 +18,7 @@
 #include "tagcal/io/formats/opencv_xml.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/formats/tum_format.hpp"
+#include "tagcal/io/text/folder_lock.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/text/text_file.hpp"
@@ -157,6 +160,9 @@ void write_files(const fs::path& out, const FormatOutput& output) {
   std::error_code error;
   if (folder) fs::create_directories(out, error);
   if (error) throw Error(out.string() + ": cannot make the folder: " + error.message());
+  // The files belong together: those of another process come before or after all of them.
+  std::optional<FolderLock> lock;
+  if (folder) lock.emplace(out, std::chrono::seconds(10));
   if (folder) keep_points_of_others(out, output);
   for (const OutputText& file : output.files)
     write_whole(folder ? out / file.name : out, file.text);

@@ -48,9 +48,8 @@ void HeaderCopy::load(std::uint64_t at, std::uint64_t count) {
 }
 
 std::optional<std::uint64_t> HeaderCopy::number(std::uint64_t at, std::size_t count,
-                                                bool big_endian) {
+                                                bool big_endian) const {
   if (at > size_ || size_ - at < count) return std::nullopt;
-  load(at, count);
   std::uint64_t value = 0;
   for (std::size_t i = 0; i < count; ++i)
     value = value * 256 + static_cast<std::uint8_t>(memory_[at + (big_endian ? i : count - 1 - i)]);
@@ -68,6 +67,7 @@ void HeaderCopy::load_parts() {
 // Chunks of a length, a name, data and a checksum; IDAT has the pixels.
 void HeaderCopy::load_png() {
   for (std::uint64_t at = 8;;) {
+    load(at, 8);
     const auto length = number(at, 4, true);
     if (!length || !number(at + 4, 4, true)) return;
     if (bytes().substr(at + 4, 4) != "IDAT"sv) load(at, 12 + *length);
@@ -78,6 +78,7 @@ void HeaderCopy::load_png() {
 // Segments of 0xff, a marker and a length that includes itself, up to the scan, 0xda.
 void HeaderCopy::load_jpeg() {
   for (std::uint64_t at = 2;;) {
+    load(at, 4);
     const auto marker = number(at, 2, true);
     const auto length = number(at + 2, 2, true);
     if (!marker || !length || *marker < 0xff00 || (*marker != 0xffff && *length < 2)) return;
@@ -96,9 +97,9 @@ void HeaderCopy::load_jpeg() {
 void HeaderCopy::load_webp() {
   constexpr std::uint64_t kPixelHeader = 64;  // numeric: more than both formats need
   for (std::uint64_t at = 12;;) {
+    load(at, 8);
     const auto length = number(at + 4, 4, false);
     if (!length) return;
-    load(at, 8);
     const bool pixels = bytes().substr(at, 3) == "VP8"sv || bytes().substr(at, 4) == "ALPH"sv;
     load(at + 8, pixels ? std::min(*length, kPixelHeader) : *length);
     at += 8 + *length + *length % 2;
@@ -113,6 +114,7 @@ void HeaderCopy::load_tiff() {
   const std::size_t word = big ? 8 : 4;
   const auto directory = number(big ? 8 : 4, word, big_endian);
   if (!directory) return;
+  load(*directory, 8);
   const auto count = number(*directory, big ? 8 : 2, big_endian);
   const std::uint64_t first = *directory + (big ? 8 : 2), step = big ? 20 : 12;
   if (!count || first > size_) return;
@@ -124,7 +126,8 @@ void HeaderCopy::load_tiff() {
     const auto place = number(entry + 4 + word, word, big_endian);
     if (!type || !values || !place) return;
     const std::uint64_t value_size = *type < std::size(kSizes) ? kSizes[*type] : 0;
-    if (*values<size_&& * values * value_size> word) load(*place, *values * value_size);
+    const std::uint64_t bytes = std::min<std::uint64_t>(*values, size_) * value_size;
+    if (bytes > word) load(*place, bytes);
   }
 }
 

@@ -24,8 +24,8 @@ class HeaderCopy {
  private:
   // Reads a part of the file, as far as there is one.
   void load(std::uint64_t at, std::uint64_t count);
-  // Reads and returns a number; no value beyond the end.
-  std::optional<std::uint64_t> number(std::uint64_t at, std::size_t count, bool big_endian);
+  // A number of a part that was read; no value beyond the end.
+  std::optional<std::uint64_t> number(std::uint64_t at, std::size_t count, bool big_endian) const;
 
   void load_parts();
   void load_png();

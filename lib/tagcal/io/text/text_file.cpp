@@ -7,9 +7,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <mutex>
 #include <set>
+#include <thread>
+#include <utility>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -24,16 +27,20 @@ namespace {
 // The files that a signal must remove.
 class Unfinished {
  public:
-  void insert(const std::filesystem::path& file) {
+  // Creates a new file. Returns its descriptor, or -1 with errno.
+  int create(const std::filesystem::path& file) {
     const std::scoped_lock lock(mutex_);
-    files_.insert(file);
+    const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0) files_.insert(file);
+    return descriptor;
   }
   void erase(const std::filesystem::path& file) {
     const std::scoped_lock lock(mutex_);
     files_.erase(file);
   }
+  // Later calls of create wait for ever: the program ends.
   void remove_all() {
-    const std::scoped_lock lock(mutex_);
+    mutex_.lock();
     for (const std::filesystem::path& file : files_) ::unlink(file.c_str());
   }
 
@@ -48,40 +55,63 @@ Unfinished& unfinished() {
   return unfinished;
 }
 
-// Closes a file, and removes it unless it was kept.
+// A file that is open as long as this lives.
 class OpenFile {
  public:
+  explicit OpenFile(int descriptor) : descriptor_(descriptor) {}
   OpenFile(const std::filesystem::path& file, int flags)
-      : file_(file), descriptor_(::open(file.c_str(), flags | O_CLOEXEC, 0666)) {}
+      : OpenFile(::open(file.c_str(), flags | O_CLOEXEC)) {}
   ~OpenFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
-    if (!remove_) return;
-    ::unlink(file_.c_str());
-    unfinished().erase(file_);
   }
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
 
   int descriptor() const { return descriptor_; }
-  // A temporary file, until it is kept.
-  void mark_unfinished() {
-    remove_ = true;
-    unfinished().insert(file_);
-  }
-  void keep() {
-    remove_ = false;
+  bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
+
+ private:
+  int descriptor_;
+};
+
+// A new file beside another one, so that a rename stays within one file system. It is removed
+// unless it was renamed.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::filesystem::path& beside) : out_(created(beside)) {}
+  ~TemporaryFile() {
+    if (is_mine_ && !renamed_) ::unlink(file_.c_str());
     unfinished().erase(file_);
   }
-  bool close() {
-    const int result = ::close(descriptor_);
-    descriptor_ = -1;
-    return result == 0;
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  OpenFile& out() { return out_; }
+  bool rename_to(const std::filesystem::path& place) {
+    renamed_ = ::rename(file_.c_str(), place.c_str()) == 0;
+    return renamed_;
   }
 
  private:
+  // A process of the same number, in another container or killed before, may have left a file of
+  // the same name.
+  int created(const std::filesystem::path& beside) {
+    constexpr int kTries = 1000;
+    static std::atomic<unsigned> count{0};
+    for (int i = 0; i < kTries; ++i) {
+      file_ = beside.parent_path() /
+              (".tagcal-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + ".tmp");
+      const int descriptor = unfinished().create(file_);
+      is_mine_ = descriptor >= 0;
+      if (is_mine_ || errno != EEXIST) return descriptor;
+    }
+    return -1;
+  }
+
   std::filesystem::path file_;
-  int descriptor_;
-  bool remove_ = false;
+  bool is_mine_ = false;
+  bool renamed_ = false;
+  OpenFile out_;  // last: created() sets the others
 };
 
 // Reads up to the end, also from a pipe, whose size is unknown.
@@ -110,14 +140,6 @@ void write_all(const OpenFile& out, std::string_view content, const std::filesys
   }
 }
 
-// A name beside `file`, so that the rename stays within one file system; unique for every call.
-std::filesystem::path temporary_beside(const std::filesystem::path& file) {
-  static std::atomic<unsigned> count{0};
-  const std::string name =
-      ".tagcal-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + ".tmp";
-  return file.parent_path() / name;
-}
-
 // The file at the end of a chain of symbolic links, so that writing keeps the link.
 std::filesystem::path behind_links(std::filesystem::path file) {
   std::error_code error;
@@ -129,9 +151,21 @@ std::filesystem::path behind_links(std::filesystem::path file) {
   return file;
 }
 
-void write_special(const std::filesystem::path& file, std::string_view content) {
-  OpenFile out(file, O_WRONLY);
+// Opening a pipe waits until somebody reads it. Here it waits for half a second, not for ever.
+int open_special(const std::filesystem::path& file, bool is_pipe) {
+  constexpr int kTries = 50;
+  for (int i = 1;; ++i) {
+    const int descriptor = ::open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor >= 0 || !is_pipe || errno != ENXIO) return descriptor;
+    if (i == kTries) throw Error(file.string() + ": cannot write: nobody reads this pipe");
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+void write_special(const std::filesystem::path& file, std::string_view content, bool is_pipe) {
+  const OpenFile out(open_special(file, is_pipe));
   if (out.descriptor() < 0) fail(file, "cannot write", errno);
+  ::fcntl(out.descriptor(), F_SETFL, 0);  // without O_NONBLOCK
   write_all(out, content, file);
 }
 
@@ -160,24 +194,24 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
   const std::filesystem::path end = behind_links(file);
   struct stat status {};
   const bool exists = ::stat(end.c_str(), &status) == 0;
+  if (!exists && errno == ELOOP) fail(file, "cannot write", ELOOP);
   if (exists && S_ISDIR(status.st_mode)) {
     throw Error(file.string() + ": cannot write: is a folder");
   }
   // A device or a pipe (/dev/stdout) must not be replaced by a file.
-  if (exists && !S_ISREG(status.st_mode)) return write_special(file, content);
+  if (exists && !S_ISREG(status.st_mode))
+    return write_special(file, content, S_ISFIFO(status.st_mode));
   if (exists && ::access(end.c_str(), W_OK) != 0) fail(file, "cannot write", errno);
 
-  const std::filesystem::path temporary = temporary_beside(end);
-  OpenFile out(temporary, O_WRONLY | O_CREAT | O_EXCL);
+  TemporaryFile temporary(end);
+  OpenFile& out = temporary.out();
   if (out.descriptor() < 0) fail(file, "cannot write", errno);
-  out.mark_unfinished();
   write_all(out, content, file);
   if (exists) (void)::fchmod(out.descriptor(), status.st_mode & 07777);
   // fsync before the rename: else a crash could leave an empty file under the final name.
   if (::fsync(out.descriptor()) != 0) fail(file, "cannot write", errno);
   if (!out.close()) fail(file, "cannot write", errno);
-  if (::rename(temporary.c_str(), end.c_str()) != 0) fail(file, "cannot write", errno);
-  out.keep();
+  if (!temporary.rename_to(end)) fail(file, "cannot write", errno);
 }
 
 void remove_unfinished_files() { unfinished().remove_all(); }

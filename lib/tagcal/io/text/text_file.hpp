@@ -11,11 +11,12 @@ namespace tagcal::internal {
 std::string read_text(const std::filesystem::path& file);
 
 // Writes a file whole or not at all: into a temporary file beside it, then renamed. Throws Error
-// if that fails, and then leaves no file behind.
+// if that fails, and then leaves no file behind. Devices and pipes are written to; a pipe that
+// nobody reads is an error.
 void write_whole(const std::filesystem::path& file, std::string_view content);
 
-// Removes the temporary files of all calls of write_whole that have not returned yet: for a program
-// that a signal ends.
+// Removes the temporary files of all calls of write_whole that have not returned yet, and lets none
+// begin another one: for a program that a signal ends.
 void remove_unfinished_files();
 
 }  // namespace tagcal::internal

@@ -1,0 +1,220 @@
+"""Every file option of every command with folders, devices, pipes, sockets, broken links, and files
+that are empty, binary or not to be read: one line and a documented exit code within 2 s, and nothing
+is left behind.
+
+special_test.py          every second pair of option and kind (in the suite)
+special_test.py --all    every pair
+"""
+
+import os
+import re
+import socket
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import trial
+
+MOST_S = 2.0  # of CPU; nothing waits for more than half a second, but the machine may be busy
+LIMIT_S = 20.0
+
+# command, option ("" for an argument) -> the line, with {file} in the place of the file.
+INPUTS = {
+    ("render", ""): "render {file} --out {out}",
+    ("detect", ""): "detect {file}",
+    ("detect", "pictures"): "detect --target target.yaml {file}",
+    ("detect", "strict"): "detect --target target.yaml --strict {file} photo.png",
+    ("detect", "list"): "detect --target target.yaml @{file}",
+    ("detect", "--target"): "detect --target {file} photo.png",
+    ("detect", "--camera"): "detect set --camera {file}",
+    ("calibrate", ""): "calibrate {file}",
+    ("calibrate", "several"): "calibrate {file} set --out {out} --model f",
+    ("calibrate", "--target"): "calibrate --target {file} photo.png",
+    ("calibrate", "--observations"): "calibrate set --observations {file}",
+    ("calibrate", "--start"): "calibrate set --start {file}",
+    ("watch", ""): "watch {file} --target target.yaml --timeout 0.1",
+    ("watch", "--target"): "watch new --target {file} --timeout 0.1",
+    ("validate", ""): "validate {file} --dataset set",
+    ("validate", "--dataset"): "validate camera.yaml --dataset {file}",
+    ("validate", "--observations"): "validate camera.yaml --dataset set --observations {file}",
+    ("report", ""): "report {file} --out {out}.html",
+    ("report", "other"): "report camera.yaml {file} --out {out}.html",
+    ("report", "--dataset"): "report camera.yaml --dataset {file} --out {out}.html",
+    ("report", "--observations"): "report camera.yaml --dataset set --observations {file} --out "
+                                  "{out}.html",
+    ("report", "--target"): "report camera.yaml --target {file} photo.png --out {out}.html",
+    ("report", "--camera"): "report poses.json --dataset set --camera {file} --out {out}.html",
+    ("pose", ""): "pose {file} --camera camera.yaml",
+    ("pose", "--target"): "pose --target {file} photo.png --camera camera.yaml",
+    ("pose", "--observations"): "pose set --camera camera.yaml --observations {file}",
+    ("pose", "--camera"): "pose set --camera {file}",
+    ("board", ""): "board {file} --out {out}.svg",
+    ("view", ""): "view {file}",
+    ("view", "--camera"): "view set --camera {file}",
+    ("diff", ""): "diff {file} camera.yaml",
+    ("diff", "other"): "diff camera.yaml {file}",
+    ("convert", ""): "convert {file} {out}.yaml --to opencv",
+    ("convert", "--poses"): "convert camera.yaml {out}.json --to nerfstudio --poses {file}",
+    ("convert", "--target"): "convert corners.csv {out}.vnl --target {file}",
+    ("reproject", ""): "reproject {file} --camera camera.yaml --undistort all --out {out}",
+    ("reproject", "--camera"): "reproject photo.png --camera {file} --undistort all --out {out}",
+    ("reproject", "--to-camera"): "reproject photo.png --camera camera.yaml --to-camera {file} "
+                                  "--out {out}",
+    ("reproject", "--target"): "reproject photo.png --camera camera.yaml --plane --target {file} "
+                               "--m-per-px 0.001 --out {out}",
+    ("project", ""): "project {file} --camera camera.yaml",
+    ("project", "--camera"): "project points.csv --camera {file}",
+    ("unproject", ""): "unproject {file} --camera camera.yaml",
+    ("unproject", "--camera"): "unproject pixels.csv --camera {file}",
+}
+
+OUTPUTS = {
+    ("render", "--out"): "render scene.yaml --views 1 --out {file}",
+    ("render", "--resume"): "render scene.yaml --views 1 --resume --out {file}",
+    ("detect", "--out"): "detect set --no-cache --out {file}",
+    ("detect", "cache"): "detect set --out {file}",
+    ("detect", "--draw"): "detect set --no-cache --draw {file}",
+    ("calibrate", "--out"): "calibrate set --observations corners.csv --model f --out {file}",
+    ("calibrate", "several"): "calibrate set set2 --model f --no-cache --out {file}",
+    ("calibrate", "--uncertainty"): "calibrate set --observations corners.csv --model f "
+                                    "--uncertainty {file}.svg",
+    ("calibrate", "--report"): "calibrate set --observations corners.csv --model f --report "
+                               "{file}.html",
+    ("watch", "--out"): "watch set/images --target target.yaml --model f --timeout 0.01 --no-cache "
+                        "--out {file}",
+    ("report", "--out"): "report camera.yaml --out {file}",
+    ("pose", "--draw"): "pose set --observations corners.csv --camera camera.yaml --draw {file}",
+    ("board", "--out"): "board target.yaml --out {file}.pdf",
+    ("convert", ""): "convert camera.yaml {file} --to ros",
+    ("convert", "folder"): "convert camera.yaml {file} --to colmap",
+    ("convert", "--picture"): "convert camera.yaml {out}.yaml --to tagcal --model radial2 --picture "
+                              "{file}.svg",
+    ("reproject", "--out"): "reproject photo.png --camera camera.yaml --undistort all --out {file}",
+    ("project", "--out"): "project points.csv --camera camera.yaml --out {file}",
+    ("unproject", "--out"): "unproject pixels.csv --camera camera.yaml --out {file}",
+    ("completion", "--share"): "completion --share {file}",
+}
+
+# Options whose name of a value says that it is a file.
+FILES = {"T.yaml", "CSV", "FILE", "FILE|DIR", "FILE.html", "CAMERA", "C.yaml", "OTHER.yaml", "DIR",
+         "D", "DATASET", "JSON", "SVG"}
+KINDS = ["folder", "device", "pipe", "socket", "dangling", "loop", "unreadable", "empty", "binary"]
+
+
+def make(folder, kind, suffix=""):
+    """A thing of this kind."""
+    path = folder / f"{kind}{suffix}"
+    if kind == "folder":
+        path.mkdir()
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    elif kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "socket":
+        with socket.socket(socket.AF_UNIX) as end:
+            end.bind(str(path))
+    elif kind == "dangling":
+        path.symlink_to(folder / "nowhere" / "at-all")
+    elif kind == "loop":
+        path.symlink_to(path.name)
+    elif kind == "unreadable":
+        path.write_text("image_size: [1, 1]\n")
+        path.chmod(0)
+    elif kind == "empty":
+        path.write_bytes(b"")
+    elif kind == "binary":
+        path.write_bytes(bytes(range(256)) * 8)
+    return path
+
+
+def state(path):
+    """What a thing is; a folder with what is in it."""
+    if path.is_symlink():
+        return os.readlink(path)
+    return sorted(p.name for p in path.iterdir()) if path.is_dir() else path.stat().st_mode
+
+
+def run(words, shop, kind):
+    """As nobody where a file must not be read: root reads all."""
+    is_root = kind == "unreadable" and os.geteuid() == 0
+    done = trial.run(words, shop, LIMIT_S, (lambda: os.setuid(65534)) if is_root else None)
+    return done._replace(code=124) if trial.IS_MEASURED and done.cpu_s > MOST_S else done
+
+
+def check_input(shop, place, kind, line):
+    path = make(place, kind)
+    done = run(line.format(file=path, out=place / "out").split(), shop, kind)
+    found = []
+    # watch follows a folder without pictures; of several data sets the others are answered.
+    fine = (3,) if kind == "folder" and line.startswith("watch {") else (2,)
+    if "{file} set " in line:
+        fine = (2, 3)
+    if done.code not in fine:
+        found.append(f"exit code {done.code}")
+    elif done.code == 2 and not trial.is_one_error_line(done.err):
+        found.append("not one line")
+    written = [p.name for p in place.glob("out*")]
+    if written and 3 not in fine:
+        found.append("wrote " + " ".join(written))
+    return [f"{what}: {done.err[-200:]}" for what in found]
+
+
+def check_output(shop, place, kind, line):
+    suffix = re.search(r"\{file\}(\.\w+)?", line).group(1) or ""
+    path = make(place, kind, suffix)
+    before = state(path)
+    done = run(line.format(file=place / kind, out=place / "out").split(), shop, kind)
+    found = []
+    if done.code not in (0, 2):
+        found.append(f"exit code {done.code}")
+    if done.code == 2 and not trial.is_one_error_line(done.err):
+        found.append("not one line")
+    if kind in ("device", "pipe", "socket", "loop", "unreadable") and state(path) != before:
+        found.append("was replaced")
+    left = [p.name for p in place.rglob("*") if ".tagcal-" in p.name or ".partial" in p.name]
+    if left and "--resume" not in line:
+        found.append("left " + " ".join(left))
+    return [f"{what}: {done.err[-200:]}" for what in found]
+
+
+def uncovered(folder):
+    """Options with a file that the tables do not have."""
+    missing = []
+    for command in {name for name, _ in INPUTS} | {name for name, _ in OUTPUTS}:
+        text = trial.run([command, "--help"], folder).out
+        for option, value in re.findall(r"^  (--[\w-]+) (\S+)", text, re.MULTILINE):
+            if value in FILES and (command, option) not in INPUTS and (command, option) not in OUTPUTS:
+                missing.append(f"{command} {option} {value}")
+    return missing
+
+
+def main(every):
+    with tempfile.TemporaryDirectory() as temporary:
+        shop = trial.workshop(temporary)
+        (shop / "new").mkdir()
+        (shop / "set2").symlink_to("set")
+        shop.chmod(0o755)
+        trials = [(check, kind, line) for check, lines in ((check_input, INPUTS),
+                                                           (check_output, OUTPUTS))
+                  for i, line in enumerate(lines.values()) for k, kind in enumerate(KINDS)
+                  if every or (i + k) % 2 == 0]
+
+        def work(numbered):
+            number, (check, kind, line) = numbered
+            place = shop / f"trial{number}"
+            place.mkdir()
+            place.chmod(0o777)
+            return [f"{kind}: tagcal {line}\n  {what}" for what in check(shop, place, kind, line)]
+
+        with ThreadPoolExecutor(2) as pool:
+            mistakes = sum(pool.map(work, enumerate(trials)), [])
+        mistakes += [f"not tried: {option}" for option in uncovered(shop)]
+    print("\n".join(mistakes))
+    print(f"{len(INPUTS)} inputs and {len(OUTPUTS)} outputs, {len(KINDS)} kinds of files, "
+          f"{len(trials)} trials: {len(mistakes)} mistakes")
+    return 1 if mistakes else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main("--all" in sys.argv[1:]))
