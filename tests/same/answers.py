@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 SOURCE = Path(__file__).resolve().parents[2]
 GOLDEN = SOURCE / "data-synthetic/golden/desk"
-SCENES = {"desk": 8, "checkerboard": 8, "charuco": 16, "fisheye_room": 8, "tabletop": 3}  # views
+SCENES = {"desk": 6, "checkerboard": 6, "charuco": 16, "fisheye_room": 6, "tabletop": 3}  # views
 # Models by name on the golden data set; its truth is opencv4. opencv8 is not among them: the minimum
 # of a rational lens that such data do not determine is a valley (docs/models.md).
 MODELS = ("weak", "f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "fisheye4")

@@ -1,7 +1,8 @@
 """The same answers on other processors: every kernel of tagcal and of the libraries below it that
 this processor offers is forced, and all answers are compared with those of the default.
 
-processors_test.py            prints the largest differences; exit code 1 beyond TOLERANCES
+processors_test.py        prints the largest differences; exit code 1 beyond TOLERANCES
+processors_test.py --all  also with each of the libraries by itself
 """
 
 import os
@@ -20,10 +21,10 @@ NO_AVX = {"OPENCV_CPU_DISABLE": "AVX512-SKX,AVX2,FMA3,FP16,AVX"}
 PATHS = {
     "default": {},
     "tagcal without AVX2": OWN,
-    "OpenCV without AVX-512": NO_AVX512,
-    "OpenCV without AVX, glibc without AVX2": {**NO_AVX, **MATHS},
+    "OpenCV without AVX-512, glibc without AVX2": {**NO_AVX512, **MATHS},
     "none of them": {**OWN, **MATHS, **NO_AVX},
 }
+EACH = {"OpenCV without AVX-512": NO_AVX512, "OpenCV without AVX": NO_AVX, "glibc without FMA, AVX2, AVX-512": MATHS}
 
 
 def main():
@@ -31,6 +32,7 @@ def main():
     if " avx2 " not in flags:
         print("skipped: this processor has no AVX2, so there is one path")
         return 77
+    paths = PATHS | EACH if "--all" in sys.argv[1:] else PATHS
     beyond = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -38,10 +40,12 @@ def main():
         answers.make_inputs(usual, folder)
         with ThreadPoolExecutor(2) as pool:
             found = list(pool.map(lambda path: answers.answers(
-                answers.Program(path, COMMAND, PATHS[path]), folder, folder / path), PATHS))
+                answers.Program(path, COMMAND, paths[path]), folder, folder / path), paths))
     print(answers.table_head("path"))
-    for path, of_path in zip(PATHS, found):
+    for path, of_path in zip(paths, found):
         difference = answers.compare(found[0], of_path)
+        if paths[path].get("TAGCAL_PROCESSOR") and not any(value for value, _ in difference.largest.values()):
+            beyond.append(f"{path}: not one byte differs, so it was not forced")
         print(answers.table_row(path, difference))
         beyond += [f"{path}: {line}" for line in difference.beyond()]
     print("\n".join(beyond))

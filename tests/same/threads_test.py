@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import answers
@@ -19,7 +20,7 @@ THREADS = (1, 2, 3, 7)
 VIEWS = """boards: [{{target: {target}, world_from_board: {{translation_m: [{at}, 0]}}}}]
 path: {{type: dome, min_distance_m: 0.45, max_distance_m: 0.6, min_elevation_deg: 45}}
 jitter: {{target_m: 0.02, roll_deg: 30}}
-views: 5
+views: 4
 sensor: {{blur_px: 0.7, noise_levels: 2}}
 """
 CAMERA = "camera: {image_size: [640, 400], model: radial1, f: 520, cx: 317, cy: 203, distortion: [-0.1]}\n"
@@ -43,7 +44,7 @@ COMMANDS = [f"render {name}.yaml --out {name} --seed 3" for name in TARGETS] + [
         "pose {0} --observations {0}.csv --unknown-focal --verbose",
         "report {0}.camera.yaml --dataset {0} --observations {0}.csv --out {0}.html",
         "detect {0} --no-cache --camera {0}.camera.yaml --out {0}.straight.csv")] + [
-    "calibrate tags --no-cache --refine-corners --model auto --select 4 --json",
+    "calibrate tags --no-cache --refine-corners --model auto --select 3 --json",
     "calibrate tags squares charuco --model auto --no-cache --out fleet --json",
     "calibrate tags squares charuco --model radial1 --no-cache",
     "detect tags/images --family tag36h11 --no-cache --out family.csv --verbose",
@@ -54,8 +55,9 @@ COMMANDS = [f"render {name}.yaml --out {name} --seed 3" for name in TARGETS] + [
     "reproject tags/images/000.png --camera tags.camera.yaml --panorama equirectangular --tiles 200x150 --out tiles",
 ]
 WITH_THREADS = ("render", "detect", "calibrate", "pose", "report", "reproject", "watch")
-# Times, the last column of a table of data sets, and what a page says of how it was made.
-LEFT_OUT = re.compile(r'"seconds": \{[^}]*\}|^ *time .*$|\b[0-9.]+ (?:m?s|seconds)\b'
+# Progress, which is printed after a second; times, the last column of a table of data sets, and what
+# a page says of how it was made.
+LEFT_OUT = re.compile(r'^.*: (?:\d+ of \d+(?:, [\d.]+/s.*)?|\d+ s)\n|"seconds": \{[^}]*\}|^ *time .*$|\b[0-9.]+ (?:m?s|seconds)\b'
                       r'|(?<=\d) +\d+\.\d\d$|--threads \d|"date":"[-0-9]*"', re.M)
 
 
@@ -79,15 +81,15 @@ def outcome(folder, threads, environment={}):
             (folder / "tags.poses.json").write_text(done.stdout)
         found[f"{command}: exit code"] = done.returncode
         for stream in ("stdout", "stderr"):
-            found[f"{command}: {stream}"] = LEFT_OUT.sub("-", getattr(done, stream))
+            found[f"{command}: {stream}"] = LEFT_OUT.sub("", getattr(done, stream))
     for name, content in answers.folder_bytes(folder).items():
-        found[name] = LEFT_OUT.sub("-", content.decode()) if name.endswith(".html") else content
+        found[name] = LEFT_OUT.sub("", content.decode()) if name.endswith(".html") else content
     return found
 
 
 def main():
-    with tempfile.TemporaryDirectory() as temporary:
-        found = {n: outcome(Path(temporary) / str(n), n) for n in THREADS}
+    with tempfile.TemporaryDirectory() as temporary, ThreadPoolExecutor(2) as pool:
+        found = dict(zip(THREADS, pool.map(lambda n: outcome(Path(temporary) / str(n), n), THREADS)))
     one = found[THREADS[0]]
     refused = sum(1 for name, content in one.items() if name.endswith("exit code") and content)
     mistakes = [f"{refused} commands without an answer"] if refused > 3 else []
