@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <system_error>
 
 namespace tagcal::tools {
 namespace {
@@ -34,6 +35,9 @@ std::string digest_of(std::string_view text) {
 }
 
 std::string digest_of_file(const std::filesystem::path& file) {
+  // A device may have no end, and a pipe nobody who writes.
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(file, unknown)) return "";
   std::ifstream stream(file, std::ios::binary);
   Digest digest;
   std::string buffer(std::size_t{1} << 20, '\0');
