@@ -29,7 +29,7 @@ inline Bundle exact_bundle(const Model& model, const Lens& lens, std::uint64_t s
 
 inline Bundle with_noise(Bundle bundle, double sigma_px, Random random) {
   for (ViewProblem& view : bundle.views)
-    for (Correspondence& c : view.correspondences)
+    for (Correspondence& c : view.correspondences.own())
       c.pixel += sigma_px * Eigen::Vector2d(random.normal(), random.normal());
   return bundle;
 }

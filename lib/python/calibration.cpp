@@ -11,6 +11,7 @@
 #include "python/uncertain_camera.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/lens_fit.hpp"
+#include "tagcal/internal/text.hpp"
 
 // The result of `calibrate`.
 
@@ -20,11 +21,9 @@ namespace {
 // A value and its standard deviation, which gives the number of decimals.
 std::string with_sigma(double value, double sigma) {
   if (!(sigma > 0 && std::isfinite(sigma))) return number(value);
-  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
-  char text[80];
-  std::snprintf(text, sizeof text, "%.*f +- %.*f", std::min(decimals, 12), value,
-                std::min(decimals, 12), sigma);
-  return text;
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 12);
+  return internal::with_decimals(value, decimals) + " +- " +
+         internal::with_decimals(sigma, decimals);
 }
 
 std::string calibration_text(const Calibration& c) {

@@ -10,6 +10,7 @@
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/target_file.hpp"
@@ -80,7 +81,7 @@ Board target_of_file(const fs::path& file, const std::optional<int>& first_id,
   if (first_id && (*first_id < 0 || *first_id > kLargestId))
     throw Error("first_id: must be >= 0, got " + std::to_string(*first_id));
   if (tag_size_m && !(*tag_size_m > 0 && *tag_size_m < 1e6))  // numeric: finite
-    throw Error("tag_size_m: must be > 0, got " + std::to_string(*tag_size_m));
+    throw Error("tag_size_m: must be > 0, got " + internal::short_number(*tag_size_m));
   std::vector<std::string> warnings;
   Board board;
   {

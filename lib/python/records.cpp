@@ -1,8 +1,7 @@
 #include "python/records.hpp"
+#include "tagcal/internal/text.hpp"
 
 #include <pybind11/numpy.h>
-
-#include <cstdio>
 
 namespace tagcal::python {
 namespace {
@@ -36,10 +35,6 @@ std::string counted(std::size_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-std::string number(double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
+std::string number(double value, int digits) { return internal::with_digits(value, digits); }
 
 }  // namespace tagcal::python

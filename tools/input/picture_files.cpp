@@ -27,8 +27,9 @@ std::vector<fs::path> matches_of(const std::string& pattern) {
   glob_t found{};
   const int result = ::glob(pattern.c_str(), 0, nullptr, &found);
   std::vector<fs::path> files;
+  std::error_code unknown;  // a loop of links is found out when it is read
   for (std::size_t i = 0; result == 0 && i < found.gl_pathc; ++i)
-    if (!fs::is_directory(found.gl_pathv[i])) files.emplace_back(found.gl_pathv[i]);
+    if (!fs::is_directory(found.gl_pathv[i], unknown)) files.emplace_back(found.gl_pathv[i]);
   ::globfree(&found);
   if (files.empty()) throw Error(fmt::format("{}: matches no file", pattern));
   return files;

@@ -6,6 +6,7 @@
 
 #include "tagcal/camera/lenses/lens_parameters.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -16,8 +17,8 @@ namespace {
 
 void check_between(std::string_view name, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw Error("lens: " + std::string(name) + " must be from " + std::to_string(low) + " to " +
-                std::to_string(high) + ", got " + std::to_string(value));
+    throw Error("lens: " + std::string(name) + " must be from " + short_number(low) + " to " +
+                short_number(high) + ", got " + short_number(value));
 }
 
 // The unified model between a point on the unit sphere about its centre and the normalised image:
@@ -80,7 +81,7 @@ bool in_unified_domain(double alpha, double beta, const Vector3d& x) {
 
 DoubleSphere::DoubleSphere(const Parameters& parameters) : p_(checked<DoubleSphere>(parameters)) {
   if (!(std::abs(p_[4]) < 1))
-    throw Error("lens: xi must be between -1 and 1, got " + std::to_string(p_[4]));
+    throw Error("lens: xi must be between -1 and 1, got " + short_number(p_[4]));
   check_between("alpha", p_[5], 0, 1);
 }
 
@@ -111,7 +112,7 @@ std::optional<Ray> DoubleSphere::ray_in_camera(const Vector2d& pixel) const {
 ExtendedUnified::ExtendedUnified(const Parameters& parameters)
     : p_(checked<ExtendedUnified>(parameters)) {
   check_between("alpha", p_[4], 0, 1);
-  if (!(p_[5] > 0)) throw Error("lens: beta must be > 0, got " + std::to_string(p_[5]));
+  if (!(p_[5] > 0)) throw Error("lens: beta must be > 0, got " + short_number(p_[5]));
 }
 
 bool ExtendedUnified::in_domain(const Vector3d& x_in_camera) const {
@@ -148,7 +149,7 @@ std::optional<Ray> Unified::ray_in_camera(const Vector2d& pixel) const {
 
 Unified unified_from_omni(double xi, double fu, double fv, double pu, double pv) {
   if (!(xi >= 0 && std::isfinite(xi)))
-    throw Error("lens: xi must be >= 0, got " + std::to_string(xi));
+    throw Error("lens: xi must be >= 0, got " + short_number(xi));
   return Unified({fu / (1 + xi), fv / (1 + xi), pu, pv, xi / (1 + xi)});
 }
 

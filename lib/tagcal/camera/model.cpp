@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 namespace {
@@ -78,7 +79,7 @@ std::map<int, double> by_index(const std::map<std::string, double>& values, Lens
     const int index = name == "f" ? 0 : static_cast<int>(at - names.begin());
     if (!std::isfinite(value) || (index < 2 && !(value > 0)))
       throw Error("fixed: " + name + " must be " + (index < 2 ? "> 0" : "a number") + ", got " +
-                  std::to_string(value));
+                  internal::short_number(value));
     bool is_new = held.emplace(index, value).second;
     if (name == "f") is_new &= held.emplace(1, value).second;
     if (!is_new) throw Error("fixed: " + name + " is held twice");

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -31,11 +30,7 @@ using Eigen::VectorXd;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kDirectionsShown = 3;
 
-std::string formatted(double value, const char* format = "%.3g") {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
+std::string formatted(double value) { return with_digits(value, 3); }
 
 // A sentence that names the correlation of a weak parameter, its consequence, and a remedy.
 const char* correlation_sentence(std::string_view parameter) {

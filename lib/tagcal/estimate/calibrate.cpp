@@ -15,6 +15,7 @@
 #include "tagcal/estimate/checks/report.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -123,11 +124,11 @@ void check_options(const CalibrateOptions& options) {
   if (!is_auto(options) && is_weak(Model::named(options.model)) && options.board_warp)
     throw Error("board_warp: model weak has no perspective, which a bend needs to be visible");
   if (!(options.tolerance_px >= 0))
-    throw Error("tolerance_px: must be >= 0, got " + std::to_string(options.tolerance_px));
+    throw Error("tolerance_px: must be >= 0, got " + short_number(options.tolerance_px));
   if (options.tolerance_px > 0 && !is_auto(options))
     throw Error("tolerance_px: needs model auto, got " + options.model);
   for (const double distance : options.distances_m)
-    if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + std::to_string(distance));
+    if (!(distance > 0)) throw Error("distances_m: must be > 0, got " + short_number(distance));
 }
 
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {

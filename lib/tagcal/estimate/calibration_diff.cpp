@@ -27,7 +27,7 @@ std::optional<Correspondence> point_at(const Lens& lens, const Vector2d& pixel, 
 std::optional<Pose> best_rotation(ViewProblem& view, const Lens& lens) {
   Pose pose;
   for (int i = 0; i < 50; ++i) {
-    std::erase_if(view.correspondences,
+    std::erase_if(view.correspondences.own(),
                   [&](const Correspondence& c) { return !in_domain(lens, pose * c.point); });
     constexpr std::size_t kFewest = 6;  // two a degree of freedom of a rotation
     if (view.correspondences.size() < kFewest) return std::nullopt;
@@ -50,7 +50,7 @@ std::optional<Pose> best_pose(ViewProblem& view, const Lens& lens, double distan
   // the target.
   ViewProblem shifted = view;
   const Pose ahead(Eigen::Quaterniond::Identity(), {0, 0, distance_m});
-  for (Correspondence& c : shifted.correspondences) c.point = ahead.inverse() * c.point;
+  for (Correspondence& c : shifted.correspondences.own()) c.point = ahead.inverse() * c.point;
   const auto refined = refine_view_pose(shifted, lens, *rotated * ahead);
   if (!refined) return std::nullopt;
   return refined->camera_from_target * ahead.inverse();

@@ -3,7 +3,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "tagcal/error.hpp"
@@ -171,11 +170,7 @@ void carry_covariance(LensFit& result, const LensFitSource& source, const LensFr
   }
 }
 
-std::string px(double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3g px", value);
-  return text;
-}
+std::string px(double value) { return with_digits(value, 3) + " px"; }
 
 std::optional<std::string> refusal_of(const LensFit& result, const LensFitSource& source,
                                       const LensFitOptions& options) {
@@ -198,8 +193,7 @@ void check(const LensFitSource& source, const Model& model, const LensFitOptions
   if (model.lens_type() == LensType::parallel || (own && type_of(*own) == LensType::parallel))
     throw Error("model: a lens with parallel rays cannot be fitted to another");
   if (!(options.max_difference_px >= 0))
-    throw Error("max_difference_px: must be >= 0, got " +
-                std::to_string(options.max_difference_px));
+    throw Error("max_difference_px: must be >= 0, got " + short_number(options.max_difference_px));
   if (source.camera.image_size.width < 1 || source.camera.image_size.height < 1)
     throw Error("image_size: must be > 0, the fit needs to know where the image is");
   if (source.covariance.size() == 0) return;

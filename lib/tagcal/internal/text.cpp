@@ -1,8 +1,30 @@
 #include "tagcal/internal/text.hpp"
 
+#include <charconv>
 #include <cmath>
 
 namespace tagcal::internal {
+namespace {
+
+std::string printed(double value, std::chars_format format, int precision) {
+  std::string text(static_cast<std::size_t>(precision) + 330, '\0');  // %f of 1e308 has 309 digits
+  const auto written =
+      std::to_chars(text.data(), text.data() + text.size(), value, format, precision);
+  text.resize(static_cast<std::size_t>(written.ptr - text.data()));
+  return text;
+}
+
+}  // namespace
+
+std::string with_digits(double value, int significant_digits) {
+  return printed(value, std::chars_format::general, significant_digits);
+}
+
+std::string with_decimals(double value, int decimals) {
+  return printed(value, std::chars_format::fixed, decimals);
+}
+
+std::string short_number(double value) { return with_digits(value, 6); }
 
 std::string percent(double share) {
   if (!(share <= 10)) return "more than 1000 %";

@@ -7,6 +7,11 @@
 
 namespace tagcal::internal {
 
+// As printf's %.*g and %.*f write a number with a decimal point, in any locale of the program.
+std::string with_digits(double value, int significant_digits);
+std::string with_decimals(double value, int decimals);
+std::string short_number(double value);  // %g: six digits at most
+
 std::string percent(double share);                       // "12 %", "more than 1000 %"
 std::string listed(std::span<const std::string> names);  // "a, b and c"
 

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <optional>
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/reproject/policy/policy.hpp"
 #include "tagcal/reproject/rows/outline.hpp"
 
@@ -24,12 +24,11 @@ using std::numbers::pi;
 double angle_from_axis(const Vector3d& ray) { return std::atan2(ray.head<2>().norm(), ray.z()); }
 
 Error too_wide(double angle_rad, const char* what) {
-  std::array<char, 400> text{};
-  std::snprintf(text.data(), text.size(),
-                "%s reaches %.0f degrees from the optical axis; a pinhole shows up to %.0f: take a "
-                "given focal length (the rest is cut off), a panorama, or several pinholes",
-                what, angle_rad * 180 / pi, policy::kWidestAngle * 180 / pi);
-  return Error(text.data());
+  const auto degrees = [](double angle) { return with_decimals(angle * 180 / pi, 0); };
+  return Error(
+      std::string(what) + " reaches " + degrees(angle_rad) +
+      " degrees from the optical axis; a pinhole shows up to " + degrees(policy::kWidestAngle) +
+      ": take a given focal length (the rest is cut off), a panorama, or several pinholes");
 }
 
 double aspect_of(const Camera& camera) {
@@ -198,7 +197,7 @@ Camera pinhole_of_focal_length(const Camera& camera, double focal_px, const Imag
   if (std::holds_alternative<Parallel>(camera.lens))
     throw Error("reproject: a parallel lens has no rays from one centre");
   if (!(focal_px > 0) || !std::isfinite(focal_px))
-    throw Error("reproject: the focal length must be > 0, got " + std::to_string(focal_px));
+    throw Error("reproject: the focal length must be > 0, got " + short_number(focal_px));
   const auto p = parameters(camera.lens);
   const double cx = (p[2] + 0.5) * size.width / camera.image_size.width - 0.5;
   const double cy = (p[3] + 0.5) * size.height / camera.image_size.height - 0.5;

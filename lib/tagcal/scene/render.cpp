@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/scene/light/shading.hpp"
 #include "tagcal/scene/raster/depth.hpp"
 #include "tagcal/scene/raster/depth_of_field.hpp"
@@ -60,7 +61,7 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
                     const Pose& camera_from_world) {
   if (scene.ink_spread_m > scene.paper_margin_m)
     throw Error("scene: ink_spread_m: must not be above paper_margin_m, got " +
-                std::to_string(scene.ink_spread_m));
+                short_number(scene.ink_spread_m));
   check_focus(scene.camera, scene.sensor);
   ImageF light = scene.sensor.focus ? render_in_focus(scene, families, camera_from_world)
                                     : render_sharp(scene, families, camera_from_world);

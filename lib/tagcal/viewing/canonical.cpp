@@ -7,6 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/transform.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 namespace {
@@ -54,7 +55,8 @@ std::vector<NormalisingStep> parallel_steps(const ViewVolume& v) {
 void check_entry(const Matrix4d& m, int row, int column, double value) {
   if (std::abs(m(row, column) - value) <= 1e-12 * m.cwiseAbs().maxCoeff()) return;
   throw Error("OpenGL matrix: entry (" + std::to_string(row) + ", " + std::to_string(column) +
-              ") must be " + std::to_string(value) + ", got " + std::to_string(m(row, column)));
+              ") must be " + internal::short_number(value) + ", got " +
+              internal::short_number(m(row, column)));
 }
 
 void check_form(const Matrix4d& m, bool perspective) {

@@ -6,6 +6,7 @@
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/processor.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -46,15 +47,8 @@ void set_pose(const Pose& camera_from_source, ViewJob& job) {
 }  // namespace
 
 const ProjectKernels& fastest_kernels() {
-  static const ProjectKernels* const kernels = [] {
-#if defined(__x86_64__)
-    if (kAvx2Kernels.pixels[kPinhole] && __builtin_cpu_supports("avx2") &&
-        __builtin_cpu_supports("fma"))
-      return &kAvx2Kernels;
-#endif
-    return &kPortableKernels;
-  }();
-  return *kernels;
+  static const bool is_avx2 = kAvx2Kernels.pixels[kPinhole] && runs_avx2();
+  return is_avx2 ? kAvx2Kernels : kPortableKernels;
 }
 
 unsigned set_columns(std::span<const FreeParameter> free, std::size_t num_parameters,

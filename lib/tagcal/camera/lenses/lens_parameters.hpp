@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 
@@ -15,7 +16,7 @@ const typename L::Parameters& checked(const typename L::Parameters& parameters) 
     const std::string name(L::kParameterNames[i]);
     if (!std::isfinite(parameters[i])) throw Error("lens: " + name + " is not finite");
     if (i < 2 && !(parameters[i] > 0))
-      throw Error("lens: " + name + " must be > 0, got " + std::to_string(parameters[i]));
+      throw Error("lens: " + name + " must be > 0, got " + short_number(parameters[i]));
   }
   return parameters;
 }

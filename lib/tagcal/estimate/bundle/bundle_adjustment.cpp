@@ -30,29 +30,29 @@ PoseStep step_about(const Pose& pose) {
   return {pose, distance > 0 ? distance : 1.0};
 }
 
-// The compressed rows [J | r] of a view at the solver's current state.
+// The compressed rows [J | r] of a view at the solver's current state. It holds nothing per corner:
+// of ten thousand views that would be most of the memory.
 struct ViewRows {
   const ViewProblem& view;  // at the start
-  ViewArrays arrays;
-  BoardShapes bends;
-  ParameterSums sums;
   PoseStep pose;
   Vector6d step = Vector6d::Zero();  // what the solver varies
   bool valid = false;                // no corner is outside of the lens' domain
-  Eigen::MatrixXd gram, rows;
+  Eigen::MatrixXd rows;
 
   ViewRows(const Bundle& bundle, std::size_t v)
-      : view(bundle.views[v]),
-        arrays(view),
-        bends(bundle.bent_board ? bundle.bent_board->shapes(arrays.points()) : BoardShapes{}),
-        sums(arrays.view(), bundle.model->free(), bends.view()),
-        pose(step_about(bundle.camera_from_target[v])) {}
+      : view(bundle.views[v]), pose(step_about(bundle.camera_from_target[v])) {}
 
-  // Moves the points from the start.
-  void bend(const Eigen::Vector2d& by_m) {
+  // Computes the rows for a lens, and a bend of the bundle's board `by_m` from the start.
+  void evaluate(const Bundle& bundle, const Lens& lens, const Eigen::Vector2d& by_m) {
+    ViewArrays arrays(view);
+    const BoardShapes bends =
+        bundle.bent_board ? bundle.bent_board->shapes(arrays.points()) : BoardShapes{};
     for (std::size_t i = 0; i < bends.of_points.size(); ++i)
-      arrays.points()[i] =
-          view.correspondences[i].point + bends.of_points[i].dot(by_m) * bends.normal;
+      arrays.points()[i] += bends.of_points[i].dot(by_m) * bends.normal;
+    ParameterSums sums(arrays.view(), bundle.model->free(), bends.view());
+    Eigen::MatrixXd gram;
+    valid = sums.at(lens, pose.at(step), gram);
+    if (valid) compressed_rows(gram, rows);
   }
 };
 
@@ -62,7 +62,7 @@ struct ViewRows {
 class ViewCost : public ceres::CostFunction {
  public:
   ViewCost(const ViewRows& view, const Bundle& bundle) : view_(view) {
-    set_num_residuals(static_cast<int>(view.sums.num_columns()));
+    set_num_residuals(6 + bundle.num_parameters() + 1);
     const int num_free = bundle.model->num_free();
     mutable_parameter_block_sizes()->push_back(6);
     if (num_free > 0) mutable_parameter_block_sizes()->push_back(num_free);
@@ -107,9 +107,8 @@ class Evaluation : public ceres::EvaluationCallback {
     parallel_for(views_.size(), threads_for_short_calls(views_.size(), num_threads_),
                  [&](std::size_t i) {
                    ViewRows& view = views_[i];
-                   view.bend(bundle_.bend_m - start_bend_m_);
-                   view.valid = lens && view.sums.at(*lens, view.pose.at(view.step), view.gram);
-                   if (view.valid) compressed_rows(view.gram, view.rows);
+                   view.valid = false;
+                   if (lens) view.evaluate(bundle_, *lens, bundle_.bend_m - start_bend_m_);
                  });
   }
 
@@ -160,8 +159,9 @@ BoardShapes FlatBoard::shapes(std::span<const Eigen::Vector3d> x_in_world) const
 
 void FlatBoard::bend(ViewProblem& view, const Eigen::Vector2d& by_m) const {
   const BoardShapes bends = shapes(ViewArrays(view).view().points);
-  for (std::size_t i = 0; i < view.correspondences.size(); ++i)
-    view.correspondences[i].point += bends.of_points[i].dot(by_m) * bends.normal;
+  std::vector<Correspondence>& corners = view.correspondences.own();
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    corners[i].point += bends.of_points[i].dot(by_m) * bends.normal;
 }
 
 std::optional<FlatBoard> flat_board(const Dataset& dataset) {

@@ -70,10 +70,14 @@ void set_squares(BundleState& state, const CalibrationInput& input) {
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const ViewProblem& view = state.bundle.bent(input.views[v].problem, bent);
     const std::optional<Pose>& pose = state.selection.pose[v];
-    if (pose)
-      state.squares[v] = whitened_squares(view, lens, *pose);
-    else
+    if (pose) {
+      // Stays at its place in memory, and so leaves no holes beside what the solver takes and
+      // frees.
+      const std::vector<double> squares = whitened_squares(view, lens, *pose);
+      state.squares[v].assign(squares.begin(), squares.end());
+    } else {
       state.squares[v].assign(view.correspondences.size(), kInfinity);
+    }
   }
 }
 

@@ -14,6 +14,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 
 namespace tagcal::internal {
@@ -41,10 +42,11 @@ CalibrationView calibration_view(const View& view, std::size_t index,
   CalibrationView result;
   result.image = view.image;
   result.index = index;
-  std::map<std::size_t, std::vector<std::size_t>> by_board;
+  std::map<std::size_t, std::vector<std::uint32_t>> by_board;
   result.corners.reserve(view.observations.size());
   result.ids.reserve(view.observations.size());
   result.problem.correspondences.reserve(view.observations.size());
+  if (whitened) result.problem.whitening.reserve(view.observations.size());
   auto point = points.begin();
   for (std::size_t i = 0; i < view.observations.size(); ++i) {
     const Observation& o = view.observations[i];
@@ -52,9 +54,9 @@ CalibrationView calibration_view(const View& view, std::size_t index,
     if (point != points.end()) ++point;
     if (point == points.end() || point->first != o.id) point = points.find(o.id);
     if (point == points.end()) continue;
-    by_board[point->second.board].push_back(result.ids.size());
+    by_board[point->second.board].push_back(static_cast<std::uint32_t>(result.ids.size()));
     result.ids.push_back(o.id);
-    result.corners.push_back(i);
+    result.corners.push_back(static_cast<std::uint32_t>(i));
     result.problem.correspondences.push_back({point->second.position, o.pixel});
     if (whitened) result.problem.whitening.push_back(whitening_of(covariance_or_assumed(o)));
   }
@@ -141,7 +143,7 @@ const char* kind(LensType type) {
 
 void check_start(const CalibrateOptions& options) {
   if (!std::isfinite(options.start_focal_px) || options.start_focal_px < 0)
-    throw Error("start_focal_px: must be > 0, got " + std::to_string(options.start_focal_px));
+    throw Error("start_focal_px: must be > 0, got " + short_number(options.start_focal_px));
   if (!options.start) return;
   if (options.start_focal_px > 0) throw Error("start: give a camera or a focal length, not both");
   const LensType type = lens_type(options.start->lens);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/calibration/projective_lmeds.hpp"
@@ -59,11 +60,18 @@ std::optional<Lens> given_lens(const Model& model, const ImageSize& size,
 struct SeedView {
   std::size_t index = 0;  // of the view
   ViewProblem problem;
-  std::vector<Vector3d> points;
+
+  std::size_t size() const { return problem.correspondences.size(); }
 };
 
-std::vector<Vector3d> rays_of(const std::vector<Correspondence>& correspondences,
-                              const Lens& lens) {
+std::vector<Vector3d> points_of(std::span<const Correspondence> correspondences) {
+  std::vector<Vector3d> points;
+  points.reserve(correspondences.size());
+  for (const Correspondence& c : correspondences) points.push_back(c.point);
+  return points;
+}
+
+std::vector<Vector3d> rays_of(std::span<const Correspondence> correspondences, const Lens& lens) {
   std::vector<Vector3d> rays;
   for (const Correspondence& c : correspondences) {
     const std::optional<Ray> ray = ray_in_camera(lens, c.pixel);
@@ -78,11 +86,8 @@ std::optional<SeedView> seed_inliers(const CalibrationView& view, std::size_t in
                                      const Lens& lens, std::vector<std::uint8_t>& inlier,
                                      bool keep_all) {
   std::vector<Correspondence> all;
-  std::vector<Vector3d> points;
-  for (const std::size_t i : view.seed) {
-    all.push_back(view.problem.correspondences[i]);
-    points.push_back(all.back().point);
-  }
+  for (const std::size_t i : view.seed) all.push_back(view.problem.correspondences[i]);
+  std::vector<Vector3d> points = points_of(all);
   inlier.assign(view.problem.correspondences.size(), 0);
   const PointSpread spread = spread_of(points);
   if (spread.shape == PointShape::point || spread.shape == PointShape::line) return std::nullopt;
@@ -93,25 +98,23 @@ std::optional<SeedView> seed_inliers(const CalibrationView& view, std::size_t in
     kept.emplace(all.size());
     std::iota(kept->begin(), kept->end(), 0);
   }
-  SeedView seed;
-  seed.index = index;
-  for (const std::size_t i : *kept) {
-    inlier[view.seed[i]] = 1;
-    seed.problem.correspondences.push_back(all[i]);
-    seed.points.push_back(all[i].point);
+  SeedView seed{index, {}};
+  for (const std::size_t i : *kept) inlier[view.seed[i]] = 1;
+  if (kept->size() == view.problem.correspondences.size() && std::ranges::is_sorted(*kept)) {
+    seed.problem.correspondences = view.problem.correspondences;  // shares their memory
+    return seed;
   }
+  seed.problem.correspondences.reserve(kept->size());
+  for (const std::size_t i : *kept) seed.problem.correspondences.push_back(all[i]);
   return seed;
 }
 
 // The view with at most kEnoughPoints points, evenly spread.
 SeedView thinned(const SeedView& seed) {
-  const std::size_t stride = (seed.points.size() + kEnoughPoints - 1) / kEnoughPoints;
-  SeedView thin;
-  thin.index = seed.index;
-  for (std::size_t i = 0; i < seed.points.size(); i += stride) {
+  const std::size_t stride = (seed.size() + kEnoughPoints - 1) / kEnoughPoints;
+  SeedView thin{seed.index, {}};
+  for (std::size_t i = 0; i < seed.size(); i += stride)
     thin.problem.correspondences.push_back(seed.problem.correspondences[i]);
-    thin.points.push_back(seed.points[i]);
-  }
   return thin;
 }
 
@@ -131,7 +134,8 @@ std::optional<Pose> pose_closed_form(std::span<const Vector3d> points,
 
 std::optional<Pose> closed_form_pose(const SeedView& seed, const Lens& lens) {
   const SeedView thin = thinned(seed);
-  return pose_closed_form(thin.points, rays_of(thin.problem.correspondences, lens));
+  return pose_closed_form(points_of(thin.problem.correspondences),
+                          rays_of(thin.problem.correspondences, lens));
 }
 
 std::optional<RefinedPose> seed_pose(const SeedView& seed, const Lens& lens, int iterations) {
@@ -145,7 +149,7 @@ double sum_of_rms_px(const std::vector<SeedView>& seeds, const Lens& lens, doubl
   double sum = 0;
   for (const SeedView& seed : seeds) {
     const std::optional<RefinedPose> pose = seed_pose(seed, lens, 6);
-    const double n = static_cast<double>(seed.points.size());
+    const double n = static_cast<double>(seed.size());
     sum += pose ? std::min(worst, std::sqrt(pose->cost / n)) : worst;
   }
   return sum;
@@ -157,10 +161,11 @@ std::optional<double> closed_form_focal(const std::vector<SeedView>& seeds, cons
                                         double focal) {
   std::vector<Matrix3d> homographies;
   for (const SeedView& seed : seeds) {
-    const PointSpread spread = spread_of(seed.points);
+    const std::vector<Vector3d> on_target = points_of(seed.problem.correspondences);
+    const PointSpread spread = spread_of(on_target);
     if (spread.shape != PointShape::plane) continue;
     std::vector<Vector2d> points;
-    for (const Vector3d& p : seed.points) points.push_back(spread.in_plane(p).head<2>());
+    for (const Vector3d& p : on_target) points.push_back(spread.in_plane(p).head<2>());
     const auto h = homography(points, rays_of(seed.problem.correspondences, lens));
     if (h) homographies.push_back(*h);
   }
@@ -262,9 +267,8 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
 std::vector<SeedView> largest_views(const std::vector<SeedView>& seeds) {
   std::vector<std::size_t> order(seeds.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return seeds[a].points.size() > seeds[b].points.size();
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return seeds[a].size() > seeds[b].size(); });
   if (order.size() > kMaxSearchViews) order.resize(kMaxSearchViews);
   std::vector<SeedView> result;
   for (const std::size_t i : order) result.push_back(thinned(seeds[i]));

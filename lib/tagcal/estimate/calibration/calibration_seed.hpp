@@ -12,12 +12,13 @@ namespace tagcal::internal {
 
 // One view of a data set, ready for the solvers.
 struct CalibrationView {
-  std::string image;                 // a name for people; `index` identifies the view
-  std::size_t index = 0;             // in the data set
-  std::vector<CornerId> ids;         // per correspondence
-  std::vector<std::size_t> corners;  // per correspondence: index of the observation in the view
-  ViewProblem problem;               // points in world coordinates
-  std::vector<std::size_t> seed;     // correspondences of the view's largest board
+  std::string image;          // a name for people; `index` identifies the view
+  std::size_t index = 0;      // in the data set
+  std::vector<CornerId> ids;  // per correspondence
+  // Per correspondence: index of the observation in the view.
+  std::vector<std::uint32_t> corners;
+  ViewProblem problem;              // points in world coordinates
+  std::vector<std::uint32_t> seed;  // correspondences of the view's largest board
 
   // "desk.png", or "view 3" without a name.
   std::string name() const { return image.empty() ? "view " + std::to_string(index) : image; }

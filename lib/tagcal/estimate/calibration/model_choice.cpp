@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 
 #include "tagcal/estimate/bundle/lack_of_fit.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
@@ -22,12 +21,7 @@ using Eigen::Vector2d;
 
 // With so many significant digits; no exponent for large numbers.
 std::string number(double value, int digits) {
-  char text[64];
-  if (std::abs(value) < 1000)
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-  else
-    std::snprintf(text, sizeof text, "%.0f", value);
-  return text;
+  return std::abs(value) < 1000 ? with_digits(value, digits) : with_decimals(value, 0);
 }
 
 // BIC, with the handicap of a fisheye; it has none against the rational lens, which is as flexible.

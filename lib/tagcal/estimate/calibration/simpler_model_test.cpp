@@ -42,7 +42,7 @@ std::optional<Bundle> with_model_f(const Bundle& bundle) {
     view.problem = problem;
     for (std::size_t i = 0; i < problem.correspondences.size(); ++i) {
       view.ids.push_back({static_cast<int>(i), 0});
-      view.seed.push_back(i);
+      view.seed.push_back(static_cast<std::uint32_t>(i));
     }
   }
   const auto start = calibration_seed(model, bundle.image_size, views);

@@ -159,7 +159,7 @@ void reject_other_boards(CalibrationInput& input, const FittedView& fitted, cons
       reject_corner(input, view, i, residuals[i]);
       continue;
     }
-    kept.seed.push_back(kept.ids.size());
+    kept.seed.push_back(static_cast<std::uint32_t>(kept.ids.size()));
     kept.ids.push_back(view.ids[i]);
     kept.corners.push_back(view.corners[i]);
     kept.problem.correspondences.push_back(view.problem.correspondences[i]);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
@@ -19,11 +18,7 @@ Result finding_if(const FindingCode& code, std::optional<std::string> sentence) 
   return finding(code, *std::move(sentence));
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
-}
+std::string number(double value) { return with_digits(value, 2); }
 
 // A standard deviation beyond the image's diagonal says nothing.
 std::string pixels(double sigma_px, const ImageSize& size) {

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -105,12 +105,7 @@ double worst_corner_px(const UncertainLens& lens, const ImageSize& size,
   return worst;
 }
 
-template <typename... Numbers>
-std::string formatted(const char* format, Numbers... numbers) {
-  char text[300];
-  std::snprintf(text, sizeof text, format, numbers...);
-  return text;
-}
+std::string px(double value) { return with_digits(value, 2) + " px"; }
 
 }  // namespace
 
@@ -175,14 +170,13 @@ std::optional<std::string> untested_principal_point(const Bundle& solved, double
   const auto open =
       nested ? step_to_larger_model(solved, *nested, Model::named("f+c"), sigma) : std::nullopt;
   if (!open || !centred) return std::nullopt;
-  const double px = std::sqrt(centred->parameters(0, 0));
+  const double centred_px = std::sqrt(centred->parameters(0, 0));
   const double open_px = std::sqrt(open->covariance.parameters(0, 0));
-  if (open_px < policy::kMuchLargerSd * px) return std::nullopt;
-  return formatted(
-      "the principal point is taken to be the centre of the image, and the views do "
-      "not determine it: with model f+c the standard deviation of the focal length "
-      "would be %.2g px, not %.2g px",
-      open_px, px);
+  if (open_px < policy::kMuchLargerSd * centred_px) return std::nullopt;
+  return "the principal point is taken to be the centre of the image, and the views do "
+         "not determine it: with model f+c the standard deviation of the focal length "
+         "would be " +
+         px(open_px) + ", not " + px(centred_px);
 }
 
 std::optional<std::string> extrapolated_corners(const Bundle& solved, double sigma,
@@ -191,10 +185,8 @@ std::optional<std::string> extrapolated_corners(const Bundle& solved, double sig
   const ImageSize& size = solved.image_size;
   const double own_px = worst_corner_px(lens, size, samples);
   if (own_px > policy::kImageCornerShare * std::hypot(size.width, size.height))
-    return formatted(
-        "the standard deviation of the projection is %.2g px at the corners of the "
-        "image: the lens is extrapolated there",
-        own_px);
+    return "the standard deviation of the projection is " + px(own_px) +
+           " at the corners of the image: the lens is extrapolated there";
   const Model& usual = lens.model->sibling("opencv5");
   if (lens.model->lens_type() != LensType::perspective ||
       lens.model->num_free() >= usual.num_free())
@@ -208,10 +200,9 @@ std::optional<std::string> extrapolated_corners(const Bundle& solved, double sig
     return std::nullopt;
   return "the views do not show whether the lens has more distortion than model " +
          std::string(lens.model->name()) +
-         formatted(
-             ": with model opencv5 the standard deviation of the projection at the corners "
-             "of the image is %.2g px, not %.2g px; the lens is extrapolated there",
-             open_px, own_px);
+         ": with model opencv5 the standard deviation of the projection at the corners of the "
+         "image is " +
+         px(open_px) + ", not " + px(own_px) + "; the lens is extrapolated there";
 }
 
 bool is_impossible(const BoardWarp& bend, const FlatBoard& board) {

@@ -3,13 +3,13 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 
 #include "tagcal/camera/batch.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -196,12 +196,9 @@ std::vector<TagShift> tags_of(const Corners& corners, Total& total) {
 std::string sentence_of(const std::vector<TagShift>& tags) {
   constexpr std::size_t kTagsNamed = 3;
   std::string text = "the target is not as its file says: ";
-  for (std::size_t i = 0; i < std::min(kTagsNamed, tags.size()); ++i) {
-    char part[64];
-    std::snprintf(part, sizeof part, "%stag %d is displaced by %.2g mm", i > 0 ? ", " : "",
-                  tags[i].tag_id, tags[i].mm());
-    text += part;
-  }
+  for (std::size_t i = 0; i < std::min(kTagsNamed, tags.size()); ++i)
+    text += (i > 0 ? ", tag " : "tag ") + std::to_string(tags[i].tag_id) + " is displaced by " +
+            with_digits(tags[i].mm(), 2) + " mm";
   if (tags.size() > kTagsNamed)
     text += ", and " + std::to_string(tags.size() - kTagsNamed) + " more tags";
   return text + "; measure them, and correct the file or print the target again";
@@ -212,14 +209,13 @@ std::optional<Finding> scale_finding(const TagScale& scale, double variance) {
   if (!(std::abs(scale.change) > policy::kOutlierSigmas * scale.sigma * std::sqrt(variance) &&
         scale.shifted_px > policy::kLeastBiasPx))
     return std::nullopt;
-  char text[250];
-  std::snprintf(text, sizeof text,
-                "all tags look %.2g %% %s relative to their spacing than in the target's file "
-                "(%.2g px): ink or light shifted their edges, or another detector found the "
-                "corners; check tagSize and tagSpacing",
-                100 * std::abs(scale.change), scale.change < 0 ? "smaller" : "larger",
-                scale.shifted_px);
-  return finding(code::tag_scale, text);
+  return finding(code::tag_scale,
+                 "all tags look " + with_digits(100 * std::abs(scale.change), 2) + " % " +
+                     (scale.change < 0 ? "smaller" : "larger") +
+                     " relative to their spacing than in the target's file (" +
+                     with_digits(scale.shifted_px, 2) +
+                     " px): ink or light shifted their edges, or another detector found the "
+                     "corners; check tagSize and tagSpacing");
 }
 
 // The chi-square that `k` coordinates without an error exceed hardly ever.

@@ -1,6 +1,7 @@
 #include "tagcal/estimate/pose/reprojection.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -73,7 +74,13 @@ std::vector<double> whitened_squares(const ViewProblem& view, const Lens& lens,
 }
 
 ViewProblem chosen(const ViewProblem& view, std::span<const std::uint8_t> takes_part) {
+  const auto count = static_cast<std::size_t>(
+      std::ranges::count_if(takes_part.first(view.correspondences.size()),
+                            [](std::uint8_t takes) { return takes != 0; }));
+  if (count == view.correspondences.size()) return view;  // shares all of its memory
   ViewProblem some;
+  some.correspondences.reserve(count);
+  if (!view.whitening.empty()) some.whitening.reserve(count);
   for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
     if (!takes_part[i]) continue;
     some.correspondences.push_back(view.correspondences[i]);

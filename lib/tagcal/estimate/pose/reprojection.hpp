@@ -9,14 +9,15 @@
 #include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/pose/view_equations.hpp"
 #include "tagcal/estimate/types.hpp"
+#include "tagcal/internal/shared_vector.hpp"
 
 namespace tagcal::internal {
 
 // One view for the solvers: correspondences and, if corners have a known covariance C, the matrices
 // W with W^T W = C^-1 that whiten their residuals (if empty: the identity).
 struct ViewProblem {
-  std::vector<Correspondence> correspondences;
-  std::vector<Matrix2> whitening;  // empty, or one per correspondence
+  SharedVector<Correspondence> correspondences;
+  SharedVector<Matrix2> whitening;  // empty, or one per correspondence
 };
 
 // Arrays of a view's correspondences for the kernels. The view must outlive it.

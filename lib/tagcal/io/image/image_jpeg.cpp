@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <csetjmp>
 #include <cstdio>
 #include <utility>
@@ -92,7 +94,8 @@ class JpegDecoder : public ImageDecoder {
     if (reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= limits::kMaxJpegScans)
       return;
     auto* manager = reinterpret_cast<Manager*>(jpeg->err);
-    std::snprintf(manager->text, sizeof manager->text, "more than %d scans", limits::kMaxJpegScans);
+    fmt::format_to_n(manager->text, sizeof manager->text - 1, "more than {} scans",
+                     limits::kMaxJpegScans);
     std::longjmp(manager->jump, 1);
   }
 

@@ -4,18 +4,13 @@
 #include <numbers>
 #include <vector>
 
+#include "tagcal/internal/processor.hpp"
+
 namespace tagcal::internal {
 
 const ReprojectKernels& fastest_reproject_kernels() {
-  static const ReprojectKernels* const kernels = [] {
-#if defined(__x86_64__)
-    if (kAvx2ReprojectKernels.map_row[kPinhole] && __builtin_cpu_supports("avx2") &&
-        __builtin_cpu_supports("fma"))
-      return &kAvx2ReprojectKernels;
-#endif
-    return &kPortableReprojectKernels;
-  }();
-  return *kernels;
+  static const bool is_avx2 = kAvx2ReprojectKernels.map_row[kPinhole] && runs_avx2();
+  return is_avx2 ? kAvx2ReprojectKernels : kPortableReprojectKernels;
 }
 
 double lanczos_weight(double x) {
