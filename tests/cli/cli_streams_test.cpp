@@ -42,7 +42,7 @@ TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
 // A result that is lost is no success, and that of a file is none.
 TEST_F(CliStreams, AResultThatCannotBePrintedIsAnError) {
   const std::string set = path("set");
-  for (const std::string command :
+  for (const std::string& command :
        {std::string(), std::string("--help"), std::string("--version"), std::string("pose --help"),
         "detect " + set, "calibrate " + set + " --model f", std::string("completion bash")})
     for (const std::string redirection : {">&-", ">/dev/full"})
