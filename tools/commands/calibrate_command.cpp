@@ -17,6 +17,7 @@
 #include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
+#include "report/progress.hpp"
 #include "report/terminal.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
@@ -95,15 +96,9 @@ void write_report(const Arguments& arguments, const CalibrationAnswer& answer, I
   write_page(arguments.report, calibration_page(content));
 }
 
-int run_one(const Arguments& arguments) {
-  check_report(arguments);
-  check_writable(arguments.out);
-  check_writable(arguments.uncertainty);
-  check_picture(arguments.uncertainty);
-  CalibrationJob job = arguments.job;
-  job.input.out = arguments.out;
-  Input used;
-  const CalibrationAnswer answer = run_job(job, &used);
+// Writes the files that were asked for, and adds the time.
+void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input used) {
+  const Stopwatch watch;
   const Calibration& calibration = answer.calibration;
   const bool answered = is_answer(calibration.status);
   if (answered && !arguments.out.empty()) {
@@ -115,6 +110,22 @@ int run_one(const Arguments& arguments) {
     say_wrote(arguments.uncertainty);
   }
   if (!arguments.report.empty()) write_report(arguments, answer, std::move(used));
+  if (arguments.out.empty() && arguments.uncertainty.empty() && arguments.report.empty()) return;
+  answer.seconds.write = watch.seconds();
+  answer.seconds.total += answer.seconds.write;
+}
+
+int run_one(const Arguments& arguments) {
+  check_report(arguments);
+  check_writable(arguments.out);
+  check_writable(arguments.uncertainty);
+  check_picture(arguments.uncertainty);
+  CalibrationJob job = arguments.job;
+  job.input.out = arguments.out;
+  Input used;
+  CalibrationAnswer answer = run_job(job, &used);
+  const bool answered = is_answer(answer.calibration.status);
+  write_files(arguments, answer, std::move(used));
   std::string text =
       arguments.json
           ? calibration_json(answer)

@@ -12,18 +12,33 @@ using namespace internal;
 
 namespace {
 
+// Calibrates the views that are there now. The times are those of all calibrations.
+void calibrate_once_more(const Dataset& dataset, const CalibrateOptions& options,
+                         Calibration& calibration) {
+  const CalibrateSeconds before = calibration.seconds;
+  calibration = calibrate(dataset, options);
+  CalibrateSeconds& seconds = calibration.seconds;
+  seconds.start += before.start;
+  seconds.solve += before.solve;
+  seconds.covariance += before.covariance;
+  seconds.total += before.total;
+}
+
 // Refines the corners with the lens of the first calibration, and calibrates again.
 void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options, Input& input,
-                     Calibration& calibration) {
+                     CalibrationAnswer& answer) {
+  Calibration& calibration = answer.calibration;
   const bool has_lens = is_answer(calibration.status) && calibration.model != "weak";
   if (!has_lens) {
     input.warnings.emplace_back("the corners are not refined: the first calibration gave no lens");
     return;
   }
+  const Stopwatch watch;
   refine_views(input, *calibration.camera, job.threads, job.shows_progress);
+  answer.seconds.refine = watch.seconds();
   std::optional<Progress> progress;
   if (job.shows_progress) progress.emplace("calibrating again");
-  calibration = calibrate(input.dataset, options);
+  calibrate_once_more(input.dataset, options, calibration);
 }
 
 // Keeps the most informative views only, and calibrates again.
@@ -41,7 +56,7 @@ std::optional<ViewSelection> select_and_calibrate(const CalibrationJob& job,
   std::vector<View> views;
   for (const std::size_t view : kept) views.push_back(std::move(input.dataset.views[view]));
   input.dataset.views = std::move(views);
-  calibration = calibrate(input.dataset, options);
+  calibrate_once_more(input.dataset, options, calibration);
   return selection;
 }
 
@@ -75,7 +90,7 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   if (job.select > 0)
     answer.selection = select_and_calibrate(job, options, input, answer.calibration);
   progress.reset();
-  if (job.refine_corners) calibrate_again(job, options, input, answer.calibration);
+  if (job.refine_corners) calibrate_again(job, options, input, answer);
   std::vector<Finding> findings;
   for (const std::string& warning : input.warnings) add(findings, code::input, warning);
   auto& all = answer.calibration.findings;

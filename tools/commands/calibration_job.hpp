@@ -22,7 +22,9 @@ struct CalibrationJob {
 
 // Wall-clock times of the command, beside those in CalibrateSeconds.
 struct CommandSeconds {
-  double read = 0;  // files and detection
+  double read = 0;    // files and detection
+  double refine = 0;  // corners fitted again
+  double write = 0;   // files, pictures, the page
   double total = 0;
 };
 

@@ -161,10 +161,9 @@ Json selection_json(const std::optional<ViewSelection>& selection) {
 
 Json seconds_json(const CalibrationAnswer& answer) {
   const CalibrateSeconds& spent = answer.calibration.seconds;
-  return {{"read", answer.seconds.read},
-          {"start", spent.start},
-          {"solve", spent.solve},
-          {"covariance", spent.covariance},
+  return {{"read", answer.seconds.read},    {"refine", answer.seconds.refine},
+          {"start", spent.start},           {"solve", spent.solve},
+          {"covariance", spent.covariance}, {"write", answer.seconds.write},
           {"total", answer.seconds.total}};
 }
 

@@ -179,13 +179,17 @@ std::string selection_text(const std::optional<ViewSelection>& selection) {
 
 // All of the time: what the parts do not name is the rest (checks, choice of views, advice).
 std::string time_text(const CalibrationAnswer& answer) {
+  const CommandSeconds& all = answer.seconds;
   const CalibrateSeconds& parts = answer.calibration.seconds;
-  const double named = answer.seconds.read + parts.start + parts.solve + parts.covariance;
+  const double named =
+      all.read + all.refine + parts.start + parts.solve + parts.covariance + all.write;
+  const std::string refine = all.refine > 0 ? fmt::format("refine {:.2f}, ", all.refine) : "";
+  const std::string write = all.write > 0 ? fmt::format("write {:.2f}, ", all.write) : "";
   return fmt::format(
-      "time       {:.2f} s: read {:.2f}, start {:.2f}, solve {:.2f}, covariance {:.2f}, rest "
+      "time       {:.2f} s: read {:.2f}, {}start {:.2f}, solve {:.2f}, covariance {:.2f}, {}rest "
       "{:.2f}\n",
-      answer.seconds.total, answer.seconds.read, parts.start, parts.solve, parts.covariance,
-      std::max(0.0, answer.seconds.total - named));
+      all.total, all.read, refine, parts.start, parts.solve, parts.covariance, write,
+      std::max(0.0, all.total - named));
 }
 
 }  // namespace

@@ -11,6 +11,11 @@
 
 namespace tagcal::tools {
 
+std::FILE* message_stream() {
+  static std::FILE* const stream = stderr;
+  return stream;
+}
+
 void print_result(const std::string& text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!written || std::fflush(stdout) != 0)
@@ -31,6 +36,7 @@ void say_wrote(const std::filesystem::path& file, const std::string& content) {
 }
 
 void reserve_standard_streams() {
+  message_stream();  // before any other library has its turn
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(stream, F_GETFD) != -1) continue;
     // The lowest free number is the stream's: those below it are taken.

@@ -9,12 +9,16 @@
 
 namespace tagcal::tools {
 
+// The stream of the messages: stderr as it was at the start. Other libraries get another one while
+// their messages are dropped (study/peers/quiet_stderr.hpp).
+std::FILE* message_stream();
+
 // Writes to stderr. A message that cannot be written (stderr is closed, or its disk is full) is
 // dropped, because it must not change what a command does, nor its exit code.
 template <typename... Args>
 void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
   const std::string text = fmt::format(format, std::forward<Args>(args)...);
-  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fwrite(text.data(), 1, text.size(), message_stream());
 }
 
 // Writes a result to stdout; throws Error if it cannot be written.

@@ -79,7 +79,7 @@ void Progress::show(double seconds, bool on_terminal) const {
     text = fmt::format("[{:<{}}] {}", std::string(cells, '='), kBarCells, text);
   }
   print_to_stderr("\r\033[K{}", text);
-  std::fflush(stderr);
+  std::fflush(message_stream());
 }
 
 }  // namespace tagcal::tools

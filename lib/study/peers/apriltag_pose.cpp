@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "study/peers/quiet_stderr.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 namespace tagcal::study {
@@ -54,6 +55,7 @@ struct State {
   void solve() {
     if (!detection.H) return;
     apriltag_pose_t pose{};
+    const QuietStderr quiet;  // "Error, more than one new minimum found"
     estimate_tag_pose(&info, &pose);
     rotation = Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.R->data);
     translation = Eigen::Map<Vector3d>(pose.t->data);

@@ -8,6 +8,7 @@
 
 #include "study/peers/opencv_pose.hpp"
 #include "study/peers/opencv_views.hpp"
+#include "study/peers/quiet_stderr.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -60,6 +61,7 @@ bool solve(ceres::Problem& problem, ceres::LinearSolverType solver) {
   options.linear_solver_type = solver;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
+  const QuietStderr quiet;  // a failed evaluation is logged although logging is silent
   ceres::Solve(options, &problem, &summary);
   return summary.IsSolutionUsable();
 }
