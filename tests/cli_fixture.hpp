@@ -74,6 +74,7 @@ class Cli : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     root() = fs::temp_directory_path() / ("tagcal-cli-test-" + std::to_string(getpid()));
+    fs::remove_all(root());  // of a killed process with the same number
     fs::create_directories(root());
     spill(root() / "scene.yaml", kScene);
     const Outcome rendered = run("render " + path("scene.yaml") + " --out " + path("set"));
