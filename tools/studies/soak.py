@@ -7,7 +7,8 @@ A piece is one process that renders, detects, calibrates and estimates poses aga
 same few random worlds (docs/worlds.md), each time with new noise; so its memory must stay and its
 times may be compared. After each round it also sends one new world through the commands `render`,
 `detect` and `calibrate`, each a process of its own, which may end with an answer (0) or without
-one (3) and with nothing on stderr but lines of its own. The rounds of all pieces are in
+one (3) and with nothing on stderr but lines of its own. A world whose pictures show fewer than 12
+corners (its tags are too small or too blurred) must be refused as bad input (2). The rounds of all pieces are in
 build/soak/rounds.csv; a later piece goes on with the next seeds. `table` ends with 1 if a bound is
 broken.
 """
@@ -25,7 +26,9 @@ FOLDER = Path("build/soak")
 ROUNDS = FOLDER / "rounds.csv"
 TROUBLES = FOLDER / "troubles"
 KEYS = ["piece", "round", "seconds", "rss_kb", "calibrations", "answers", "codes", "troubles"]
-OWN_LINES = ("tagcal: ", "wrote ")
+# Messages, and the lines of progress of a process that takes more than a second.
+OWN_LINES = ("tagcal: ", "wrote ", "rendering: ", "detecting: ", "calibrating: ")
+MIN_CORNERS = 12  # fewer in all are bad input for `calibrate` (tools/input/input.cpp)
 WORLDS = 12  # of 2 to 40 views, about 10 s a round
 # glibc keeps freed memory for the next round: the first tenth fills its arenas. What then still
 # grows by more than a kB a calibration is a leak: the smallest object of a result is larger.
@@ -65,6 +68,14 @@ def chain(tagcal, scene, seed):
     return True
 
 
+def expected_codes(name, corners):
+    if name != "calibrate":
+        return (0,)
+    with open(corners, encoding="utf-8", newline="") as file:
+        enough = sum(1 for _ in csv.DictReader(file)) >= MIN_CORNERS
+    return (0, 3) if enough else (2,)
+
+
 def commands(index):
     """One world in three processes: exit codes, and a sentence for what must not be."""
     scene, folder, corners = world(index), FOLDER / "one", FOLDER / "one.csv"
@@ -79,7 +90,7 @@ def commands(index):
         )
         codes.append(run.returncode)
         own = all(line.startswith(OWN_LINES) for line in run.stderr.splitlines())
-        if run.returncode not in (0, 3) or not own:
+        if not own or run.returncode not in expected_codes(arguments[0], corners):
             trouble = f"{arguments[0]}: {run.returncode}\n{run.stderr}"
             break
     if trouble:
