@@ -33,6 +33,9 @@ TEST_F(Cli, CornersAreRefinedUnderTheLensThatWasFound) {
   ASSERT_EQ(once.exit_code, 0) << once.err;
   ASSERT_EQ(twice.exit_code, 0) << twice.err;
   const Json first = Json::parse(once.out), second = Json::parse(twice.out);
+  EXPECT_EQ(first["seconds"]["refine"], 0);
+  EXPECT_GT(second["seconds"]["refine"], 0);
+  EXPECT_GT(second["seconds"]["write"], 0);
   EXPECT_NE(first["camera"]["fx"], second["camera"]["fx"]);
   EXPECT_LE(second["sigma"]["fx"].get<double>(), first["sigma"]["fx"].get<double>());
   EXPECT_NEAR(second["camera"]["fx"].get<double>(), 520, 5 * second["sigma"]["fx"].get<double>());

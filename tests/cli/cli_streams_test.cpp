@@ -39,6 +39,45 @@ TEST_F(CliStreams, ExitCodesDoNotDependOnStderr) {
   }
 }
 
+// Lines of messages that are not our own.
+std::vector<std::string> foreign_lines(const std::string& err) {
+  std::vector<std::string> foreign;
+  std::istringstream lines(err);
+  for (std::string line; std::getline(lines, line);) {
+    bool own = line.empty();
+    // Messages, files, summaries beside a result on stdout, and progress after the first second.
+    for (const char* start : {"tagcal: ", "wrote ", "OK", "PARTLY: ", "NOTHING FOUND: ",
+                              "rendering: ", "detecting: ", "calibrating"})
+      own = own || line.starts_with(start);
+    if (!own) foreign.push_back(line);
+  }
+  return foreign;
+}
+
+// Ceres finds no value at its start with these coefficients, and logs it; noise has many shapes
+// that are no tags. Studies: quiet_peers_test.
+TEST_F(CliStreams, MessagesAreOurOwn) {
+  const std::string set = path("set"), camera = path("own.yaml"), noise = path("noise.pgm");
+  std::string pixels = "P5 640 400 255\n";
+  unsigned state = 1;
+  for (int i = 0; i < 640 * 400; ++i)
+    pixels += static_cast<char>((state = state * 1664525u + 1013904223u) >> 24);
+  spill(noise, pixels);
+  const std::string target = " --target " + path("set/target.yaml");
+  ASSERT_EQ(run("calibrate " + set + " --model f --out " + camera).exit_code, 0);
+  for (const std::string& command :
+       {"calibrate " + set + " --model opencv5 --fix k1=-5 --keep-all",
+        "calibrate " + set + " --model radial2 --fix k1=-3 --keep-all --threads 2",
+        "calibrate " + set + " " + set + " --model opencv5 --fix k1=-5 --keep-all",
+        "calibrate " + noise + target, "detect " + noise + target + " --out " + path("noise.csv"),
+        "pose " + noise + target + " --camera " + camera + " --out " + path("poses.json"),
+        "validate " + camera + " --dataset " + set, "diff " + camera + " " + camera,
+        "report " + camera + " --dataset " + set + " --out " + path("own.html")}) {
+    const Outcome outcome = run(command);
+    EXPECT_EQ(foreign_lines(outcome.err), std::vector<std::string>()) << command;
+  }
+}
+
 // A result that is lost is no success, and that of a file is none.
 TEST_F(CliStreams, AResultThatCannotBePrintedIsAnError) {
   const std::string set = path("set");

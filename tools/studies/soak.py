@@ -7,13 +7,15 @@ A piece is one process that renders, detects, calibrates and estimates poses aga
 same few random worlds (docs/worlds.md), each time with new noise; so its memory must stay and its
 times may be compared. After each round it also sends one new world through the commands `render`,
 `detect` and `calibrate`, each a process of its own, which may end with an answer (0) or without
-one (3) and with nothing on stderr but lines of its own. The rounds of all pieces are in
+one (3) and with nothing on stderr but lines of its own. A world whose pictures show fewer than 12
+corners (its tags are too small or too blurred) must be refused as bad input (2). The rounds of all pieces are in
 build/soak/rounds.csv; a later piece goes on with the next seeds. `table` ends with 1 if a bound is
 broken.
 """
 
 import argparse
 import csv
+import resource
 import shutil
 import statistics
 import subprocess
@@ -24,9 +26,11 @@ from pathlib import Path
 FOLDER = Path("build/soak")
 ROUNDS = FOLDER / "rounds.csv"
 TROUBLES = FOLDER / "troubles"
-KEYS = ["piece", "round", "seconds", "rss_kb", "calibrations", "answers", "codes", "troubles"]
-OWN_LINES = ("tagcal: ", "wrote ", "rendering: ", "detecting: ", "\r")
-NO_CORNERS = "corners or more in all"  # exit code 2: some worlds show no tag that can be read
+KEYS = ["piece", "round", "seconds", "commands_s", "rss_kb", "calibrations", "answers", "codes",
+        "troubles"]
+# Messages, and the lines of progress of a process that takes more than a second.
+OWN_LINES = ("tagcal: ", "wrote ", "rendering: ", "detecting: ", "calibrating: ")
+MIN_CORNERS = 12  # fewer in all are bad input for `calibrate` (tools/input/input.cpp)
 WORLDS = 12  # of 2 to 40 views, about 10 s a round
 # glibc keeps freed memory for the next round: the first tenth fills its arenas. What then still
 # grows by more than a kB a calibration is a leak: the smallest object of a result is larger.
@@ -52,6 +56,11 @@ def world(index):
     return file
 
 
+def children_seconds():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def chain(tagcal, scene, seed):
     """From the scene to poses, in this process; true if there is a camera."""
     pictures = [tagcal.render(scene, view, seed=seed) for view in range(len(scene))]
@@ -64,6 +73,14 @@ def chain(tagcal, scene, seed):
     for view in views:
         tagcal.estimate_view_pose(view, scene.target, answer.camera, camera_error_px=0.1)
     return True
+
+
+def expected_codes(name, corners):
+    if name != "calibrate":
+        return (0,)
+    with open(corners, encoding="utf-8", newline="") as file:
+        enough = sum(1 for _ in csv.DictReader(file)) >= MIN_CORNERS
+    return (0, 3) if enough else (2,)
 
 
 def commands(index):
@@ -80,8 +97,7 @@ def commands(index):
         )
         codes.append(run.returncode)
         own = all(line.startswith(OWN_LINES) for line in run.stderr.splitlines())
-        answered = run.returncode in (0, 3) or NO_CORNERS in run.stderr
-        if not answered or not own:
+        if not own or run.returncode not in expected_codes(arguments[0], corners):
             trouble = f"{arguments[0]}: {run.returncode}\n{run.stderr}"
             break
     if trouble:
@@ -118,8 +134,10 @@ def run_piece(minutes):
             start = time.process_time()
             answers = sum(chain(tagcal, scene, seed) for scene in scenes)
             seconds = time.process_time() - start
+            before = children_seconds()
             codes, trouble = commands(WORLDS + seed)
-            row = [piece, number, f"{seconds:.3f}", resident_kb(), WORLDS, answers]
+            times = [f"{seconds:.3f}", f"{children_seconds() - before:.3f}"]
+            row = [piece, number, *times, resident_kb(), WORLDS, answers]
             rows.writerow(dict(zip(KEYS, [*row, "/".join(map(str, codes)), int(bool(trouble))])))
             file.flush()
 
@@ -135,12 +153,13 @@ def piece_row(piece, rows):
         growth = statistics.linear_regression(count, memory).slope
     seconds = [float(row["seconds"]) for row in rows]
     slower = statistics.median(seconds[-tenth:]) / statistics.median(seconds[:tenth])
+    commands_s = sum(float(row["commands_s"]) for row in rows)
     troubles = sum(int(row["troubles"]) for row in rows)
     # A short piece has too few rounds for a slope or a ratio to mean anything.
     holds = troubles == 0 and (len(rows) < 50 or (growth < GROWTH_KB and slower < SLOWER))
     cells = [
         piece,
-        f"{sum(seconds) / 60:.0f}",
+        f"{(sum(seconds) + commands_s) / 60:.0f}",
         len(rows) * WORLDS,
         f"{memory[0] / 1024:.1f}",
         f"{int(last['rss_kb']) / 1024:.1f}",
