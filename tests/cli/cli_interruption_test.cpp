@@ -152,13 +152,17 @@ TEST_F(Interrupted, TwoProcessesDoNotCalibrateIntoOneFolder) {
 // Killed at any moment, a command leaves the old file or the new one.
 TEST_F(Interrupted, AKilledCommandLeavesTheOldFileOrTheNewOne) {
   const std::string command = "detect " + path("set") + " --no-cache --out ";
+  using std::chrono::milliseconds;
+  const auto begin = std::chrono::steady_clock::now();
   ASSERT_EQ(run(command + path("new.csv")).exit_code, 0);
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  const int step = std::max(10, static_cast<int>(took.count() / 30));  // under sanitizers
   const std::string corners = slurp(root() / "new.csv");
   int num_new = 0, num_old = 0;
-  for (int ms = 0; ms < 1000 && num_new < 3; ms += 10) {
+  for (int ms = 0; ms < 100 * step && num_new < 3; ms += step) {
     spill(root() / "killed.csv", "old");
     CliProcess process(command + path("killed.csv") + " >/dev/null 2>&1");
-    std::this_thread::sleep_for(std::chrono::milliseconds(ms));
+    std::this_thread::sleep_for(milliseconds(ms));
     process.send(SIGKILL);
     process.wait();
     const std::string left = slurp(root() / "killed.csv");

@@ -41,8 +41,9 @@ struct LargerModelStep {
 };
 
 // `nested`: nested_information of the bundle. The principal point has a prior
-// (policy::kCentreSpread) if only the larger model has it free. No value if the data do not
-// determine the larger model.
+// (policy::kCentreSpread) if only the larger model has it free. Coefficients that the data do not
+// determine get a large standard deviation (policy::kUnobservablePrecision). No value if the
+// information is not finite.
 std::optional<LargerModelStep> step_to_larger_model(const Bundle& solved,
                                                     const BundleInformation& nested,
                                                     const Model& larger, double sigma);

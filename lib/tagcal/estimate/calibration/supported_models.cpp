@@ -85,7 +85,7 @@ double total_weight(std::span<const SupportedModel> others) {
   return sum;
 }
 
-// A usable candidate, and the normal equations of the models that contain it.
+// A located candidate, and the normal equations of the models that contain it.
 struct Base {
   const Candidate* candidate = nullptr;
   std::optional<BundleInformation> information;
@@ -97,18 +97,25 @@ struct Base {
   }
 };
 
-// A candidate and its chi-square. One that is not usable may still be the true model: its estimate
-// is to first order about the largest usable candidate that it contains (`base`, which is set),
+// The data say where the candidate's minimum is. With unobservable coefficients it is a valley (of
+// a rational lens: factors that cancel), and rounding decides at which of its points a solver
+// stops.
+bool is_located(const Candidate& candidate) {
+  return candidate.is_usable() && candidate.observability.open.empty();
+}
+
+// A candidate and its chi-square. One that is not located may still be the true model: its estimate
+// is to first order about the largest located candidate that it contains (`base`, which is set),
 // with the step to its minimum added to the covariance.
 std::optional<SupportedModel> supported_model(const ModelLadder& ladder, const Candidate& candidate,
                                               Base& base, double& chi_square) {
   chi_square = candidate.chi_square;
-  if (candidate.is_usable())
+  if (is_located(candidate))
     return SupportedModel{candidate.bundle, candidate.fit->views,
                           *candidate.observability.covariance, 0};
   const Candidate* largest = nullptr;
   for (const Candidate& other : ladder.candidates)
-    if (other.is_usable() && contains(candidate.model(), other.model())) largest = &other;
+    if (is_located(other) && contains(candidate.model(), other.model())) largest = &other;
   base.set(largest);
   if (!base.information) return std::nullopt;
   auto step =

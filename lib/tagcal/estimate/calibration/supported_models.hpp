@@ -20,11 +20,11 @@ struct SupportedModel {
 // The candidates that the chosen model does not contain, with Akaike weights w ~ exp(-AIC / 2),
 // AIC = chi-square + 2 k (Burnham & Anderson, Model Selection and Multimodel Inference, 2002,
 // section 2.9): BIC chooses the model, AIC measures the loss of prediction by the choice.
-// Candidates that are not usable (not determined, stopped at a fold, a pole) count to first order
-// about the largest usable one that they contain, with the principal point within
-// policy::kCentreSpread if it is not determined. Drops weights below policy::kLeastModelWeight.
-// `inflation`: divides the chi-squares if residuals are not independent (ResidualBias::inflation;
-// QAIC, ibid. section 2.5).
+// Candidates that are not usable (not determined, stopped at a fold, a pole) or whose coefficients
+// the data do not locate count to first order about the largest located one that they contain, with
+// the principal point within policy::kCentreSpread if it is not determined. Drops weights below
+// policy::kLeastModelWeight. `inflation`: divides the chi-squares if residuals are not independent
+// (ResidualBias::inflation; QAIC, ibid. section 2.5).
 std::vector<SupportedModel> supported_models(const ModelLadder& ladder, const Candidate& chosen,
                                              double inflation);
 
