@@ -247,6 +247,7 @@ TEST_F(PoseCli, AViewWithoutTheTargetIsNoReasonToStop) {
   EXPECT_EQ(views[0]["status"], "degenerate");
   EXPECT_EQ(views[0]["num_corners"], 0);
   EXPECT_TRUE(views[0]["camera_from_board"].is_null());
+  EXPECT_EQ(views[0]["findings"][0]["code"], "target_unseen");
   EXPECT_EQ(views[0]["warnings"][0], "no corner of the target is seen");
   EXPECT_EQ(views[1]["status"], "ok");
   const Outcome none = run("pose " + target + known() + " --draw " + path("no-drawings"));
