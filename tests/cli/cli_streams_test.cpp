@@ -78,6 +78,28 @@ TEST_F(CliStreams, MessagesAreOurOwn) {
   }
 }
 
+// A data set whose files are elsewhere, read and written through `..` and symbolic links.
+TEST_F(CliStreams, DotsAndSymbolicLinksWork) {
+  const fs::path here = root() / "links/here";
+  fs::create_directories(here);
+  fs::create_directory_symlink("../set", root() / "links/set");
+  fs::create_symlink("real.yaml", root() / "links/linked.yaml");
+  spill(root() / "links/real.yaml", "old");
+  spill(here / "dataset.yaml",
+        "image_size: [640, 400]\ntarget: ../set/target.yaml\nimages: ../../set/images\n");
+  const std::string calibrate = "calibrate --no-cache --model radial1 ";
+  ASSERT_EQ(run(calibrate + path("set") + " --out " + path("plain.yaml")).exit_code, 0);
+  const std::string plain = slurp(root() / "plain.yaml");
+  const Outcome linked =
+      run(calibrate + path("links/here/../set") + " --out " + path("links/here/../linked.yaml"));
+  EXPECT_EQ(linked.exit_code, 0) << linked.err;
+  EXPECT_TRUE(fs::is_symlink(root() / "links/linked.yaml"));
+  EXPECT_EQ(slurp(root() / "links/real.yaml"), plain);
+  const Outcome dots = run(calibrate + path("links/here") + " --out " + path("dots.yaml"));
+  EXPECT_EQ(dots.exit_code, 0) << dots.err;
+  EXPECT_EQ(slurp(root() / "dots.yaml"), plain);
+}
+
 // A result that is lost is no success, and that of a file is none.
 TEST_F(CliStreams, AResultThatCannotBePrintedIsAnError) {
   const std::string set = path("set");
