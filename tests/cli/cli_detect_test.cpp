@@ -76,14 +76,27 @@ TEST_F(Cli, DetectSaysFirstWhatWasFound) {
 }
 
 TEST(WarningGroups, OneLineForManyAlike) {
-  EXPECT_EQ(in_groups({}), Lines());
+  EXPECT_EQ(in_groups(Lines()), Lines());
   const Lines two = {"a.png: 3 tags on no board: 1 2 3", "b.png: 1 tags on no board: 7"};
   EXPECT_EQ(in_groups(two), two);
-  EXPECT_EQ(in_groups({"a.png: 3 tags on no board: 1 2 3", "general",
-                       "b.png: 1 tags on no board: 7", "c.png: other",
-                       "c.png: 1 tags on no board: 8, 9", "d.png: 2 tags on no board: 1 2"}),
+  EXPECT_EQ(in_groups(Lines{"a.png: 3 tags on no board: 1 2 3", "general",
+                            "b.png: 1 tags on no board: 7", "c.png: other",
+                            "c.png: 1 tags on no board: 8, 9", "d.png: 2 tags on no board: 1 2"}),
             (Lines{"a.png: 3 tags on no board: 1 2 3; and 3 more like it: b.png, c.png, ..",
                    "general", "c.png: other"}));
+}
+
+TEST(WarningGroups, OfFindingsKeepCodeAndSeverity) {
+  std::vector<Finding> findings;
+  for (const char* name : {"a", "b", "c", "d"}) {
+    findings.push_back({"view_unused", Severity::warning, std::string(name) + ".png: not used"});
+    findings.push_back({"input", Severity::note, std::string(name) + ".png: is left out"});
+  }
+  const std::vector<Finding> groups = in_groups(findings);
+  ASSERT_EQ(groups.size(), 2u);
+  EXPECT_EQ(groups[0].sentence, "a.png: not used; and 3 more like it: b.png, c.png, ..");
+  EXPECT_EQ(groups[0].code, "view_unused");
+  EXPECT_EQ(groups[1].severity, Severity::note);
 }
 
 }  // namespace

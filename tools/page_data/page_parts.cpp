@@ -11,6 +11,7 @@
 #include "input/command_line.hpp"
 #include "report/shown_parameters.hpp"
 #include "report/terminal.hpp"
+#include "report/warning_groups.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/version.hpp"
 
@@ -94,7 +95,7 @@ PageJson verdict_json(const Calibration& calibration, const std::string& sentenc
 
 PageJson page_findings_json(std::span<const Finding> findings) {
   PageJson list = PageJson::array();
-  for (const Finding& finding : findings)
+  for (const Finding& finding : in_groups(findings))
     list.push_back({{"code", finding.code},
                     {"severity", finding.severity == Severity::refusal
                                      ? "error"

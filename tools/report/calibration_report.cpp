@@ -13,13 +13,14 @@
 #include "report/findings.hpp"
 #include "report/shown_parameters.hpp"
 #include "report/terminal.hpp"
+#include "report/warning_groups.hpp"
 
 namespace tagcal::tools {
 namespace {
 
 std::string number_of_warnings(std::span<const Finding> findings) {
-  const auto count =
-      static_cast<std::size_t>(std::ranges::count(findings, Severity::warning, &Finding::severity));
+  const auto count = static_cast<std::size_t>(
+      std::ranges::count(in_groups(findings), Severity::warning, &Finding::severity));
   return count == 0 ? "" : ", " + counted(count, "warning");
 }
 

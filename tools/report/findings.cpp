@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/terminal.hpp"
+#include "report/warning_groups.hpp"
 
 namespace tagcal::tools {
 
@@ -31,7 +32,7 @@ std::vector<Finding> without_reason(std::span<const Finding> findings) {
 
 std::string findings_text(std::span<const Finding> findings, const std::string& indent) {
   std::string text;
-  for (const Finding& finding : findings) {
+  for (const Finding& finding : in_groups(findings)) {
     const bool is_note = finding.severity == Severity::note;
     const std::string mark = is_note ? "note: " : toned(Tone::caution, "! ");
     text += wrapped(indent + mark, finding.sentence, indent.size() + 2);

@@ -12,7 +12,8 @@ namespace tagcal::tools {
 // [{code, severity, sentence}, ..]
 nlohmann::ordered_json findings_json(std::span<const Finding> findings);
 
-// A line or more per finding: "note: ..", or "! .." for warnings and refusals; at most 100 columns.
+// A line or more per finding, many alike as one (in_groups): "note: ..", or "! .." for warnings and
+// refusals; at most 100 columns.
 std::string findings_text(std::span<const Finding> findings, const std::string& indent = "");
 
 // The first refusal, which the verdict gives as its reason (null: none), and all other findings.

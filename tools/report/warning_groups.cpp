@@ -20,28 +20,50 @@ std::string kind_of(const std::string& warning) {
   return std::regex_replace(warning.substr(name_of(warning).size()), numbers, "#");
 }
 
-}  // namespace
+// What is printed of the sentence at an index.
+struct Line {
+  std::size_t index = 0;
+  std::string text;
+};
 
-std::vector<std::string> in_groups(const std::vector<std::string>& warnings) {
+std::vector<Line> lines_of(const std::vector<std::string>& warnings) {
   constexpr std::size_t kLeast = 3;
   std::map<std::string, std::vector<std::string>> names;
   for (const std::string& warning : warnings)
     if (const std::string name = name_of(warning); !name.empty())
       names[kind_of(warning)].push_back(name);
 
-  std::vector<std::string> lines;
-  for (const std::string& warning : warnings) {
+  std::vector<Line> lines;
+  for (std::size_t i = 0; i < warnings.size(); ++i) {
+    const std::string& warning = warnings[i];
     const auto group = names.find(kind_of(warning));
     if (group == names.end() || group->second.size() < kLeast) {
-      lines.push_back(warning);
+      lines.push_back({i, warning});
       continue;
     }
     const std::vector<std::string>& all = group->second;
     if (all.front() != name_of(warning)) continue;
-    lines.push_back(fmt::format("{}; and {} more like it: {}, {}{}", warning, all.size() - 1,
-                                all[1], all[2], all.size() > 3 ? ", .." : ""));
+    lines.push_back({i, fmt::format("{}; and {} more like it: {}, {}{}", warning, all.size() - 1,
+                                    all[1], all[2], all.size() > 3 ? ", .." : "")});
   }
   return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> in_groups(const std::vector<std::string>& warnings) {
+  std::vector<std::string> texts;
+  for (Line& line : lines_of(warnings)) texts.push_back(std::move(line.text));
+  return texts;
+}
+
+std::vector<Finding> in_groups(std::span<const Finding> findings) {
+  std::vector<Finding> groups;
+  for (Line& line : lines_of(sentences(findings))) {
+    const Finding& first = findings[line.index];
+    groups.push_back({first.code, first.severity, std::move(line.text)});
+  }
+  return groups;
 }
 
 }  // namespace tagcal::tools
