@@ -10,6 +10,7 @@ from typing import NamedTuple
 COMMAND = str(Path(os.environ.get("TAGCAL_COMMAND", "build/release/tools/tagcal")).resolve())
 # Without optimisation and under a sanitizer a program takes other memory and time.
 IS_MEASURED = not os.environ.get("TAGCAL_SANITIZE")
+SANITIZER = 99
 
 SCENE = """camera: {image_size: [640, 400], model: radial1, f: 520, distortion: [-0.1]}
 boards:
@@ -22,7 +23,7 @@ sensor: {blur_px: 0.7, noise_levels: 2}
 
 
 class Run(NamedTuple):
-    code: int  # negative: the signal that ended it
+    code: int  # negative: the signal that ended it; SANITIZER: a sanitizer complained
     out: str
     err: str
     cpu_s: float
@@ -66,6 +67,8 @@ def run(arguments, folder, limit_s=60, prepare=None):
         for stream in (out, err):
             stream.seek(0)
             texts.append(stream.read().decode(errors="replace"))
+    if "Sanitizer: " in texts[1] or ": runtime error: " in texts[1]:
+        code = SANITIZER
     return Run(code, *texts, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
 
