@@ -47,6 +47,19 @@ std::optional<int> shifted_in(const TagsInView& view) {
   return fit ? shifted_tag<6>(problem, view.groups, kLens, fit->best().state) : std::nullopt;
 }
 
+// Fuzzing found a search whose last round left no inlier, which then used all points.
+TEST(PoseProblem, OfNoChosenPointHasNone) {
+  Random random(1);
+  const TagsInView view = some_tags(3, kSigma, random);
+  const PoseOptions options;
+  const std::vector<std::size_t> none, two = {1, 4};
+  EXPECT_EQ(PoseProblem(view.seen, options).size(), view.seen.size());
+  EXPECT_EQ(PoseProblem(view.seen, options, two).size(), 2u);
+  const PoseProblem problem(view.seen, options, none);
+  EXPECT_EQ(problem.size(), 0u);
+  EXPECT_NE(defect(problem), "");
+}
+
 TEST(ShiftedTag, NoneInPureNoise) {
   Random random(1);
   int shifted = 0;

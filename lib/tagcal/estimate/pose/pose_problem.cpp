@@ -36,9 +36,9 @@ bool has_four_places(const PoseProblem& problem) {
 }  // namespace
 
 PoseProblem::PoseProblem(std::span<const Correspondence> correspondences,
-                         const PoseOptions& options, std::span<const std::size_t> chosen)
-    : points_(chosen.empty() ? correspondences.size() : chosen.size()), pixels_(points_.size()) {
-  const auto index = [&](std::size_t i) { return chosen.empty() ? i : chosen[i]; };
+                         const PoseOptions& options, const std::optional<Indices>& chosen)
+    : points_(chosen ? chosen->size() : correspondences.size()), pixels_(points_.size()) {
+  const auto index = [&](std::size_t i) { return chosen ? (*chosen)[i] : i; };
   for (std::size_t i = 0; i < size(); ++i) {
     const Correspondence& c = correspondences[index(i)];
     points_[i] = c.point;

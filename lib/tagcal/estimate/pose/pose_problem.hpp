@@ -17,9 +17,12 @@ namespace tagcal::internal {
 // heap.
 class PoseProblem {
  public:
-  // Uses the chosen correspondences (ascending), or all. They and the options must outlive it.
+  using Indices = std::span<const std::size_t>;
+
+  // Uses the chosen correspondences (ascending; there may be none), or all if nothing is chosen
+  // from. They and the options must outlive it.
   PoseProblem(std::span<const Correspondence> correspondences, const PoseOptions& options,
-              std::span<const std::size_t> chosen = {});
+              const std::optional<Indices>& chosen = std::nullopt);
 
   std::size_t size() const { return points_.size(); }
   bool finite() const { return finite_; }
