@@ -26,22 +26,26 @@ void keep_error(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-class PngDecoder : public ImageDecoder {
+// A base class, so that it is destroyed if the constructor of the decoder throws.
+struct PngReader {
+  PngReader() = default;
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
+  ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+};
+
+class PngDecoder : public ImageDecoder, private PngReader {
  public:
   explicit PngDecoder(std::string_view bytes) : rest_(bytes) {
     png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
     info_ = png_ ? png_create_info_struct(png_) : nullptr;
-    if (!info_ || !read_header()) {
-      const Error error = failure();
-      png_destroy_read_struct(&png_, &info_, nullptr);
-      throw error;
-    }
+    if (!info_ || !read_header()) throw failure();
     check_picture_size(header_.width, header_.height, bytes.size());
     header_.orientation = png_orientation(bytes);
   }
-  ~PngDecoder() override { png_destroy_read_struct(&png_, &info_, nullptr); }
-  PngDecoder(const PngDecoder&) = delete;
-  PngDecoder& operator=(const PngDecoder&) = delete;
 
   void decode(const RowSink& sink) override {
     if (!set_transforms()) throw failure();
@@ -139,8 +143,6 @@ class PngDecoder : public ImageDecoder {
 
   std::string_view rest_;
   PngMessage message_;
-  png_structp png_ = nullptr;
-  png_infop info_ = nullptr;
   int passes_ = 1;
   std::size_t stored_channels_ = 1;  // 3 for a grey palette
   std::vector<png_byte> pixels_;
