@@ -128,7 +128,9 @@ TEST_F(Interrupted, ResumeRefusesOtherWork) {
 
 TEST_F(Interrupted, TwoProcessesDoNotResumeTheSameFolder) {
   const auto process = begun("twice", "--resume");
+  process->send(SIGSTOP);  // until the second one, which may be slower, has had its answer
   expect_bad_input(render("twice", "--resume"), {"twice.partial", "another process"});
+  process->send(SIGCONT);
   EXPECT_EQ(process->wait(), 0);
   EXPECT_EQ(bytes_of(root() / "twice"), bytes_of(root() / "whole"));
 }
