@@ -13,16 +13,37 @@
 namespace tagcal::internal {
 namespace {
 
-// cv::FileStorage recurses by element, so that deeply nested ones would overflow its stack.
-void check_depth(const std::string& text, const std::string& file) {
+// The end of the markup that begins at `at`, or npos: of a comment, an instruction or a tag, whose
+// values may have any character between quotes.
+std::size_t end_of_markup(const std::string& text, std::size_t at) {
+  if (text.compare(at, 4, "<!--") == 0) return text.find("-->", at + 4);
+  if (text.compare(at, 2, "<?") == 0) return text.find("?>", at + 2);
+  for (++at; at != std::string::npos && at < text.size(); ++at) {
+    if (text[at] == '>') return at;
+    if (text[at] == '<') break;
+    if (text[at] != '"' && text[at] != '\'') continue;
+    at = text.find(text[at], at + 1);
+    if (at == std::string::npos) break;
+  }
+  return std::string::npos;
+}
+
+// cv::FileStorage recurses by element, so that deeply nested ones would overflow its stack; and it
+// reads beyond the text where this ends within an element (OpenCV 4.6).
+void check_elements(const std::string& text, const std::string& file) {
   int depth = 0;
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
-    const char next = at + 1 < text.size() ? text[at + 1] : ' ';
-    if (next == '/') --depth;
-    if (next != '/' && next != '!' && next != '?') ++depth;
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    const std::size_t end = end_of_markup(text, at);
+    if (end == std::string::npos)
+      throw Error(file + ": is not OpenCV's XML: an element, comment or value has no end");
+    const char first = text[at + 1];
+    const bool is_element = first != '!' && first != '?';
+    if (is_element && text[end - 1] != '/') depth += first == '/' ? -1 : 1;
     if (depth > limits::kMaxYamlDepth)
       throw Error(fmt::format("{}: nested more than {} levels deep", file, limits::kMaxYamlDepth));
+    at = end;
   }
+  if (depth != 0) throw Error(file + ": is not OpenCV's XML: an element has no end");
 }
 
 std::shared_ptr<const YamlNode> converted(const cv::FileNode& node) {
@@ -56,7 +77,7 @@ std::string reason(const cv::Exception& error) {
 std::shared_ptr<const YamlNode> parse_opencv_xml(const std::string& text, const std::string& file) {
   if (text.size() > limits::kMaxYamlBytes) throw Error(file + ": larger than 16 MiB");
   if (text.find('\0') != std::string::npos) throw Error(file + ": is not XML: binary data");
-  check_depth(text, file);
+  check_elements(text, file);
   try {
     const cv::FileStorage storage(
         text, cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_XML);
