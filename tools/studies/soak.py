@@ -44,8 +44,10 @@ def program(name):
 
 
 def resident_kb():
+    """Without pages of files, which the system drops and reads again as it likes."""
     with open("/proc/self/statm", encoding="ascii") as file:
-        return int(file.read().split()[1]) * 4
+        _, resident, shared = file.read().split()[:3]
+        return (int(resident) - int(shared)) * 4
 
 
 def world(index):
