@@ -7,7 +7,7 @@
 
 #include "worlds.hpp"
 
-// Data sets with wrong corners, and which of them are wrong.
+// Data sets with wrong corners, and which of them are wrong; or with a wrong board.
 
 namespace tagcal {
 
@@ -126,6 +126,23 @@ inline SpoiledWorld moved_board(const Lens& lens, std::uint64_t seed, int num_vi
     for (const Observation& seen : view.observations)
       if (off && seen.id.tag_id >= 16) world.wrong.insert({view.image, seen.id});
     dataset.views.push_back(view);
+  }
+  return world;
+}
+
+// A world whose file says one thing and whose board is another: `moved` gives the place of a corner
+// in truth.
+inline Dataset seen_otherwise(Dataset world, const WorldOptions& options,
+                              const std::function<void(TargetPoint&)>& moved,
+                              std::uint64_t seed = 11) {
+  auto points = target_points(world.boards[0].board);
+  for (TargetPoint& p : points) moved(p);
+  Random random(seed);
+  for (View& view : world.views) {
+    const std::string image = view.image;
+    view = observe(world.truth->camera, world.truth->camera_from_world.at(image), points, options,
+                   random);
+    view.image = image;
   }
   return world;
 }

@@ -59,33 +59,43 @@ table() {
     END { printf "| all | %.0f | %d | | |\n", cpu / 60, tried }' "$log"
 }
 
-# Replays both corpora in a build that counts lines (preset `coverage`).
+# Replays both corpora. The programs count the lines that they reach.
 coverage() {
-  ./tools/configure.sh coverage
-  cmake --build --preset coverage --parallel "$(nproc)" >&2
-  local profiles=build/coverage/profiles objects=() name
+  local profiles=build/fuzz/profiles objects=() name room report
   rm -rf "$profiles"
   mkdir -p "$profiles"
   for name in $names; do
-    objects+=(-object "build/coverage/tests/fuzz/fuzz_$name")
-    local inputs=("tests/fuzz/corpus/$name")
-    [ ! -d "build/fuzz/corpus/$name" ] || inputs+=("build/fuzz/corpus/$name")
-    LLVM_PROFILE_FILE="$profiles/$name.raw" "build/coverage/tests/fuzz/fuzz_$name" "${inputs[@]}" >&2
+    local program=build/fuzz/tests/fuzz/fuzz_$name kept=build/fuzz/corpus/$name
+    mkdir -p "$kept"
+    objects+=(-object "$program")
+    LLVM_PROFILE_FILE="$profiles/$name.raw" "$program" -runs=0 "tests/fuzz/corpus/$name" "$kept" >&2
   done
   llvm-profdata-14 merge -sparse "$profiles"/*.raw -o "$profiles/all"
   for room in lib/tagcal/io lib/tagcal/detect; do
-    llvm-cov-14 report "${objects[@]}" -instr-profile "$profiles/all" "$PWD/$room" \
-      >"build/coverage/$(basename "$room").txt"
-    awk -v room="$room" '/^TOTAL/ {
-      printf "%s: %d of %d lines (%s), %d of %d functions\n", room, $8 - $9, $8, $10, $5 - $6, $5
-    }' "build/coverage/$(basename "$room").txt"
+    report=build/fuzz/coverage_$(basename "$room").txt
+    llvm-cov-14 report "${objects[@]}" -instr-profile "$profiles/all" "$PWD/$room" >"$report"
+    awk -v room="$room" -v report="$report" '/^TOTAL/ {
+      printf "%s: %d of %d lines (%s), %d of %d functions; by file: %s\n", room, $8 - $9, $8, $10,
+        $5 - $6, $5, report
+    }' "$report"
   done
-  echo "by file: build/coverage/io.txt, build/coverage/detect.txt" >&2
+}
+
+build() {
+  local programs=() name
+  for name in "$@"; do programs+=("fuzz_$name"); done
+  ./tools/configure.sh fuzz
+  cmake --build --preset fuzz --target "${programs[@]}" --parallel "$(nproc)" >&2
 }
 
 case "${1:-}" in
   --table) table; exit 0 ;;
-  --coverage) coverage; exit 0 ;;
+  --coverage)
+    # shellcheck disable=SC2086
+    build $names
+    coverage
+    exit 0
+    ;;
 esac
 if [ $# -lt 2 ] || ! [[ " all $names" == *" $1 "* && $2 =~ ^[0-9]+$ ]]; then
   echo "fuzz.sh: usage: fuzz.sh NAME MINUTES [SEED], NAME one of: ${names}or all" >&2
@@ -94,10 +104,9 @@ fi
 chosen=$1
 [ "$chosen" != all ] || chosen=$names
 
-./tools/configure.sh fuzz
-programs=()
-for name in $chosen; do programs+=("fuzz_$name"); done
-cmake --build --preset fuzz --target "${programs[@]}" --parallel "$(nproc)" >&2
+# shellcheck disable=SC2086
+build $chosen
+export LLVM_PROFILE_FILE=/dev/null  # a search counts no lines
 export ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 own_scratch=
 [ -n "${TMPDIR:-}" ] || own_scratch=$(mktemp --directory)

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "spoiled_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "worlds.hpp"
 
 namespace tagcal {
 namespace {
@@ -10,26 +10,19 @@ namespace {
 // The usual world, seen of a board that is bent by bow_m.x along x and bow_m.y along y.
 Dataset bent_world(const Lens& lens, std::uint64_t seed, const Eigen::Vector2d& bow_m,
                    const WorldOptions& options) {
-  Dataset world = make_world(lens, seed, options);
-  std::vector<TargetPoint> points = target_points(world.boards[0].board);
+  const Dataset world = make_world(lens, seed, options);
+  const std::vector<TargetPoint> points = target_points(world.boards[0].board);
   Eigen::Vector3d low = points[0].position, high = low;
   for (const TargetPoint& p : points) {
     low = low.cwiseMin(p.position);
     high = high.cwiseMax(p.position);
   }
-  for (TargetPoint& p : points) {
+  const auto bend = [&](TargetPoint& p) {
     const double x = 2 * (p.position.x() - low.x()) / (high.x() - low.x()) - 1;
     const double y = 2 * (p.position.y() - low.y()) / (high.y() - low.y()) - 1;
     p.position.z() += bow_m.x() * (1 - x * x) + bow_m.y() * (1 - y * y);
-  }
-  Random random(seed);
-  for (View& view : world.views) {
-    const std::string name = view.image;
-    view = observe(world.truth->camera, world.truth->camera_from_world.at(name), points, options,
-                   random);
-    view.image = name;
-  }
-  return world;
+  };
+  return seen_otherwise(world, options, bend, seed);
 }
 
 const Lens kLens = Perspective({900, 900, 651, 392, -0.1});

@@ -32,24 +32,9 @@ WorldOptions views(int count, double sigma_px = 0.2) {
   return options;
 }
 
-// The file says one thing, the print is another: `printed` gives a corner's place in truth.
-Dataset printed_otherwise(Dataset world, const WorldOptions& options,
-                          const std::function<void(TargetPoint&)>& printed) {
-  auto points = target_points(world.boards[0].board);
-  for (TargetPoint& p : points) printed(p);
-  Random random(11);
-  for (View& view : world.views) {
-    const std::string image = view.image;
-    view = observe(world.truth->camera, world.truth->camera_from_world.at(image), points, options,
-                   random);
-    view.image = image;
-  }
-  return world;
-}
-
 Dataset bent(const Lens& lens, double by_m) {
   const WorldOptions options = views(12, 0.1);
-  return printed_otherwise(make_world(lens, 5, options), options, [=](TargetPoint& p) {
+  return seen_otherwise(make_world(lens, 5, options), options, [=](TargetPoint& p) {
     p.position.z() += by_m * (1 - std::pow(p.position.x() / 0.33 - 1, 2));
   });
 }
@@ -99,14 +84,14 @@ Dataset all_mirrored() {
 }
 
 Dataset printed_with_moved_tag() {
-  return printed_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12), [](TargetPoint& p) {
+  return seen_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12), [](TargetPoint& p) {
     if (p.id.tag_id == 17) p.position.x() += 1.5e-3;
   });
 }
 
 // Each tag of the usual board by a hundredth larger about its own centre.
 Dataset printed_with_larger_tags() {
-  return printed_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12), [](TargetPoint& p) {
+  return seen_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12), [](TargetPoint& p) {
     const double pitch = 1.3 * 0.088;
     const Eigen::Vector3d centre(p.id.tag_id % 6 * pitch + 0.044, p.id.tag_id / 6 * pitch + 0.044,
                                  0);

@@ -25,22 +25,6 @@ CalibrateOptions with_model(const std::string& model) {
   return options;
 }
 
-// The file says one thing, the world is another: `moved` gives a corner's place in truth.
-Dataset seen_otherwise(const Dataset& world, const WorldOptions& options,
-                       const std::function<void(TargetPoint&)>& moved) {
-  Dataset dataset = world;
-  auto points = target_points(world.boards[0].board);
-  for (TargetPoint& p : points) moved(p);
-  Random random(11);
-  for (View& view : dataset.views) {
-    const std::string image = view.image;
-    view = observe(world.truth->camera, world.truth->camera_from_world.at(image), points, options,
-                   random);
-    view.image = image;
-  }
-  return dataset;
-}
-
 Dataset with_moved_tag(std::uint64_t seed, int tag_id, double by_m) {
   WorldOptions options;
   options.num_views = 12;

@@ -20,9 +20,9 @@ std::string kind_of(const std::string& warning) {
   return std::regex_replace(warning.substr(name_of(warning).size()), numbers, "#");
 }
 
-// What is printed of the sentence at an index.
+// A line that stands for one warning or for many alike.
 struct Line {
-  std::size_t index = 0;
+  std::size_t index = 0;  // of the first warning
   std::string text;
 };
 

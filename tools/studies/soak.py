@@ -8,9 +8,9 @@ same few random worlds (docs/worlds.md), each time with new noise; so its memory
 times may be compared. After each round it also sends one new world through the commands `render`,
 `detect` and `calibrate`, each a process of its own, which may end with an answer (0) or without
 one (3) and with nothing on stderr but lines of its own. A world whose pictures show fewer than 12
-corners (its tags are too small or too blurred) must be refused as bad input (2). The rounds of all pieces are in
-build/soak/rounds.csv; a later piece goes on with the next seeds. `table` ends with 1 if a bound is
-broken.
+corners (its tags are too small or too blurred) must be refused as bad input (2). The rounds of all
+pieces are in build/soak/rounds.csv; a later piece goes on with the next seeds. `table` ends with 1
+if a bound is broken.
 """
 
 import argparse
@@ -26,8 +26,8 @@ from pathlib import Path
 FOLDER = Path("build/soak")
 ROUNDS = FOLDER / "rounds.csv"
 TROUBLES = FOLDER / "troubles"
-KEYS = ["piece", "round", "seconds", "commands_s", "rss_kb", "calibrations", "answers", "codes",
-        "troubles"]
+KEYS = ["piece", "round", "seed", "seconds", "commands_s", "rss_kb", "calibrations", "answers",
+        "codes", "troubles"]
 # Messages, and the lines of progress of a process that takes more than a second.
 OWN_LINES = ("tagcal: ", "wrote ", "rendering: ", "detecting: ", "calibrating: ")
 MIN_CORNERS = 12  # fewer in all are bad input for `calibrate` (tools/input/input.cpp)
@@ -117,13 +117,13 @@ def rounds_so_far():
         return list(csv.DictReader(file))
 
 
-def run_piece(minutes):
+def run_piece(minutes, first_seed):
     import tagcal  # the table needs no module
 
     FOLDER.mkdir(parents=True, exist_ok=True)
     earlier = rounds_so_far()
     piece = 1 + max((int(row["piece"]) for row in earlier), default=0)
-    seed = len(earlier)
+    seed = first_seed - 1 if first_seed else int(earlier[-1]["seed"]) if earlier else 0
     scenes = [tagcal.read_scene(world(index)) for index in range(WORLDS)]
     end = time.monotonic() + 60 * minutes
     with open(ROUNDS, "a", encoding="ascii", newline="") as file:
@@ -139,7 +139,7 @@ def run_piece(minutes):
             before = children_seconds()
             codes, trouble = commands(WORLDS + seed)
             times = [f"{seconds:.3f}", f"{children_seconds() - before:.3f}"]
-            row = [piece, number, *times, resident_kb(), WORLDS, answers]
+            row = [piece, number, seed, *times, resident_kb(), WORLDS, answers]
             rows.writerow(dict(zip(KEYS, [*row, "/".join(map(str, codes)), int(bool(trouble))])))
             file.flush()
 
@@ -194,10 +194,11 @@ def main():
     actions = parser.add_subparsers(dest="action", required=True)
     run = actions.add_parser("run", help="one piece")
     run.add_argument("--minutes", type=float, required=True)
+    run.add_argument("--seed", type=int, help="of the first round, default: after the last one")
     actions.add_parser("table", help="what all pieces found")
     options = parser.parse_args()
     if options.action == "run":
-        run_piece(options.minutes)
+        run_piece(options.minutes, options.seed)
     else:
         print_table()
 

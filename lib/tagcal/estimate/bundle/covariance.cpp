@@ -136,6 +136,10 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
   return result;
 }
 
+void BundleInformation::raise_unobservable() {
+  halves[0].diagonal() += policy::kUnobservablePrecision * sum().diagonal();
+}
+
 std::optional<BundleInformation> bundle_information(const Bundle& bundle,
                                                     const FlatBoard* held_flat) {
   const Lens lens = bundle.lens();

@@ -25,6 +25,9 @@ struct BundleCovariance {
 struct BundleInformation {
   Eigen::MatrixXd sum() const { return halves[0] + halves[1]; }
   Eigen::VectorXd gradient() const { return gradients[0] + gradients[1]; }
+  // Gives parameters that the data do not determine a large standard deviation, so that the
+  // information has an inverse (policy::kUnobservablePrecision).
+  void raise_unobservable();
 
   std::array<Eigen::MatrixXd, 2> halves;            // S of each half
   std::array<Eigen::VectorXd, 2> gradients;         // of half the cost

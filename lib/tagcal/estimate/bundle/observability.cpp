@@ -92,7 +92,7 @@ bool is_finite(const std::optional<BundleInformation>& information) {
 // (policy::kUnobservablePrecision) that a projection that depends on them is refused.
 std::optional<BundleCovariance> covariance_with_unobservable(BundleInformation information,
                                                              const Bundle& bundle, double sigma) {
-  information.halves[0].diagonal() += policy::kUnobservablePrecision * information.sum().diagonal();
+  information.raise_unobservable();
   auto covariance = covariance_of(bundle, information, sigma);
   if (covariance) covariance->decrement = 0;  // unobservable directions have no Gauss-Newton step
   return covariance;

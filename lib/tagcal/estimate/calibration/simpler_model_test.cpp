@@ -208,7 +208,7 @@ std::optional<LargerModelStep> step_to_larger_model(const Bundle& solved,
   for (int i = 0; i < larger.num_free(); ++i)
     if (is_new && is_centre(larger.free()[static_cast<std::size_t>(i)]))
       information.halves[0](i, i) += std::pow(sigma / spread_px, 2);
-  information.halves[0].diagonal() += policy::kUnobservablePrecision * information.sum().diagonal();
+  information.raise_unobservable();
   auto covariance = covariance_of(result.bundle, information, sigma);
   if (!covariance) return std::nullopt;
   result.covariance = std::move(*covariance);

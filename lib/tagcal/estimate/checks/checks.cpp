@@ -256,10 +256,11 @@ bool is_tilt_unknown(const CalibratedView& view) {
 Result tilt_unknown(const Solved& s) {
   const auto count = std::ranges::count_if(s.answer.views, is_tilt_unknown);
   if (count == 0) return std::nullopt;
-  return finding(code::tilt_unknown,
-                 "in " + std::to_string(count) +
-                     " views the board faces the camera, so that its two mirrored poses are not "
-                     "told apart: the standard deviation of its tilt does not hold there");
+  return finding(
+      code::tilt_unknown,
+      "in " + std::to_string(count) +
+          " views the board faces the camera, and the corners fit its two mirrored poses "
+          "alike: the standard deviation of its tilt does not hold there");
 }
 
 // The residuals of most views are spatially correlated, which perspective causes and this model

@@ -18,13 +18,12 @@ namespace {
 std::size_t end_of_markup(const std::string& text, std::size_t at) {
   if (text.compare(at, 4, "<!--") == 0) return text.find("-->", at + 4);
   if (text.compare(at, 2, "<?") == 0) return text.find("?>", at + 2);
-  for (++at; at != std::string::npos && at < text.size(); ++at) {
+  do {
+    at = text.find_first_of("<>\"'", at + 1);
+    if (at == std::string::npos || text[at] == '<') return std::string::npos;
     if (text[at] == '>') return at;
-    if (text[at] == '<') break;
-    if (text[at] != '"' && text[at] != '\'') continue;
-    at = text.find(text[at], at + 1);
-    if (at == std::string::npos) break;
-  }
+    at = text.find(text[at], at + 1);  // the other quote
+  } while (at != std::string::npos);
   return std::string::npos;
 }
 
