@@ -21,6 +21,7 @@ limits() {
   case "$1" in
     calibrate) echo "-timeout=120" ;;
     pose) echo "-timeout=60" ;;
+    rendered) echo "-timeout=60 -max_len=256" ;;
     *) echo "-timeout=10 -use_value_profile=1" ;;
   esac
 }
@@ -32,9 +33,9 @@ search() {
   local status=0 out times
   out=$(mktemp)
   # shellcheck disable=SC2046
-  { TIMEFORMAT='%U %S'; time "build/fuzz/tests/fuzz/fuzz_$name" $(limits "$name") \
+  { TIMEFORMAT='%U %S'; time "build/fuzz/tests/fuzz/fuzz_$name" -max_len=4096 \
     -max_total_time=$((60 * minutes)) -seed="$seed" -rss_limit_mb=2048 -malloc_limit_mb=1024 \
-    -max_len=4096 -print_final_stats=1 -artifact_prefix="$found/" "$kept" \
+    $(limits "$name") -print_final_stats=1 -artifact_prefix="$found/" "$kept" \
     "tests/fuzz/corpus/$name" >"$out" 2>&1; } 2>"$out.time" || status=$?
   grep --invert-match --extended-regexp '^#[0-9]+[[:space:]]+(NEW|REDUCE|pulse|RELOAD)' "$out" || true
   times=$(tail -1 "$out.time")
@@ -61,24 +62,24 @@ table() {
 
 # Replays both corpora. The programs count the lines that they reach.
 coverage() {
-  local profiles=build/fuzz/profiles objects=() name room report
+  local profiles=build/fuzz/profiles report=build/fuzz/coverage.txt objects=() name room
   rm -rf "$profiles"
   mkdir -p "$profiles"
   for name in $names; do
     local program=build/fuzz/tests/fuzz/fuzz_$name kept=build/fuzz/corpus/$name
     mkdir -p "$kept"
-    objects+=(-object "$program")
+    objects+=(--object "$program")
     LLVM_PROFILE_FILE="$profiles/$name.raw" "$program" -runs=0 "tests/fuzz/corpus/$name" "$kept" >&2
   done
   llvm-profdata-14 merge -sparse "$profiles"/*.raw -o "$profiles/all"
+  # The first program has no option. Names of files may be relative, so that awk chooses them.
+  llvm-cov-14 report "${objects[@]:1}" --instr-profile "$profiles/all" >"$report"
   for room in lib/tagcal/io lib/tagcal/detect; do
-    report=build/fuzz/coverage_$(basename "$room").txt
-    llvm-cov-14 report "${objects[@]}" -instr-profile "$profiles/all" "$PWD/$room" >"$report"
-    awk -v room="$room" -v report="$report" '/^TOTAL/ {
-      printf "%s: %d of %d lines (%s), %d of %d functions; by file: %s\n", room, $8 - $9, $8, $10,
-        $5 - $6, $5, report
-    }' "$report"
+    awk -v room="$room" 'index($1, room "/") { functions += $5; unseen += $6; lines += $8; missed += $9 }
+      END { printf "%s: %d of %d lines (%.1f %%), %d of %d functions\n", room, lines - missed, lines,
+            100 * (1 - missed / lines), functions - unseen, functions }' "$report"
   done
+  echo "by file: $report" >&2
 }
 
 build() {

@@ -33,13 +33,12 @@ bool are_equal(const CameraFile& a, const CameraFile& b) {
 }
 
 std::filesystem::path written(const fuzz::Scratch& scratch, std::string_view text) {
-  constexpr std::string_view kCut = "\n--8<--\n";
-  const std::size_t cut = text.find(kCut);
-  if (cut == std::string_view::npos) return scratch.write("camera", text);
+  const auto [cameras, images] = fuzz::two_files(text);
+  if (images.empty()) return scratch.write("camera", text);
   const std::filesystem::path folder = scratch.folder() / "colmap";
   std::filesystem::create_directories(folder);
-  scratch.write("colmap/cameras.txt", text.substr(0, cut + 1));
-  scratch.write("colmap/images.txt", text.substr(cut + kCut.size()));
+  scratch.write("colmap/cameras.txt", cameras);
+  scratch.write("colmap/images.txt", images);
   return folder;
 }
 

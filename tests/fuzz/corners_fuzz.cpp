@@ -1,5 +1,7 @@
-// Lists of corners: our CSV, mrcal's vnl, OpenCV's image_points. The first byte chooses the board.
+// Lists of corners: our CSV, mrcal's vnl, OpenCV's image_points, each written in all formats. The
+// first byte chooses the board.
 #include "fuzz/fuzz.hpp"
+#include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
 
 namespace {
@@ -20,6 +22,19 @@ std::size_t num_corners(const std::vector<View>& views) {
   std::size_t count = 0;
   for (const View& view : views) count += view.observations.size();
   return count;
+}
+
+// Those of other programs have no tags, and OpenCV's no views that lack corners.
+void check_other_formats(const fuzz::Scratch& scratch, const std::vector<View>& views,
+                         const std::vector<PlacedBoard>& boards) {
+  for (const char* const name : {"copy.vnl", "copy.yaml", "copy.xml", "copy.json"}) {
+    const std::filesystem::path copy = scratch.folder() / name;
+    const bool is_written = fuzz::is_accepted(
+        [&] { write_corners(copy, views, boards, corners_format_of_name(copy)); });
+    if (!is_written) continue;
+    const bool is_read = fuzz::is_accepted([&] { check_views(read_observations(copy, boards)); });
+    fuzz::require(is_read, "corners that were written for another program can be read");
+  }
 }
 
 }  // namespace
@@ -45,6 +60,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     });
     fuzz::require(is_read, "corners that were read can be written and read again");
     fuzz::require(num_again == num_corners(views), "and are as many");
+    if (num_again > 0) check_other_formats(scratch, views, boards);
   });
   return 0;
 }

@@ -1,26 +1,10 @@
 // Detection on raw pictures of any size and content, for all kinds of boards and options.
-#include "fuzz/fuzz.hpp"
-#include "tagcal/detect/detector.hpp"
+#include "fuzz/pictures.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace {
 
 using namespace tagcal;
-
-Board board_of(int kind) {
-  const Checkerboard checkerboard{
-      .columns = 4, .rows = 3, .column_spacing = 0.1, .row_spacing = 0.1};
-  switch (kind) {
-    case 0:
-      return grid_board({2, 2, 0.1, 0.3});
-    case 1:
-      return grid_board({2, 1, 0.1, 0.2}, "tag25h9", 1, false);
-    case 2:
-      return checkerboard_board(checkerboard);
-    default:
-      return charuco_board(checkerboard, {.size = 0.07, .dictionary = "DICT_4X4_50"});
-  }
-}
 
 // Noise, a pattern of squares, or what remains of the input, as often as needed.
 std::uint16_t level(int kind, int x, int y, int period, const std::uint8_t* rest,
@@ -48,19 +32,6 @@ Image8 picture_of(const ImageSize& size, int kind, int period, bool sixteen_bit,
   return sixteen_bit ? scaled_to_8_bits(deep) : image;
 }
 
-void check_view(const View& view, const ImageSize& size) {
-  const double margin = 2.0;  // px: a corner may be extrapolated a little beyond the border
-  for (const Observation& seen : view.observations) {
-    fuzz::require(seen.pixel.allFinite(), "corners are finite");
-    fuzz::require(seen.pixel.x() > -margin && seen.pixel.x() < size.width + margin &&
-                      seen.pixel.y() > -margin && seen.pixel.y() < size.height + margin,
-                  "corners are in the picture");
-    if (!seen.covariance_px2) continue;
-    fuzz::require(seen.covariance_px2->allFinite(), "covariances are finite");
-    fuzz::require(seen.covariance_px2->determinant() > 0, "covariances are positive definite");
-  }
-}
-
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -70,7 +41,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const int kind = bytes.byte() % 4;
   const int period = 1 + bytes.byte() % 40;
   const bool sixteen_bit = bytes.flag();
-  const std::vector<PlacedBoard> boards{{board_of(bytes.byte() % 4), Pose()}};
+  const std::vector<PlacedBoard> boards{{fuzz::board_of(bytes.byte() % 5), Pose()}};
   DetectOptions options;
   options.threads = 1;
   options.max_hamming = bytes.byte() % 3;
@@ -80,7 +51,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       picture_of(image_size, kind, period, sixteen_bit, rest, rest ? size - kHeader : 0);
   const bool is_searched = fuzz::is_accepted([&] {
     std::vector<std::string> warnings;
-    check_view(detect(image, boards, options, "picture", &warnings), image_size);
+    fuzz::check_view(detect(image, boards, options, "picture", &warnings), image_size);
   });
   fuzz::require(is_searched, "every picture can be searched");
   return 0;

@@ -109,6 +109,14 @@ class Bytes {
   std::size_t size_;
 };
 
+// An input of two files, which a line `--8<--` parts; the second is empty without it.
+inline std::pair<std::string_view, std::string_view> two_files(std::string_view text) {
+  constexpr std::string_view kCut = "\n--8<--\n";
+  const std::size_t cut = text.find(kCut);
+  if (cut == std::string_view::npos) return {text, {}};
+  return {text.substr(0, cut + 1), text.substr(cut + kCut.size())};
+}
+
 inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
