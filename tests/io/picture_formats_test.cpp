@@ -197,6 +197,13 @@ TEST_F(PictureFormats, TiffsOfOtherKinds) {
   EXPECT_EQ(size_of(read_picture(folder_ / "turned.tif")), (ImageSize{1, 2}));
 }
 
+TEST_F(PictureFormats, JpegsOfPrintersAreRefused) {
+  const fs::path file = TAGCAL_SOURCE_DIR "/tests/fuzz/corpus/picture/cmyk.jpg";
+  const std::string error = error_of([&] { read_image_size(file); });
+  EXPECT_NE(error.find("cmyk.jpg: JPEG: is CMYK: convert it to grey or RGB"), std::string::npos)
+      << error;
+}
+
 TEST_F(PictureFormats, TiffsThatAreNotReadSayWhy) {
   const auto error = [&](const TiffKind& k) {
     return error_of_file(tiff_of(folder_ / "a.tif", {4, 3}, smooth_values({8, 6}, 4, 1), k));

@@ -28,6 +28,8 @@ class JpegDecoder : public ImageDecoder {
     manager_.base.emit_message = judge_warning;
     manager_.base.output_message = [](j_common_ptr) {};
     if (!create() || !read_header(bytes)) throw failure();
+    if (jpeg_.jpeg_color_space == JCS_CMYK || jpeg_.jpeg_color_space == JCS_YCCK)
+      throw Error("JPEG: is CMYK: convert it to grey or RGB");
     check_picture_size(header_.width, header_.height, bytes.size());
     header_.orientation = jpeg_orientation(bytes);
     if (least_width > 0) reduce(least_width);
