@@ -60,6 +60,15 @@ table() {
     END { printf "| all | %.0f | %d | | |\n", cpu / 60, tried }' "$log"
 }
 
+# The files of the targets, in memory: they are synced, for which a disk takes longer than for all
+# else.
+own_scratch() {
+  [ -z "${TMPDIR:-}" ] || return 0
+  TMPDIR=$(mktemp --directory --tmpdir=/dev/shm || mktemp --directory)
+  export TMPDIR
+  trap 'rm -rf "$TMPDIR"' EXIT
+}
+
 # Replays both corpora. The programs count the lines that they reach.
 coverage() {
   local profiles=build/fuzz/profiles report=build/fuzz/coverage.txt objects=() name room
@@ -94,6 +103,7 @@ case "${1:-}" in
   --coverage)
     # shellcheck disable=SC2086
     build $names
+    own_scratch
     coverage
     exit 0
     ;;
@@ -109,11 +119,7 @@ chosen=$1
 build $chosen
 export LLVM_PROFILE_FILE=/dev/null  # a search counts no lines
 export ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
-own_scratch=
-# In memory: files are synced, and a disk takes longer for that than all else.
-[ -n "${TMPDIR:-}" ] || own_scratch=$(mktemp --directory --tmpdir=/dev/shm || mktemp --directory)
-export TMPDIR=${TMPDIR:-$own_scratch}
+own_scratch
 failed=0
 for name in $chosen; do search "$name" "$2" "${3:-0}" || failed=1; done
-[ -z "$own_scratch" ] || rm -rf "$own_scratch"
 exit "$failed"

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace tagcal {
 
@@ -9,7 +11,15 @@ namespace tagcal {
 // whose arguments come from a user; an estimate that fails says so in its status instead.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit Error(std::string message) : std::runtime_error(one_line(std::move(message))) {}
+
+ private:
+  // Names of files and values of keys may have line breaks: each becomes a space.
+  static std::string one_line(std::string message) {
+    for (char& c : message)
+      if (c == '\n' || c == '\r') c = ' ';
+    return message;
+  }
 };
 
 }  // namespace tagcal

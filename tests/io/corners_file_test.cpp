@@ -101,6 +101,16 @@ TEST_F(CornersFileTest, RoundTripsAreExact) {
   EXPECT_EQ(points.at<cv::Vec2d>(0, 1)[0], 30.5 / 3);
 }
 
+TEST_F(CornersFileTest, NamesOfAnyLetters) {
+  std::vector<View> views = read(kSample);
+  views.resize(1);
+  views[0].image = "M\u00fcnchen/<a>&'b'\"c\"\x7f.png";
+  for (const char* const name : {"o.csv", "o.vnl", "o.yaml", "o.xml", "o.json"}) {
+    write_corners(folder_ / name, views, boards(), corners_format_of_name(name));
+    EXPECT_EQ(read_observations(folder_ / name, boards()).at(0).image, views[0].image) << name;
+  }
+}
+
 TEST_F(CornersFileTest, WhatIsDroppedIsSaid) {
   std::vector<View> views = read(kVnl);
   views[0].observations[0].covariance_px2 = Matrix2::Identity();

@@ -83,14 +83,15 @@ std::string joined(const Eigen::MatrixXd& matrix, std::string_view separator) {
   return text;
 }
 
+// As cv::FileStorage reads it between quotes; it ends a text at any other byte (OpenCV 4.6).
 std::string xml_text(std::string_view text) {
+  constexpr std::string_view kMarkup = "<>&\"'";
   std::string escaped;
-  for (const char c : text)
-    escaped += c == '<'   ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '&' ? "&amp;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_plain = byte >= 0x20 && byte != 0x7f && kMarkup.find(c) == kMarkup.npos;
+    escaped += is_plain ? std::string(1, c) : fmt::format("&#x{:02x};", byte);
+  }
   return escaped;
 }
 
