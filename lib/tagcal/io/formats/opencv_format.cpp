@@ -186,21 +186,16 @@ CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
   const bool fisheye = model ? model->lens_type() == LensType::fisheye : is_marked_fisheye(top);
   read_camera_matrix(top.at(keys.matrix), numbers);
   numbers.distortion = read_distortion(top.at(keys.distortion), fisheye, notes);
-  const Model& holds_all = Model::named(fisheye ? "fisheye4" : "opencv8");
+  const Model& named = model ? *model : Model::named(fisheye ? "fisheye4" : "opencv8");
   // A fixed parameter may have a value that the model alone would not have.
-  const auto fixed = top.find("fixed");
   std::optional<HeldModels> held;
-  if (model && fixed) {
+  if (const auto fixed = top.find("fixed")) {
     const std::span<const std::string_view> names =
         fisheye ? std::span<const std::string_view>(Fisheye::kParameterNames)
                 : Perspective::kParameterNames;
-    held.emplace(fixed_values(*fixed, names), model->lens_type());
+    held.emplace(fixed_values(*fixed, names), named.lens_type());
   }
-  return {make_camera(numbers,
-                      held    ? held->named(model->name())
-                      : model ? *model
-                              : holds_all,
-                      top),
+  return {make_camera(numbers, held ? held->named(named.name()) : named, top),
           model ? std::string(model->name()) : "",
           {},
           {},
