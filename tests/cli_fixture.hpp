@@ -63,7 +63,7 @@ inline void expect_same_text(const std::string& expected, const std::string& act
 // Standard error without the lines of progress, which a slow machine (or a build under sanitizers)
 // prints after the first second.
 inline std::string without_progress(const std::string& err) {
-  static const std::regex progress(R"(^[a-z ]+: \d+ (of \d+.*|s|min \d+ s)\n)",
+  static const std::regex progress(R"(^[a-z ]+: \d+ (of \d+(, .*)?|s|min \d+ s)\n)",
                                    std::regex::ECMAScript | std::regex::multiline);
   return std::regex_replace(err, progress, "");
 }
