@@ -20,7 +20,7 @@ namespace tagcal::internal {
 
 inline const Lens kPinhole = pinhole(600, 600, 319.5, 239.5);
 
-// A board 0.5 m before a camera, tilted about its middle, with the corners where they truly are.
+// A board 0.65 m before a camera, tilted about its middle, with the corners where they truly are.
 class BoardSight {
  public:
   explicit BoardSight(const Board& shown, const Lens& lens = kPinhole, double tilt_rad = 0.6,

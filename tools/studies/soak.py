@@ -123,7 +123,8 @@ def run_piece(minutes, first_seed):
     FOLDER.mkdir(parents=True, exist_ok=True)
     earlier = rounds_so_far()
     piece = 1 + max((int(row["piece"]) for row in earlier), default=0)
-    seed = first_seed - 1 if first_seed else int(earlier[-1]["seed"]) if earlier else 0
+    last_seed = int(earlier[-1]["seed"]) if earlier else 0
+    seed = first_seed - 1 if first_seed else last_seed
     scenes = [tagcal.read_scene(world(index)) for index in range(WORLDS)]
     end = time.monotonic() + 60 * minutes
     with open(ROUNDS, "a", encoding="ascii", newline="") as file:

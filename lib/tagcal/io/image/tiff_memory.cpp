@@ -60,7 +60,6 @@ struct TiffCalls {
     std::vsnprintf(text, sizeof text, format, values);
     TiffMemory& file = memory(handle);
     if (file.error_.empty()) file.error_ = text;
-    std::replace(file.error_.begin(), file.error_.end(), '\n', ' ');
     return 1;  // do not print it
   }
 
