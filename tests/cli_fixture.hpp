@@ -97,12 +97,16 @@ class Cli : public testing::Test {
   }
   static std::string path(const std::string& name) { return (root() / name).string(); }
 
+  // The program, which tools/test.sh --valgrind runs under another one.
+  static std::string program() {
+    const char* const under = std::getenv("TAGCAL_TEST_UNDER");
+    return std::string(under == nullptr ? "" : under) + " " + TAGCAL_COMMAND;
+  }
+
   static Outcome run(const std::string& arguments) {
     const std::string out = path("stdout.txt");
     const std::string err = path("stderr.txt");
-    // tools/test.sh --valgrind runs the program under another one.
-    const char* const under = std::getenv("TAGCAL_TEST_UNDER");
-    std::string line = std::string(under == nullptr ? "" : under) + " " + TAGCAL_COMMAND;
+    std::string line = program();
     line.append(" ").append(arguments).append(" >").append(out).append(" 2>").append(err);
     line.append(" </dev/null");
     const int status = std::system(line.c_str());

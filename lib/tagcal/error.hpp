@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -14,10 +15,13 @@ class Error : public std::runtime_error {
   explicit Error(std::string message) : std::runtime_error(one_line(std::move(message))) {}
 
  private:
-  // Names of files and values of keys may have line breaks: each becomes a space.
+  // Names of files and values of keys may have line breaks: each becomes a space. Of a message with
+  // a name of thousands of characters the middle is left out.
   static std::string one_line(std::string message) {
     for (char& c : message)
       if (c == '\n' || c == '\r') c = ' ';
+    constexpr std::size_t kHalf = 500;
+    if (message.size() > 2 * kHalf) message.replace(kHalf, message.size() - 2 * kHalf, " ... ");
     return message;
   }
 };

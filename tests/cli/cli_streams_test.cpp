@@ -1,6 +1,12 @@
 // The command with stderr closed or full has the same exit codes and results.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
 #include "cli_fixture.hpp"
 #include "cli_process.hpp"
+#include "report/terminal.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -75,6 +81,63 @@ TEST_F(CliStreams, MessagesAreOurOwn) {
     const Outcome outcome = run(command);
     EXPECT_EQ(foreign_lines(outcome.err), std::vector<std::string>()) << command;
   }
+}
+
+// What a program prints on a terminal of its own.
+class Terminal {
+ public:
+  Terminal() : master_(posix_openpt(O_RDWR | O_NOCTTY)) {
+    grantpt(master_);
+    unlockpt(master_);
+    slave_ = open(name().c_str(), O_RDWR | O_NOCTTY);  // keeps what is printed until it is read
+    fcntl(master_, F_SETFL, O_NONBLOCK);
+  }
+  ~Terminal() {
+    close(slave_);
+    close(master_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  std::string name() const { return ptsname(master_); }
+  std::string printed() const {
+    std::string text, block(4096, '\0');
+    for (ssize_t n = 0; (n = read(master_, block.data(), block.size())) > 0;)
+      text.append(block, 0, static_cast<std::size_t>(n));
+    return text;
+  }
+
+ private:
+  int master_, slave_;
+};
+
+TEST(Terminal, ControlCharactersAreShown) {
+  EXPECT_EQ(without_controls("a\033]0;b\a\r\x7f c\n\td"), "a?]0;b??? c\n\td");
+  EXPECT_EQ(without_controls("\xc2\x9b"
+                             "2J \xc3\xa9 \xc2\xb5 \xc2"),
+            "?2J \xc3\xa9 \xc2\xb5 \xc2");
+  EXPECT_EQ(without_controls("\033[1;32mok\033[0m \033[2J \033[1;3"),
+            "\033[1;32mok\033[0m ?[2J ?[1;3");
+}
+
+// Names of pictures may hold any bytes, those that clear a terminal too. Data keep them.
+TEST_F(CliStreams, NamesDoNotCommandATerminal) {
+  const std::string name = "\033[2J\a.png", csv = path("names.csv");
+  fs::create_directories(path("names"));
+  for (const char* const copy : {"a", "b"})
+    fs::copy(path("set/images/000.png"), path("names/" + (copy + name)));
+  const std::string detect = "detect " + path("names") + " --target " + path("set/target.yaml");
+  const Outcome bad = run("detect 'no" + name + "' --target " + path("set/target.yaml"));
+  EXPECT_NE(bad.err.find("no?[2J?.png: no such file"), std::string::npos) << bad.err;
+  EXPECT_EQ(run(detect + " --no-cache --out " + csv).exit_code, 0);
+  EXPECT_NE(slurp(csv).find("a" + name), std::string::npos);
+  const Terminal terminal;
+  const std::string calibrate = "calibrate " + path("names") + " --no-cache --target " +
+                                path("set/target.yaml") + " --model f";
+  std::system((program() + " " + calibrate + " >" + terminal.name() + " 2>&1").c_str());
+  const std::string printed = terminal.printed();
+  EXPECT_NE(printed.find("a?[2J?.png"), std::string::npos) << printed;
+  EXPECT_EQ(printed.find("\033[2J"), std::string::npos);
 }
 
 // A data set whose files are elsewhere, read and written through `..` and symbolic links.

@@ -125,7 +125,7 @@ class Watch : public Cli {
   static fs::path photo(const std::string& name) { return root() / "photos" / name; }
 
   void start(const std::string& options) {
-    std::string line = "exec " TAGCAL_COMMAND " watch " + path("photos") + " --target " +
+    std::string line = "exec " + program() + " watch " + path("photos") + " --target " +
                        path("set/target.yaml") + " --every 0.03 --no-cache --out " +
                        path("camera.yaml") + " " + options;
     line += " >" + path("watch.txt") + " 2>" + path("watch_err.txt") + " </dev/null";
@@ -142,9 +142,9 @@ class Watch : public Cli {
     return "\n" + name + std::string(22 - name.size(), ' ') + text;
   }
 
-  // Waits for a text in the output; fails after some seconds.
+  // Waits for a text in the output; fails after two minutes, of which valgrind needs some.
   static void wait_for(const std::string& text) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     while (slurp(root() / "watch.txt").find(text) == std::string::npos) {
       ASSERT_TRUE(std::chrono::steady_clock::now() < end)
           << "missing: " << text << "\n"

@@ -16,7 +16,13 @@ std::FILE* message_stream() {
   return stream;
 }
 
-void print_result(const std::string& text) {
+void write_message(std::string_view text) {
+  const std::string plain = without_controls(text);
+  std::fwrite(plain.data(), 1, plain.size(), message_stream());
+}
+
+void print_result(const std::string& result) {
+  const std::string text = isatty(STDOUT_FILENO) == 1 ? without_controls(result) : result;
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!written || std::fflush(stdout) != 0)
     throw Error(std::string("standard output: cannot be written: ") + std::strerror(errno));

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace tagcal::tools {
@@ -13,16 +14,19 @@ namespace tagcal::tools {
 // their messages are dropped (study/peers/quiet_stderr.hpp).
 std::FILE* message_stream();
 
-// Writes to stderr. A message that cannot be written (stderr is closed, or its disk is full) is
-// dropped, because it must not change what a command does, nor its exit code.
+void write_message(std::string_view text);
+
+// Writes to stderr, without control characters. A message that cannot be written (stderr is closed,
+// or its disk is full) is dropped, because it must not change what a command does, nor its exit
+// code.
 template <typename... Args>
 void print_to_stderr(fmt::format_string<Args...> format, Args&&... args) {
-  const std::string text = fmt::format(format, std::forward<Args>(args)...);
-  std::fwrite(text.data(), 1, text.size(), message_stream());
+  write_message(fmt::format(format, std::forward<Args>(args)...));
 }
 
-// Writes a result to stdout; throws Error if it cannot be written.
-void print_result(const std::string& text);
+// Writes a result to stdout, to a terminal without control characters; throws Error if it cannot be
+// written.
+void print_result(const std::string& result);
 
 // Writes what a result came to: to stdout, if the result itself is in the file `out`; otherwise to
 // stderr, without colours.

@@ -24,6 +24,12 @@ std::string rate_text(double per_second) {
                          : fmt::format("{:.2f}/s", per_second);
 }
 
+// On a terminal, instead of what the line has.
+void write_over_line(const std::string& text) {
+  std::fputs(("\r\033[K" + text).c_str(), message_stream());
+  std::fflush(message_stream());
+}
+
 }  // namespace
 
 std::string duration_text(double seconds) {
@@ -64,7 +70,7 @@ void Progress::watch(const std::stop_token& stop) {
     show(watch.seconds(), on_terminal);
     shown = true;
   }
-  if (shown && on_terminal) print_to_stderr("\r\033[K");  // leave a clean line behind
+  if (shown && on_terminal) write_over_line("");
 }
 
 void Progress::show(double seconds, bool on_terminal) const {
@@ -78,8 +84,7 @@ void Progress::show(double seconds, bool on_terminal) const {
     const auto cells = static_cast<std::size_t>(done * static_cast<long long>(kBarCells) / total);
     text = fmt::format("[{:<{}}] {}", std::string(cells, '='), kBarCells, text);
   }
-  print_to_stderr("\r\033[K{}", text);
-  std::fflush(message_stream());
+  write_over_line(text);
 }
 
 }  // namespace tagcal::tools

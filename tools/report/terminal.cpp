@@ -17,6 +17,24 @@ bool shows_colour() {
   return isatty(STDOUT_FILENO) == 1 && !is_dumb && (no_colour == nullptr || *no_colour == '\0');
 }
 
+// Of ECMA-48: bold and a colour, and the end of both.
+constexpr std::string_view kToneBegins = "\033[1;3", kToneEnds = "\033[0m";
+
+// Bytes of the code of `toned` at the start of a text.
+std::size_t tone_length(std::string_view text) {
+  if (text.starts_with(kToneEnds)) return kToneEnds.size();
+  const std::size_t length = kToneBegins.size() + 2;  // a digit and "m"
+  return text.starts_with(kToneBegins) && text.substr(0, length).ends_with('m') ? length : 0;
+}
+
+// Bytes of the control character at the start of a text: C0, delete, or C1 in UTF-8.
+std::size_t control_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x20) return text[0] == '\n' || text[0] == '\t' ? 0 : 1;
+  if (byte(0) == 0xc2 && text.size() > 1) return byte(1) >= 0x80 && byte(1) < 0xa0 ? 2 : 0;
+  return byte(0) == 0x7f ? 1 : 0;
+}
+
 // Decimals that show two significant digits of a number after rounding; at most 12.
 int decimals_of(double value) {
   const std::string rounded = fmt::format("{:.1e}", value);  // "9.9e-03"
@@ -34,8 +52,8 @@ std::size_t visible_width(std::string_view text) {
 std::string toned(Tone tone, std::string_view text) {
   static const bool colour = shows_colour();
   if (!colour) return std::string(text);
-  const int code = tone == Tone::good ? 32 : tone == Tone::caution ? 33 : 31;  // of ECMA-48
-  return fmt::format("\033[1;{}m{}\033[0m", code, text);
+  const int code = tone == Tone::good ? 2 : tone == Tone::caution ? 3 : 1;
+  return fmt::format("{}{}m{}{}", kToneBegins, code, text, kToneEnds);
 }
 
 // The codes run from ESC to "m".
@@ -46,6 +64,17 @@ std::string without_colours(std::string_view text) {
     if (c == '\033') is_code = true;
     if (!is_code) plain += c;
     if (c == 'm') is_code = false;
+  }
+  return plain;
+}
+
+std::string without_controls(std::string_view text) {
+  std::string plain;
+  while (!text.empty()) {
+    const std::size_t tone = tone_length(text), control = tone == 0 ? control_length(text) : 0;
+    const std::size_t length = std::max<std::size_t>(1, tone + control);
+    plain += control > 0 ? "?" : text.substr(0, length);
+    text.remove_prefix(length);
   }
   return plain;
 }

@@ -24,6 +24,10 @@ std::string toned(Tone tone, std::string_view text);
 // The text without the codes that `toned` adds.
 std::string without_colours(std::string_view text);
 
+// The text with a "?" for each control character that a terminal would obey: names of files and of
+// keys may have any. Line ends, tabs and the codes of `toned` stay.
+std::string without_controls(std::string_view text);
+
 // Words from `first` on, wrapped at blanks; the lines after the first begin with `indent` blanks.
 // `first` and `text` are one text without a blank between them. A word longer than a line stays
 // whole.

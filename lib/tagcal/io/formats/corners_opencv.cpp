@@ -9,6 +9,7 @@
 #include "tagcal/io/formats/number_format.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/formats/opencv_xml.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/limits.hpp"
 
 namespace tagcal::internal {
@@ -34,12 +35,18 @@ void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
                   w, h, grid->columns, grid->rows));
 }
 
+std::string read_name(const YamlValue& value) {
+  std::string name = value.text();
+  if (!is_image_name(name)) value.fail("must be the name of an image");
+  return name;
+}
+
 std::vector<std::string> read_names(const YamlValue& top, std::size_t count,
                                     std::vector<std::string>* notes) {
   std::vector<std::string> names;
   if (const auto list = top.find("image_names")) {
-    if (count == 1 && list->is_scalar()) return {list->text()};  // a list of one in XML
-    for (const YamlValue& name : list->items(count, count)) names.push_back(name.text());
+    if (count == 1 && list->is_scalar()) return {read_name(*list)};  // a list of one in XML
+    for (const YamlValue& name : list->items(count, count)) names.push_back(read_name(name));
     return names;
   }
   for (std::size_t i = 0; i < count; ++i) names.push_back(view_name(i));

@@ -22,6 +22,17 @@ constexpr std::array<Kind, 5> kKinds = {{{"LENSMODEL_PINHOLE", 4},
                                          {"LENSMODEL_OPENCV5", 9},
                                          {"LENSMODEL_OPENCV8", 12},
                                          {"LENSMODEL_OPENCV12", 16}}};
+// From the newest to the oldest.
+constexpr std::array<std::string_view, 3> kLensKeys = {"lensmodel", "lens_model",
+                                                       "distortion_model"};
+constexpr std::string_view kBlanks = " \t\r\n";
+
+// The quote that ends the text that begins at `first`, or the end of everything.
+std::size_t closing_quote(std::string_view text, std::size_t first) {
+  std::size_t i = first + 1;
+  while (i < text.size() && text[i] != text[first]) i += text[i] == '\\' ? 2 : 1;
+  return std::min(i, text.size());
+}
 
 // The dictionary as a YAML flow map, which it is but for comments and its strings of bytes
 // (b'...'): they are emptied, because they hold any punctuation.
@@ -39,7 +50,7 @@ std::string as_yaml(std::string_view text) {
     }
     const bool bytes = yaml.ends_with('b');
     if (bytes) yaml.pop_back();
-    const std::size_t end = std::min(text.find(c, i + 1), text.size());
+    const std::size_t end = closing_quote(text, i);
     yaml += bytes ? "''" : std::string(text.substr(i, end + 1 - i));
     i = end;
   }
@@ -47,7 +58,7 @@ std::string as_yaml(std::string_view text) {
 }
 
 YamlValue lens_name(const YamlValue& top) {
-  for (const std::string_view key : {"lensmodel", "lens_model", "distortion_model"})
+  for (const std::string_view key : kLensKeys)
     if (const auto value = top.find(key)) return *value;
   return top.at("lensmodel");
 }
@@ -82,17 +93,30 @@ std::optional<Pose> read_extrinsics(const YamlValue& top) {
   return Pose(exp_rotation({rt[0], rt[1], rt[2]}), {rt[3], rt[4], rt[5]});
 }
 
+// A key of the lens' name, before `rest` of the dictionary. ROS has the last one, too.
+bool names_lens(std::string_view key, std::string_view rest) {
+  if (std::ranges::find(kLensKeys, key) == kLensKeys.end()) return false;
+  const std::size_t colon = rest.find_first_not_of(kBlanks);
+  if (colon == rest.npos || rest[colon] != ':') return false;
+  const std::size_t value = rest.find_first_not_of(kBlanks, colon + 1);
+  return key != kLensKeys.back() ||
+         (value != rest.npos && rest.substr(value + 1).starts_with("DISTORTION_"));
+}
+
 }  // namespace
 
 bool is_mrcal_model(std::string_view text) {
   const std::string yaml = as_yaml(text.substr(0, 4096));
-  const std::size_t first = yaml.find_first_not_of(" \t\r\n");
+  const std::size_t first = yaml.find_first_not_of(kBlanks);
   if (first == std::string::npos || yaml[first] != '{') return false;
-  return yaml.find("'lensmodel'") != std::string::npos ||
-         yaml.find("\"lensmodel\"") != std::string::npos ||
-         yaml.find("'lens_model'") != std::string::npos ||
-         yaml.find("LENSMODEL_") != std::string::npos ||
-         yaml.find("'DISTORTION_") != std::string::npos;
+  // Names of pictures in other formats may contain anything: only whole texts are keys.
+  for (std::size_t i = yaml.find_first_of("'\""); i < yaml.size();) {
+    const std::size_t end = closing_quote(yaml, i);
+    const std::string_view key = std::string_view(yaml).substr(i + 1, end - i - 1);
+    i = yaml.find_first_of("'\"", std::min(end + 1, yaml.size()));
+    if (names_lens(key, std::string_view(yaml).substr(std::min(end + 1, yaml.size())))) return true;
+  }
+  return false;
 }
 
 CameraFile read_mrcal(const std::string& text, const std::string& name) {
