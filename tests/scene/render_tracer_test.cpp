@@ -57,12 +57,15 @@ double farthest_from(const Outlines& outlines, const Polygon& polygon, const Len
   return farthest;
 }
 
+constexpr ImageSize kImage{1280, 800};
+
 TEST(RenderTracer, ChordsLieWithinTheirErrorOfTheCurve) {
   Random random(1);
   for (std::size_t l = 0; l < kLenses.size(); ++l) {
     for (const double side : {0.01, 0.1, 0.4}) {
       for (const double scale : {1.0, 4.0}) {
-        const Tracer tracer(kLenses[l], scale);
+        const Camera camera{kLenses[l], kImage};
+        const Tracer tracer(camera, scale);
         const Polygon polygon = square(side, random);
         ASSERT_EQ(tracer.in_domain(polygon), std::vector<Polygon>{polygon});
         Outlines outlines;
@@ -80,10 +83,11 @@ TEST(RenderTracer, ChordsLieWithinTheirErrorOfTheCurve) {
 
 TEST(RenderTracer, AcrossTheBorderOfTheDomainNothingIsSeenWhole) {
   const Polygon floor = {{-1, 1, -1}, {1, 1, -1}, {1, 1, 5}, {-1, 1, 5}};  // reaches behind
-  EXPECT_NE(Tracer(kLenses[0], 1).in_domain(floor), std::vector<Polygon>{floor});
+  EXPECT_NE(Tracer({kLenses[0], kImage}, 1).in_domain(floor), std::vector<Polygon>{floor});
   const Lens folding = Perspective({900, 898, 645, 395, -0.3});
   const Polygon wide = {{-3, -3, 1}, {3, -3, 1}, {3, 3, 1}, {-3, 3, 1}};
-  const Tracer tracer(folding, 1);
+  const Camera camera{folding, kImage};
+  const Tracer tracer(camera, 1);
   const std::vector<Polygon> seen = tracer.in_domain(wide);
   ASSERT_EQ(seen.size(), 1u);
   EXPECT_NE(seen[0], wide);
@@ -91,7 +95,24 @@ TEST(RenderTracer, AcrossTheBorderOfTheDomainNothingIsSeenWhole) {
   tracer.trace(seen[0], outlines);
   EXPECT_GT(outlines.edges().size(), 100u);
   const Polygon behind = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}};
-  EXPECT_NE(Tracer(kLenses[3], 1).in_domain(behind), std::vector<Polygon>{behind});
+  EXPECT_NE(Tracer({kLenses[3], kImage}, 1).in_domain(behind), std::vector<Polygon>{behind});
+}
+
+// Each cut of what is far beside the image would be as long as before.
+TEST(RenderTracer, FewChordsAreFarBesideTheImage) {
+  const Polygon square = {{-0.1, -0.1, 1}, {0.1, -0.1, 1}, {0.1, 0.1, 1}, {-0.1, 0.1, 1}};
+  const Polygon in_the_corner = {{0, 0, 1}, {0.1, 0, 1}, {0.1, 0.1, 1}, {0, 0.1, 1}};
+  for (const Lens& lens :
+       {Lens(pinhole(1e15, 1e15, 640, 400)), Lens(pinhole(1e300, 1e300, 640, 400)),
+        Lens(Perspective({500, 500, 640, 400, 1e6})),
+        Lens(Perspective({500, 500, 640, 400, 1e12}))}) {
+    const Camera camera{lens, kImage};
+    Outlines outlines;
+    Tracer(camera, 1).trace(square, outlines);
+    Tracer(camera, 1).trace(in_the_corner, outlines);
+    EXPECT_GE(outlines.edges().size(), 8u);
+    EXPECT_LT(outlines.edges().size(), 1000u);
+  }
 }
 
 }  // namespace

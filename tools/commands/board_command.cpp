@@ -14,6 +14,7 @@
 #include "draw/sheet_pdf.hpp"
 #include "input/arguments.hpp"
 #include "input/input.hpp"
+#include "input/outputs.hpp"
 #include "report/messages.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
@@ -202,6 +203,7 @@ int run(const Arguments& arguments) {
   const std::string kind = fs::path(arguments.out).extension().string();
   check(arguments, kind);
   check_writable(arguments.out);
+  check_replaces_nothing({arguments.out}, {arguments.target});
   std::vector<std::string> warnings;
   const Board board = board_to_print(arguments.target, &warnings);
   if (arguments.paper.empty())

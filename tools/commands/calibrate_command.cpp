@@ -13,6 +13,7 @@
 #include "draw/uncertainty_picture.hpp"
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
+#include "input/outputs.hpp"
 #include "page_data/html_page.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
@@ -77,9 +78,6 @@ void check_report(const Arguments& arguments) {
   std::vector<std::string> files = input.inputs;
   files.insert(files.end(), {input.target, input.observations, arguments.start});
   check_page(arguments.report, files);
-  for (const std::string& other : {arguments.out, arguments.uncertainty})
-    if (other == arguments.report)
-      throw Error(fmt::format("--report: {} is the file of another option", other));
 }
 
 void write_report(const Arguments& arguments, const CalibrationAnswer& answer, Input used) {
@@ -117,11 +115,13 @@ void write_files(const Arguments& arguments, CalibrationAnswer& answer, Input us
 
 int run_one(const Arguments& arguments) {
   check_report(arguments);
-  check_writable(arguments.out);
+  check_text_writable(arguments.out);
   check_writable(arguments.uncertainty);
   check_picture(arguments.uncertainty);
   CalibrationJob job = arguments.job;
   job.input.out = arguments.out;
+  job.input.other_outputs = {arguments.uncertainty, arguments.report};
+  check_replaces_nothing({arguments.out, arguments.uncertainty}, {arguments.start});
   Input used;
   CalibrationAnswer answer = run_job(job, &used);
   const bool answered = is_answer(answer.calibration.status);

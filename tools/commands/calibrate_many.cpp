@@ -17,6 +17,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/many_outcomes.hpp"
+#include "input/outputs.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -208,7 +209,7 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
   }
   const std::vector<DataSet> sets = data_sets(job.input.inputs, output.folder);
   const AnswerFolder folder(output.folder);
-  for (const DataSet& set : sets) check_writable(set.file);
+  for (const DataSet& set : sets) check_text_writable(set.file);
   std::optional<KeptOutcomes> kept;
   if (output.resume) kept.emplace(output.folder);
   CalibrationJob one = job;

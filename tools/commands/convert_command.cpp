@@ -9,6 +9,7 @@
 #include "input/arguments.hpp"
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
+#include "input/outputs.hpp"
 #include "input/reproject_targets.hpp"
 #include "report/messages.hpp"
 #include "report/terminal.hpp"
@@ -81,6 +82,7 @@ int convert_corners(const Arguments& arguments) {
   if (format.empty())
     throw Error(fmt::format("{}: must end in .csv, .vnl, .yaml, .xml or .json, or take --to",
                             arguments.out));
+  check_text_writable(arguments.out);
   const std::vector<std::string> dropped = write_corners(arguments.out, views, boards, format);
   print_notes(arguments.in, notes);
   print_notes(arguments.out, dropped);
@@ -91,6 +93,9 @@ int convert_corners(const Arguments& arguments) {
 
 int run(const Arguments& arguments) {
   check_usage(arguments.model);
+  check_replaces_nothing({arguments.out, arguments.model.picture},
+                         {arguments.in, arguments.in.substr(0, arguments.in.rfind(':')),
+                          arguments.target, arguments.poses});  // IN may be FILE:NAME
   if (!arguments.target.empty()) {
     if (!arguments.model.model.empty())
       throw Error("--model: fits the lens of a camera, --target converts corners: take one");
@@ -105,7 +110,7 @@ int run(const Arguments& arguments) {
       !is_camera_too(arguments.in))
     throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
   const std::string format = format_of(arguments);
-  if (format != "colmap") check_writable(arguments.out);  // which may write into a folder
+  if (format != "colmap") check_text_writable(arguments.out);  // which may write into a folder
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
   if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;

@@ -7,7 +7,7 @@
 
 #include "draw/lens_fit_picture.hpp"
 #include "input/arguments.hpp"
-#include "input/input.hpp"
+#include "input/outputs.hpp"
 #include "report/messages.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/lens_fit.hpp"

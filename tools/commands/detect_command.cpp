@@ -13,6 +13,7 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
+#include "input/outputs.hpp"
 #include "report/detection_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -98,7 +99,8 @@ int run_without_target(const Arguments& a) {
 int run(const Arguments& arguments) {
   if (!arguments.input.family.empty()) return run_without_target(arguments);
   if (arguments.border_bits > 0) throw Error("--border-bits: needs --family");
-  check_writable(arguments.out);
+  check_text_writable(arguments.out);
+  check_replaces_nothing({arguments.out}, {arguments.camera});
   InputArguments with_cache = arguments.input;
   with_cache.out = arguments.out;
   Input input = read_input(with_cache);

@@ -10,6 +10,7 @@
 #include "draw/tag_drawing.hpp"
 #include "input/camera_input.hpp"
 #include "input/output_folder.hpp"
+#include "input/outputs.hpp"
 #include "report/detection_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -49,19 +50,16 @@ void draw(const Input& input, const Tags& tags, const std::vector<std::string>& 
 
 std::vector<std::string> drawing_names(const Input& input, const std::string& folder) {
   std::vector<std::string> names;
-  std::error_code none;
+  std::vector<std::filesystem::path> drawings, pictures;
   std::set<std::string> taken;
   for (const ImageSource& image : input.images) {
     names.push_back(std::filesystem::path(image.name).stem().string() + ".png");
     if (!taken.insert(names.back()).second)
       throw Error(fmt::format("--draw: two pictures would be drawn as {}", names.back()));
-    const std::filesystem::path drawn = std::filesystem::path(folder) / names.back();
-    if (!std::filesystem::exists(drawn, none)) continue;
-    for (const auto& [name, file] : input.files)
-      if (std::filesystem::equivalent(drawn, file, none))
-        throw Error(fmt::format("--draw: {} would be replaced by its drawing: take another folder",
-                                file.string()));
+    drawings.push_back(std::filesystem::path(folder) / names.back());
   }
+  for (const auto& [name, file] : input.files) pictures.push_back(file);
+  check_replaces_nothing(drawings, pictures);
   return names;
 }
 
@@ -73,8 +71,11 @@ std::optional<Camera> known_camera(const std::string& file, const Input& input) 
 }
 
 int run_tag_search(const TagSearch& search) {
-  check_writable(search.out);
-  const Input input = read_input(search.input);
+  check_text_writable(search.out);
+  check_replaces_nothing({search.out}, {search.camera});
+  InputArguments arguments = search.input;
+  arguments.other_outputs = {search.out};
+  const Input input = read_input(arguments);
   const std::optional<Camera> camera = known_camera(search.camera, input);
   std::optional<OutputFolder> drawings;
   std::vector<std::string> drawn;

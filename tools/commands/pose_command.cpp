@@ -12,6 +12,7 @@
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "input/output_folder.hpp"
+#include "input/outputs.hpp"
 #include "report/messages.hpp"
 #include "report/pose_report.hpp"
 #include "report/progress.hpp"
@@ -124,10 +125,8 @@ std::vector<std::string> drawing_names(const std::vector<View>& views) {
   std::vector<std::string> names;
   std::set<std::string> used;
   for (const View& view : views) {
-    std::string stem = view.image;
-    for (const std::string_view kind :
-         {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm"})
-      if (stem.ends_with(kind)) stem.erase(stem.size() - kind.size());
+    std::filesystem::path image = view.image;
+    std::string stem = is_picture_name(image) ? image.replace_extension().string() : view.image;
     std::ranges::replace_if(
         stem, [](char c) { return c == '/' || (c >= 0 && c < ' '); }, '_');
     std::string name = stem + "-pose.png";
@@ -164,6 +163,7 @@ class Poses {
   std::vector<PoseReport> run(const OutputFolder* folder) const {
     const std::vector<View>& views = input_.dataset.views;
     const std::vector<std::string> names = drawing_names(views);
+    if (folder) check_drawings(names);
     std::vector<PoseReport> reports(views.size());
     Progress progress("poses", static_cast<int>(views.size()));
     const auto work = [&](std::size_t i) {
@@ -180,6 +180,14 @@ class Poses {
   }
 
  private:
+  void check_drawings(const std::vector<std::string>& names) const {
+    std::vector<std::filesystem::path> drawings, pictures;
+    for (const std::string& name : names)
+      drawings.push_back(std::filesystem::path(arguments_.draw) / name);
+    for (const auto& [name, file] : input_.files) pictures.push_back(file);
+    check_replaces_nothing(drawings, pictures);
+  }
+
   ImageRgb drawn(const View& view, const ViewCorrespondences& problem,
                  const PoseReport& report) const {
     PoseDrawing drawing;

@@ -10,8 +10,8 @@
 
 #include "commands/commands.hpp"
 #include "input/arguments.hpp"
-#include "input/input.hpp"
 #include "input/lens_input.hpp"
+#include "input/outputs.hpp"
 #include "input/point_table.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -112,8 +112,13 @@ std::vector<double> triangle(const Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
 }
 
+void check_out(const Arguments& arguments) {
+  check_text_writable(arguments.out);
+  check_replaces_nothing({arguments.out}, {arguments.camera, arguments.points});
+}
+
 int run_project(const Arguments& arguments) {
-  if (!arguments.out.empty()) check_writable(arguments.out);
+  check_out(arguments);
   const LensInput camera = read_lens(arguments.camera, arguments.view);
   const PointTable table = PointTable::read(arguments.points);
   const auto xyz = table.need({{"x_m", "y_m", "z_m"}, {"x", "y", "z"}});
@@ -206,7 +211,7 @@ class Unprojection {
 int run_unproject(const Arguments& arguments) {
   if (arguments.plane && arguments.view.empty())
     throw Error("--plane: needs --view, the picture in which the plane is seen");
-  if (!arguments.out.empty()) check_writable(arguments.out);
+  check_out(arguments);
   const LensInput camera = read_lens(arguments.camera, arguments.view);
   const PointTable table = PointTable::read(arguments.points);
   const auto uv = table.need({{"u_px", "v_px"}, {"x_px", "y_px"}, {"u", "v"}});

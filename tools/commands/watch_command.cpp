@@ -13,6 +13,7 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "input/interruption.hpp"
+#include "input/outputs.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -95,7 +96,8 @@ int run(const Arguments& arguments) {
   check_options(options.calibration);
   check_folder(options.folder);
   options.out = arguments.out.empty() ? default_out(options.folder) : fs::path(arguments.out);
-  check_writable(options.out);
+  check_text_writable(options.out);
+  check_replaces_nothing({options.out}, {arguments.target});
   std::vector<std::string> warnings;
   Board board = target_of(arguments, warnings);
   WatchedPictures pictures(

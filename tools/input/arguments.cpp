@@ -20,6 +20,9 @@ std::optional<T> number_of(const std::string& text) {
   return value;
 }
 
+// A script's empty variable is no value, and must not be taken for an option that was left out.
+std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
+
 }  // namespace
 
 Option& Option::text(const std::string& text) {
@@ -65,12 +68,12 @@ void add_footer(CLI::App& command, const std::string& text) { command.footer(tex
 
 Option add_option(CLI::App& command, const std::string& name, std::string& value,
                   const std::string& help) {
-  return Option(command.add_option(name, value, help));
+  return Option(command.add_option(name, value, help)->check(not_empty, "", ""));
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::vector<std::string>& values,
                   const std::string& help) {
-  return Option(command.add_option(name, values, help));
+  return Option(command.add_option(name, values, help)->check(not_empty, "", ""));
 }
 
 Option add_option(CLI::App& command, const std::string& name, std::uint64_t& value,

@@ -158,6 +158,15 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
+// CLI11 takes the next argument for the value of `--name=`.
+void refuse_missing_values(int argc, char** argv) {
+  for (int i = 1; i < argc && std::string_view(argv[i]) != "--"; ++i) {
+    const std::string_view word = argv[i];
+    if (word.starts_with("--") && word.find('=') + 1 == word.size())
+      throw Error(fmt::format("{}: must not be empty", word.substr(0, word.size() - 1)));
+  }
+}
+
 }  // namespace
 
 const std::string& command_as_typed() { return typed_command(); }
@@ -180,6 +189,7 @@ int run_command_line(int argc, char** argv, const CommandTable& table) {
       print_result(std::string(kGuide));
       return kAnswer;
     }
+    refuse_missing_values(argc, argv);
     app.parse(argc, argv);
     return chosen(commands)->run();
   } catch (const CLI::Success& help_or_version) {

@@ -10,6 +10,7 @@
 
 #include "input/arguments.hpp"
 #include "input/corner_cache.hpp"
+#include "input/outputs.hpp"
 #include "input/picture_files.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
@@ -20,6 +21,7 @@
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -63,12 +65,6 @@ void warn_of_unused(const Exclusion& exclusion, std::vector<std::string>& warnin
     warnings.push_back(fmt::format("--exclude: {} is the name of no picture", pattern));
 }
 
-// A device or a pipe, such as /dev/stdout: nothing can stand beside it.
-bool is_special(const fs::path& file) {
-  std::error_code unknown;
-  return fs::exists(file, unknown) && !fs::is_regular_file(file, unknown);
-}
-
 Board read_board(const InputArguments& arguments, Input& input) {
   std::optional<double> size;
   if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
@@ -81,7 +77,10 @@ Input read_pictures(const InputArguments& arguments) {
   }
   Input input;
   input.name = arguments.target.empty() ? arguments.inputs.front() : arguments.target;
-  if (!arguments.target.empty()) input.dataset.boards.push_back({read_board(arguments, input), {}});
+  if (!arguments.target.empty()) {
+    input.texts.emplace_back(arguments.target);
+    input.dataset.boards.push_back({read_board(arguments, input), {}});
+  }
   std::vector<fs::path> files = picture_files(arguments.inputs);
   Exclusion exclusion(arguments.excluded);
   std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
@@ -118,10 +117,12 @@ Input read_folder(const InputArguments& arguments) {
   input.dataset = std::move(read.dataset);
   input.warnings = std::move(read.warnings);
   input.observations = read.observations.string();
+  input.texts = std::move(read.texts);
   leave_out(read.unreadable, arguments.strict, read.images.empty(), input.warnings);
   set_images(read.images, input);
   if (!arguments.observations.empty()) {
     input.observations = arguments.observations;
+    input.texts.emplace_back(arguments.observations);
     input.dataset.views =
         read_observations(arguments.observations, input.dataset.boards, &input.warnings);
   }
@@ -129,6 +130,16 @@ Input read_folder(const InputArguments& arguments) {
                 [&](const View& view) { return exclusion.excludes(view.image); });
   warn_of_unused(exclusion, input.warnings);
   return input;
+}
+
+// Pictures that are left out are not replaced either.
+void check_outputs(const InputArguments& arguments, const Input& input) {
+  std::vector<fs::path> outputs(arguments.other_outputs.begin(), arguments.other_outputs.end());
+  outputs.emplace_back(arguments.out);
+  std::vector<fs::path> inputs = input.texts;
+  inputs.insert(inputs.end(), arguments.inputs.begin(), arguments.inputs.end());
+  for (const auto& [name, file] : input.files) inputs.push_back(file);
+  check_replaces_nothing(outputs, inputs);
 }
 
 }  // namespace
@@ -180,12 +191,13 @@ Input read_input(const InputArguments& arguments) {
   Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
   input.strict = arguments.strict;
+  check_outputs(arguments, input);
   if (!arguments.no_cache && !arguments.out.empty()) input.cache = corner_cache_of(arguments.out);
   return input;
 }
 
 fs::path corner_cache_of(const fs::path& out) {
-  if (is_special(out)) return {};
+  if (is_stream(out)) return {};  // nothing can stand beside it
   fs::path cache = out;
   return cache += ".corners-cache";
 }
@@ -305,17 +317,6 @@ void need_views(Input& input, int threads, bool shows_progress) {
     throw Error(fmt::format("{}: must have {} corners or more in all, got {}",
                             input.observations.empty() ? input.name : input.observations,
                             kMinCorners, corners));
-  }
-}
-
-void check_writable(const fs::path& file) {
-  if (file.empty()) return;
-  if (fs::is_directory(file)) {
-    throw Error(fmt::format("{}: cannot be written: it is a folder", file.string()));
-  }
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder)) {
-    throw Error(fmt::format("{}: cannot be written: no folder {}", file.string(), folder.string()));
   }
 }
 

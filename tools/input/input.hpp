@@ -24,6 +24,7 @@ struct InputArguments {
   bool strict = false;                // a picture that cannot be read ends the run
   bool no_cache = false;
   std::string out;  // the command's answer: the corner cache stands beside it; "": none
+  std::vector<std::string> other_outputs;
 };
 
 // `DATASET` or `IMAGE...`, `--target`, `--tag-size`, `--refinement`, `--exclude` and `--strict`.
@@ -39,6 +40,7 @@ struct Input {
   std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
   std::map<std::string, std::filesystem::path> files;  // of the images, by name
+  std::vector<std::filesystem::path> texts;            // all other files that were read
   bool strict = false;
   std::filesystem::path cache;  // file of corners found before; "": none
   Refinement refinement = DetectOptions().refinement;
@@ -48,7 +50,8 @@ struct Input {
 
 // Reads boards, observations, truth, and the headers of the pictures. A picture that cannot be read
 // is left out with a warning, or throws Error if that is not allowed. Throws Error if the pictures
-// do not have one common size, or none is left.
+// do not have one common size, or none is left, and if an output would replace a file that is read
+// or another output.
 Input read_input(const InputArguments& arguments);
 
 // The file of corners that stands beside a command's answer; "" for a device or a pipe.
@@ -77,10 +80,6 @@ void need_views(Input& input, int threads, bool shows_progress = true);
 // Fits the corners of the views in their pictures again, with a known lens. Tags that cannot be
 // fitted keep their corners, and a warning gives their number. Throws Error without pictures.
 void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress = true);
-
-// Throws Error before the work if the file certainly cannot be written (there is a folder of that
-// name, or no folder to contain it).
-void check_writable(const std::filesystem::path& file);
 
 int num_corners(const std::vector<View>& views);
 int num_tags(const std::vector<View>& views);

@@ -48,7 +48,9 @@ bool is_target_file(std::string_view name) {
 std::set<fs::path> files_of_render(const fs::path& folder) {
   std::set<fs::path> files = {"dataset.yaml", "truth.yaml", "observations_exact.csv"};
   for (const auto& [image, pose] : read_truth(folder / "truth.yaml").camera_from_world) {
-    files.insert(fs::path("images") / image);
+    // A name with a folder in it is no file of a render, and may be anywhere.
+    if (fs::path(image).filename() == image && image != "." && image != "..")
+      files.insert(fs::path("images") / image);
   }
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -174,7 +176,8 @@ void OutputFolder::move_files() {
 
 // Removes files one by one, and folders only if they are empty, so that no other file is removed.
 void OutputFolder::keep_users_files(const fs::path& old) const {
-  for (const fs::path& file : replaced_) fs::remove(old / file);
+  std::error_code not_a_file;  // a folder of the user has its name
+  for (const fs::path& file : replaced_) fs::remove(old / file, not_a_file);
   std::vector<fs::path> entries;
   for (const auto& entry : fs::recursive_directory_iterator(old)) entries.push_back(entry.path());
   for (const fs::path& entry : entries) {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "input/input.hpp"
+#include "input/outputs.hpp"
 #include "page_data/page_assets.hpp"
 #include "report/messages.hpp"
 #include "tagcal/error.hpp"
@@ -57,12 +57,8 @@ std::string html_page(const PageJson& data) {
 }
 
 void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
-  check_writable(out);
-  for (const std::string& input : inputs) {
-    std::error_code unknown;
-    if (!input.empty() && fs::equivalent(out, input, unknown))
-      throw Error(fmt::format("{}: is an input, and the page would replace it", out.string()));
-  }
+  check_text_writable(out);
+  check_replaces_nothing({out}, {inputs.begin(), inputs.end()});
   // Like the file itself, one beside it: a folder may exist and not be writable.
   std::error_code unknown;
   if (fs::exists(out, unknown) && !fs::is_regular_file(out, unknown)) return;  // a device

@@ -8,6 +8,7 @@
 
 #include "report/terminal.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
 
@@ -30,14 +31,14 @@ void print_result(const std::string& result) {
 
 void print_summary(const std::string& text, const std::filesystem::path& out) {
   std::error_code none;
-  if (std::filesystem::is_regular_file(out, none)) return print_result(text);
+  if (std::filesystem::is_regular_file(out, none) && !internal::is_stream(out))
+    return print_result(text);
   print_to_stderr("{}", without_colours(text));
 }
 
 void say_wrote(const std::filesystem::path& file, const std::string& content) {
   std::error_code unknown;
-  const auto kind = std::filesystem::status(file, unknown).type();
-  if (kind == std::filesystem::file_type::regular || kind == std::filesystem::file_type::directory)
+  if (std::filesystem::exists(file, unknown) && !internal::is_stream(file))
     print_to_stderr("wrote {}{}{}\n", file.string(), content.empty() ? "" : ": ", content);
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <system_error>
 #include <utility>
 
 #include "report/messages.hpp"
@@ -49,14 +50,12 @@ std::string progress_text(std::string_view label, int done, int total, double se
   return text;
 }
 
-Progress::Progress(std::string label, int total)
-    : label_(std::move(label)),
-      total_(total),
-      watcher_([this](const std::stop_token& stop) { watch(stop); }) {}
-
-Progress::~Progress() {
-  watcher_.request_stop();
-  watcher_.join();
+Progress::Progress(std::string label, int total) : label_(std::move(label)), total_(total) {
+  try {
+    watcher_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
+  } catch (const std::system_error&) {
+    // The system starts no more threads: the work goes on without a line of progress.
+  }
 }
 
 void Progress::watch(const std::stop_token& stop) {

@@ -22,7 +22,6 @@ std::string duration_text(double seconds);
 class Progress {
  public:
   explicit Progress(std::string label, int total = 0);
-  ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
-#include <regex>
+#include <string_view>
 
 namespace tagcal::tools {
 namespace {
@@ -16,8 +17,19 @@ std::string name_of(const std::string& warning) {
 
 // What is left without name and numbers: ": # tags on no board: tag36h11 #".
 std::string kind_of(const std::string& warning) {
-  static const std::regex numbers("[0-9]([0-9., ]*[0-9])?");
-  return std::regex_replace(warning.substr(name_of(warning).size()), numbers, "#");
+  constexpr std::string_view kDigits = "0123456789", kWithin = "0123456789., ";
+  const std::string text = warning.substr(name_of(warning).size());
+  std::string kind;
+  for (std::size_t i = 0; i < text.size();) {
+    if (kDigits.find(text[i]) == kDigits.npos) {
+      kind += text[i++];
+      continue;
+    }
+    const std::size_t end = std::min(text.find_first_not_of(kWithin, i), text.size());
+    i = text.find_last_of(kDigits, end - 1) + 1;
+    kind += '#';
+  }
+  return kind;
 }
 
 // A line that stands for one warning or for many alike.
@@ -26,25 +38,36 @@ struct Line {
   std::string text;
 };
 
+// "; and 4 more like it: b.png, c.png, .."
+std::string others(const std::vector<std::string>& names) {
+  std::vector<std::string> shown;
+  for (const std::string& name : names)
+    if (std::ranges::find(shown, name) == shown.end() && shown.size() < 4) shown.push_back(name);
+  std::string text = fmt::format("; and {} more like it", names.size() - 1);
+  for (std::size_t i = 1; i < shown.size(); ++i)
+    text += (i == 1 ? ": " : ", ") + (i < 3 ? shown[i] : "..");
+  return text;
+}
+
 std::vector<Line> lines_of(const std::vector<std::string>& warnings) {
   constexpr std::size_t kLeast = 3;
-  std::map<std::string, std::vector<std::string>> names;
-  for (const std::string& warning : warnings)
-    if (const std::string name = name_of(warning); !name.empty())
-      names[kind_of(warning)].push_back(name);
-
+  struct Group {
+    std::size_t first = 0;
+    std::vector<std::string> names;
+  };
+  std::map<std::string, Group> groups;
+  for (std::size_t i = 0; i < warnings.size(); ++i) {
+    const std::string name = name_of(warnings[i]);
+    if (name.empty()) continue;
+    groups.try_emplace(kind_of(warnings[i]), i).first->second.names.push_back(name);
+  }
   std::vector<Line> lines;
   for (std::size_t i = 0; i < warnings.size(); ++i) {
-    const std::string& warning = warnings[i];
-    const auto group = names.find(kind_of(warning));
-    if (group == names.end() || group->second.size() < kLeast) {
-      lines.push_back({i, warning});
-      continue;
-    }
-    const std::vector<std::string>& all = group->second;
-    if (all.front() != name_of(warning)) continue;
-    lines.push_back({i, fmt::format("{}; and {} more like it: {}, {}{}", warning, all.size() - 1,
-                                    all[1], all[2], all.size() > 3 ? ", .." : "")});
+    const auto group = groups.find(kind_of(warnings[i]));
+    if (group == groups.end() || group->second.names.size() < kLeast)
+      lines.push_back({i, warnings[i]});
+    else if (group->second.first == i)
+      lines.push_back({i, warnings[i] + others(group->second.names)});
   }
   return lines;
 }

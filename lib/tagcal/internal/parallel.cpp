@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 namespace tagcal::internal {
@@ -47,7 +48,11 @@ void dispatch_calls(std::size_t n, int threads, const std::function<void(int, st
   {
     std::vector<std::jthread> others;
     const std::size_t all = std::min(static_cast<std::size_t>(threads_of(threads)), n);
-    for (int t = 1; t < static_cast<int>(all); ++t) others.emplace_back(loop, t);
+    try {
+      for (int t = 1; t < static_cast<int>(all); ++t) others.emplace_back(loop, t);
+    } catch (const std::system_error&) {
+      // The system starts no more threads: those that run do the work.
+    }
     loop(0);
   }
   if (error) std::rethrow_exception(error);

@@ -35,6 +35,18 @@ std::vector<PlacedBoard> read_boards(const YamlValue& target, std::vector<std::s
   return boards;
 }
 
+// The target files of the boards that read_boards reads.
+std::vector<fs::path> target_files(const YamlValue& target, const fs::path& folder) {
+  const auto file_of = [&](const YamlValue& board) {
+    return folder / (board.is_map() ? board.at("file") : board).text();
+  };
+  if (!target.is_list()) return {file_of(target)};
+  std::vector<fs::path> files;
+  for (const YamlValue& board : target.items(1, limits::kMaxBoards))
+    files.push_back(file_of(board));
+  return files;
+}
+
 std::vector<fs::path> list_images(const fs::path& folder, const YamlValue& images) {
   std::error_code error;
   const fs::directory_iterator can_be_read(folder, error);
@@ -110,11 +122,14 @@ DatasetFolder read_dataset(const fs::path& folder,
   Dataset& dataset = read.dataset;
   dataset.image_size = read_image_size_value(top.at("image_size"));
   dataset.boards = read_boards(top.at("target"), &read.warnings);
+  read.texts = target_files(top.at("target"), folder);
+  read.texts.push_back(folder / "dataset.yaml");
   const auto observations = top.find("observations");
   const auto images = top.find("images");
   if (!observations && !images) top.fail_plainly("needs observations: FILE or images: FOLDER");
   if (observations) {
     read.observations = folder / observations->text();
+    read.texts.push_back(read.observations);
     dataset.views = read_observations(read.observations, dataset.boards, &read.warnings);
   }
   if (images) {
@@ -130,7 +145,8 @@ DatasetFolder read_dataset(const fs::path& folder,
     if (!unreadable.empty()) throw Error(unreadable.front());
   }
   if (const auto truth = top.find("truth")) {
-    dataset.truth = read_truth_of(folder / truth->text(), dataset.image_size);
+    read.texts.push_back(folder / truth->text());
+    dataset.truth = read_truth_of(read.texts.back(), dataset.image_size);
   }
   return read;
 }

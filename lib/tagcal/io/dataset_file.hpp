@@ -18,6 +18,7 @@ struct DatasetFolder {
   std::vector<std::string> unreadable;        // pictures that are not in `images`: file and reason
   std::vector<std::filesystem::path> depths;  // of `depth`, sorted by name
   double depth_unit_m = 0;                    // of their values; 0: no depths
+  std::vector<std::filesystem::path> texts;   // all other files that were read
   std::vector<std::string> warnings;
 };
 

@@ -184,12 +184,6 @@ std::string encoded(const std::string& kind, const Image<T>& image) {
   throw Error("the name of a picture must end in .png, .tif, .tiff, .jpg, .jpeg, .pgm or .ppm");
 }
 
-bool is_named_as_picture(const std::filesystem::path& file) {
-  const std::string kind = lower_case(file.extension().string());
-  return !file.filename().string().starts_with('.') &&
-         std::ranges::any_of(kPictureKinds, [&](std::string_view known) { return kind == known; });
-}
-
 }  // namespace
 
 Image8 read_image(const std::filesystem::path& file) {
@@ -228,12 +222,18 @@ ImageSize read_image_size(const std::filesystem::path& file) {
   });
 }
 
+bool is_picture_name(const std::filesystem::path& file) {
+  const std::string kind = lower_case(file.extension().string());
+  return std::ranges::any_of(kPictureKinds, [&](std::string_view known) { return kind == known; });
+}
+
 std::vector<std::filesystem::path> list_pictures(const std::filesystem::path& folder) {
   std::error_code error;
   std::vector<std::filesystem::path> files;
   std::filesystem::directory_iterator entries(folder, error);
   for (; !error && entries != std::filesystem::directory_iterator(); entries.increment(error))
-    if (is_named_as_picture(entries->path())) files.push_back(entries->path());
+    if (is_picture_name(entries->path()) && !entries->path().filename().string().starts_with('.'))
+      files.push_back(entries->path());
   if (error) throw Error(folder.string() + ": must be a folder of pictures: " + error.message());
   std::sort(files.begin(), files.end());
   return files;

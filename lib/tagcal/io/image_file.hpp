@@ -35,9 +35,12 @@ Picture read_reduced(const std::filesystem::path& file, int least_width);
 // file that it needs.
 ImageSize read_image_size(const std::filesystem::path& file);
 
-// The files of a folder whose names end as those of pictures do (.png, .jpg, .jpeg, .tif, .tiff,
-// .bmp, .webp, .pgm, .ppm, in any case), sorted by name; hidden files are not among them. Throws
-// Error if it is not a folder that can be read.
+// Returns true for a name that ends as those of pictures do: .png, .jpg, .jpeg, .tif, .tiff, .bmp,
+// .webp, .pgm, .ppm, in any case.
+bool is_picture_name(const std::filesystem::path& file);
+
+// The files of a folder that have a picture's name, sorted by name; hidden files are not among
+// them. Throws Error if it is not a folder that can be read.
 std::vector<std::filesystem::path> list_pictures(const std::filesystem::path& folder);
 
 // Writes an 8-bit grey PNG, whole or not at all. Throws Error if that fails. A resolution above 0

@@ -116,6 +116,12 @@ void read_view(const YamlValue& item, Truth& truth) {
   truth.lenses.emplace(image.text(), pinhole(numbers.fx, numbers.fy, numbers.cx, numbers.cy));
 }
 
+std::size_t num_transforms_of(const Truth& truth, const std::string& image) {
+  const auto found = truth.hierarchy.find(image);
+  if (found == truth.hierarchy.end()) return 0;
+  return found->second.camera_from_frame.size() + found->second.camera_from_board.size();
+}
+
 }  // namespace
 
 Truth read_truth(const std::filesystem::path& file) {
@@ -123,8 +129,15 @@ Truth read_truth(const std::filesystem::path& file) {
   top.allow_only({"camera", "poses"});
   const TruthCamera camera = read_truth_camera(top.at("camera"));
   Truth truth{camera.camera, camera.model, {}, {}, {}};
+  std::size_t num_transforms = 0;  // an alias in the file is a copy of all of them here
   if (const auto poses = top.find("poses"))
-    for (const YamlValue& item : poses->items(0, limits::kMaxListedPoses)) read_view(item, truth);
+    for (const YamlValue& item : poses->items(0, limits::kMaxListedPoses)) {
+      read_view(item, truth);
+      num_transforms += num_transforms_of(truth, item.at("image").text());
+      if (num_transforms > limits::kMaxListedPoses)
+        poses->fail_plainly(fmt::format("the views have more than {} frames and boards in all",
+                                        limits::kMaxListedPoses));
+    }
   return truth;
 }
 

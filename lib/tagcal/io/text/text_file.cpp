@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cstdio>
 #include <cstring>
 #include <mutex>
 #include <set>
@@ -169,6 +170,16 @@ void write_special(const std::filesystem::path& file, std::string_view content, 
   write_all(out, content, file);
 }
 
+// stdout or stderr, if it is redirected to this file, else -1.
+int own_stream(const struct stat& file) {
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
+    struct stat own {};
+    if (::fstat(stream, &own) == 0 && own.st_dev == file.st_dev && own.st_ino == file.st_ino)
+      return stream;
+  }
+  return -1;
+}
+
 }  // namespace
 
 std::string read_text(const std::filesystem::path& file) {
@@ -189,6 +200,12 @@ std::string read_text(const std::filesystem::path& file) {
   return read_all(in, size, file);
 }
 
+bool is_stream(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0 || S_ISDIR(status.st_mode)) return false;
+  return !S_ISREG(status.st_mode) || own_stream(status) >= 0;
+}
+
 void write_whole(const std::filesystem::path& file, std::string_view content) {
   if (file.filename().empty()) throw Error(file.string() + ": cannot write: names no file");
   const std::filesystem::path end = behind_links(file);
@@ -201,6 +218,11 @@ void write_whole(const std::filesystem::path& file, std::string_view content) {
   // A device or a pipe (/dev/stdout) must not be replaced by a file.
   if (exists && !S_ISREG(status.st_mode))
     return write_special(file, content, S_ISFIFO(status.st_mode));
+  // Nor what the program prints by the file of its answer (--out /dev/stdout > file).
+  if (const int stream = exists ? own_stream(status) : -1; stream >= 0) {
+    (void)std::fflush(stream == STDOUT_FILENO ? stdout : stderr);
+    return write_all(OpenFile(::dup(stream)), content, file);
+  }
   if (exists && ::access(end.c_str(), W_OK) != 0) fail(file, "cannot write", errno);
 
   TemporaryFile temporary(end);

@@ -10,9 +10,13 @@ namespace tagcal::internal {
 // larger than 256 MiB).
 std::string read_text(const std::filesystem::path& file);
 
+// Returns true for a device, a pipe, and the file that stdout or stderr is redirected to: it is
+// written to where it stands, not replaced.
+bool is_stream(const std::filesystem::path& file);
+
 // Writes a file whole or not at all: into a temporary file beside it, then renamed. Throws Error
-// if that fails, and then leaves no file behind. Devices and pipes are written to; a pipe that
-// nobody reads is an error.
+// if that fails, and then leaves no file behind. Streams are written to; a pipe that nobody reads
+// is an error.
 void write_whole(const std::filesystem::path& file, std::string_view content);
 
 // Removes the temporary files of all calls of write_whole that have not returned yet, and lets none

@@ -123,10 +123,16 @@ std::vector<std::pair<std::string, YamlValue>> YamlValue::members() const {
 std::vector<std::string> YamlValue::unknown_keys(
     std::initializer_list<std::string_view> known) const {
   if (!is_map()) fail("must be a map of keys");
+  constexpr std::size_t kMost = 20;  // a file may have millions
+  const std::string where = path_.empty() ? "" : path_ + ": ";
   std::vector<std::string> messages;
   for (std::size_t i = 0; i < node_->children.size(); ++i) {
     const std::string& key = node_->children[i].first;
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    if (messages.size() == kMost) {
+      messages.push_back(fmt::format("{}: {}has more unknown keys", *file_, where));
+      break;
+    }
     messages.push_back(
         fmt::format("{}: {}: unknown key; {}", *file_, child(i).path_, advice(key, known)));
   }

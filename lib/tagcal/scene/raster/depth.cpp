@@ -41,8 +41,8 @@ Eigen::AlignedBox2d image_of(const Sheet& sheet, const Tracer& tracer) {
 
 // A sheet that is seen edge-on is not seen.
 std::vector<Target> targets(const Shadows& shadows, std::span<const std::size_t> sheets,
-                            const Lens& lens) {
-  const Tracer tracer(lens, 1);
+                            const Camera& camera) {
+  const Tracer tracer(camera, 1);
   std::vector<Target> result;
   for (const std::size_t i : sheets) {
     if (shadows.shadow(i, Shadows::kNone).empty()) continue;
@@ -62,7 +62,7 @@ std::vector<Target> targets(const Shadows& shadows, std::span<const std::size_t>
 
 ImageF depth_of_sheets(const Shadows& shadows, std::span<const std::size_t> sheets,
                        const Camera& camera) {
-  const std::vector<Target> all = targets(shadows, sheets, camera.lens);
+  const std::vector<Target> all = targets(shadows, sheets, camera);
   // Parallel rays come from infinitely far behind the plane in which they are said to start.
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double start = std::holds_alternative<Parallel>(camera.lens) ? -kInfinity : 0;

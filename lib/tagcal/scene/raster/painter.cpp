@@ -28,7 +28,7 @@ Painter::Painter(const Scene& scene, const TagFamilies& families, const Pose& ca
       families_(families),
       camera_from_world_(camera_from_world),
       light_(light_in_camera(scene, camera_from_world)),
-      tracer_(scene.camera.lens, scale),
+      tracer_(scene.camera, scale),
       shadows_(scene, scene.camera.lens, camera_from_world) {}
 
 Layer Painter::layer_of(std::size_t index, std::span<const std::size_t> hidden_by) const {

@@ -1,5 +1,6 @@
 #include "tagcal/scene/raster/tracer.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -58,7 +59,7 @@ Shape shape(const Vector2d& a, const std::array<Vector2d, 3>& between, const Vec
 
 std::vector<std::vector<Vector3d>> Tracer::in_domain(const std::vector<Vector3d>& polygon) const {
   const double near_m = kNearShare * (polygon[0] - polygon[polygon.size() / 2]).norm();
-  return clip_to_domain(polygon, lens_, near_m);
+  return clip_to_domain(polygon, camera_.lens, near_m);
 }
 
 void Tracer::trace(std::span<const Vector3d> polygon, Outlines& outlines) const {
@@ -75,7 +76,7 @@ void Tracer::trace(std::span<const Vector3d> polygon, Outlines& outlines) const 
 }
 
 std::optional<Tracer::Point> Tracer::imaged(const Vector3d& x_in_camera) const {
-  const std::optional<Vector2d> pixel = project(lens_, x_in_camera);
+  const std::optional<Vector2d> pixel = project(camera_.lens, x_in_camera);
   if (!pixel) return std::nullopt;
   return Point{x_in_camera, *pixel};
 }
@@ -90,11 +91,26 @@ bool Tracer::follow_edge(const Point& a, const Point& b, std::vector<Vector2d>& 
   return middle && follow(a, *middle, b, kDeepestCut, out);
 }
 
+// All are beyond the same side of the image, where the picture does not show how a curve bends.
+bool Tracer::is_far_beside(std::initializer_list<const Point*> points) const {
+  constexpr double kFar = 10;  // sides of the image; a blur mixes what lies beside it into it
+  const ImageSize& size = camera_.image_size;
+  const double far = kFar * std::max(size.width, size.height);
+  Eigen::AlignedBox2d box;
+  for (const Point* point : points) box.extend(point->pixel);
+  const Vector2d end(size.width + far, size.height + far);
+  return (box.max().array() < -far).any() || (box.min().array() > end.array()).any();
+}
+
 bool Tracer::follow(const Point& a, const Point& middle, const Point& b, int depth,
                     std::vector<Vector2d>& out) const {
   const std::optional<Point> before = imaged(0.5 * (a.x_in_camera + middle.x_in_camera));
   const std::optional<Point> after = imaged(0.5 * (middle.x_in_camera + b.x_in_camera));
   if (!before || !after) return false;
+  if (is_far_beside({&a, &*before, &middle, &*after, &b})) {
+    emit(a, out);
+    return true;
+  }
   const Shape seen = shape(a.pixel, {before->pixel, middle.pixel, after->pixel}, b.pixel);
   if (seen == Shape::bent && depth > 0)
     return follow(a, *before, middle, depth - 1, out) && follow(middle, *after, b, depth - 1, out);
