@@ -29,12 +29,12 @@ void bind_parameter_error(py::module_& m) {
       .field("name", &ParameterError::name, "fx, fy, cx, cy, k1, ..")
       .field("estimate", &ParameterError::estimate, "Of the camera.")
       .field("truth", &ParameterError::truth, "Of the data set.")
-      .field("sigma", &ParameterError::sigma, "Standard deviation; 0: held.")
+      .field("sigma", &ParameterError::sigma, "Standard deviation; 0: held; None: not known.")
       .field("in_sigmas", &ParameterError::in_sigmas,
-             "(estimate - truth) / sigma; 0 for a held parameter that is right.")
+             "(estimate - truth) / sigma, if sigma is above 0.")
       .representation([](const ParameterError& p) {
         return p.name + " " + number(p.estimate, 8) + ", truth " + number(p.truth, 8) + ", " +
-               number(p.in_sigmas, 3) + " sd off";
+               (p.in_sigmas ? number(*p.in_sigmas, 3) + " sd off" : "not estimated");
       });
 }
 

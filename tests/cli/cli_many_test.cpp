@@ -137,6 +137,25 @@ TEST_F(CliMany, WhatCannotWorkIsSaidBeforeAnyWork) {
   EXPECT_EQ(names(), before);
 }
 
+// What was kept counts for the same data only.
+TEST_F(CliMany, ResumeCalibratesWhatHasChanged) {
+  three();
+  const std::string sets = "calibrate " + path("a") + " " + path("c") + " " + path("later") +
+                           " --model f --resume --out " + path("kept");
+  EXPECT_EQ(run(sets).exit_code, 2);  // the third is not there yet, and so the others are kept
+  const std::string c = slurp(root() / "kept/c.yaml");
+  EXPECT_NE(slurp(root() / "kept/a.yaml").find("num_views: 6"), std::string::npos);
+  fs::last_write_time(path("kept/c.yaml"), fs::file_time_type());
+  exact_set("later");
+  const std::string all = slurp(root() / "a/observations_exact.csv");
+  spill(root() / "a/observations_exact.csv", all.substr(0, all.find("005.png")));
+  ASSERT_EQ(run(sets).exit_code, 0);
+  EXPECT_NE(slurp(root() / "kept/a.yaml").find("num_views: 5"), std::string::npos);
+  EXPECT_EQ(slurp(root() / "kept/c.yaml"), c);
+  EXPECT_EQ(fs::last_write_time(path("kept/c.yaml")), fs::file_time_type());
+  EXPECT_FALSE(fs::exists(path("kept/.resume")));
+}
+
 TEST_F(CliMany, AdvisesEach) {
   const std::string sets = "calibrate " + three() + " --model f+c --advise";
   const auto lines = lines_of(run(sets).out);

@@ -169,6 +169,15 @@ TEST_F(Cli, ValidateJudgesTheTruthWhereItIsAsked) {
   ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + camera).exit_code, 0);
   const std::string command = "validate " + camera + " --dataset ";
   EXPECT_EQ(run(command + path("set") + " --truth").exit_code, 0);
+  // The camera alone, whose standard deviations are not known.
+  const std::string unknown = path("unknown.yaml");
+  const std::string file = slurp(camera);
+  spill(unknown, file.substr(0, file.find("avg_reprojection_error")));
+  const std::string without = "validate " + unknown + " --dataset " + path("set");
+  EXPECT_NE(run(without).out.find("not known"), std::string::npos);
+  EXPECT_EQ(run(without).out.find(" sd\n"), std::string::npos);
+  const Json fx = Json::parse(run(without + " --json").out)["parameters"][0];
+  EXPECT_TRUE(fx["sigma"].is_null() && fx["in_sigmas"].is_null()) << fx;
   // The same answer, compared with a truth of another principal point.
   const fs::path wrong = exact_set("wrong_truth");
   const std::string truth = slurp(wrong / "truth.yaml");

@@ -17,6 +17,8 @@
 
 #include "commands/commands.hpp"
 #include "commands/many_outcomes.hpp"
+#include "input/digest.hpp"
+#include "input/input.hpp"
 #include "input/outputs.hpp"
 #include "report/calibration_report.hpp"
 #include "report/messages.hpp"
@@ -144,15 +146,34 @@ Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json) 
   }
 }
 
+// Stands for the contents of all files that a data set has.
+std::string digest_of_inputs(InputArguments arguments, const DataSet& set) {
+  arguments.inputs = {set.folder};
+  const Input input = read_input(arguments);
+  std::string text;
+  for (const fs::path& file : input.texts)
+    text += file.string() + "\n" + digest_of_file(file) + "\n";
+  for (const auto& [name, file] : input.files) text += name + "\n" + digest_of_file(file) + "\n";
+  return digest_of(text);
+}
+
 // The outcome of an earlier run, or that of this one, which is then kept. Bad input is tried again.
-Outcome outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json,
-                   const std::optional<KeptOutcomes>& kept) {
-  if (kept)
-    if (const auto earlier = kept->find(set.name);
-        earlier && (earlier->code != kAnswer || fs::exists(set.file)))
-      return *earlier;
+Outcome kept_outcome_of(const CalibrationJob& job, const DataSet& set, bool as_json,
+                        const KeptOutcomes& kept) {
+  std::string inputs;
+  try {
+    inputs = digest_of_inputs(job.input, set);
+    const std::optional<Outcome> earlier = kept.find(set.name, inputs);
+    if (earlier && (earlier->code != kAnswer || fs::exists(set.file))) return *earlier;
+  } catch (const std::exception&) {
+    // Bad input, which the calibration will name, or what was kept is damaged.
+  }
   Outcome outcome = outcome_of(job, set, as_json);
-  if (kept && outcome.code != kBadInput) kept->keep(set.name, outcome);
+  try {
+    if (outcome.code != kBadInput && !inputs.empty()) kept.keep(set.name, inputs, outcome);
+  } catch (const std::exception&) {
+    // A later run calibrates this data set again.
+  }
   return outcome;
 }
 
@@ -220,7 +241,10 @@ int calibrate_many(const CalibrationJob& job, const ManyOutput& output) {
     Progress progress("calibrating", static_cast<int>(sets.size()));
     parallel_for(
         sets.size(), job.threads,
-        [&](std::size_t i) { outcomes[i] = outcome_of(one, sets[i], output.json, kept); },
+        [&](std::size_t i) {
+          outcomes[i] = kept ? kept_outcome_of(one, sets[i], output.json, *kept)
+                             : outcome_of(one, sets[i], output.json);
+        },
         [&](int done, int) { progress.update(done); });
   }
   if (kept && std::ranges::none_of(outcomes, [](const Outcome& o) { return o.code == kBadInput; }))

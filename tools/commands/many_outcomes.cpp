@@ -28,17 +28,20 @@ KeptOutcomes::KeptOutcomes(const fs::path& out)
 
 fs::path KeptOutcomes::file_of(const std::string& name) const { return folder_ / (name + ".json"); }
 
-std::optional<ManyOutcome> KeptOutcomes::find(const std::string& name) const {
+std::optional<ManyOutcome> KeptOutcomes::find(const std::string& name,
+                                              const std::string& inputs) const {
   if (!fs::exists(file_of(name))) return std::nullopt;
   const Json kept = Json::parse(internal::read_text(file_of(name)), nullptr, false);
-  if (!kept.is_object()) return std::nullopt;
+  if (!kept.is_object() || kept.value("inputs", "") != inputs) return std::nullopt;
   return ManyOutcome{static_cast<ExitCode>(kept.value("code", 2)), "",
                      kept.at("row").get<ManyOutcome::Row>(), kept.value("advice", ""),
                      kept.value("json", "")};
 }
 
-void KeptOutcomes::keep(const std::string& name, const ManyOutcome& outcome) const {
-  const Json kept{{"code", outcome.code},
+void KeptOutcomes::keep(const std::string& name, const std::string& inputs,
+                        const ManyOutcome& outcome) const {
+  const Json kept{{"inputs", inputs},
+                  {"code", outcome.code},
                   {"row", outcome.row},
                   {"advice", outcome.advice},
                   {"json", outcome.json}};

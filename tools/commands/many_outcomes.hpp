@@ -29,9 +29,9 @@ class KeptOutcomes {
   // Throws Error if OUT/.resume is of another command, or in use by another process.
   explicit KeptOutcomes(const std::filesystem::path& out);
 
-  // The outcome of a data set, if an earlier run came to one.
-  std::optional<ManyOutcome> find(const std::string& name) const;
-  void keep(const std::string& name, const ManyOutcome& outcome) const;
+  // The outcome of a data set, if an earlier run came to one from the same inputs.
+  std::optional<ManyOutcome> find(const std::string& name, const std::string& inputs) const;
+  void keep(const std::string& name, const std::string& inputs, const ManyOutcome& outcome) const;
 
   // All data sets are done: removes what was kept.
   void finish() const;

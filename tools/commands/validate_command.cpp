@@ -40,8 +40,8 @@ std::string json_text(const Validation& validation, const std::string& model, bo
     parameters.push_back({{"name", p.name},
                           {"estimate", p.estimate},
                           {"truth", p.truth},
-                          {"sigma", p.sigma},
-                          {"in_sigmas", p.in_sigmas}});
+                          {"sigma", p.sigma ? Json(*p.sigma) : Json()},
+                          {"in_sigmas", p.in_sigmas ? Json(*p.in_sigmas) : Json()}});
   }
   const Json answer = {{"passed", passed},
                        {"opencv_agrees", validation.opencv_agrees},
@@ -67,12 +67,14 @@ std::string parameter_table(const std::vector<ParameterError>& parameters) {
                                  "truth", "off by");
   for (const ParameterError& p : parameters) {
     if (p.sigma == 0 && p.estimate == 0 && p.truth == 0) continue;  // held at the true value 0
-    const Measured m = measured(p.estimate, p.sigma);
+    const Measured m = measured(p.estimate, p.sigma.value_or(0));
     const std::size_t point = m.value.find('.');
     const std::size_t decimals = point == std::string::npos ? 0 : m.value.size() - point - 1;
-    text += fmt::format("  {:<4} {:>14} {:>12} {:>14.{}f} {:>6.2f} sd\n", p.name, m.value,
-                        m.sigma.empty() ? "held" : m.sigma, p.truth, p.sigma > 0 ? decimals : 6,
-                        p.in_sigmas);
+    const std::string sigma = !p.sigma ? "not known" : m.sigma.empty() ? "held" : m.sigma;
+    const std::string off = p.in_sigmas ? fmt::format("{:.2f} sd", *p.in_sigmas)
+                                        : fmt::format("{:.3g}", p.estimate - p.truth);
+    text += fmt::format("  {:<4} {:>14} {:>12} {:>14.{}f} {:>9}\n", p.name, m.value, sigma, p.truth,
+                        p.in_sigmas ? decimals : 6, off);
   }
   return text;
 }

@@ -121,17 +121,18 @@ void compare_with_truth(const Camera& camera, const std::vector<double>& sigmas,
   }
   const auto estimate = parameters(camera.lens), exact = parameters(truth.camera.lens);
   for (std::size_t i = 0; i < exact.size(); ++i) {
-    ParameterError error{std::string(parameter_names(camera.lens)[i]), estimate[i], exact[i], 0, 0};
+    ParameterError error{
+        std::string(parameter_names(camera.lens)[i]), estimate[i], exact[i], {}, {}};
     if (i < sigmas.size()) error.sigma = sigmas[i];
     const double difference = estimate[i] - exact[i];
-    if (error.sigma > 0) error.in_sigmas = difference / error.sigma;
-    if (error.sigma == 0 && difference != 0 && !sigmas.empty())
+    if (error.sigma > 0) error.in_sigmas = difference / *error.sigma;
+    if (error.sigma == 0 && difference != 0)
       result.warnings.push_back(fmt::format("{} is held at {:g}, the truth is {:g}", error.name,
                                             error.estimate, error.truth));
     result.parameters.push_back(error);
-    if (error.sigma > 0)
+    if (error.in_sigmas)
       result.num_beyond_truth =
-          result.num_beyond_truth.value_or(0) + (std::abs(error.in_sigmas) <= kTruthBound ? 0 : 1);
+          result.num_beyond_truth.value_or(0) + (std::abs(*error.in_sigmas) <= kTruthBound ? 0 : 1);
   }
 }
 

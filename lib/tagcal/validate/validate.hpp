@@ -13,8 +13,8 @@ struct ParameterError {
   std::string name;
   double estimate = 0;
   double truth = 0;
-  double sigma = 0;      // 0: held
-  double in_sigmas = 0;  // (estimate - truth) / sigma; 0 for a held parameter that is right
+  std::optional<double> sigma;      // 0: held; none: not known
+  std::optional<double> in_sigmas;  // (estimate - truth) / sigma, if sigma is above 0
 };
 
 struct Validation {
