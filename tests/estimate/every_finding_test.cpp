@@ -13,6 +13,7 @@
 #include "spoiled_worlds.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/view_correspondences.hpp"
 
 namespace tagcal {
 namespace {
@@ -83,6 +84,12 @@ Dataset all_mirrored() {
   });
 }
 
+Dataset of_half_the_size() {
+  Dataset dataset = make_world(opencv5_lens(), 5, views(12));
+  dataset.image_size = {dataset.image_size.width / 2, dataset.image_size.height / 2};
+  return dataset;
+}
+
 Dataset printed_with_moved_tag() {
   return seen_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12), [](TargetPoint& p) {
     if (p.id.tag_id == 17) p.position.x() += 1.5e-3;
@@ -134,6 +141,7 @@ std::vector<Case> cases_of_data() {
                                    automatic)},
       {"view_mirrored", calibrated(all_mirrored(), automatic)},
       {"no_consensus", calibrated(all_mirrored(), automatic)},
+      {"corners_outside", calibrated(of_half_the_size(), automatic)},
       {"view_rejected",
        calibrated(spoiled([](auto& w, Random& random) { spoil_view(w, 2, random); }), automatic)},
       {"board_moved", calibrated(moved_board(opencv5_lens(), 3, 15, 0, 4, off).dataset, automatic)},
@@ -189,6 +197,19 @@ Said pose_of(const std::vector<Correspondence>& seen, const Lens& lens,
   return {e.status, codes_of(e.findings)};
 }
 
+// Of the first view.
+Said pose_in(const Dataset& dataset, const Lens& lens) {
+  const PoseEstimate e = estimate_pose(view_correspondences(dataset.views[0], dataset.boards),
+                                       Camera{lens, dataset.image_size});
+  return {e.status, codes_of(e.findings)};
+}
+
+Said pose_and_focal_in(const Dataset& dataset) {
+  const PoseAndFocalEstimate e = estimate_pose_and_focal(
+      view_correspondences(dataset.views[0], dataset.boards), dataset.image_size);
+  return {e.status, codes_of(e.findings)};
+}
+
 std::vector<Correspondence> seen_in(const Lens& lens, const std::vector<Eigen::Vector3d>& points,
                                     double tilt_rad, double distance_m) {
   Random random(7);
@@ -200,6 +221,9 @@ std::vector<Case> cases_of_poses() {
   std::vector<Eigen::Vector3d> line;
   for (int i = 0; i < 5; ++i) line.emplace_back(0.1 * i, 0, 0);
   return {
+      {"view_mirrored", pose_in(all_mirrored(), opencv5_lens())},
+      {"corners_outside", pose_in(of_half_the_size(), opencv5_lens())},
+      {"corners_outside", pose_and_focal_in(of_half_the_size())},
       {"degenerate", pose_of(seen_in(kPlain, line, 0.5, 1), kPlain, {.sigma_px = 0.2})},
       {"not_converged", pose_of(seen_in(opencv5_lens(), board_points(), 1, 0.8), opencv5_lens(),
                                 {.sigma_px = 0.2, .max_iterations = 0})},

@@ -103,10 +103,9 @@ PoseReport estimate(const ViewCorrespondences& problem, const PoseAndFocalOption
   if (problem.ids.empty())
     add(report.findings, code::target_unseen, "no corner of the target is seen");
   else if (camera)
-    report = reported(estimate_pose(problem.correspondences, *camera, options));
+    report = reported(estimate_pose(problem, *camera, options));
   else
-    report =
-        reported(estimate_pose_and_focal(problem.correspondences, image_size, options), options);
+    report = reported(estimate_pose_and_focal(problem, image_size, options), options);
   if (!options.covariance_px2.empty()) report.sigma_px.reset();
   report.corners = problem.ids;
   return report;

@@ -10,6 +10,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
+#include "tagcal/estimate/pose/view_checks.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 
 namespace tagcal {
@@ -178,6 +179,17 @@ Matrix6 camera_by_step(const Pose& camera_from_target, const RollPitchYaw& angle
   return by_step;
 }
 
+// Warns of corners that no picture of this size shows.
+void add_impossible(const ViewCorrespondences& seen, const ImageSize& size,
+                    std::vector<Finding>& findings) {
+  if (is_mirrored(seen.ids, seen.correspondences))
+    add(findings, code::view_mirrored,
+        "the tags are mirrored, as no camera sees them: the picture or its corners were mirrored");
+  if (auto warning =
+          corners_outside(num_outside(seen.correspondences, size), seen.ids.size(), size))
+    findings.push_back(*std::move(warning));
+}
+
 }  // namespace
 
 PoseEstimate estimate_pose(std::span<const Correspondence> correspondences, const Camera& camera,
@@ -233,13 +245,18 @@ PoseAndFocalEstimate estimate_pose_and_focal(std::span<const Correspondence> cor
 
 PoseEstimate estimate_pose(const ViewCorrespondences& seen, const Camera& camera,
                            const PoseOptions& options) {
-  return estimate_pose(seen.correspondences, camera, seen.with_these(options));
+  PoseEstimate estimate = estimate_pose(seen.correspondences, camera, seen.with_these(options));
+  add_impossible(seen, camera.image_size, estimate.findings);
+  return estimate;
 }
 
 PoseAndFocalEstimate estimate_pose_and_focal(const ViewCorrespondences& seen,
                                              const ImageSize& image_size,
                                              const PoseAndFocalOptions& options) {
-  return estimate_pose_and_focal(seen.correspondences, image_size, seen.with_these(options));
+  PoseAndFocalEstimate estimate =
+      estimate_pose_and_focal(seen.correspondences, image_size, seen.with_these(options));
+  add_impossible(seen, image_size, estimate.findings);
+  return estimate;
 }
 
 CameraInTarget camera_in_target(const PoseHypothesis& hypothesis) {

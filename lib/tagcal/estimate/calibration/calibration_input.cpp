@@ -14,6 +14,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/estimate/pose/view_checks.hpp"
 #include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 
@@ -90,35 +91,9 @@ double sum_of_pixels(const CalibrationView& view) {
   return sum;
 }
 
-// The tags of the view are seen from behind: no picture shows them so.
-bool is_mirrored(const CalibrationView& view) {
-  const bool has_tags = std::any_of(view.ids.begin(), view.ids.end(),
-                                    [](const CornerId& id) { return id.corner != 0; });
-  if (!has_tags) return false;
-  struct Quad {
-    std::array<Vector2d, 4> corners;
-    int count = 0;
-  };
-  std::map<int, Quad> quads;
-  for (std::size_t i = 0; i < view.ids.size(); ++i) {
-    Quad& quad = quads[view.ids[i].tag_id];
-    quad.corners[static_cast<std::size_t>(view.ids[i].corner)] =
-        view.problem.correspondences[i].pixel;
-    ++quad.count;
-  }
-  int complete = 0, mirrored = 0;
-  for (const auto& [tag, quad] : quads) {
-    if (quad.count < 4) continue;
-    const Vector2d a = quad.corners[2] - quad.corners[0], b = quad.corners[3] - quad.corners[1];
-    ++complete;
-    mirrored += a.x() * b.y() - a.y() * b.x() > 0;  // y points down: anticlockwise is negative
-  }
-  return complete > 0 && !policy::is_below(mirrored, policy::kMirroredTags, complete);
-}
-
 // Lists the corners of a mirrored view in input.rejected; false for any other view.
 bool reject_mirrored(const CalibrationView& view, CalibrationInput& input) {
-  if (!is_mirrored(view)) return false;
+  if (!is_mirrored(view.ids, view.problem.correspondences)) return false;
   add(input.findings, code::view_mirrored, view.name() + ": rejected, its tags are mirrored");
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < view.ids.size(); ++i)
@@ -203,9 +178,12 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
         fmt::format(
             "{} of {} corners have no covariance of their own: {} px of noise is assumed for them",
             noise.num_assumed(), noise.num_corners, policy::kAssumedSigmaPx));
+  std::size_t outside = 0, num_corners = 0;
   ViewsBySum earlier;
   for (std::size_t v = 0; v < dataset.views.size(); ++v) {
     CalibrationView prepared = calibration_view(dataset.views[v], v, points, input.whitened);
+    outside += num_outside(prepared.problem.correspondences, dataset.image_size);
+    num_corners += prepared.ids.size();
     if (!determines_pose(prepared)) {
       add(input.findings, code::view_unusable,
           prepared.name() +
@@ -226,6 +204,8 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
     earlier.emplace(sum, input.views.size());
     input.views.push_back(std::move(prepared));
   }
+  if (auto warning = corners_outside(outside, num_corners, dataset.image_size))
+    input.findings.push_back(*std::move(warning));
   return input;
 }
 

@@ -31,6 +31,7 @@ inline constexpr FindingCode input{"input", Severity::warning};  // from a reade
 inline constexpr FindingCode view_unusable{"view_unusable", Severity::warning};
 inline constexpr FindingCode view_repeated{"view_repeated", Severity::note};
 inline constexpr FindingCode view_mirrored{"view_mirrored", Severity::warning};
+inline constexpr FindingCode corners_outside{"corners_outside", Severity::warning};
 inline constexpr FindingCode view_rejected{"view_rejected", Severity::warning};
 inline constexpr FindingCode board_moved{"board_moved", Severity::warning};
 inline constexpr FindingCode corners_rejected{"corners_rejected", Severity::warning};

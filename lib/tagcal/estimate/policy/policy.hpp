@@ -220,6 +220,9 @@ inline constexpr std::size_t kLeastViewCorners = 4;
 // At least this share of the complete tags of a view turn the wrong way: the view is mirrored.
 // Source: none; chosen by hand (tests/estimate/robust_calibration_test.cpp has both kinds).
 inline constexpr Share kMirroredTags{4, 5};
+// More corners outside of the image say that its size is wrong: of pictures of twice that size
+// three quarters are outside. Source: none; chosen by hand.
+inline constexpr Share kMostOutsideImage{1, 20};
 
 // Focal length that stands for an unknown one, over the longer side of the image: 53 degrees of
 // view, or 143 of a fisheye. Source: none; chosen by hand.
