@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "input/arguments.hpp"
 #include "input/input.hpp"
 #include "report/messages.hpp"
+#include "report/plain_text.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 constexpr double kMaxPixels = 100e6;
 constexpr double kMostPages = 500;  // of --tile: a ream of paper
 constexpr double kFlat_m = 1e-6;
-constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // by U+FFFD
 
 struct Arguments {
   std::string target;
@@ -45,15 +44,8 @@ const Paper& paper_named(const std::string& name) {
   return *std::ranges::find(kPapers, name, &Paper::name);  // the option allows no other names
 }
 
-// The name of a file for titles and captions, which must be UTF-8 without control characters.
-std::string printable_name(const fs::path& file) {
-  std::string name = file.filename().string();
-  const bool utf8 =
-      nlohmann::json(name).dump(-1, ' ', false, kReplace).find("\xEF\xBF\xBD") == std::string::npos;
-  std::ranges::replace_if(
-      name, [&](char c) { return (c >= 0 && c < ' ') || (c < 0 && !utf8); }, '?');
-  return name;
-}
+// For titles and captions.
+std::string printable_name(const fs::path& file) { return one_line_text(file.filename().string()); }
 
 void check(const Arguments& arguments, const std::string& kind) {
   if (kind != ".svg" && kind != ".png" && kind != ".pdf")

@@ -20,6 +20,7 @@
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -32,15 +33,18 @@ constexpr int kMinCorners = 12;
 const std::map<std::string, Refinement> kRefinements = {
     {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
 
-// A picture is named by its file name, or by the given path if two pictures share a name.
+// A picture is named by its file name, or by the given path if two pictures share a name. Throws
+// Error for a name that no file of corners can hold, before all the work.
 void set_images(const std::vector<fs::path>& files, Input& input) {
   std::map<std::string, int> uses;
   for (const fs::path& file : files) ++uses[file.filename().string()];
   for (const fs::path& file : files) {
-    const std::string name = file.filename().string();
-    input.images.push_back(
-        {uses[name] > 1 ? file.string() : name, [file] { return read_image(file); }});
-    input.files[input.images.back().name] = file;
+    std::string name = file.filename().string();
+    if (uses[name] > 1) name = file.string();
+    if (!is_image_name(name))
+      throw Error(fmt::format("{}: the name of a picture must be one line", file.string()));
+    input.images.push_back({name, [file] { return read_image(file); }});
+    input.files[name] = file;
   }
 }
 
