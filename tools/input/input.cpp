@@ -95,30 +95,31 @@ Input read_pictures(const InputArguments& arguments) {
   const std::vector<std::string> unreadable = remove_unreadable(files, sizes);
   leave_out(unreadable, arguments.strict, files.empty(), input.warnings);
   input.dataset.image_size = common_size(files, sizes);
+  input.sized_by = files.front().string();
   set_images(files, input);
   return input;
 }
 
 Input read_folder(const InputArguments& arguments) {
   const std::string& folder = arguments.inputs.front();
+  const char* const advice =
+      arguments.takes_pictures ? " (pictures need their board, --target T.yaml)" : "";
   if (arguments.inputs.size() > 1) {
-    throw Error(fmt::format("{}: only one DATASET is possible (pictures need --target)",
-                            arguments.inputs[1]));
+    throw Error(fmt::format("{}: only one DATASET is possible{}", arguments.inputs[1], advice));
   }
   if (fs::is_regular_file(folder)) {
-    throw Error(fmt::format(
-        "{}: must be a folder with dataset.yaml, got a file (pictures need --target)", folder));
+    throw Error(
+        fmt::format("{}: must be a folder with dataset.yaml, got a file{}", folder, advice));
   }
   if (!fs::exists(fs::path(folder) / "dataset.yaml") && fs::is_directory(folder) &&
       !list_pictures(folder).empty()) {
-    throw Error(fmt::format(
-        "{}: has pictures, but no dataset.yaml: name their board with --target T.yaml", folder));
+    throw Error(fmt::format("{}: has pictures, but no dataset.yaml{}", folder, advice));
   }
   Exclusion exclusion(arguments.excluded);
   DatasetFolder read =
       read_dataset(folder, [&](const fs::path& file) { return exclusion.excludes(file); });
   Input input;
-  input.name = folder;
+  input.name = input.sized_by = folder;
   input.dataset = std::move(read.dataset);
   input.warnings = std::move(read.warnings);
   input.observations = read.observations.string();
@@ -131,6 +132,8 @@ Input read_folder(const InputArguments& arguments) {
   }
   std::erase_if(input.dataset.views,
                 [&](const View& view) { return exclusion.excludes(view.image); });
+  if (!arguments.excluded.empty() && input.images.empty() && input.dataset.views.empty())
+    throw Error("--exclude: leaves no picture");
   warn_of_unused(exclusion, input.warnings);
   return input;
 }
@@ -149,6 +152,7 @@ void add_input(CLI::App& command, InputArguments& arguments) {
 }
 
 void add_picture_options(CLI::App& command, InputArguments& arguments) {
+  arguments.takes_pictures = true;
   add_positive(
       command, "--tag-size", arguments.tag_size_m,
       "side of the tags in metres, black edge to black edge, if --target is a field layout "
@@ -180,6 +184,8 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 Input read_input(const InputArguments& arguments) {
   if (arguments.tag_size_m > 0 && arguments.target.empty())
     throw Error("--tag-size: needs --target, a field layout of WPILib");
+  if (!arguments.observations.empty() && !arguments.refinement.empty())
+    throw Error("--refinement: belongs to corners found in pictures, not to --observations");
   const bool is_dataset = arguments.target.empty() && arguments.family.empty();
   Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
@@ -198,7 +204,7 @@ void check_image_size(const ImageSize& size, const std::string& file, const Inpu
   const ImageSize& expected = input.dataset.image_size;
   if (size == expected) return;
   throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file, expected.width,
-                          expected.height, input.name, size.width, size.height));
+                          expected.height, input.sized_by, size.width, size.height));
 }
 
 namespace {

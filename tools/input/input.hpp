@@ -22,6 +22,7 @@ struct InputArguments {
   std::string refinement;             // of corners in pictures; "": the default
   std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
   bool strict = false;                // a picture that cannot be read ends the run
+  bool takes_pictures = false;        // the command has --target, too
   bool no_cache = false;
   std::string out;  // the command's answer: the corner cache stands beside it; "": none
 };
@@ -35,6 +36,7 @@ void add_observations(CLI::App& command, InputArguments& arguments);
 
 struct Input {
   std::string name;          // in messages
+  std::string sized_by;      // the data set or picture that has the image size
   Dataset dataset;           // with views if there are observations
   std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
