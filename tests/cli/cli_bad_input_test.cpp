@@ -54,6 +54,10 @@ TEST_F(Cli, MessagesNameTheFileOrOptionThatIsWrong) {
   expect_bad_input("detect " + set + " --family tag36h11",
                    {"set: is a data set: name its folder of pictures"});
   expect_bad_input("view " + set + "/images", {"has pictures, but no dataset.yaml\n"});
+  spill(root() / "ids.yaml",
+        replaced(slurp(root() / "set/target.yaml"), "first_id: 0", "first_id: 580"));
+  expect_bad_input("detect --target " + path("ids.yaml") + " " + set + "/images",
+                   {"ids.yaml: board: tag id: must be in 0..586 of tag36h11, got 587"});
   expect_bad_input("detect -x.png", {"-x.png: unknown option"});
   spill(root() / "wide.yaml", replaced(slurp(camera), "640", "700"));
   expect_bad_input("diff " + camera + " " + path("wide.yaml"),

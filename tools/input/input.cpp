@@ -16,11 +16,13 @@
 #include "report/warning_groups.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/checker_search/refine_checkers.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text/csv_image.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -257,6 +259,12 @@ void check_detectable(const std::vector<PlacedBoard>& boards, const std::string&
                   [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
     throw Error(fmt::format("{}: the target has no tags to detect, only points", name));
   }
+  naming(name, [&] {
+    const TagFamilies families = tag_families(boards);
+    for (const PlacedBoard& placed : boards)
+      for (const Tag& tag : placed.board.tags)
+        check_tag_id(families.at(placed.board.family), tag.id);
+  });
 }
 
 void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {

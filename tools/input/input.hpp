@@ -56,7 +56,7 @@ Input read_input(const InputArguments& arguments);
 // The file of corners that stands beside a command's answer; "" for a device or a pipe.
 std::filesystem::path corner_cache_of(const std::filesystem::path& out);
 
-// Throws Error, naming the target, if nothing on it can be detected.
+// Throws Error, naming the target, if nothing on it can be detected, or a tag is not of its family.
 void check_detectable(const std::vector<PlacedBoard>& boards, const std::string& name);
 
 // Throws Error if a camera, read from `file`, has another image size than the pictures.
