@@ -36,6 +36,9 @@ TEST_F(Cli, OptionsWithoutEffectAreRefused) {
                    {"--camera: only for the poses"});
   expect_bad_input("report " + camera + " --distance 4 --out " + page,
                    {"--distance: needs two calibrations"});
+  spill(root() / "poses.json", "{\"views\": []}\n");
+  expect_bad_input("report " + path("poses.json") + " --camera " + camera + " --out " + page,
+                   {"--camera: shows residuals, which need --dataset or --target"});
   EXPECT_FALSE(fs::exists(page));
   for (const std::string& input : {set, camera})
     expect_bad_input("view " + input + " --seed 0", {"--seed: belongs to a scene"});

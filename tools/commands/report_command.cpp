@@ -76,6 +76,8 @@ int run(const Arguments& arguments) {
     throw Error("--distance: needs two calibrations to compare");
   if (!shows_poses && !arguments.camera.empty())
     throw Error("--camera: only for the poses of tagcal pose --json");
+  if (!arguments.camera.empty() && !has_data(arguments))
+    throw Error("--camera: shows residuals, which need --dataset or --target");
   if (compares) {
     const double near_m = arguments.near_m > 0 ? arguments.near_m : 1;
     write_page(arguments.out,
