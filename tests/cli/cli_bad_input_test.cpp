@@ -26,6 +26,62 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
   expect_bad_input("detect " + path("set/images/000.png"), {"000.png", "--target"});
 }
 
+TEST_F(Cli, OptionsWithoutEffectAreRefused) {
+  const std::string set = path("set"), camera = path("set/truth.yaml"), page = path("page.html");
+  const std::string corners = " --observations " + path("set/observations_exact.csv");
+  for (const std::string command : {std::string("calibrate "), "pose --camera " + camera + " "})
+    expect_bad_input(command + set + corners + " --refinement edges",
+                     {"--refinement: belongs to corners found in pictures"});
+  expect_bad_input("report " + camera + " " + camera + " --camera " + camera + " --out " + page,
+                   {"--camera: only for the poses"});
+  expect_bad_input("report " + camera + " --distance 4 --out " + page,
+                   {"--distance: needs two calibrations"});
+  spill(root() / "poses.json", "{\"views\": []}\n");
+  expect_bad_input("report " + path("poses.json") + " --camera " + camera + " --out " + page,
+                   {"--camera: shows residuals, which need --dataset or --target"});
+  EXPECT_FALSE(fs::exists(page));
+  for (const std::string& input : {set, camera})
+    expect_bad_input("view " + input + " --seed 0", {"--seed: belongs to a scene"});
+  expect_bad_input("board " + path("set/target.yaml") + " --dpi 90 --out " + path("b.pdf"),
+                   {"--dpi: belongs to a picture", "b.pdf"});
+}
+
+TEST_F(Cli, MessagesNameTheFileOrOptionThatIsWrong) {
+  const std::string set = path("set"), camera = path("set/truth.yaml");
+  spill(root() / "small.pgm", "P5\n8 8\n255\n" + std::string(64, 'x'));
+  expect_bad_input(
+      "pose --target " + path("set/target.yaml") + " " + path("small.pgm") + " --camera " + camera,
+      {"truth.yaml: image size must be 8x8 as in " + path("small.pgm")});
+  for (const std::string command : {"detect ", "calibrate "})
+    expect_bad_input(command + set + " --exclude '*'", {"--exclude: leaves no picture"});
+  expect_bad_input("detect " + set + " --family tag36h11",
+                   {"set: is a data set: name its folder of pictures"});
+  expect_bad_input("view " + set + "/images", {"has pictures, but no dataset.yaml\n"});
+  spill(root() / "ids.yaml",
+        replaced(slurp(root() / "set/target.yaml"), "first_id: 0", "first_id: 580"));
+  expect_bad_input("detect --target " + path("ids.yaml") + " " + set + "/images",
+                   {"ids.yaml: board: tag id: must be in 0..586 of tag36h11, got 587"});
+  expect_bad_input("detect -x.png", {"-x.png: unknown option"});
+  spill(root() / "wide.yaml", replaced(slurp(camera), "640", "700"));
+  expect_bad_input("diff " + camera + " " + path("wide.yaml"),
+                   {path("wide.yaml") + ": image size must be 640x400 as in " + camera});
+  const std::string plane = "reproject --camera " + camera + " --plane --view 000.png --maps" +
+                            " --rectangle 0,0,1,1 --out " + path("plane") + " --m-per-px ";
+  expect_bad_input(plane + "1e300", {"--m-per-px: no pixel is in the rectangle"});
+  spill(root() / "tele.yaml",
+        "image_width: 640\nimage_height: 400\n"
+        "camera_matrix: {rows: 3, cols: 3, dt: d, data: [1e-300, 0, 317, 0, 500, 203, 0, 0, 1]}\n"
+        "distortion_coefficients: {rows: 1, cols: 5, dt: d, data: [0, 0, 0, 0, 0]}\n");
+  expect_bad_input(
+      "reproject --camera " + path("tele.yaml") + " --undistort all --maps --out " + path("plane"),
+      {path("tele.yaml") + ": --undistort all gives no camera: lens: fx must be > 0"});
+  spill(root() / "far.yaml", replaced(kScene, "max_distance_m: 0.6", "max_distance_m: 1e300"));
+  expect_bad_input("view " + path("far.yaml"), {path("far.yaml") + ": "});
+  expect_bad_input("render " + path("far.yaml") + " --out " + path("far"),
+                   {path("far.yaml") + ": "});
+  EXPECT_FALSE(fs::exists(root() / "far"));
+}
+
 TEST_F(Cli, BadScenesAreNamed) {
   const struct {
     const char* from;

@@ -149,14 +149,15 @@ TEST_F(CliBoard, NamesOfFilesMayBeAnything) {
   target("checker");
   for (const std::string name : {"b\xE4r<&>.yaml", "\xC3\x9C ber.yaml"}) {
     fs::copy_file(root() / "checker.yaml", root() / name, fs::copy_options::overwrite_existing);
-    for (const std::string out : {"named.pdf", "named.svg", "named.png"}) {
-      const Outcome made = run("board '" + path(name) + "' --dpi 50 --out " + path(out));
+    for (const std::string out : {"named.pdf", "named.svg", "named.png --dpi 50"}) {
+      const Outcome made = run("board '" + path(name) + "' --out " + path(out));
       EXPECT_EQ(made.exit_code, 0) << made.err;
     }
     const std::string svg = slurp(root() / "named.svg");
     const bool utf8 = name.starts_with("\xC3");
-    EXPECT_NE(svg.find(utf8 ? "<title>\xC3\x9C ber.yaml<" : "<title>b?r&lt;&amp;>.yaml<"),
-              std::string::npos);
+    EXPECT_NE(
+        svg.find(utf8 ? "<title>\xC3\x9C ber.yaml<" : "<title>b\xEF\xBF\xBDr&lt;&amp;&gt;.yaml<"),
+        std::string::npos);
   }
 }
 
@@ -166,6 +167,26 @@ TEST_F(CliBoard, WarnsWherePaperIsTooSmall) {
   EXPECT_NE(large.err.find("warning: 748 x 776 mm fit on no common paper"), std::string::npos);
   const std::string svg = slurp(root() / "large.svg");
   EXPECT_NE(svg.find("width=\"748.0000mm\""), std::string::npos);
+}
+
+TEST_F(CliBoard, WhatPaperOrPixelsCannotShowIsRefused) {
+  const std::string grid = target("grid"), png = path("coarse.png");
+  for (const std::string dpi : {"1", "1e-300"})
+    expect_bad_input("board " + grid + " --dpi " + dpi + " --out " + png,
+                     {"--dpi: must be ", "2 pixels for each cell", "got " + dpi});
+  EXPECT_FALSE(fs::exists(png));
+  const std::string list = "target_type: tags\nfamily: tag36h11\ntags:\n  - {id: 3, size: ";
+  spill(root() / "tiny.yaml", list + "1.0e-300, pose: {}}\n");
+  expect_bad_input("board " + path("tiny.yaml") + " --out " + path("tiny.pdf"),
+                   {"tiny.yaml: the smallest cells must be 0.01 mm wide"});
+  const std::string two = list + "0.1, pose: {}}\n  - {id: 1, size: 0.1, pose: {translation_m: [";
+  for (const auto& [x, covers] : {std::pair("0.01", true), {"0.1", false}, {"-0.099", true}}) {
+    spill(root() / "two.yaml", two + x + ", 0, 0]}}\n");
+    const Outcome made = run("board " + path("two.yaml") + " --out " + path("two.pdf"));
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_EQ(made.err.find("two.yaml: tags 1 and 3 cover each other") != std::string::npos, covers)
+        << made.err;
+  }
 }
 
 TEST_F(CliBoard, PaperReplacesNoFileThatIsNoTarget) {

@@ -92,7 +92,7 @@ TEST_F(Cli, WeakIsAnAnswerWhereItIsAskedFor) {
   EXPECT_NE(run(set).out.find("each view its own"), std::string::npos);
   expect_bad_input("diff " + path("weak.yaml") + " " + path("weak.yaml"),
                    {"weak.yaml: model", "weak"});
-  expect_bad_input(set + " --board-warp", {"board_warp", "weak"});
+  expect_bad_input(set + " --board-warp", {"--board-warp", "weak"});
   const Json views = Json::parse(run(exact + "f+c --json").out)["views"];
   ASSERT_EQ(views.size(), 6u);
   EXPECT_FALSE(views[0].contains("scale_px_per_m"));
@@ -229,7 +229,8 @@ TEST_F(Cli, DiffOfWhatCannotBeComparedIsAnError) {
   const std::string a = path("d.yaml");
   ASSERT_EQ(run("calibrate " + path("set") + " --model radial1 --out " + a).exit_code, 0);
   spill(path("larger.yaml"), replaced(slurp(a), "image_width: 640", "image_width: 641"));
-  expect_bad_input("diff " + a + " " + path("larger.yaml"), {"640 x 400", "641 x 400"});
+  expect_bad_input("diff " + a + " " + path("larger.yaml"),
+                   {"larger.yaml: image size must be 640x400", "641x400"});
   expect_bad_input("diff " + a + " " + path("nowhere.yaml"), {"nowhere.yaml"});
   expect_bad_input("diff " + a, {"B"});
 }

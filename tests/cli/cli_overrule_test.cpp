@@ -41,12 +41,15 @@ TEST_F(CliOverrule, StartsAndKeepAll) {
 }
 
 TEST_F(CliOverrule, WhatIsWrongIsOneLine) {
-  expect_bad_input(calibrate("opencv5") + "--fix k9=1", {"fixed: must be one of", "k9"});
+  expect_bad_input(calibrate("opencv5") + "--fix k9=1", {"--fix: must be one of", "k9"});
   expect_bad_input(calibrate("opencv5") + "--fix cx", {"--fix", "NAME=VALUE", "cx"});
   expect_bad_input(calibrate("opencv5") + "--fix cx=wide", {"--fix", "cx=wide"});
   expect_bad_input(calibrate("opencv5") + "--fix cx=1 --fix cx=2", {"--fix", "twice"});
-  expect_bad_input(calibrate("opencv5") + "--fix f=-1", {"f must be > 0"});
+  expect_bad_input(calibrate("opencv5") + "--fix f=-1", {"--fix: f must be > 0"});
   expect_bad_input(calibrate("auto") + "--fix k1=0", {"k1 needs a model by its name"});
+  expect_bad_input(calibrate("opencv5") + "--tolerance 1", {"--tolerance: needs model auto"});
+  expect_bad_input(calibrate("weak") + "--board-warp", {"--board-warp: model weak has no"});
+  expect_bad_input(calibrate("opencv6"), {"--model: must be one of", "opencv6"});
   expect_bad_input(calibrate("opencv5") + "--focal -5", {"--focal", "-5"});
   expect_bad_input(calibrate("opencv5") + "--start " + path("none.yaml"), {"none.yaml"});
   spill(root() / "fisheye.yaml",
@@ -54,7 +57,7 @@ TEST_F(CliOverrule, WhatIsWrongIsOneLine) {
         "camera_matrix: {rows: 3, cols: 3, dt: d, data: [520, 0, 317, 0, 520, 203, 0, 0, 1]}\n"
         "distortion_coefficients: {rows: 1, cols: 4, dt: d, data: [0, 0, 0, 0]}\n");
   const std::string fisheye = "--start " + path("fisheye.yaml");
-  expect_bad_input(calibrate("opencv5") + fisheye, {"start: is a fisheye", "opencv5"});
+  expect_bad_input(calibrate("opencv5") + fisheye, {"--start: is a fisheye", "opencv5"});
   expect_bad_input(calibrate("fisheye4") + fisheye + " --focal 500", {"--start, --focal"});
   spill(root() / "small.yaml", replaced(slurp(root() / "fisheye.yaml"), "640", "320"));
   expect_bad_input(calibrate("fisheye4") + "--start " + path("small.yaml"),

@@ -84,6 +84,21 @@ TEST_F(CliProject, PointsOfTheBoardByAViewAndBackToItsPlane) {
   EXPECT_NEAR(std::stod(seen[0][4]), std::stod((*corner)[4]), 0.1);
 }
 
+TEST_F(CliProject, NumbersThatOverflowAreNoAnswer) {
+  spill(root() / "far.csv", "u_px,v_px,depth_m,sigma_depth_m\n1,2,1,1e200\n1,2,3,0.1\n");
+  const Outcome far = run("unproject " + path("far.csv") + camera() + " --out " + path("xyz.csv"));
+  EXPECT_EQ(far.exit_code, 0) << far.err;
+  EXPECT_NE(far.err.find("1 of 2 points; 1 have no ray"), std::string::npos) << far.err;
+  EXPECT_NE(far.err.find("or are beyond the range of numbers (valid = 0)"), std::string::npos)
+      << far.err;
+  const std::string points = slurp(root() / "xyz.csv");
+  EXPECT_EQ(points.find("inf"), std::string::npos) << points;
+  EXPECT_EQ(rows(points)[0].back(), "0");
+  EXPECT_EQ(rows(points)[1].back(), "1");
+  spill(root() / "px.csv", "u_px,v_px\n1,2\n");
+  EXPECT_EQ(run("unproject " + path("px.csv") + camera() + " --depth 1e200").exit_code, 3);
+}
+
 TEST_F(CliProject, WrongTablesAreNamed) {
   const auto project = [&](const std::string& text, const std::vector<std::string>& parts) {
     spill(root() / "bad.csv", text);
@@ -96,10 +111,14 @@ TEST_F(CliProject, WrongTablesAreNamed) {
   project("x,y,z\n1,2,far\n", {"bad.csv: line 2: z: must be a finite number, got \"far\""});
   project("x,y,z,x\n1,2,3,4\n", {"\"x\" is there twice"});
   project("x,y,z,sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2\n1,2,3,-1,0,0,1,0,1\n",
-          {"bad.csv: point 1: the covariance must not be negative"});
+          {"bad.csv: line 2: sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2: must be a covariance",
+           "got \"-1,0,0,1,0,1\""});
   project("x,y,z\n\"1\",2,3\n", {"bad.csv: line 2: quotes"});
   spill(root() / "bad.csv", "u_px,v_px,depth_m\n1,2,3\n");
   expect_bad_input("unproject " + path("bad.csv") + camera() + " --depth 2", {"--depth: excludes"});
+  spill(root() / "sigma.csv", "u_px,v_px,depth_m,sigma_depth_m\n1,2,3,0\n1,2,3,-1\n");
+  expect_bad_input("unproject " + path("sigma.csv") + camera(),
+                   {"sigma.csv: line 3: sigma_depth_m: must be >= 0, got \"-1\""});
   expect_bad_input("unproject " + path("bad.csv") + camera() + " --plane",
                    {"--plane: needs --view"});
   expect_bad_input("unproject " + path("bad.csv") + camera() + " --view no", {"has no no"});

@@ -124,5 +124,17 @@ TEST_F(Cli, ALightThatCannotBeIsBadInput) {
           "dark.yaml: sensor: vignetting: must not be negative");
 }
 
+TEST_F(Cli, WarnsWhereNothingIsVisible) {
+  spill(root() / "away.yaml",
+        replaced(kScene, "target_m: [0.14, 0.1, 0]", "target_m: [90, 90, 0]"));
+  const Outcome away = run("render " + path("away.yaml") + " --out " + path("away"));
+  EXPECT_EQ(away.exit_code, 0);
+  EXPECT_NE(away.err.find("warning: no corner of a board is visible in any picture"),
+            std::string::npos)
+      << away.err;
+  EXPECT_EQ(run("render " + path("scene.yaml") + " --out " + path("seen")).err.find("warning"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace tagcal::tools

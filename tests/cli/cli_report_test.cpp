@@ -230,6 +230,34 @@ TEST_F(CliReport, ShowsPoses) {
   EXPECT_EQ(data_of(report(path("poses.json")))["views"].size(), 6u);
 }
 
+TEST_F(CliReport, NamesTheValueOfPosesThatIsWrong) {
+  const std::string good =
+      R"({"views": [{"image": "a.png", "status": "ok", "rms_px": 0.1, "num_corners": 4,
+ "probability": 1, "outliers": [{"tag_id": 1, "corner": 2}], "alternative": null,
+ "findings": [{"code": "c", "severity": "warning", "sentence": "S."}],
+ "camera_from_board": {"rotation": [1, 0, 0, 0], "translation_m": [0, 0, 1]}}]})";
+  spill(root() / "good.json", good);
+  EXPECT_EQ(data_of(report(path("good.json")))["views"][0]["num_rejected"], 1);
+  const std::vector<std::vector<std::string>> changes = {
+      {"[1, 0, 0, 0]", "[2, 0, 0, 0]", "rotation: must be a unit quaternion", "length 2"},
+      {"[1, 0, 0, 0]", "[0, 0, 0, 0]", "rotation: must be a unit quaternion", "length 0"},
+      {"[1, 0, 0, 0]", "[1e300, 0, 0, 0]", "rotation: must be a unit quaternion", "length inf"},
+      {"[1, 0, 0, 0]", "[1]", "rotation: must be a list of 4"},
+      {"[0, 0, 1]", "[0, 0, NaN]", "translation_m[2]: must be a finite number, got NaN"},
+      {"[0, 0, 1]", "[0, 0, 1e999]", "translation_m[2]: must be a finite number, got 1e999"},
+      {R"(, "translation_m")", R"(, "t")", "camera_from_board.translation_m: the key is missing"},
+      {R"("ok")", R"("banana")", "status: must be ok, ambiguous", R"(got "banana")"},
+      {R"("image")", R"("picture")", "views[0].image: the key is missing"},
+      {"0.1", "-5", "rms_px: must be from 0", "got -5"},
+      {R"("tag_id": 1)", R"("tag_id": "x")", "outliers[0].tag_id: must be a whole number"},
+      {R"("warning")", R"("bad")", "findings[0].severity: must be note, warning, refusal"}};
+  for (const std::vector<std::string>& change : changes) {
+    spill(root() / "bad.json", replaced(good, change[0], change[1]));
+    expect_bad_input("report " + path("bad.json") + " --out " + path("new.html"),
+                     {"bad.json: views[0].", change[2], change.back()});
+  }
+}
+
 TEST_F(CliReport, RefusesBadFilesBeforeAnyWork) {
   calibrated("set_bad");
   const auto before = names();
@@ -243,7 +271,7 @@ TEST_F(CliReport, RefusesBadFilesBeforeAnyWork) {
   EXPECT_EQ(slurp(root() / "set_bad/notes.txt"), "mine");
   spill(root() / "set_bad/poses.json", R"({"views": [{"image": "a.png", "status": 3}]})");
   expect_bad_input("report " + path("set_bad/poses.json") + " --out " + path("new.html"),
-                   {"poses.json", "is not an answer of tagcal pose --json"});
+                   {"poses.json: views[0].status: must be ok, ambiguous", ", got 3"});
   expect_bad_input("report " + path("nothing.yaml") + " --out " + path("new.html"),
                    {"nothing.yaml"});
   expect_bad_input("report " + path("camera.yaml") + " --out " + path("new.html") +

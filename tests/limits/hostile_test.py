@@ -19,7 +19,7 @@ MOST_MB = 100.0  # above a run without work
 COMMANDS = {
     "scene": ["view {file}", "render {file} --out {out} --force --threads 1"],
     "target": ["detect --target {file} nothing.png", "board {file} --out {out}.svg",
-               "board {file} --out {out}.pdf --paper a4", "board {file} --out {out}.png --dpi 1",
+               "board {file} --out {out}.pdf --paper a4", "board {file} --out {out}.png --dpi 5",
                "detect --target {file} photo.png", "calibrate --target {file} photo.png",
                "pose --target {file} photo.png --camera camera.yaml",
                "convert corners.csv {out}.vnl --target {file}", "watch empty --target {file} --timeout 0.01",

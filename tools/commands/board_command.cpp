@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,11 +16,13 @@
 #include "input/input.hpp"
 #include "input/outputs.hpp"
 #include "report/messages.hpp"
+#include "report/plain_text.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -31,38 +33,47 @@ namespace fs = std::filesystem;
 constexpr double kMaxPixels = 100e6;
 constexpr double kMostPages = 500;  // of --tile: a ream of paper
 constexpr double kFlat_m = 1e-6;
-constexpr auto kReplace = nlohmann::json::error_handler_t::replace;  // by U+FFFD
+constexpr double kDpi = 300;
+constexpr double kLeastCell_mm = 0.01;    // half a dot of 1200 dpi
+constexpr double kLeastPixelsOfCell = 2;  // of a PNG: fewer make cells of different widths
 
 struct Arguments {
   std::string target;
   std::string out;
-  double dpi = 300;
+  double dpi = 0;  // 0: not given
   std::string paper;
   std::string tile;
   bool landscape = false;
 };
 
+double dpi_of(const Arguments& arguments) { return arguments.dpi > 0 ? arguments.dpi : kDpi; }
+
 const Paper& paper_named(const std::string& name) {
   return *std::ranges::find(kPapers, name, &Paper::name);  // the option allows no other names
 }
 
-// The name of a file for titles and captions, which must be UTF-8 without control characters.
-std::string printable_name(const fs::path& file) {
-  std::string name = file.filename().string();
-  const bool utf8 =
-      nlohmann::json(name).dump(-1, ' ', false, kReplace).find("\xEF\xBF\xBD") == std::string::npos;
-  std::ranges::replace_if(
-      name, [&](char c) { return (c >= 0 && c < ' ') || (c < 0 && !utf8); }, '?');
-  return name;
-}
+// For titles and captions.
+std::string printable_name(const fs::path& file) { return one_line_text(file.filename().string()); }
 
 void check(const Arguments& arguments, const std::string& kind) {
   if (kind != ".svg" && kind != ".png" && kind != ".pdf")
     throw Error(fmt::format("--out: must end in .svg, .png or .pdf, got {}", arguments.out));
   if (!arguments.tile.empty() && kind != ".pdf")
     throw Error(fmt::format("--tile: needs several pages, --out FILE.pdf, got {}", arguments.out));
+  if (arguments.dpi > 0 && kind != ".png")
+    throw Error(fmt::format("--dpi: belongs to a picture, --out FILE.png, got {}", arguments.out));
   if (arguments.landscape && arguments.paper.empty())
     throw Error("--landscape: belongs to --paper");
+}
+
+// The side of the smallest square of one colour.
+double least_cell_mm(const Board& board, const TagFamilies& families) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Tag& tag : board.tags)
+    least = std::min(least, tag.size / families.at(board.family).width_at_border);
+  if (const auto& squares = board.checkerboard)
+    least = std::min({least, squares->column_spacing, squares->row_spacing});
+  return 1000 * least;
 }
 
 Board board_to_print(const std::string& file, std::vector<std::string>* warnings) {
@@ -80,6 +91,9 @@ Board board_to_print(const std::string& file, std::vector<std::string>* warnings
       throw Error(fmt::format("{}: tag {} faces away from the printed side", file, tag.id));
     }
   }
+  if (const auto ids = overlapping_tags(board))
+    warnings->push_back(fmt::format("{}: tags {} and {} cover each other: neither can be detected",
+                                    file, ids->first, ids->second));
   return board;
 }
 
@@ -87,6 +101,16 @@ TagFamilies families_of(const Board& board) {
   TagFamilies families;
   if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
   return families;
+}
+
+// Throws Error for a resolution at which a picture cannot show the cells of the board.
+void check_dpi(const Arguments& arguments, const std::string& kind, const Board& board,
+               const TagFamilies& families) {
+  const double cell_mm = least_cell_mm(board, families), dpi = dpi_of(arguments);
+  if (kind != ".png" || cell_mm * dpi / 25.4 >= kLeastPixelsOfCell) return;
+  throw Error(fmt::format(
+      "--dpi: must be {:.0f} or more, {} pixels for each cell of {:.3g} mm, got {:g}",
+      std::ceil(kLeastPixelsOfCell * 25.4 / cell_mm), kLeastPixelsOfCell, cell_mm, dpi));
 }
 
 Image8 picture_of(const Sheet& sheet, double dpi) {
@@ -106,7 +130,7 @@ void write_sheet(const Arguments& arguments, const std::string& kind, const Shee
   else if (kind == ".pdf")
     write_whole(arguments.out, sheet_pdf(sheet, title));
   else
-    write_png(arguments.out, picture_of(sheet, arguments.dpi), arguments.dpi);
+    write_png(arguments.out, picture_of(sheet, dpi_of(arguments)), dpi_of(arguments));
 }
 
 bool is_target(const fs::path& file) {
@@ -141,9 +165,13 @@ void print_on_paper(const Arguments& arguments, const std::string& kind, const B
   const fs::path file = fitted_file(arguments);
   const std::string name = printable_name(file);
   const TagFamilies families = families_of(board);
-  const FittedBoard fitted =
-      fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
-  write_sheet(arguments, kind, board_sheet(fitted.board, families, name, fitted.page), name);
+  const FittedBoard fitted = naming(arguments.target, [&] {
+    return fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
+  });
+  check_dpi(arguments, kind, fitted.board, families);
+  const Sheet sheet = naming(
+      arguments.target, [&] { return board_sheet(fitted.board, families, name, fitted.page); });
+  write_sheet(arguments, kind, sheet, name);
   write_target(file, fitted.board);
   print_to_stderr("wrote {}: {} on {}{}; print at 100 % and check the bar of 100 mm\n",
                   arguments.out, size_text(fitted.board), arguments.paper,
@@ -175,7 +203,13 @@ std::string paper_for(const Sheet& sheet) {
 void print_true_to_scale(const Arguments& arguments, const std::string& kind, const Board& board,
                          std::vector<std::string>& warnings) {
   const std::string name = printable_name(arguments.target);
-  const Sheet sheet = board_sheet(board, families_of(board), name);
+  const TagFamilies families = families_of(board);
+  if (const double cell_mm = least_cell_mm(board, families); cell_mm < kLeastCell_mm)
+    throw Error(
+        fmt::format("{}: the smallest cells must be {} mm wide to be printed, got {:.3g} mm",
+                    arguments.target, kLeastCell_mm, cell_mm));
+  check_dpi(arguments, kind, board, families);
+  const Sheet sheet = naming(arguments.target, [&] { return board_sheet(board, families, name); });
   std::string where;
   if (!arguments.tile.empty()) {
     const Tiling tiling = tiling_on_pages(sheet, paper_named(arguments.tile));

@@ -180,7 +180,7 @@ int run(const Arguments& given) {
   CalibrateOptions& options = arguments.job.options;
   overrule(arguments, options);
   if (arguments.near_m > 0) options.distances_m = {kInfinitelyFar, arguments.near_m};
-  check_options(options);  // before any work
+  naming_options([&] { check_options(options); });  // before any work
   const bool several = are_data_sets(arguments.job.input);
   check_usage(arguments, several);
   return several ? calibrate_many(arguments.job, {arguments.out, arguments.json, arguments.resume})

@@ -3,6 +3,7 @@
 #include <set>
 #include <utility>
 
+#include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
@@ -86,7 +87,7 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   if (job.shows_progress) progress.emplace("calibrating");
   CalibrateOptions options = job.options;
   options.num_threads = static_cast<std::size_t>(job.threads);
-  answer.calibration = calibrate(input.dataset, options);
+  answer.calibration = naming_options([&] { return calibrate(input.dataset, options); });
   if (job.select > 0)
     answer.selection = select_and_calibrate(job, options, input, answer.calibration);
   progress.reset();

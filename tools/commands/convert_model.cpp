@@ -102,12 +102,9 @@ void check_usage(const ModelArguments& arguments) {
     if (!arguments.picture.empty()) throw Error("--picture: needs --model");
     return;
   }
-  try {
-    if (Model::named(arguments.model).lens_type() == LensType::parallel)
-      throw Error("model: weak has parallel rays, as no other lens has");
-  } catch (const Error& error) {
-    throw Error(std::string("--") + error.what());
-  }
+  if (naming_options([&] { return Model::named(arguments.model).lens_type(); }) ==
+      LensType::parallel)
+    throw Error("--model: weak has parallel rays, as no other lens has");
   if (arguments.picture.empty()) return;
   const auto extension = std::filesystem::path(arguments.picture).extension();
   if (extension != ".svg" && extension != ".png")

@@ -15,6 +15,7 @@
 #include "input/input.hpp"
 #include "report/lens_comparison.hpp"
 #include "report/messages.hpp"
+#include "report/plain_text.hpp"
 #include "report/terminal.hpp"
 
 namespace tagcal::tools {
@@ -146,8 +147,7 @@ int run(const Arguments& arguments) {
     text += difference_text(comparison.difference, where);
   }
   const Json answer = {{"a", arguments.a}, {"b", arguments.b}, {"differences", list}};
-  print_result(arguments.json ? answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
-                              : text + verdict_text(comparisons));
+  print_result(arguments.json ? json_text(answer) : text + verdict_text(comparisons));
   return kAnswer;
 }
 

@@ -50,8 +50,12 @@ class Answer {
     text_ = fmt::format("{}\n", fmt::join(names, ","));
   }
 
-  // All columns but the last, `valid`.
+  // All columns but the last, `valid`. What overflowed is no answer, nor could it be read again.
   void add(std::size_t row, const std::vector<double>& values) {
+    if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); })) {
+      overflowed_ = true;
+      return add_invalid(row);
+    }
     begin(row);
     for (const double value : values) text_ += fmt::format("{},", value);
     text_ += "1\n";
@@ -71,10 +75,12 @@ class Answer {
     else
       write_whole(arguments.out, text_);
     const std::size_t others = table_.size() - num_valid_;
-    print_to_stderr("{}{} of {} points{}\n",
-                    arguments.out.empty() ? "" : "wrote " + arguments.out + ": ", num_valid_,
-                    table_.size(),
-                    others == 0 ? "" : fmt::format("; {} {} (valid = 0)", others, invalid));
+    print_to_stderr(
+        "{}{} of {} points{}\n", arguments.out.empty() ? "" : "wrote " + arguments.out + ": ",
+        num_valid_, table_.size(),
+        others == 0 ? ""
+                    : fmt::format("; {} {}{} (valid = 0)", others, invalid,
+                                  overflowed_ ? ", or are beyond the range of numbers" : ""));
   }
 
   int exit_code() const { return num_valid_ == 0 && table_.size() > 0 ? kNoAnswer : kAnswer; }
@@ -90,12 +96,15 @@ class Answer {
   std::string text_;
   std::size_t num_columns_;
   std::size_t num_valid_ = 0;
+  bool overflowed_ = false;
   std::optional<Progress> progress_;
 };
 
 // From the upper triangle, row by row. Throws Error unless it is a covariance.
 template <typename Matrix>
-Matrix covariance_of(const std::vector<double>& v, const std::string& file, std::size_t row) {
+Matrix covariance_of(const PointTable& table, std::size_t row,
+                     const std::vector<std::size_t>& columns) {
+  const std::vector<double> v = table.numbers(row, columns);
   Matrix m = Matrix::Zero();
   std::size_t next = 0;
   for (int i = 0; i < m.rows(); ++i)
@@ -103,8 +112,7 @@ Matrix covariance_of(const std::vector<double>& v, const std::string& file, std:
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(m, Eigen::EigenvaluesOnly);
   // numeric: a covariance of lower rank has eigenvalues of about -1e-16 of the largest
   if (axes.eigenvalues()[0] < -1e-12 * std::abs(axes.eigenvalues()[m.rows() - 1]))
-    throw Error(fmt::format("{}: point {}: the covariance must not be negative",
-                            file == "-" ? "stdin" : file, row + 1));
+    table.fail(row, columns, "must be a covariance, which has no negative eigenvalue");
   return m;
 }
 
@@ -134,9 +142,7 @@ int run_project(const Arguments& arguments) {
     const std::vector<double> x = table.numbers(row, xyz);
     UncertainPoint point{pose * Vector3d(x[0], x[1], x[2]), Matrix3d::Zero()};
     if (!spread.empty())
-      point.covariance =
-          turn * covariance_of<Matrix3d>(table.numbers(row, spread), arguments.points, row) *
-          turn.transpose();
+      point.covariance = turn * covariance_of<Matrix3d>(table, row, spread) * turn.transpose();
     const auto at = project(camera.lens, point);
     if (!at) {
       answer.add_invalid(row);
@@ -184,9 +190,7 @@ class Unprojection {
     if (gives_points()) {
       const double depth = depth_.empty() ? arguments_.depth_m : table.numbers(row, depth_)[0];
       const double sigma = sigma_depth_.empty() ? 0 : table.numbers(row, sigma_depth_)[0];
-      if (!(sigma >= 0))
-        throw Error(
-            fmt::format("{}: sigma_depth_m: must be >= 0, got {}", arguments_.points, sigma));
+      if (!(sigma >= 0)) table.fail(row, sigma_depth_, "must be >= 0");
       point = point_at_depth(camera_.lens, pixel, depth, sigma);
     } else {
       point = direction(camera_.lens, pixel);
@@ -226,9 +230,7 @@ int run_unproject(const Arguments& arguments) {
     }
     const std::vector<double> u = table.numbers(row, uv);
     UncertainPixel pixel{{u[0], u[1]}, Matrix2::Zero()};
-    if (!spread.empty())
-      pixel.covariance_px2 =
-          covariance_of<Matrix2>(table.numbers(row, spread), arguments.points, row);
+    if (!spread.empty()) pixel.covariance_px2 = covariance_of<Matrix2>(table, row, spread);
     const auto point = unprojection.of(table, row, pixel);
     if (!point) {
       answer.add_invalid(row);

@@ -35,6 +35,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kImages = "images";
 constexpr const char* kDepths = "depth";
+constexpr const char* kNothingSeen =
+    "no corner of a board is visible in any picture: see tagcal view SCENE.yaml --svg";
 
 struct Arguments {
   std::string scene;
@@ -79,16 +81,14 @@ std::optional<DepthFolder> depth_folder(const Arguments& arguments) {
   return depth;
 }
 
-void write_picture(const fs::path& file, const Scene& scene, const TagFamilies& families,
-                   const Pose& camera_from_world, std::uint64_t seed) {
-  // The light's memory is free again when the picture is written.
-  const auto picture = [&](auto expose_light) {
-    return expose_light(render_light(scene, families, camera_from_world), scene.sensor, seed);
-  };
-  if (scene.sensor.bits == 16)
-    write_png(file, picture(expose16));
+// `picture_by` takes the function that exposes the light, whose memory is free again when the
+// picture is written.
+template <typename PictureBy>
+void write_picture(const fs::path& file, int bits, const PictureBy& picture_by) {
+  if (bits == 16)
+    write_png(file, picture_by(expose16));
   else
-    write_png(file, picture(expose));
+    write_png(file, picture_by(expose));
 }
 
 // Writes the depths of a view, and returns the number of pixels whose depth is beyond the range.
@@ -127,7 +127,8 @@ std::string work_of(const Arguments& arguments, const MovingScene& scene, const 
 std::size_t write_pictures(const fs::path& folder, const MovingScene& scene,
                            const std::vector<Pose>& poses, const Arguments& arguments,
                            const std::optional<DepthFolder>& depth) {
-  const TagFamilies families = tag_families(scene_in_view(scene, 0).boards);
+  const TagFamilies families =
+      naming(arguments.scene, [&] { return tag_families(scene_in_view(scene, 0).boards); });
   fs::create_directory(folder / kImages);
   if (depth) fs::create_directory(folder / kDepths);
   std::atomic<std::size_t> num_beyond = 0;
@@ -138,9 +139,14 @@ std::size_t write_pictures(const fs::path& folder, const MovingScene& scene,
         const int view = static_cast<int>(i);
         const std::string name = image_name(view);
         const Scene in_view = scene_in_view(scene, view);
+        const auto picture_by = [&](auto expose_light) {
+          return naming(arguments.scene, [&] {
+            return expose_light(render_light(in_view, families, poses[i]), in_view.sensor,
+                                noise_seed(arguments.seed, view));
+          });
+        };
         if (!fs::exists(folder / kImages / name))
-          write_picture(folder / kImages / name, in_view, families, poses[i],
-                        noise_seed(arguments.seed, view));
+          write_picture(folder / kImages / name, in_view.sensor.bits, picture_by);
         if (depth)
           num_beyond += write_depth(folder / kDepths / name, in_view, poses[i], depth->unit_m);
       },
@@ -152,8 +158,11 @@ int run(const Arguments& arguments) {
   const std::optional<DepthFolder> depth = depth_folder(arguments);
   std::vector<std::string> warnings;
   const MovingScene scene = scene_to_render(arguments, &warnings);
-  const std::vector<Pose> poses = camera_poses(scene, arguments.seed);
-  const Dataset dataset = exact_dataset(scene, poses, &warnings);
+  const std::vector<Pose> poses =
+      naming(arguments.scene, [&] { return camera_poses(scene, arguments.seed); });
+  const Dataset dataset =
+      naming(arguments.scene, [&] { return exact_dataset(scene, poses, &warnings); });
+  if (num_corners(dataset.views) == 0) warnings.emplace_back(kNothingSeen);
   using Taken = OutputFolder::Taken;
   const Taken taken = arguments.force ? Taken::by_earlier_render : Taken::by_nothing;
   OutputFolder folder = arguments.resume ? OutputFolder(arguments.out, taken,

@@ -24,7 +24,7 @@ struct Arguments {
   InputArguments data;  // .inputs: pictures with --target, else one other calibration at most
   std::string dataset;
   std::string camera;  // of poses
-  double near_m = 1;   // of a comparison
+  double near_m = 0;   // of a comparison; 0: a metre
   std::string out = "report.html";
   int threads = 0;
 };
@@ -71,19 +71,26 @@ int run(const Arguments& arguments) {
   check_usage(arguments);
   check_out(arguments);
   const bool compares = arguments.data.target.empty() && !arguments.data.inputs.empty();
+  const bool shows_poses = !compares && is_poses_file(arguments.first);
+  if (!compares && arguments.near_m > 0)
+    throw Error("--distance: needs two calibrations to compare");
+  if (!shows_poses && !arguments.camera.empty())
+    throw Error("--camera: only for the poses of tagcal pose --json");
+  if (!arguments.camera.empty() && !has_data(arguments))
+    throw Error("--camera: shows residuals, which need --dataset or --target");
   if (compares) {
+    const double near_m = arguments.near_m > 0 ? arguments.near_m : 1;
     write_page(arguments.out,
-               difference_page(arguments.first, arguments.data.inputs.front(), arguments.near_m));
+               difference_page(arguments.first, arguments.data.inputs.front(), near_m));
     return kAnswer;
   }
   std::optional<Input> input = input_of(arguments);
   Input* const given = input ? &*input : nullptr;
-  if (is_poses_file(arguments.first)) {
+  if (shows_poses) {
     write_page(arguments.out,
                poses_page({arguments.first, arguments.camera, given, arguments.threads}));
     return kAnswer;
   }
-  if (!arguments.camera.empty()) throw Error("--camera: only for the poses of tagcal pose --json");
   write_page(arguments.out,
              calibration_page(content_from_file(arguments.first, given, arguments.threads)));
   return kAnswer;

@@ -11,6 +11,7 @@
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
 #include "report/messages.hpp"
+#include "report/plain_text.hpp"
 #include "report/progress.hpp"
 #include "report/terminal.hpp"
 #include "tagcal/error.hpp"
@@ -34,7 +35,7 @@ bool passes(const Validation& validation, const Arguments& arguments) {
   return validation.opencv_agrees && !(arguments.truth && validation.num_beyond_truth != 0);
 }
 
-std::string json_text(const Validation& validation, const std::string& model, bool passed) {
+std::string validation_json(const Validation& validation, const std::string& model, bool passed) {
   Json parameters = Json::array();
   for (const ParameterError& p : validation.parameters) {
     parameters.push_back({{"name", p.name},
@@ -58,7 +59,7 @@ std::string json_text(const Validation& validation, const std::string& model, bo
                        {"num_without_pose", validation.num_without_pose},
                        {"parameters", parameters},
                        {"warnings", validation.warnings}};
-  return answer.dump(2) + "\n";
+  return json_text(answer);
 }
 
 std::string parameter_table(const std::vector<ParameterError>& parameters) {
@@ -137,7 +138,7 @@ int run(const Arguments& arguments) {
   validation.warnings.insert(validation.warnings.begin(), input.warnings.begin(),
                              input.warnings.end());
   const bool passed = passes(validation, arguments);
-  print_result(arguments.json ? json_text(validation, file.model, passed)
+  print_result(arguments.json ? validation_json(validation, file.model, passed)
                               : summary(validation, file.model));
   return passed ? kAnswer : kCheckFailed;
 }

@@ -79,10 +79,21 @@ ViewingPipeline pipeline_of(const Arguments& arguments, const Scene& scene, cons
   return viewing_pipeline(scene.camera, pose, planes.near_m, planes.far_m);
 }
 
-std::string answer(const Arguments& arguments, const ViewReport& report) {
+std::string report_text(const Arguments& arguments, const ViewReport& report) {
   if (arguments.json) return view_json(report);
   if (arguments.svg) return view_svg(report);
   return arguments.opengl ? view_opengl(report) : view_text(report, arguments.steps);
+}
+
+std::string answer(const Arguments& arguments, const ViewInput& input) {
+  const int view = arguments.choice.view;
+  const Scene scene = scene_in_view(input.scene, view);
+  const Pose& pose = *input.camera_from_world;
+  const NamedPoint point = point_to_follow(arguments.at, scene, pose);
+  const ViewingPipeline pipeline = pipeline_of(arguments, scene, pose);
+  return report_text(
+      arguments, ViewReport{scene, input.image, pipeline, point, followed(point, scene, pipeline),
+                            frames_in_view(input.scene, view), input.scene.boards});
 }
 
 int run(const Arguments& arguments) {
@@ -92,14 +103,7 @@ int run(const Arguments& arguments) {
     print_to_stderr("{}: no pose of the camera\n", input.image);
     return kNoAnswer;
   }
-  const int view = arguments.choice.view;
-  const Scene scene = scene_in_view(input.scene, view);
-  const Pose& pose = *input.camera_from_world;
-  const NamedPoint point = point_to_follow(arguments.at, scene, pose);
-  const ViewingPipeline pipeline = pipeline_of(arguments, scene, pose);
-  print_result(
-      answer(arguments, {scene, input.image, pipeline, point, followed(point, scene, pipeline),
-                         frames_in_view(input.scene, view), input.scene.boards}));
+  print_result(naming(arguments.choice.input, [&] { return answer(arguments, input); }));
   return kAnswer;
 }
 

@@ -14,6 +14,7 @@
 #include "input/input.hpp"
 #include "input/interruption.hpp"
 #include "input/outputs.hpp"
+#include "report/messages.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -93,7 +94,7 @@ int run(const Arguments& arguments) {
   options.calibration.model = arguments.model;
   options.calibration.num_threads = static_cast<std::size_t>(arguments.threads);
   if (arguments.model == "weak") throw Error("--model: weak has no lens to watch");
-  check_options(options.calibration);
+  naming_options([&] { check_options(options.calibration); });
   check_folder(options.folder);
   options.out = arguments.out.empty() ? default_out(options.folder) : fs::path(arguments.out);
   check_text_writable(options.out);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "draw/sheet_text.hpp"
+#include "report/plain_text.hpp"
 #include "tagcal/scene/raster/coverage.hpp"
 
 namespace tagcal::tools {
@@ -142,10 +143,6 @@ Vector2d needed_size(const Vector2d& ink_mm, const SheetFrame& frame) {
 }
 
 std::string sheet_svg(const Sheet& sheet, const std::string& title) {
-  std::string escaped;
-  for (const char c : title) {
-    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
-  }
   // One path, so that there is no seam between cells that touch.
   std::string path;
   for (const Quad& quad : sheet.ink) {
@@ -170,7 +167,7 @@ std::string sheet_svg(const Sheet& sheet, const std::string& title) {
       "viewBox=\"0 0 {0:.4f} {1:.4f}\">\n<title>{2}</title>\n"
       "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n<path fill=\"#000\" "
       "d=\"{3}\"/>\n</svg>\n",
-      sheet.width_mm, sheet.height_mm, escaped, path);
+      sheet.width_mm, sheet.height_mm, xml_text(title), path);
 }
 
 ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "report/plain_text.hpp"
+
 namespace tagcal::tools {
 namespace {
 
@@ -38,20 +40,6 @@ Vector2d nearest(const Window& box, const Vector2d& point) {
 
 }  // namespace
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text)
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  return result;
-}
-
 void SvgLabels::keep_free(const Vector2d& point) {
   taken_.push_back(box_about(point, Vector2d::Constant(2 * kMarkPx)));
 }
@@ -83,7 +71,7 @@ void SvgLabels::draw(const Name& name, const Window& box, const Segment2& leader
       "font-size=\"{}\" fill=\"{}\" stroke=\"#fff\" stroke-width=\"2.5\" "
       "paint-order=\"stroke\">{}</text>\n",
       box.left + 1, box.top - 0.25 * kFontPx, box.left, box.bottom, box.right, box.top, kFontPx,
-      name.colour, escaped(name.text));
+      name.colour, xml_text(name.text));
 }
 
 void SvgLabels::add(std::string_view text, const Vector2d& point, std::string_view colour) {

@@ -9,9 +9,6 @@
 
 namespace tagcal::tools {
 
-// Text for XML.
-std::string escaped(std::string_view text);
-
 // Places names beside points of a picture, so that no name covers another one or a marked point:
 // each at the nearest free place around its point, with a line to it if that is not beside it. A
 // name without a free place is left out.

@@ -4,6 +4,7 @@
 
 #include "draw/svg_labels.hpp"
 #include "draw/view_panels.hpp"
+#include "report/plain_text.hpp"
 #include "report/view_report.hpp"
 #include "report/view_values.hpp"
 
@@ -18,7 +19,7 @@ constexpr double kTitle = 20;     // height of a panel's title
 constexpr double kCaptions = 95;  // height below the scene
 
 std::string text(double x, double y, std::string_view words) {
-  return fmt::format("<text x=\"{}\" y=\"{}\">{}</text>\n", x, y, escaped(words));
+  return fmt::format("<text x=\"{}\" y=\"{}\">{}</text>\n", x, y, xml_text(words));
 }
 
 template <typename Vector>
@@ -64,7 +65,7 @@ std::string view_svg(const ViewReport& report) {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" "
       "viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"13\">\n"
       "<title>{2}</title>\n<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n",
-      width, height, escaped(report.image));
+      width, height, xml_text(report.image));
   svg += panel("scene", kGap, top, kScene, "the scene with the camera's view volume",
                scene_panel(report, kScene));
   svg += panel("image", right, top, kImage,

@@ -7,6 +7,7 @@
 #include "draw/svg_labels.hpp"
 #include "draw/svg_panel.hpp"
 #include "draw/view_panels.hpp"
+#include "report/plain_text.hpp"
 #include "tagcal/scene/visibility/sheets.hpp"
 
 namespace tagcal::tools {
@@ -67,7 +68,7 @@ class ScenePanel {
     labels_.keep_free(origin);
     for (int axis = 0; axis < 3; ++axis) {
       const Vector2d tip = at(view_.axis_tip(frame, axis));
-      svg += svg_line(fmt::format("axis-{}-{}", escaped(frame.name), "xyz"[axis]), origin, tip,
+      svg += svg_line(fmt::format("axis-{}-{}", xml_text(frame.name), "xyz"[axis]), origin, tip,
                       fmt::format("stroke=\"{}\" stroke-width=\"2\"", kAxisColours[axis]));
       name(std::string(1, "xyz"[axis]), tip, kAxisColours[axis]);
     }

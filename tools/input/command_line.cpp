@@ -86,8 +86,11 @@ std::string usage_error(const CLI::ParseError& error, const CLI::App& app,
                         const std::vector<Command>& commands) {
   if (const Command* command = chosen(commands)) {
     const CLI::App& arguments = *command->arguments;
-    const bool extra =
-        dynamic_cast<const CLI::ExtrasError*>(&error) && !app.remaining(true).empty();
+    const std::vector<std::string> words = app.remaining(true);
+    const bool has_option = std::ranges::any_of(words, [](const auto& w) { return w[0] == '-'; });
+    const bool extra = dynamic_cast<const CLI::ExtrasError*>(&error)
+                           ? !words.empty()
+                           : dynamic_cast<const CLI::RequiredError*>(&error) && has_option;
     return fmt::format("{}; see tagcal {} --help",
                        extra ? unexpected(app, arguments) : error.what(), arguments.get_name());
   }

@@ -99,6 +99,16 @@ DetectedPicture found_of(const Json& json, const std::string& name) {
   return found;
 }
 
+// False for a name that is not UTF-8, also in a warning: replaced, two names could become one.
+bool can_be_written(const Json& picture) {
+  try {
+    picture.dump();
+    return true;
+  } catch (const Json::type_error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 CornerCache::CornerCache(fs::path file, const std::vector<PlacedBoard>& boards,
@@ -152,7 +162,7 @@ bool CornerCache::save() {
     if (!entry.found || entry.content.empty()) continue;
     Json json = json_of(*entry.found);
     json["content"] = entry.content;
-    pictures[name] = std::move(json);
+    if (can_be_written({name, json})) pictures[name] = std::move(json);
   }
   try {
     const std::string rest =

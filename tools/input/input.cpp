@@ -17,11 +17,14 @@
 #include "report/warning_groups.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/checker_search/refine_checkers.hpp"
+#include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -34,15 +37,18 @@ constexpr int kMinCorners = 12;
 const std::map<std::string, Refinement> kRefinements = {
     {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
 
-// A picture is named by its file name, or by the given path if two pictures share a name.
+// A picture is named by its file name, or by the given path if two pictures share a name. Throws
+// Error for a name that no file of corners can hold, before all the work.
 void set_images(const std::vector<fs::path>& files, Input& input) {
   std::map<std::string, int> uses;
   for (const fs::path& file : files) ++uses[file.filename().string()];
   for (const fs::path& file : files) {
-    const std::string name = file.filename().string();
-    input.images.push_back(
-        {uses[name] > 1 ? file.string() : name, [file] { return read_image(file); }});
-    input.files[input.images.back().name] = file;
+    std::string name = file.filename().string();
+    if (uses[name] > 1) name = file.string();
+    if (!is_image_name(name))
+      throw Error(fmt::format("{}: the name of a picture must be one line", file.string()));
+    input.images.push_back({name, [file] { return read_image(file); }});
+    input.files[name] = file;
   }
 }
 
@@ -90,30 +96,31 @@ Input read_pictures(const InputArguments& arguments) {
   const std::vector<std::string> unreadable = remove_unreadable(files, sizes);
   leave_out(unreadable, arguments.strict, files.empty(), input.warnings);
   input.dataset.image_size = common_size(files, sizes);
+  input.sized_by = files.front().string();
   set_images(files, input);
   return input;
 }
 
 Input read_folder(const InputArguments& arguments) {
   const std::string& folder = arguments.inputs.front();
+  const char* const advice =
+      arguments.takes_pictures ? " (pictures need their board, --target T.yaml)" : "";
   if (arguments.inputs.size() > 1) {
-    throw Error(fmt::format("{}: only one DATASET is possible (pictures need --target)",
-                            arguments.inputs[1]));
+    throw Error(fmt::format("{}: only one DATASET is possible{}", arguments.inputs[1], advice));
   }
   if (fs::is_regular_file(folder)) {
-    throw Error(fmt::format(
-        "{}: must be a folder with dataset.yaml, got a file (pictures need --target)", folder));
+    throw Error(
+        fmt::format("{}: must be a folder with dataset.yaml, got a file{}", folder, advice));
   }
   if (!fs::exists(fs::path(folder) / "dataset.yaml") && fs::is_directory(folder) &&
       !list_pictures(folder).empty()) {
-    throw Error(fmt::format(
-        "{}: has pictures, but no dataset.yaml: name their board with --target T.yaml", folder));
+    throw Error(fmt::format("{}: has pictures, but no dataset.yaml{}", folder, advice));
   }
   Exclusion exclusion(arguments.excluded);
   DatasetFolder read =
       read_dataset(folder, [&](const fs::path& file) { return exclusion.excludes(file); });
   Input input;
-  input.name = folder;
+  input.name = input.sized_by = folder;
   input.dataset = std::move(read.dataset);
   input.warnings = std::move(read.warnings);
   input.observations = read.observations.string();
@@ -128,6 +135,8 @@ Input read_folder(const InputArguments& arguments) {
   }
   std::erase_if(input.dataset.views,
                 [&](const View& view) { return exclusion.excludes(view.image); });
+  if (!arguments.excluded.empty() && input.images.empty() && input.dataset.views.empty())
+    throw Error("--exclude: leaves no picture");
   warn_of_unused(exclusion, input.warnings);
   return input;
 }
@@ -156,6 +165,7 @@ void add_input(CLI::App& command, InputArguments& arguments) {
 }
 
 void add_picture_options(CLI::App& command, InputArguments& arguments) {
+  arguments.takes_pictures = true;
   add_positive(
       command, "--tag-size", arguments.tag_size_m,
       "side of the tags in metres, black edge to black edge, if --target is a field layout "
@@ -187,6 +197,8 @@ void add_observations(CLI::App& command, InputArguments& arguments) {
 Input read_input(const InputArguments& arguments) {
   if (arguments.tag_size_m > 0 && arguments.target.empty())
     throw Error("--tag-size: needs --target, a field layout of WPILib");
+  if (!arguments.observations.empty() && !arguments.refinement.empty())
+    throw Error("--refinement: belongs to corners found in pictures, not to --observations");
   const bool is_dataset = arguments.target.empty() && arguments.family.empty();
   Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
   if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
@@ -206,7 +218,7 @@ void check_image_size(const ImageSize& size, const std::string& file, const Inpu
   const ImageSize& expected = input.dataset.image_size;
   if (size == expected) return;
   throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file, expected.width,
-                          expected.height, input.name, size.width, size.height));
+                          expected.height, input.sized_by, size.width, size.height));
 }
 
 namespace {
@@ -259,6 +271,12 @@ void check_detectable(const std::vector<PlacedBoard>& boards, const std::string&
                   [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
     throw Error(fmt::format("{}: the target has no tags to detect, only points", name));
   }
+  naming(name, [&] {
+    const TagFamilies families = tag_families(boards);
+    for (const PlacedBoard& placed : boards)
+      for (const Tag& tag : placed.board.tags)
+        check_tag_id(families.at(placed.board.family), tag.id);
+  });
 }
 
 void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {

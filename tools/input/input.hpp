@@ -22,6 +22,7 @@ struct InputArguments {
   std::string refinement;             // of corners in pictures; "": the default
   std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
   bool strict = false;                // a picture that cannot be read ends the run
+  bool takes_pictures = false;        // the command has --target, too
   bool no_cache = false;
   std::string out;  // the command's answer: the corner cache stands beside it; "": none
   std::vector<std::string> other_outputs;
@@ -36,6 +37,7 @@ void add_observations(CLI::App& command, InputArguments& arguments);
 
 struct Input {
   std::string name;          // in messages
+  std::string sized_by;      // the data set or picture that has the image size
   Dataset dataset;           // with views if there are observations
   std::string observations;  // the file of the views; "": none
   std::vector<ImageSource> images;
@@ -57,7 +59,7 @@ Input read_input(const InputArguments& arguments);
 // The file of corners that stands beside a command's answer; "" for a device or a pipe.
 std::filesystem::path corner_cache_of(const std::filesystem::path& out);
 
-// Throws Error, naming the target, if nothing on it can be detected.
+// Throws Error, naming the target, if nothing on it can be detected, or a tag is not of its family.
 void check_detectable(const std::vector<PlacedBoard>& boards, const std::string& name);
 
 // Throws Error if a camera, read from `file`, has another image size than the pictures.

@@ -39,10 +39,10 @@ std::vector<fs::path> pictures_in(const fs::path& folder) {
   std::vector<fs::path> files = list_pictures(folder);
   if (!files.empty()) return files;
   const bool is_data_set = fs::exists(folder / "dataset.yaml");
-  throw Error(fmt::format("{}: {}", folder.string(),
-                          is_data_set
-                              ? "is a data set, which has its own target: leave out --target"
-                              : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm)"));
+  throw Error(fmt::format(
+      "{}: {}", folder.string(),
+      is_data_set ? "is a data set: name its folder of pictures, or leave out --target and --family"
+                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm)"));
 }
 
 std::vector<fs::path> files_of(const std::string& argument) {

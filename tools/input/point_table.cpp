@@ -115,11 +115,21 @@ std::vector<double> PointTable::numbers(std::size_t row,
     const char* const end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, number);
     if (error != std::errc() || stop != end || !std::isfinite(number))
-      throw Error(fmt::format("{}: line {}: {}: must be a finite number, got \"{}\"", file_,
-                              line_numbers_[row], names_[column], text));
+      fail(row, {column}, "must be a finite number");
     numbers.push_back(number);
   }
   return numbers;
+}
+
+void PointTable::fail(std::size_t row, const std::vector<std::size_t>& columns,
+                      const std::string& must) const {
+  std::vector<std::string> names, values;
+  for (const std::size_t column : columns) {
+    names.push_back(names_[column]);
+    values.push_back(rows_[row][column]);
+  }
+  throw Error(fmt::format("{}: line {}: {}: {}, got \"{}\"", file_, line_numbers_[row],
+                          joined(names), must, joined(values)));
 }
 
 }  // namespace tagcal::tools

@@ -29,6 +29,10 @@ class PointTable {
   // The finite numbers of a row in these columns. Throws Error, naming file, line and column.
   std::vector<double> numbers(std::size_t row, const std::vector<std::size_t>& columns) const;
 
+  // Throws Error("FILE: line N: COLUMNS: must, got VALUES").
+  [[noreturn]] void fail(std::size_t row, const std::vector<std::size_t>& columns,
+                         const std::string& must) const;
+
  private:
   std::string file_;
   std::vector<std::string> names_;

@@ -71,6 +71,14 @@ std::vector<ReprojectTarget> unturned_targets(const ReprojectTask& task, const C
   return {{"", camera, Pose()}};  // --rotate alone
 }
 
+// The options that ask for the new camera.
+std::string task_text(const ReprojectTask& task) {
+  if (task.pinholes > 0) return fmt::format("--pinholes {}", task.pinholes);
+  if (!task.panorama.empty()) return "--panorama " + task.panorama;
+  if (!task.undistort.empty()) return "--undistort " + task.undistort;
+  return task.to_camera.empty() ? "--rotate" : "--to-camera";
+}
+
 void check_belongs(bool given, const char* option, bool allowed, const char* tasks) {
   if (given && !allowed) throw Error(fmt::format("{}: belongs to {}", option, tasks));
 }
@@ -135,9 +143,10 @@ std::vector<ReprojectTarget> direction_targets(const ReprojectTask& task, const 
     const std::string what = error.what();
     if (what.starts_with("--") || what.starts_with(task.to_camera + ":")) throw;
     const bool fits_no_pinhole = what.find("a pinhole shows") != std::string::npos;
-    throw Error(fmt::format(
-        "{}: {}{}", camera_name, what,
-        fits_no_pinhole ? " (--undistort FOCAL, --panorama equirectangular, --pinholes 5)" : ""));
+    if (!fits_no_pinhole)
+      throw Error(fmt::format("{}: {} gives no camera: {}", camera_name, task_text(task), what));
+    throw Error(fmt::format("{}: {} (--undistort FOCAL, --panorama equirectangular, --pinholes 5)",
+                            camera_name, what));
   }
 }
 
@@ -153,6 +162,8 @@ PlaneRaster plane_raster(const ReprojectTask& task, const std::vector<double>& a
   const double width =
       std::ceil((r[2] - r[0]) / m - 1e-9);  // 1e-9: a whole number that was rounded
   const double height = std::ceil((r[3] - r[1]) / m - 1e-9);
+  if (width < 1 || height < 1)
+    throw Error("--m-per-px: no pixel is in the rectangle: take a smaller value");
   if (width > kMostSide || height > kMostSide)
     throw Error(
         fmt::format("--m-per-px: the picture would be {:.0f}x{:.0f} pixels: take a larger "

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "input/camera_input.hpp"
 #include "input/input.hpp"
+#include "report/messages.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/estimate/view_correspondences.hpp"
@@ -28,7 +30,8 @@ ViewInput scene_input(const ViewChoice& choice) {
   result.scene = read_moving_scene(choice.input, &result.warnings);
   check_view(choice.view, static_cast<std::size_t>(result.scene.settings.num_views), choice.input);
   result.image = image_name(choice.view);
-  const auto poses = camera_poses(result.scene, static_cast<std::uint64_t>(choice.seed));
+  const auto seed = static_cast<std::uint64_t>(std::max(0, choice.seed));
+  const auto poses = naming(choice.input, [&] { return camera_poses(result.scene, seed); });
   result.camera_from_world = poses[static_cast<std::size_t>(choice.view)];
   return result;
 }
@@ -102,9 +105,12 @@ bool is_calibration(const std::string& input) {
 }  // namespace
 
 ViewInput read_view_input(const ViewChoice& choice) {
-  if (std::filesystem::is_directory(choice.input)) return dataset_input(choice);
-  if (!choice.camera.empty()) throw Error("--camera: belongs to a data set, the folder of one");
-  return is_calibration(choice.input) ? calibration_input(choice) : scene_input(choice);
+  const bool is_dataset = std::filesystem::is_directory(choice.input);
+  if (!is_dataset && !choice.camera.empty())
+    throw Error("--camera: belongs to a data set, the folder of one");
+  if (!is_dataset && !is_calibration(choice.input)) return scene_input(choice);
+  if (choice.seed >= 0) throw Error("--seed: belongs to a scene, whose path may have jitter");
+  return is_dataset ? dataset_input(choice) : calibration_input(choice);
 }
 
 }  // namespace tagcal::tools

@@ -12,7 +12,7 @@ struct ViewChoice {
   std::string input;   // a scene, the folder of a data set, or a calibration
   std::string camera;  // a calibration for a data set; "": the truth's camera and poses
   int view = 0;
-  int seed = 0;  // of a scene's jitter
+  int seed = -1;  // of a scene's jitter; -1: not given
 };
 
 // One camera, and the scene in front of it: that of a data set has boards only, that of a

@@ -9,6 +9,7 @@
 #include "input/outputs.hpp"
 #include "page_data/page_assets.hpp"
 #include "report/messages.hpp"
+#include "report/plain_text.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
@@ -42,7 +43,7 @@ bool may_be_replaced(const fs::path& file) {
 }  // namespace
 
 std::string html_page(const PageJson& data) {
-  const std::string json = escaped(data.dump(-1, ' ', false, PageJson::error_handler_t::replace));
+  const std::string json = escaped(json_text(data, -1));
   const std::pair<std::string_view, std::string_view> marks[] = {
       {"@CSS@", page_style()}, {"@DATA@", json}, {"@JS@", page_script()}};
   std::string_view rest = page_skeleton();

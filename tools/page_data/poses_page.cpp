@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 #include <set>
 
 #include "input/camera_input.hpp"
@@ -10,60 +12,119 @@
 #include "page_data/page_parts.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
 namespace {
 
-Pose read_pose(const PageJson& json) {
-  const auto q = json.at("rotation").get<std::vector<double>>();
-  const auto t = json.at("translation_m").get<std::vector<double>>();
-  if (q.size() != 4 || t.size() != 3) throw Error("a pose must have 4 and 3 numbers");
-  return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]), {t[0], t[1], t[2]}};
+constexpr int kMostCorners = 1'000'000;
+
+// A view of tagcal pose --json, as far as the page shows it.
+struct ReadView {
+  std::string image;
+  std::optional<Pose> camera_from_board;  // the likelier of two
+  std::set<CornerId> outliers;
+  PageJson json;  // as the page has it
+};
+
+bool is_given(const std::optional<YamlValue>& value) {
+  return value && (value->is_map() || value->is_list() || value->is_scalar());
 }
 
-PageJson hypothesis_json(const PageJson& view) {
-  return {{"camera_from_world", matrix_json(read_pose(view.at("camera_from_board")))},
-          {"probability", view.value("probability", PageJson())},
-          {"rms_px", view.value("rms_px", PageJson())}};
+// Null stands for a value that the answer does not have.
+PageJson number_or_null(const YamlValue& map, std::string_view key, double most) {
+  const auto value = map.find(key);
+  return is_given(value) ? PageJson(value->number_in(0, most)) : PageJson();
 }
 
-PageJson read_findings(const PageJson& view) {
-  PageJson findings = view.value("findings", PageJson::array());
-  for (PageJson& finding : findings)
-    if (finding.value("severity", "") == "refusal") finding["severity"] = "error";
+std::string one_of(const YamlValue& value, const std::vector<std::string_view>& names) {
+  if (value.is_scalar() && std::ranges::count(names, value.text()) > 0) return value.text();
+  value.fail(fmt::format("must be {}", fmt::join(names, ", ")));
+}
+
+std::string read_status(const YamlValue& value) {
+  std::vector<std::string_view> names;
+  for (int i = 0; i <= static_cast<int>(Status::not_converged); ++i)
+    names.push_back(status_name(static_cast<Status>(i)));
+  return one_of(value, names);
+}
+
+// A file of tagcal pose has both parts of a pose, other than those that read_pose takes.
+Pose read_whole_pose(const YamlValue& value) {
+  for (const char* const key : {"rotation", "translation_m"}) value.at(key);
+  return read_pose(value);
+}
+
+PageJson hypothesis_json(const YamlValue& view) {
+  const double any = std::numeric_limits<double>::max();
+  return {{"camera_from_world", matrix_json(read_whole_pose(view.at("camera_from_board")))},
+          {"probability", number_or_null(view, "probability", 1)},
+          {"rms_px", number_or_null(view, "rms_px", any)}};
+}
+
+PageJson read_findings(const YamlValue& view) {
+  PageJson findings = PageJson::array();
+  const auto given = view.find("findings");
+  if (!is_given(given)) return findings;
+  for (const YamlValue& finding : given->items(0, limits::kMaxListedPoses)) {
+    const std::string severity = one_of(
+        finding.at("severity"), {severity_name(Severity::note), severity_name(Severity::warning),
+                                 severity_name(Severity::refusal)});
+    findings.push_back(
+        {{"code", finding.at("code").text()},
+         {"severity", severity == severity_name(Severity::refusal) ? "error" : severity},
+         {"sentence", finding.at("sentence").text()}});
+  }
   return findings;
 }
 
-PageJson view_json(const PageJson& view) {
-  const bool has_pose = view.contains("camera_from_board") && !view["camera_from_board"].is_null();
-  PageJson hypotheses = PageJson::array();
-  if (has_pose) hypotheses.push_back(hypothesis_json(view));
-  if (has_pose && view.contains("alternative") && !view["alternative"].is_null())
-    hypotheses.push_back(hypothesis_json(view["alternative"]));
-  const PageJson outliers = view.value("outliers", PageJson::array());
-  return {{"image", view.at("image").get<std::string>()},
-          {"status", view.at("status").get<std::string>()},
-          {"num_corners", view.value("num_corners", PageJson())},
-          {"num_rejected", outliers.size()},
-          {"rms_px", view.value("rms_px", PageJson())},
-          {"max_px", nullptr},
-          {"camera_from_world", has_pose ? hypotheses[0]["camera_from_world"] : PageJson()},
-          {"findings", read_findings(view)},
-          {"hypotheses", std::move(hypotheses)}};
+std::set<CornerId> read_outliers(const YamlValue& view) {
+  std::set<CornerId> outliers;
+  const auto given = view.find("outliers");
+  if (!is_given(given)) return outliers;
+  const int most = std::numeric_limits<int>::max();
+  for (const YamlValue& corner : given->items(0, kMostCorners))
+    outliers.insert({corner.at("tag_id").whole(0, most), corner.at("corner").whole(0, most)});
+  return outliers;
 }
 
-PageJson read_json(const std::filesystem::path& file) {
-  try {
-    return PageJson::parse(read_text(file));
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(fmt::format("{}: {}", file.string(), error.what()));
+ReadView read_view(const YamlValue& view) {
+  ReadView read{view.at("image").text(), {}, read_outliers(view), {}};
+  PageJson hypotheses = PageJson::array();
+  if (const auto pose = view.find("camera_from_board"); is_given(pose)) {
+    read.camera_from_board = read_whole_pose(*pose);
+    hypotheses.push_back(hypothesis_json(view));
+    const auto other = view.find("alternative");
+    if (is_given(other)) hypotheses.push_back(hypothesis_json(*other));
   }
+  const auto num_corners = view.find("num_corners");
+  read.json = {
+      {"image", read.image},
+      {"status", read_status(view.at("status"))},
+      {"num_corners",
+       is_given(num_corners) ? PageJson(num_corners->whole(0, kMostCorners)) : PageJson()},
+      {"num_rejected", read.outliers.size()},
+      {"rms_px", hypotheses.empty() ? PageJson() : hypotheses[0]["rms_px"]},
+      {"max_px", nullptr},
+      {"camera_from_world", hypotheses.empty() ? PageJson() : hypotheses[0]["camera_from_world"]},
+      {"findings", read_findings(view)},
+      {"hypotheses", std::move(hypotheses)}};
+  return read;
+}
+
+std::vector<ReadView> read_views(const std::filesystem::path& file) {
+  std::vector<ReadView> views;
+  const YamlValue top = YamlValue::read(file);
+  for (const YamlValue& view : top.at("views").items(0, limits::kMaxListedPoses))
+    views.push_back(read_view(view));
+  return views;
 }
 
 // The content whose views are those of the file, in its order.
-PageContent content_of(const PosesPageInput& given, const PageJson& file, const PageJson& views) {
+PageContent content_of(const PosesPageInput& given, const std::vector<ReadView>& views) {
   PageContent content;
   Input& input = *given.input;
   content.dataset.image_size = input.dataset.image_size;
@@ -79,30 +140,26 @@ PageContent content_of(const PosesPageInput& given, const PageJson& file, const 
   }
   find_views(input, given.threads, true, calibration.camera ? &*calibration.camera : nullptr);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::string name = views[i]["image"];
+    const std::string& name = views[i].image;
     const auto found = std::ranges::find(input.dataset.views, name, &View::image);
     content.dataset.views.push_back(found == input.dataset.views.end() ? View{name, {}} : *found);
-    const PageJson& read = file["views"][i];
-    if (!views[i]["camera_from_world"].is_null()) {
+    if (views[i].camera_from_board) {
       CalibratedView estimate;
       estimate.view = i;
-      estimate.camera_from_world = read_pose(read["camera_from_board"]);
+      estimate.camera_from_world = *views[i].camera_from_board;
       calibration.views.push_back(estimate);
     }
-    std::set<CornerId> outliers;
-    for (const PageJson& o : read.value("outliers", PageJson::array()))
-      outliers.insert({o.at("tag_id"), o.at("corner")});
     const auto& seen = content.dataset.views.back().observations;
     for (std::size_t k = 0; k < seen.size(); ++k)
-      if (outliers.contains(seen[k].id))
+      if (views[i].outliers.contains(seen[k].id))
         calibration.outliers.push_back({name, seen[k].id, 0, i, k});
   }
   return content;
 }
 
-void add_data(const PosesPageInput& given, const PageJson& file, PageJson& page,
+void add_data(const PosesPageInput& given, const std::vector<ReadView>& views, PageJson& page,
               std::vector<std::string>& notes) {
-  const PageContent content = content_of(given, file, page["views"]);
+  const PageContent content = content_of(given, views);
   const std::vector<PageCorner> corners = page_corners(content);
   std::vector<std::filesystem::path> files;
   std::vector<std::string> names;
@@ -136,9 +193,27 @@ PageJson verdict_of_views(const PageJson& views) {
   return {{"level", level}, {"sentence", sentence}};
 }
 
-PageJson page_of(const PosesPageInput& given, const PageJson& file) {
+}  // namespace
+
+bool is_poses_file(const std::filesystem::path& file) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(file, unknown)) return false;
+  const std::string text = read_text(file);
+  const std::size_t start = text.find_first_not_of(" \t\r\n");
+  if (start == std::string::npos || text[start] != '{') return false;
+  try {
+    const YamlValue top = YamlValue::parse(text, file.string());
+    const auto views = top.find("views");
+    return views && views->is_list() && !top.find("camera") && !top.find("model");
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+PageJson poses_page(const PosesPageInput& given) {
+  const std::vector<ReadView> read = read_views(given.poses);
   PageJson views = PageJson::array();
-  for (const PageJson& view : file.at("views")) views.push_back(view_json(view));
+  for (const ReadView& view : read) views.push_back(view.json);
   std::vector<std::string> notes;
   PageJson page = {{"format", 1},
                    {"kind", "poses"},
@@ -148,36 +223,13 @@ PageJson page_of(const PosesPageInput& given, const PageJson& file) {
                    {"findings", PageJson::array()},
                    {"views", std::move(views)}};
   if (given.input)
-    add_data(given, file, page, notes);
+    add_data(given, read, page, notes);
   else
     notes.emplace_back(
         "Pictures, corners and boards are not shown, because no data set was given: --dataset D, "
         "or --target T.yaml and the pictures.");
   page["notes"] = notes;
   return page;
-}
-
-}  // namespace
-
-bool is_poses_file(const std::filesystem::path& file) {
-  std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown)) return false;
-  const std::string text = read_text(file);
-  const std::size_t start = text.find_first_not_of(" \t\r\n");
-  if (start == std::string::npos || text[start] != '{') return false;
-  const PageJson json = PageJson::parse(text, nullptr, false);
-  return json.is_object() && json.contains("views") && json["views"].is_array() &&
-         !json.contains("camera") && !json.contains("model");
-}
-
-PageJson poses_page(const PosesPageInput& given) {
-  const PageJson file = read_json(given.poses);
-  try {
-    return page_of(given, file);
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(fmt::format("{}: is not an answer of tagcal pose --json: {}", given.poses.string(),
-                            error.what()));
-  }
 }
 
 }  // namespace tagcal::tools

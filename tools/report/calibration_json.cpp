@@ -7,6 +7,7 @@
 
 #include "report/calibration_report.hpp"
 #include "report/findings.hpp"
+#include "report/plain_text.hpp"
 #include "report/shown_parameters.hpp"
 
 namespace tagcal::tools {
@@ -167,10 +168,6 @@ Json seconds_json(const CalibrationAnswer& answer) {
           {"total", answer.seconds.total}};
 }
 
-std::string text_of(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 }  // namespace
 
 std::string calibration_json(const CalibrationAnswer& answer, const std::string& name) {
@@ -204,11 +201,11 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"findings", findings_json(calibration.findings)},
                {"warnings", sentences(calibration.findings)},
                {"seconds", seconds_json(answer)}});
-  return text_of(json);
+  return json_text(json);
 }
 
 std::string failure_json(const std::string& name, const std::string& error) {
-  return text_of({{"data_set", name}, {"error", error}});
+  return json_text({{"data_set", name}, {"error", error}});
 }
 
 }  // namespace tagcal::tools

@@ -49,6 +49,10 @@ std::vector<Comparison> compare(const std::string& file_a, const std::string& fi
                                 std::span<const Vector2d> samples,
                                 std::span<const double> distances_m) {
   const LensInput a = read_lens(file_a, ""), b = read_lens(file_b, "");
+  if (a.image_size != b.image_size)
+    throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file_b,
+                            a.image_size.width, a.image_size.height, file_a, b.image_size.width,
+                            b.image_size.height));
   std::vector<Comparison> comparisons;
   for (const double distance : distances_m) {
     const auto d = lens_difference({a.lens.lens, a.image_size}, {b.lens.lens, b.image_size},

@@ -42,6 +42,25 @@ void say_wrote(const std::filesystem::path& file, const std::string& content) {
     print_to_stderr("wrote {}{}{}\n", file.string(), content.empty() ? "" : ": ", content);
 }
 
+Error named_error(const std::string& name, const Error& error) {
+  const std::string message = error.what();
+  const bool is_named = message.starts_with("--") || message.starts_with(name + ":");
+  return Error(is_named ? message : name + ": " + message);
+}
+
+Error option_error(const Error& error) {
+  static constexpr std::pair<std::string_view, std::string_view> kOptions[] = {
+      {"fixed: ", "--fix: "},
+      {"start: ", "--start: "},
+      {"model: ", "--model: "},
+      {"tolerance_px: ", "--tolerance: "},
+      {"board_warp: ", "--board-warp: "}};
+  const std::string message = error.what();
+  for (const auto& [key, option] : kOptions)
+    if (message.starts_with(key)) return Error(std::string(option) + message.substr(key.size()));
+  return error;
+}
+
 void reserve_standard_streams() {
   message_stream();  // before any other library has its turn
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {

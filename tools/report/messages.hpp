@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "tagcal/error.hpp"
+
 namespace tagcal::tools {
 
 // The stream of the messages: stderr as it was at the start. Other libraries get another one while
@@ -35,6 +37,31 @@ void print_summary(const std::string& text, const std::filesystem::path& out);
 // "wrote FILE", and what it holds: every command says this of each file and folder that it wrote.
 // Not of devices and pipes, such as /dev/stdout.
 void say_wrote(const std::filesystem::path& file, const std::string& content = "");
+
+// An error of the library about what a file or an option gave, with the name of that before it.
+Error named_error(const std::string& name, const Error& error);
+
+// The result of `f`; its errors are named.
+template <typename F>
+auto naming(const std::string& name, const F& f) {
+  try {
+    return f();
+  } catch (const Error& error) {
+    throw named_error(name, error);
+  }
+}
+
+// An error of the library about one of CalibrateOptions, with the option of the command instead.
+Error option_error(const Error& error);
+
+template <typename F>
+auto naming_options(const F& f) {
+  try {
+    return f();
+  } catch (const Error& error) {
+    throw option_error(error);
+  }
+}
 
 // Opens a descriptor for each of stdin, stdout and stderr that the caller closed: otherwise the
 // next file that is opened gets its number, and messages are written into that file. Writing to a

@@ -1,6 +1,7 @@
 #include "report/pose_report.hpp"
 
 #include "report/findings.hpp"
+#include "report/plain_text.hpp"
 #include "report/terminal.hpp"
 
 #include <fmt/format.h>
@@ -283,7 +284,7 @@ std::string pose_json(const std::vector<PoseReport>& views) {
   Json list = Json::array();
   for (const PoseReport& view : views) list.push_back(view_json(view));
   const Json answer = {{"views", list}};
-  return answer.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(answer);
 }
 
 std::string pose_text(const std::vector<PoseReport>& views, bool verbose) {

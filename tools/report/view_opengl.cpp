@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <string_view>
 
+#include "report/plain_text.hpp"
 #include "report/view_steps.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
@@ -91,9 +92,9 @@ std::string view_opengl(const ViewReport& report) {
   const Json gl = opengl_json(report);
   const ImageSize& size = report.pipeline.camera.image_size;
   std::string text = fmt::format(
-      "// {}: {} camera, {} x {} px, near {:.6g} m, far {:.6g} m\n// {}\n", report.image,
-      report.scene.model, size.width, size.height, gl["near_m"].get<double>(),
-      gl["far_m"].get<double>(), gl["distortion"].get<std::string>());
+      "// {}: {} camera, {} x {} px, near {:.6g} m, far {:.6g} m\n// {}\n",
+      one_line_text(report.image), report.scene.model, size.width, size.height,
+      gl["near_m"].get<double>(), gl["far_m"].get<double>(), gl["distortion"].get<std::string>());
   text += array_text("projection", gl["projection"]);
   text += array_text("modelview", gl["modelview"]);
   text += fmt::format(

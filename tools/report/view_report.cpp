@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "report/plain_text.hpp"
 #include "report/view_steps.hpp"
 #include "report/view_values.hpp"
 #include "tagcal/viewing/clip.hpp"
@@ -155,7 +156,7 @@ std::string view_json(const ViewReport& report) {
         {"hit_in_world_m", array_or_null(f.hit_in_world)}}},
       {"steps", steps_json(report)},
       {"opengl", opengl_json(report)}};
-  return answer.dump(2) + "\n";
+  return json_text(answer);
 }
 
 std::string view_text(const ViewReport& report, bool steps) {

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -120,19 +122,6 @@ bool has_beyond(const Tag& a, double half_a, const Tag& b, double half_b) {
   return a_from_b.translation().head<2>().cwiseAbs().maxCoeff() > reach;
 }
 
-bool tags_overlap(const std::vector<Tag>& tags, double outer, double spread_m) {
-  for (std::size_t i = 0; i < tags.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      const double half_i = tags[i].size * (0.5 + outer) + spread_m;
-      const double half_j = tags[j].size * (0.5 + outer) + spread_m;
-      if (!has_beyond(tags[i], half_i, tags[j], half_j) &&
-          !has_beyond(tags[j], half_j, tags[i], half_i))
-        return true;
-    }
-  }
-  return false;
-}
-
 // Returns true if an edge of the print that moves by `spread_m` (>= 0) could meet another one.
 bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& family,
                 double spread_m) {
@@ -142,7 +131,7 @@ bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& fa
   const double outer = outer_share(board.family);
   if (board.grid)
     return 2 * spread_m >= (board.grid->tag_spacing - 2 * outer) * board.grid->tag_size;
-  if (!board.checkerboard) return tags_overlap(panel.tags, outer, spread_m);
+  if (!board.checkerboard) return overlapping_tags(panel.tags, outer, spread_m).has_value();
   const Checkerboard& squares = *board.checkerboard;
   const double least = std::min(squares.column_spacing, squares.row_spacing);
   if (board.charuco) return 2 * spread_m >= (least - board.charuco->size) / 2;
@@ -162,6 +151,43 @@ void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& 
 }
 
 }  // namespace
+
+// A sweep along the longer side of the board: boards may have 100,000 tags.
+std::optional<std::pair<int, int>> overlapping_tags(const std::vector<Tag>& tags, double outer,
+                                                    double spread_m) {
+  std::vector<Vector2d> centres;
+  AlignedBox2d box;
+  double most = 0;
+  const auto half = [&](std::size_t i) { return tags[i].size * (0.5 + outer) + spread_m; };
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    const Pose in_first = tags[0].board_from_tag.inverse() * tags[i].board_from_tag;
+    centres.emplace_back(in_first.translation().head<2>());
+    box.extend(centres.back());
+    most = std::max(most, half(i));
+  }
+  const int axis = !tags.empty() && box.sizes().y() > box.sizes().x() ? 1 : 0;
+  std::vector<std::size_t> order(tags.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return centres[i][axis]; });
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    const std::size_t i = order[n];
+    for (std::size_t k = n; k-- > 0;) {
+      const std::size_t j = order[k];
+      const double reach = std::numbers::sqrt2 * (half(i) + most);
+      if (centres[i][axis] - centres[j][axis] > reach) break;
+      if (std::abs(centres[i][1 - axis] - centres[j][1 - axis]) > reach) continue;
+      if (!has_beyond(tags[i], half(i), tags[j], half(j)) &&
+          !has_beyond(tags[j], half(j), tags[i], half(i)))
+        return std::minmax(tags[i].id, tags[j].id);
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::pair<int, int>> overlapping_tags(const Board& board) {
+  constexpr double kTouching_m = 1e-6;
+  return overlapping_tags(board.tags, outer_share(board.family), -kTouching_m);
+}
 
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
   std::vector<BoardPanel> panels;

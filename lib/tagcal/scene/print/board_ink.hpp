@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "tagcal/scene/board.hpp"
@@ -31,6 +33,14 @@ std::vector<BoardPanel> board_panels(const Board& board, double margin_m);
 // half a square and half the gap between square and marker.
 std::vector<Rectangle> ink_cells(const Board& board, const BoardPanel& panel,
                                  const TagFamily& family, double spread_m = 0);
+
+// The ids of two tags in one plane, squares `outer` of their size wider on each side, that overlap
+// or touch when every side moves outwards by `spread_m`.
+std::optional<std::pair<int, int>> overlapping_tags(const std::vector<Tag>& tags, double outer,
+                                                    double spread_m);
+
+// The same for what a flat board prints; tags may touch, as within a micrometre.
+std::optional<std::pair<int, int>> overlapping_tags(const Board& board);
 
 // The same for all panels of a board.
 std::vector<Rectangle> ink_cells(const Board& board, const TagFamily& family);

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+// Text of files and other programs. Names of pictures are bytes: they may have line ends, control
+// characters, and bytes that are not UTF-8.
+
+namespace tagcal::tools {
+
+// JSON with a line end. What is not UTF-8 becomes U+FFFD. An indent of -1: all in one line.
+std::string json_text(const nlohmann::ordered_json& value, int indent = 2);
+
+// The text as one line of UTF-8: "?" for each control character, U+FFFD as in JSON.
+std::string one_line_text(std::string_view text);
+
+// The same for the content of an element of XML, or of an attribute in double quotes.
+std::string xml_text(std::string_view text);
+
+}  // namespace tagcal::tools
