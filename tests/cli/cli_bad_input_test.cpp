@@ -29,7 +29,7 @@ TEST_F(Cli, UsageErrorsAreOneLineWithAHint) {
 TEST_F(Cli, OptionsWithoutEffectAreRefused) {
   const std::string set = path("set"), camera = path("set/truth.yaml"), page = path("page.html");
   const std::string corners = " --observations " + path("set/observations_exact.csv");
-  for (const std::string command : {std::string("calibrate "), "pose --camera " + camera + " "})
+  for (const std::string& command : {std::string("calibrate "), "pose --camera " + camera + " "})
     expect_bad_input(command + set + corners + " --refinement edges",
                      {"--refinement: belongs to corners found in pictures"});
   expect_bad_input("report " + camera + " " + camera + " --camera " + camera + " --out " + page,

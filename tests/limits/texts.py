@@ -78,6 +78,7 @@ def scene(w="64", h="48", f="50", v="1", more=""):
 def scenes():
     big = scene().replace("tagCols: 9, tagRows: 6", "tagCols: 400, tagRows: 250")
     boards = "".join(f"- {{target: *t, first_id: {i * 100000}}}\n" for i in range(1, 24))
+    centred = scene().replace("path:", "  world_from_board: {translation_m: [-0.35, -0.23, 0]}\npath:")
     corner = "[&p [0,0,0],[1,0,0],[0,1,0]" + ",*p" * 150 + "]"
     files = {
         "many-big-boards": big.replace("path:", boards + "path:"),
@@ -91,6 +92,8 @@ def scenes():
         "frame-loop": scene(more="frames: [{name: a, parent: b}, {name: b, parent: a}]\n"),
         "steps": scene(more="frames: [{name: a}]\nmotion: [{frame: a, steps: [&s {rotate_z_deg: "
                             "&l [0" + ",9" * 99 + "]}" + ",*s" * 98 + "]}]\n"),
+        "long-lens": centred.replace("f: 50", "f: 1e15"),
+        "bent-lens": centred.replace("model: f, f: 50", "model: opencv5, f: 50, distortion: [1e6]"),
         "vignetting": scene(more="sensor: {vignetting: [" + "1," * 300 + "1]}\n"),
     }
     for i, n in enumerate(HUGE):

@@ -21,7 +21,7 @@ TEST(Validate, AgreesWithOpenCVAndTheTruth) {
     EXPECT_LT(v.max_jacobian_difference, 1e-6);
     EXPECT_NEAR(v.rms_px, 0.2 * std::sqrt(2.0), 0.02);
     ASSERT_EQ(v.parameters.size(), parameters(lens).size());
-    for (const ParameterError& p : v.parameters) EXPECT_EQ(p.in_sigmas, 0);
+    for (const ParameterError& p : v.parameters) EXPECT_EQ(p.in_sigmas.value_or(0), 0);
   }
 }
 
@@ -31,12 +31,14 @@ TEST(Validate, CountsErrorsInStandardDeviations) {
   below.lens = Perspective({897, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0});
   camera.lens = Perspective({903, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0});
   const Validation v = validate(camera, {1.5, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0}, world);
-  EXPECT_DOUBLE_EQ(v.parameters[0].in_sigmas, 2);
+  EXPECT_DOUBLE_EQ(v.parameters[0].in_sigmas.value(), 2);
   EXPECT_EQ(v.parameters[1].in_sigmas, 0);
   EXPECT_EQ(v.num_beyond_truth, 0);
   EXPECT_EQ(validate(below, {0.5, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0}, world).num_beyond_truth, 1);
   EXPECT_EQ(validate(camera, {0.5, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0}, world).num_beyond_truth, 1);
-  EXPECT_FALSE(validate(camera, {}, world).num_beyond_truth);
+  EXPECT_FALSE(v.parameters[9].in_sigmas);  // held
+  const Validation unknown = validate(camera, {}, world);
+  EXPECT_FALSE(unknown.num_beyond_truth || unknown.parameters[0].sigma);
 }
 
 // Corners that claim less noise than lens and target are wrong by: the camera's error is part of

@@ -74,8 +74,13 @@ void exchange(const fs::path& a, const fs::path& b, std::error_code& why) {
   fs::path aside = b;
   aside += fmt::format(".replaced-{}", getpid());
   fs::rename(b, aside, why);
-  if (!why) fs::rename(a, b, why);
-  if (!why) fs::rename(aside, a, why);
+  if (why) return;
+  fs::rename(a, b, why);
+  std::error_code lost;
+  if (why)
+    fs::rename(aside, b, lost);  // as before
+  else
+    fs::rename(aside, a, why);
 }
 
 }  // namespace
@@ -115,7 +120,8 @@ OutputFolder::OutputFolder(const fs::path& place, Taken taken, const std::string
   if (why) throw cannot_write(place, why);
   const bool is_new = fs::create_directory(partial_, why);
   if (why) throw cannot_write(place, why);
-  if (!is_new && !fs::exists(partial_ / WorkFile::kName))
+  // A process that was killed before its first file leaves an empty folder.
+  if (!is_new && !fs::exists(partial_ / WorkFile::kName) && !fs::is_empty(partial_))
     throw Error(fmt::format("{}: is not of an interrupted run; rename it", partial_.string()));
   work_.emplace(partial_, work);
   remove_unfinished(partial_);

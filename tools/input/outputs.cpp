@@ -1,8 +1,11 @@
 #include "input/outputs.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <set>
 #include <system_error>
 
@@ -33,6 +36,10 @@ void check_writable(const fs::path& file) {
   if (!fs::is_directory(folder)) {
     throw Error(fmt::format("{}: cannot be written: no folder {}", file.string(), folder.string()));
   }
+  if (internal::is_stream(file)) return;
+  // Where links lead, a new file is written beside the old one, and then renamed.
+  if (::access(place_of(file).parent_path().c_str(), W_OK | X_OK) != 0)
+    throw Error(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
 }
 
 void check_text_writable(const fs::path& file) {

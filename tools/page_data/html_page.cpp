@@ -60,15 +60,11 @@ std::string html_page(const PageJson& data) {
 void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
   check_text_writable(out);
   check_replaces_nothing({out}, {inputs.begin(), inputs.end()});
-  // Like the file itself, one beside it: a folder may exist and not be writable.
   std::error_code unknown;
-  if (fs::exists(out, unknown) && !fs::is_regular_file(out, unknown)) return;  // a device
+  if (internal::is_stream(out)) return;
   if (fs::exists(out, unknown) && !may_be_replaced(out))
     throw Error(fmt::format("{}: exists and is no HTML page, which the report would replace",
                             out.string()));
-  const fs::path trial = out.string() + ".tagcal-trial";
-  write_whole(trial, "");
-  fs::remove(trial, unknown);
 }
 
 void write_page(const fs::path& out, const PageJson& data) {
