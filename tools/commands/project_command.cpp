@@ -1,7 +1,6 @@
 // tagcal project and tagcal unproject: points to pixels and back.
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
@@ -44,7 +44,7 @@ class Answer {
     for (std::size_t i = 0; i < table.names().size(); ++i)
       if (std::ranges::count(columns, table.names()[i]) == 0) kept_.push_back(i);
     std::vector<std::string> names;
-    for (const std::size_t i : kept_) names.push_back(table.names()[i]);
+    for (const std::size_t i : kept_) names.push_back(csv_field(table.names()[i]));
     names.insert(names.end(), columns.begin(), columns.end());
     progress_.emplace("points", static_cast<int>(table.size()));
     text_ = fmt::format("{}\n", fmt::join(names, ","));
@@ -82,7 +82,7 @@ class Answer {
  private:
   void begin(std::size_t row) {
     progress_->update(static_cast<int>(row));
-    for (const std::size_t i : kept_) text_ += table_.fields(row)[i] + ",";
+    for (const std::size_t i : kept_) text_ += csv_field(table_.fields(row)[i]) + ",";
   }
 
   const PointTable& table_;
@@ -100,11 +100,10 @@ Matrix covariance_of(const std::vector<double>& v, const std::string& file, std:
   std::size_t next = 0;
   for (int i = 0; i < m.rows(); ++i)
     for (int j = i; j < m.cols(); ++j) m(i, j) = m(j, i) = v[next++];
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(m, Eigen::EigenvaluesOnly);
-  // numeric: a covariance of lower rank has eigenvalues of about -1e-16 of the largest
-  if (axes.eigenvalues()[0] < -1e-12 * std::abs(axes.eigenvalues()[m.rows() - 1]))
-    throw Error(fmt::format("{}: point {}: the covariance must not be negative",
-                            file == "-" ? "stdin" : file, row + 1));
+  const std::string defect = covariance_defect(m);
+  if (!defect.empty())
+    throw Error(fmt::format("{}: point {}: the covariance {}", file == "-" ? "stdin" : file,
+                            row + 1, defect));
   return m;
 }
 
@@ -128,7 +127,7 @@ int run_project(const Arguments& arguments) {
     }
     const std::vector<double> x = table.numbers(row, xyz);
     UncertainPoint point{pose * Vector3d(x[0], x[1], x[2]), Matrix3d::Zero()};
-    if (!spread.empty())
+    if (!spread.empty() && !table.is_empty(row, spread))
       point.covariance =
           turn * covariance_of<Matrix3d>(table.numbers(row, spread), arguments.points, row) *
           turn.transpose();
@@ -221,7 +220,7 @@ int run_unproject(const Arguments& arguments) {
     }
     const std::vector<double> u = table.numbers(row, uv);
     UncertainPixel pixel{{u[0], u[1]}, Matrix2::Zero()};
-    if (!spread.empty())
+    if (!spread.empty() && !table.is_empty(row, spread))
       pixel.covariance_px2 =
           covariance_of<Matrix2>(table.numbers(row, spread), arguments.points, row);
     const auto point = unprojection.of(table, row, pixel);

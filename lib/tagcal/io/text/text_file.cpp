@@ -189,6 +189,20 @@ std::string read_text(const std::filesystem::path& file) {
   return read_all(in, size, file);
 }
 
+std::string read_plain_text(const std::filesystem::path& file) {
+  std::string text = read_text(file);
+  check_plain_text(text, file.string());
+  return text;
+}
+
+void check_plain_text(std::string_view text, const std::string& file) {
+  const std::size_t at = text.find('\0');
+  if (at == text.npos) return;
+  const auto line =
+      1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  throw Error(file + ": line " + std::to_string(line) + ": is not text: binary data");
+}
+
 void write_whole(const std::filesystem::path& file, std::string_view content) {
   if (file.filename().empty()) throw Error(file.string() + ": cannot write: names no file");
   const std::filesystem::path end = behind_links(file);

@@ -10,6 +10,11 @@ namespace tagcal::internal {
 // larger than 256 MiB).
 std::string read_text(const std::filesystem::path& file);
 
+// The same without binary data, for tables and lists, whose texts go on as names of files.
+std::string read_plain_text(const std::filesystem::path& file);
+// Throws Error if the text of a file has binary data.
+void check_plain_text(std::string_view text, const std::string& file);
+
 // Writes a file whole or not at all: into a temporary file beside it, then renamed. Throws Error
 // if that fails, and then leaves no file behind. Devices and pipes are written to; a pipe that
 // nobody reads is an error.
