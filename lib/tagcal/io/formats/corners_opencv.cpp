@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
@@ -11,6 +12,7 @@
 #include "tagcal/io/formats/opencv_xml.hpp"
 #include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -35,8 +37,8 @@ void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
                   w, h, grid->columns, grid->rows));
 }
 
-std::string read_name(const YamlValue& value) {
-  std::string name = value.text();
+std::string read_name(const YamlValue& value, std::set<std::string>& others) {
+  std::string name = read_image_name(value, others);
   if (!is_image_name(name)) value.fail("must be the name of an image");
   return name;
 }
@@ -45,8 +47,10 @@ std::vector<std::string> read_names(const YamlValue& top, std::size_t count,
                                     std::vector<std::string>* notes) {
   std::vector<std::string> names;
   if (const auto list = top.find("image_names")) {
-    if (count == 1 && list->is_scalar()) return {read_name(*list)};  // a list of one in XML
-    for (const YamlValue& name : list->items(count, count)) names.push_back(read_name(name));
+    std::set<std::string> others;
+    if (count == 1 && list->is_scalar()) return {read_name(*list, others)};  // a list of one in XML
+    for (const YamlValue& name : list->items(count, count))
+      names.push_back(read_name(name, others));
     return names;
   }
   for (std::size_t i = 0; i < count; ++i) names.push_back(view_name(i));
