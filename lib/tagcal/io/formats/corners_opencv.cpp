@@ -26,15 +26,14 @@ YamlValue parsed(const std::string& text, const std::string& file) {
 
 // The sample's board_width and board_height must be those of the target.
 void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
-  const auto width = top.find("board_width"), height = top.find("board_height");
   const auto& grid = boards[0].board.checkerboard;
-  if (!width || !height || !grid) return;
-  const int w = width->whole(1, limits::kMaxSidePx), h = height->whole(1, limits::kMaxSidePx);
-  if (w == grid->columns && h == grid->rows) return;
-  top.fail_plainly(
-      fmt::format("board_width and board_height are {} and {}, but the target has {} "
-                  "columns and {} rows",
-                  w, h, grid->columns, grid->rows));
+  if (!grid) return;
+  for (const auto& [key, expected] :
+       {std::pair{"board_width", grid->columns}, std::pair{"board_height", grid->rows}}) {
+    const auto value = top.find(key);
+    if (value && value->whole(1, limits::kMaxSidePx) != expected)
+      value->fail(fmt::format("must be {} as in the target", expected));
+  }
 }
 
 std::string read_name(const YamlValue& value, std::set<std::string>& others) {
