@@ -20,7 +20,7 @@ namespace {
 using Fixed = std::map<std::string, double>;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// N matrices (K, K), or one for all; symmetric, finite, with variances >= 0. None: zeros.
+// N covariances (K, K), or one for all. None: zeros.
 std::vector<Eigen::MatrixXd> covariance_matrices(const std::optional<ArrayLike>& argument,
                                                  const char* name, std::size_t n, py::ssize_t k) {
   if (!argument) return std::vector<Eigen::MatrixXd>(n, Eigen::MatrixXd::Zero(k, k));
@@ -37,12 +37,9 @@ std::vector<Eigen::MatrixXd> covariance_matrices(const std::optional<ArrayLike>&
   for (std::size_t i = 0; i < n; ++i) {
     const double* const values = array.data() + (is_one ? 0 : static_cast<py::ssize_t>(i) * k * k);
     const Eigen::MatrixXd m = Eigen::Map<const RowMajor>(values, k, k);
-    const double largest = m.cwiseAbs().maxCoeff();
-    if (!m.allFinite() || !(m.diagonal().minCoeff() >= 0) ||
-        (m - m.transpose()).cwiseAbs().maxCoeff() > 1e-9 * largest)
-      throw Error(std::string(name) +
-                  ": must be finite and symmetric, with variances >= 0; matrix " +
-                  std::to_string(i) + " is not");
+    const std::string defect = covariance_defect(m);
+    if (!defect.empty())
+      throw Error(std::string(name) + ": " + defect + " in matrix " + std::to_string(i));
     matrices.push_back(m);
   }
   return matrices;
@@ -175,7 +172,7 @@ std::vector<double> sigmas_of_covariance(const CalibrationFile& known) {
   for (std::size_t i = 0; i < free.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     for (const int k : free[i].lens_parameters)
-      sigmas[static_cast<std::size_t>(k)] = std::sqrt(known.covariance(at, at));
+      sigmas[static_cast<std::size_t>(k)] = std::sqrt(std::max(known.covariance(at, at), 0.0));
   }
   return sigmas;
 }

@@ -142,6 +142,8 @@ TEST_F(Cli, BadPicturesAreNamed) {
     expect_bad_input(detect + path(bad) + " --strict", {bad});
     expect_bad_input(detect + path(bad) + " --strict --out " + path("never.csv"), {bad});
   }
+  spill(root() / "list.txt", path("set/images/000.png") + std::string("\0x\n", 3));
+  expect_bad_input(detect + "@" + path("list.txt"), {"list.txt", "line 1", "binary data"});
   expect_bad_input(detect + path("small.pgm"), {"small.pgm", "640x400", "64x48"});
   expect_bad_input(detect + path("set/images/001.png"), {"001.png", "given twice"});
   expect_bad_input(detect + path("set"), {"set"});

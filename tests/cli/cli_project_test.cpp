@@ -99,6 +99,19 @@ TEST_F(CliProject, NumbersThatOverflowAreNoAnswer) {
   EXPECT_EQ(run("unproject " + path("px.csv") + camera() + " --depth 1e200").exit_code, 3);
 }
 
+// The table of `tagcal detect`, with names that need quotes, and a corner without a covariance.
+TEST_F(CliProject, NamesInQuotesAreReadAndWritten) {
+  spill(root() / "seen.csv",
+        "image,tag_id,corner,x_px,y_px,sxx_px2,sxy_px2,syy_px2\n"
+        "\"a,\"\"b\"\".png\",0,1,300,200,0.1,0,0.1\n\"#c.png\",0,1,300,200,,,\n");
+  const Outcome outcome = run("unproject " + path("seen.csv") + camera());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("2 of 2 points"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.out.find("\n\"a,\"\"b\"\".png\",0,1,300,200,"), std::string::npos)
+      << outcome.out;
+  EXPECT_NE(outcome.out.find("\n\"#c.png\",0,1,300,200,"), std::string::npos) << outcome.out;
+}
+
 TEST_F(CliProject, WrongTablesAreNamed) {
   const auto project = [&](const std::string& text, const std::vector<std::string>& parts) {
     spill(root() / "bad.csv", text);
@@ -112,8 +125,9 @@ TEST_F(CliProject, WrongTablesAreNamed) {
   project("x,y,z,x\n1,2,3,4\n", {"\"x\" is there twice"});
   project("x,y,z,sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2\n1,2,3,-1,0,0,1,0,1\n",
           {"bad.csv: line 2: sxx_m2,sxy_m2,sxz_m2,syy_m2,syz_m2,szz_m2: must be a covariance",
-           "got \"-1,0,0,1,0,1\""});
-  project("x,y,z\n\"1\",2,3\n", {"bad.csv: line 2: quotes"});
+           "variances from 0 to 1e+100, got -1"});
+  project("x,y,z\n\"1,2,3\n", {"bad.csv: line 2: the closing quote is missing"});
+  project(std::string("x,y,z\0\n1,2,3\n", 13), {"bad.csv: line 1: is not text: binary data"});
   spill(root() / "bad.csv", "u_px,v_px,depth_m\n1,2,3\n");
   expect_bad_input("unproject " + path("bad.csv") + camera() + " --depth 2", {"--depth: excludes"});
   spill(root() / "sigma.csv", "u_px,v_px,depth_m,sigma_depth_m\n1,2,3,0\n1,2,3,-1\n");

@@ -162,7 +162,8 @@ TEST_F(CameraFileTest, NerfstudioSaysOnceThatFramesHaveNoCentre) {
   const std::string frame =
       R"({"file_path": "a.png", "fl_x": 600, "w": 640, "h": 480,
           "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]})";
-  const CameraFile file = read("{\"frames\": [" + frame + ", " + frame + "]}");
+  const CameraFile file =
+      read("{\"frames\": [" + frame + ", " + replaced(frame, "a.png", "b.png") + "]}");
   ASSERT_EQ(file.notes.size(), 2U);
   EXPECT_EQ(file.notes[0], "cx, cy are not given: the centre of the image is taken");
 }

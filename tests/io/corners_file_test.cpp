@@ -126,6 +126,7 @@ TEST_F(CornersFileTest, WhatIsDroppedIsSaid) {
 TEST_F(CornersFileTest, BadLists) {
   const std::vector<BadFile> vnl = {
       {"# filename x y level", "# filename x level", ": the legend must have a column y"},
+      {"# filename x y level", "# filename x y x", ": the legend has the column x twice"},
       {"10.25 20 0", "10.25 abc 0", ": line 3: y: must be a finite number, got abc"},
       {"10.25 20 0", "10.25 20", ": line 3: must have 4 columns, got 3"},
       {"left1.png - - -\n", "a/left0.png 1 2 0\n", ": line 9: picture a/left0.png has more lines"},
@@ -135,7 +136,11 @@ TEST_F(CornersFileTest, BadLists) {
     EXPECT_EQ(error(replaced(kVnl, bad.from, bad.to)).substr(0, bad.message.size()), bad.message);
   const std::vector<BadFile> sample = {
       {"cols: 6", "cols: 5", ": image_points.data: must be a list of 20"},
-      {"board_width: 3", "board_width: 4", ": board_width and board_height are 4 and 2, but"},
+      {"board_width: 3", "board_width: 4", ": board_width: must be 3 as in the target, got 4"},
+      {"board_width: 3\nboard_height: 2", "board_height: 3",
+       ": board_height: must be 2 as in the target, got 3"},
+      {"board_width: 3", "image_names: [a, a]",
+       ": image_names[1]: must differ from the names before it, got a"},
       {"\"2f\"", "d", ": image_points.data: must be a list of 12"},
       {"10., 20., 3", "10., .Nan, 3", ": image_points.data[1]: must be a finite number"}};
   for (const BadFile& bad : sample)

@@ -1,7 +1,6 @@
 // tagcal project and tagcal unproject: points to pixels and back.
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::tools {
@@ -44,7 +44,7 @@ class Answer {
     for (std::size_t i = 0; i < table.names().size(); ++i)
       if (std::ranges::count(columns, table.names()[i]) == 0) kept_.push_back(i);
     std::vector<std::string> names;
-    for (const std::size_t i : kept_) names.push_back(table.names()[i]);
+    for (const std::size_t i : kept_) names.push_back(csv_field(table.names()[i]));
     names.insert(names.end(), columns.begin(), columns.end());
     progress_.emplace("points", static_cast<int>(table.size()));
     text_ = fmt::format("{}\n", fmt::join(names, ","));
@@ -88,7 +88,7 @@ class Answer {
  private:
   void begin(std::size_t row) {
     progress_->update(static_cast<int>(row));
-    for (const std::size_t i : kept_) text_ += table_.fields(row)[i] + ",";
+    for (const std::size_t i : kept_) text_ += csv_field(table_.fields(row)[i]) + ",";
   }
 
   const PointTable& table_;
@@ -109,10 +109,8 @@ Matrix covariance_of(const PointTable& table, std::size_t row,
   std::size_t next = 0;
   for (int i = 0; i < m.rows(); ++i)
     for (int j = i; j < m.cols(); ++j) m(i, j) = m(j, i) = v[next++];
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(m, Eigen::EigenvaluesOnly);
-  // numeric: a covariance of lower rank has eigenvalues of about -1e-16 of the largest
-  if (axes.eigenvalues()[0] < -1e-12 * std::abs(axes.eigenvalues()[m.rows() - 1]))
-    table.fail(row, columns, "must be a covariance, which has no negative eigenvalue");
+  if (const std::string defect = covariance_defect(m); !defect.empty())
+    table.fail(row, columns, "must be a covariance (which " + defect + ")");
   return m;
 }
 
@@ -141,7 +139,7 @@ int run_project(const Arguments& arguments) {
     }
     const std::vector<double> x = table.numbers(row, xyz);
     UncertainPoint point{pose * Vector3d(x[0], x[1], x[2]), Matrix3d::Zero()};
-    if (!spread.empty())
+    if (!spread.empty() && !table.is_empty(row, spread))
       point.covariance = turn * covariance_of<Matrix3d>(table, row, spread) * turn.transpose();
     const auto at = project(camera.lens, point);
     if (!at) {
@@ -230,7 +228,8 @@ int run_unproject(const Arguments& arguments) {
     }
     const std::vector<double> u = table.numbers(row, uv);
     UncertainPixel pixel{{u[0], u[1]}, Matrix2::Zero()};
-    if (!spread.empty()) pixel.covariance_px2 = covariance_of<Matrix2>(table, row, spread);
+    if (!spread.empty() && !table.is_empty(row, spread))
+      pixel.covariance_px2 = covariance_of<Matrix2>(table, row, spread);
     const auto point = unprojection.of(table, row, pixel);
     if (!point) {
       answer.add_invalid(row);

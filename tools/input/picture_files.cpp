@@ -67,7 +67,7 @@ std::vector<fs::path> files_of_line(const std::string& line, const fs::path& lis
 }
 
 std::vector<fs::path> files_of_list(const fs::path& list) {
-  const std::string text = read_text(list);
+  const std::string text = read_plain_text(list);
   std::vector<fs::path> files;
   int number = 1;
   for (std::size_t begin = 0; begin < text.size(); ++number) {

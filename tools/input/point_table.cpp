@@ -16,17 +16,6 @@ namespace tagcal::tools {
 using namespace internal;
 namespace {
 
-std::vector<std::string> fields_of(const std::string& line) {
-  std::vector<std::string> fields;
-  std::size_t begin = 0;
-  while (true) {
-    const std::size_t comma = line.find(',', begin);
-    fields.emplace_back(trimmed(std::string_view(line).substr(begin, comma - begin), " \t\r"));
-    if (comma == std::string::npos) return fields;
-    begin = comma + 1;
-  }
-}
-
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
@@ -34,8 +23,10 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 std::string text_of(const std::string& file) {
-  if (file != "-") return read_text(file);
-  return {std::istreambuf_iterator<char>(std::cin), {}};
+  if (file != "-") return read_plain_text(file);
+  std::string text{std::istreambuf_iterator<char>(std::cin), {}};
+  check_plain_text(text, "stdin");
+  return text;
 }
 
 }  // namespace
@@ -45,6 +36,7 @@ PointTable PointTable::read(const std::string& file) {
   table.file_ = file == "-" ? "stdin" : file;
   std::string text = text_of(file);
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark
+  CsvFields csv;
   std::size_t number = 0;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
@@ -52,9 +44,9 @@ PointTable PointTable::read(const std::string& file) {
     begin = end + 1;
     ++number;
     if (line.empty() || line.starts_with('#')) continue;
-    if (line.find('"') != std::string::npos)
-      throw Error(fmt::format("{}: line {}: quotes are not possible here", table.file_, number));
-    std::vector<std::string> fields = fields_of(line);
+    const std::string_view defect = csv.split(line);
+    if (!defect.empty()) throw Error(fmt::format("{}: line {}: {}", table.file_, number, defect));
+    std::vector<std::string> fields(csv.fields().begin(), csv.fields().end());
     if (table.names_.empty()) {
       table.names_ = std::move(fields);
       for (const std::string& name : table.names_)

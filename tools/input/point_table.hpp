@@ -10,7 +10,7 @@ namespace tagcal::tools {
 class PointTable {
  public:
   // Reads a file ("-": stdin). Throws Error, naming file and line: no header, a name given twice,
-  // another number of fields, quotes.
+  // another number of fields, a quote without an end.
   static PointTable read(const std::string& file);
 
   std::size_t size() const { return rows_.size(); }

@@ -166,7 +166,8 @@ void carry_covariance(LensFit& result, const LensFitSource& source, const LensFr
   for (std::size_t i = 0; i < result.model->free().size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     for (const int k : result.model->free()[i].lens_parameters)
-      result.sigmas[static_cast<std::size_t>(k)] = std::sqrt(result.covariance(at, at));
+      result.sigmas[static_cast<std::size_t>(k)] =
+          std::sqrt(std::max(result.covariance(at, at), 0.0));  // < 0 by rounding
   }
 }
 

@@ -1,6 +1,10 @@
 #include "tagcal/estimate/uncertain_points.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -66,6 +70,31 @@ Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
 }
 
 }  // namespace
+
+std::string covariance_defect(const MatrixX& matrix) {
+  constexpr double kRounding = 1e-5;
+  constexpr double kMostVariance = 1e100;  // numeric: products of a few are finite
+  const Eigen::Index n = matrix.rows();
+  const double largest = matrix.diagonal().maxCoeff();
+  // Parameters have different units. A variance of 0 may have been computed with the rounding of
+  // the largest one.
+  Eigen::VectorXd unit(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double variance = matrix(i, i);
+    unit(i) = std::sqrt(std::max(variance, kRounding * kRounding * largest));
+    if (!(variance >= -kRounding * unit(i) * unit(i) && variance <= kMostVariance))
+      return fmt::format("must have variances from 0 to {}, got {}", kMostVariance, variance);
+    if (unit(i) == 0) unit(i) = 1;  // no variance at all
+  }
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < i; ++j)
+      if (!(std::abs(matrix(i, j) - matrix(j, i)) <= kRounding * unit(i) * unit(j)))
+        return fmt::format("must be symmetric, got {} and {}", matrix(j, i), matrix(i, j));
+  const Eigen::VectorXd scale = unit.cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd> llt(scaled + kRounding * Eigen::MatrixXd::Identity(n, n));
+  return llt.info() == Eigen::Success ? "" : "must be positive semi-definite";
+}
 
 std::optional<UncertainPixel> project(const UncertainLens& lens, const UncertainPoint& in_camera) {
   const std::optional<Linear> linear = linearised(lens, in_camera.x);

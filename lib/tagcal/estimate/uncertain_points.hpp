@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "tagcal/estimate/types.hpp"
 
@@ -12,6 +13,11 @@
 // covariances too (projection_uncertainty subtracts it).
 
 namespace tagcal {
+
+// Returns what keeps a square matrix from being a covariance, as in "must be symmetric, got 1 and
+// 2"; "" if it is one: finite, symmetric and positive semi-definite, up to the rounding of numbers
+// with six digits. Held and unknown combinations of parameters may make it singular.
+std::string covariance_defect(const MatrixX& matrix);
 
 struct UncertainPixel {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <set>
 
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/camera_file.hpp"
@@ -46,10 +47,13 @@ std::string weak_view_yaml(const CalibratedView& view) {
 
 std::string views_yaml(const std::vector<CalibratedView>& views) {
   std::string text = views.empty() ? "views: []\n" : "views:\n";
-  for (const CalibratedView& view : views)
-    text += fmt::format("   - image: {}\n", text_yaml(view.image)) +
-            pose_lines(view.camera_from_world, "") + weak_view_yaml(view) +
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const CalibratedView& view = views[i];
+    text += image_line(view.image, i, names) + pose_lines(view.camera_from_world, "") +
+            weak_view_yaml(view) +
             fmt::format("     num_corners: {}\n     rms_px: {}\n", view.num_corners, view.rms_px);
+  }
   return text;
 }
 

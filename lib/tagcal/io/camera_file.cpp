@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
+#include <set>
 
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
@@ -250,10 +251,11 @@ const CalibrationFile& usable_camera(const CameraFile& file, const std::string& 
 std::vector<ImagePose> read_poses(const fs::path& file) {
   const YamlValue top = YamlValue::read(file);
   std::vector<ImagePose> poses;
+  std::set<std::string> names;
   for (const YamlValue& view : top.at("views").items(0, limits::kMaxListedPoses)) {
+    const std::string image = read_image_name(view.at("image"), names);
     const auto pose = view.find("camera_from_board");
-    if (pose && (pose->is_map() || pose->is_list()))
-      poses.push_back({view.at("image").text(), 0, read_pose(*pose)});
+    if (pose && (pose->is_map() || pose->is_list())) poses.push_back({image, 0, read_pose(*pose)});
   }
   if (poses.empty()) top.at("views").fail_plainly("has no view with a pose, camera_from_board");
   return poses;

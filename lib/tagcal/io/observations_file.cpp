@@ -64,66 +64,39 @@ class ObservationReader {
   }
   [[noreturn]] void fail(std::size_t column, const std::string& must) const {
     fail(fmt::format("{}: {}, got {}", kColumns[column], must,
-                     fields_[column].empty() ? "nothing" : shown(fields_[column])));
+                     field(column).empty() ? "nothing" : shown(field(column))));
   }
 
-  // The image's name may be in double quotes, with "" for a double quote.
-  std::string_view take_quoted(std::string_view line, std::string_view& field) {
-    unquoted_.clear();
-    for (std::size_t i = 1; i < line.size(); ++i) {
-      if (line[i] != '"') {
-        unquoted_ += line[i];
-      } else if (i + 1 < line.size() && line[i + 1] == '"') {
-        unquoted_ += line[i++];
-      } else {
-        field = unquoted_;
-        const std::string_view rest = trimmed(line.substr(i + 1));
-        if (!rest.empty() && rest[0] != ',') fail("image: text after the closing quote");
-        return rest;
-      }
-    }
-    fail("image: the closing quote is missing");
-  }
+  std::string_view field(std::size_t column) const { return csv_.fields()[column]; }
 
-  void split(std::string_view line) {
-    num_fields_ = 0;
-    line = trimmed(line);
-    if (line.starts_with('"')) {
-      line = take_quoted(line, fields_[num_fields_++]);
-      if (line.empty()) return;
-      line.remove_prefix(1);
-    }
-    for (;;) {
-      const std::size_t end = std::min(line.find(','), line.size());
-      if (num_fields_ < fields_.size()) fields_[num_fields_] = trimmed(line.substr(0, end));
-      ++num_fields_;
-      if (end == line.size()) return;
-      line.remove_prefix(end + 1);
-    }
+  const std::vector<std::string_view>& split(std::string_view line) {
+    const std::string_view defect = csv_.split(line);
+    if (!defect.empty()) fail(std::string(defect));
+    return csv_.fields();
   }
 
   void take_header(std::string_view line) {
-    split(line);
+    const std::vector<std::string_view>& fields = split(line);
     // Tags that were found without a board have one more column, which adds nothing on a board.
-    const bool has_instance = line.ends_with(",instance");
-    const std::size_t named = num_fields_ - (has_instance ? 1 : 0);
+    const bool has_instance = fields.back() == "instance";
+    const std::size_t named = fields.size() - (has_instance ? 1 : 0);
     bool is_header = named == 5 || named == 8;
-    for (std::size_t i = 0; is_header && i < named; ++i) is_header = fields_[i] == kColumns[i];
+    for (std::size_t i = 0; is_header && i < named; ++i) is_header = fields[i] == kColumns[i];
     has_covariances_ = named == 8;
     if (!is_header) {
       fail(fmt::format("the header must be {}, or {}; got {}", header(5), header(8), shown(line)));
     }
-    num_columns_ = num_fields_;
+    num_columns_ = fields.size();
   }
 
   double number(std::size_t column) const {
-    const auto value = parse_number(fields_[column]);
+    const auto value = parse_number(field(column));
     if (!value) fail(column, "must be a finite number");
     return *value;
   }
 
   int whole(std::size_t column) const {
-    const auto value = parse_whole(fields_[column]);
+    const auto value = parse_whole(field(column));
     if (!value) fail(column, "must be a whole number");
     return *value;
   }
@@ -140,7 +113,7 @@ class ObservationReader {
 
   std::optional<Matrix2> covariance() const {
     // The covariance is optional for each corner.
-    if (fields_[5].empty() && fields_[6].empty() && fields_[7].empty()) return std::nullopt;
+    if (field(5).empty() && field(6).empty() && field(7).empty()) return std::nullopt;
     const double sxx = number(5), sxy = number(6), syy = number(7);
     if (!(sxx > 0)) fail(5, "must be > 0");
     if (!(syy > 0)) fail(7, "must be > 0");
@@ -154,16 +127,15 @@ class ObservationReader {
   }
 
   void take_row(std::string_view line) {
-    split(line);
-    if (num_fields_ != num_columns_) {
-      fail(fmt::format("must have {} fields, got {}", num_columns_, num_fields_));
-    }
-    if (!is_image_name(fields_[0])) fail(0, "must be the name of an image");
+    const std::size_t num_fields = split(line).size();
+    if (num_fields != num_columns_)
+      fail(fmt::format("must have {} fields, got {}", num_columns_, num_fields));
+    if (!is_image_name(field(0))) fail(0, "must be the name of an image");
     Observation observation;
     observation.id = corner_id();
     observation.pixel = {number(3), number(4)};
     if (has_covariances_) observation.covariance_px2 = covariance();
-    const std::size_t view = view_of(fields_[0]);
+    const std::size_t view = view_of(field(0));
     views_[view].observations.push_back(observation);
     lines_[view].push_back(line_);
   }
@@ -203,9 +175,7 @@ class ObservationReader {
   std::size_t line_ = 0;
   std::size_t num_columns_ = 0;
   bool has_covariances_ = false;
-  std::array<std::string_view, kColumns.size()> fields_;
-  std::size_t num_fields_ = 0;  // may exceed the size of fields_
-  std::string unquoted_;
+  CsvFields csv_;
 };
 
 }  // namespace
@@ -213,7 +183,7 @@ class ObservationReader {
 std::vector<View> read_observations(const std::filesystem::path& file,
                                     const std::vector<PlacedBoard>& boards,
                                     std::vector<std::string>* notes) {
-  const std::string text = read_text(file);
+  const std::string text = read_plain_text(file);
   if (is_vnl(text)) return read_vnl(text, file.string(), boards, notes);
   if (is_image_points(text)) return read_image_points(text, file.string(), boards, notes);
   return ObservationReader(file, boards).read(text);

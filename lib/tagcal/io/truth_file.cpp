@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -44,9 +46,12 @@ CameraNumbers read_numbers(const YamlValue& camera, const ImageSize& size) {
 }
 
 TruthCamera read_truth_camera(const YamlValue& camera) {
-  camera.allow_only({"image_width", "image_height", "model", "fx", "fy", "cx", "cy", "distortion",
-                     "image_from_camera"});
   const YamlValue model_name = camera.at("model");
+  if (model_name.text() == kParallelModel)
+    camera.allow_only({"image_width", "image_height", "model", "image_from_camera"});
+  else
+    camera.allow_only(
+        {"image_width", "image_height", "model", "fx", "fy", "cx", "cy", "distortion"});
   const ImageSize size{camera.at("image_width").whole(1, limits::kMaxSidePx),
                        camera.at("image_height").whole(1, limits::kMaxSidePx)};
   if (model_name.text() == kParallelModel)
@@ -111,7 +116,8 @@ void read_view(const YamlValue& item, Truth& truth) {
   if (!truth.camera_from_world.emplace(image.text(), pose).second)
     image.fail("must differ from the images before it");
   if (item.find("camera_from_frame")) truth.hierarchy[image.text()] = read_hierarchy(item);
-  if (!item.find("fx")) return;
+  constexpr std::string_view kNumbers[] = {"fx", "fy", "cx", "cy"};
+  if (std::ranges::none_of(kNumbers, [&](auto key) { return item.find(key).has_value(); })) return;
   const CameraNumbers numbers = read_numbers(item, truth.camera.image_size);
   truth.lenses.emplace(image.text(), pinhole(numbers.fx, numbers.fy, numbers.cx, numbers.cy));
 }

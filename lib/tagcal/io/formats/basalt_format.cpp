@@ -27,6 +27,17 @@ const std::array<Kind, 6> kKinds = {
      {"eucm", {"alpha", "beta"}},
      {"ucm", {"alpha"}}}};
 
+// Throws Error for a coefficient that the lens does not have. rpmax is a limit of visibility.
+void need_no_others(const YamlValue& numbers, const Kind& kind) {
+  constexpr std::string_view kOthers[] = {"fx", "fy", "cx", "cy", "rpmax"};
+  for (const auto& [key, value] : numbers.members()) {
+    if (std::ranges::count(kOthers, key) > 0 || std::ranges::count(kind.coefficients, key) > 0)
+      continue;
+    if (value.number() != 0)
+      value.fail(fmt::format("must be 0: the lens {} has no such coefficient", kind.name));
+  }
+}
+
 FileCamera read_camera(const YamlValue& value, const std::string& name, const ImageSize& size) {
   const YamlValue type = value.at("camera_type");
   const YamlValue numbers = value.at("intrinsics");
@@ -38,6 +49,7 @@ FileCamera read_camera(const YamlValue& value, const std::string& name, const Im
   std::vector<double> p;
   for (const std::string_view key : {"fx", "fy", "cx", "cy"}) p.push_back(numbers.at(key).number());
   for (const std::string_view key : kind->coefficients) p.push_back(numbers.at(key).number());
+  need_no_others(numbers, *kind);
   const std::string where = place(value, "intrinsics");
   if (kind->name == "kb4") return file_camera(name, fisheye_lens(p, where), size);
   if (kind->name.starts_with("pinhole")) return file_camera(name, perspective_lens(p, where), size);

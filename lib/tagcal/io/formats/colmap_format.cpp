@@ -12,6 +12,7 @@
 #include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
+#include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -67,12 +68,32 @@ FileCamera read_camera(const TextLines& lines, const std::string& where) {
   }
 }
 
+// The line of points behind each pose, X Y POINT3D_ID of each, which are not used. Another pose
+// here would be one that is lost.
+void skip_points(TextLines& lines, const std::string& image) {
+  if (!lines.next(true)) return;
+  const auto& words = lines.words();
+  const bool numbers = std::ranges::all_of(
+      words, [](std::string_view word) { return parse_number(word).has_value(); });
+  if (numbers && words.size() % 3 == 0) return;
+  lines.fail(fmt::format("must be blank or have X Y POINT3D_ID of each point of {}, got {}",
+                         shown(image), shown(lines.line())));
+}
+
 // A pose and a name, then a line of points, which may be blank.
 void read_images(const ColmapText& text, CameraFile& file) {
+  check_plain_text(text.text, text.name);
   TextLines lines(text.name, text.text);
+  std::set<int> ids;
+  std::set<std::string> names;
   while (lines.next()) {
-    if (lines.words().size() < 10)
-      lines.fail("must have IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
+    if (lines.words().size() != 10)
+      lines.fail("must have IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, the name without spaces");
+    if (!ids.insert(lines.whole(0, "IMAGE_ID", 0, kMostId)).second)
+      lines.fail("IMAGE_ID: must differ from those before it");
+    const std::string image(lines.words()[9]);
+    if (!names.insert(image).second)
+      lines.fail(fmt::format("NAME: must differ from those before it, got {}", shown(image)));
     std::array<double, 7> v = {};
     constexpr std::array<std::string_view, 7> kNames = {"QW", "QX", "QY", "QZ", "TX", "TY", "TZ"};
     for (std::size_t i = 0; i < v.size(); ++i) v[i] = lines.number(1 + i, kNames[i]);
@@ -84,10 +105,9 @@ void read_images(const ColmapText& text, CameraFile& file) {
     const auto camera = std::ranges::find(file.cameras, id, &FileCamera::name);
     if (camera == file.cameras.end())
       lines.fail(fmt::format("CAMERA_ID: must be one of cameras.txt, got {}", shown(id)));
-    file.poses.push_back({std::string(lines.words()[9]),
-                          static_cast<std::size_t>(camera - file.cameras.begin()),
+    file.poses.push_back({image, static_cast<std::size_t>(camera - file.cameras.begin()),
                           Pose(q, {v[4], v[5], v[6]})});
-    lines.next(true);
+    skip_points(lines, image);
   }
 }
 
@@ -142,6 +162,7 @@ bool is_colmap_cameras(std::string_view text) {
 CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText>& images) {
   CameraFile file;
   file.format = "colmap";
+  check_plain_text(cameras.text, cameras.name);
   TextLines lines(cameras.name, cameras.text);
   std::set<std::string> names;
   while (lines.next()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
@@ -11,6 +12,7 @@
 #include "tagcal/io/formats/opencv_xml.hpp"
 #include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -24,19 +26,18 @@ YamlValue parsed(const std::string& text, const std::string& file) {
 
 // The sample's board_width and board_height must be those of the target.
 void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
-  const auto width = top.find("board_width"), height = top.find("board_height");
   const auto& grid = boards[0].board.checkerboard;
-  if (!width || !height || !grid) return;
-  const int w = width->whole(1, limits::kMaxSidePx), h = height->whole(1, limits::kMaxSidePx);
-  if (w == grid->columns && h == grid->rows) return;
-  top.fail_plainly(
-      fmt::format("board_width and board_height are {} and {}, but the target has {} "
-                  "columns and {} rows",
-                  w, h, grid->columns, grid->rows));
+  if (!grid) return;
+  for (const auto& [key, expected] :
+       {std::pair{"board_width", grid->columns}, std::pair{"board_height", grid->rows}}) {
+    const auto value = top.find(key);
+    if (value && value->whole(1, limits::kMaxSidePx) != expected)
+      value->fail(fmt::format("must be {} as in the target", expected));
+  }
 }
 
-std::string read_name(const YamlValue& value) {
-  std::string name = value.text();
+std::string read_name(const YamlValue& value, std::set<std::string>& others) {
+  std::string name = read_image_name(value, others);
   if (!is_image_name(name)) value.fail("must be the name of an image");
   return name;
 }
@@ -45,8 +46,10 @@ std::vector<std::string> read_names(const YamlValue& top, std::size_t count,
                                     std::vector<std::string>* notes) {
   std::vector<std::string> names;
   if (const auto list = top.find("image_names")) {
-    if (count == 1 && list->is_scalar()) return {read_name(*list)};  // a list of one in XML
-    for (const YamlValue& name : list->items(count, count)) names.push_back(read_name(name));
+    std::set<std::string> others;
+    if (count == 1 && list->is_scalar()) return {read_name(*list, others)};  // a list of one in XML
+    for (const YamlValue& name : list->items(count, count))
+      names.push_back(read_name(name, others));
     return names;
   }
   for (std::size_t i = 0; i < count; ++i) names.push_back(view_name(i));

@@ -47,6 +47,8 @@ Legend read_legend(const std::string& text, const std::string& file) {
     const auto found = std::ranges::find(words, name);
     if (found == words.end())
       throw Error(fmt::format("{}: the legend must have a column {}", file, name));
+    if (std::ranges::count(words, name) > 1)
+      throw Error(fmt::format("{}: the legend has the column {} twice", file, name));
     return static_cast<std::size_t>(found - words.begin());
   };
   Legend legend{words.size(), column("filename"), column("x"), column("y"), {}};

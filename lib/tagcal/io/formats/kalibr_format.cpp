@@ -22,6 +22,15 @@ std::vector<double> coefficients(const YamlValue& camera, std::string_view key) 
   return value.numbers(4);
 }
 
+// With distortion_model none, or without the key.
+void need_no_distortion(const YamlValue& camera, std::string_view key) {
+  constexpr std::size_t kMost = 100;  // chosen by hand: more than any lens has
+  const auto value = camera.find(key);
+  if (!value || !value->is_list()) return;
+  for (const YamlValue& k : value->items(0, kMost))
+    if (k.number() != 0) k.fail("must be 0 without a distortion_model");
+}
+
 // pinhole: fu fv pu pv, and a distortion.
 FileCamera read_pinhole(const YamlValue& camera, const ImageSize& size,
                         std::string_view coefficients_key) {
@@ -34,7 +43,9 @@ FileCamera read_pinhole(const YamlValue& camera, const ImageSize& size,
   if (name == "radtan" || name == "radial-tangential" || equidistant) {
     const std::vector<double> k = coefficients(camera, coefficients_key);
     p.insert(p.end(), k.begin(), k.end());
-  } else if (name != "none") {
+  } else if (name == "none") {
+    need_no_distortion(camera, coefficients_key);
+  } else {
     model.fail("must be radtan, equidistant, fov or none");
   }
   const std::string where = place(camera, "intrinsics");
@@ -42,20 +53,25 @@ FileCamera read_pinhole(const YamlValue& camera, const ImageSize& size,
 }
 
 // ds: xi alpha fu fv pu pv; eucm: alpha beta fu fv pu pv.
-FileCamera read_spherical(const YamlValue& camera, const std::string& kind, const ImageSize& size) {
+FileCamera read_spherical(const YamlValue& camera, const std::string& kind, const ImageSize& size,
+                          std::string_view coefficients_key) {
   const std::vector<double> k = camera.at("intrinsics").numbers(6);
   if (const auto model = camera.find("distortion_model"); model && model->text() != "none")
     model->fail(fmt::format("must be none with {}", kind));
+  need_no_distortion(camera, coefficients_key);
   const double p[] = {k[2], k[3], k[4], k[5], k[0], k[1]};
   return file_camera("", foreign_lens(kind, p, place(camera, "intrinsics")), size);
 }
 
 // omni: xi fu fv pu pv.
-FileCamera read_omni(const YamlValue& camera, const ImageSize& size) {
+FileCamera read_omni(const YamlValue& camera, const ImageSize& size,
+                     std::string_view coefficients_key) {
   const std::vector<double> k = camera.at("intrinsics").numbers(5);
   const auto model = camera.find("distortion_model");
+  const bool distorted = model && model->text() != "none";
+  if (!distorted) need_no_distortion(camera, coefficients_key);
   std::vector<double> distortion;
-  if (model && model->text() != "none") distortion = camera.at("distortion_coeffs").numbers(1, 4);
+  if (distorted) distortion = camera.at(coefficients_key).numbers(1, 4);
   if (std::ranges::any_of(distortion, [](double value) { return value != 0; }))
     camera.at("camera_model")
         .fail_plainly(fmt::format("the lens omni (Mei) with {} is one that tagcal does not have",
@@ -72,8 +88,8 @@ FileCamera read_camera(const YamlValue& camera, std::string_view coefficients_ke
   const YamlValue model = camera.at("camera_model");
   const std::string kind = model.text();
   if (kind == "pinhole") return read_pinhole(camera, size, coefficients_key);
-  if (kind == "ds" || kind == "eucm") return read_spherical(camera, kind, size);
-  if (kind == "omni") return read_omni(camera, size);
+  if (kind == "ds" || kind == "eucm") return read_spherical(camera, kind, size, coefficients_key);
+  if (kind == "omni") return read_omni(camera, size, coefficients_key);
   model.fail("must be pinhole, ds, eucm or omni");
 }
 
@@ -87,12 +103,26 @@ void use_imu(const YamlValue& top, CameraFile& file) {
     for (std::size_t i = 0; i < file.cameras.size(); ++i)
       file.cameras[i].camera_from_rig = camera_from_imu[i];
     file.notes.emplace_back("the rig is the IMU (T_cam_imu)");
+  } else if (!camera_from_imu.empty()) {
+    file.notes.emplace_back("dropped: T_cam_imu, which not all cameras have");
   }
   if (top.at("cam0").find("timeshift_cam_imu"))
     file.notes.emplace_back("dropped: timeshift_cam_imu");
 }
 
 }  // namespace
+
+// The chain ends at the first number that is missing: throws Error if there are cameras behind it.
+void check_chain(const YamlValue& top, std::size_t num_cameras) {
+  const auto members = top.members();
+  const auto is_camera = [](const auto& member) {
+    const std::string& key = member.first;
+    return key.starts_with("cam") && key.size() > 3 &&
+           key.find_first_not_of("0123456789", 3) == std::string::npos;
+  };
+  if (static_cast<std::size_t>(std::ranges::count_if(members, is_camera)) > num_cameras)
+    top.at(fmt::format("cam{}", num_cameras));  // throws
+}
 
 CameraFile read_kalibr(const YamlValue& top) {
   CameraFile file;
@@ -110,6 +140,7 @@ CameraFile read_kalibr(const YamlValue& top) {
     if (has_rig) camera.camera_from_rig = camera_from_rig;
     file.cameras.push_back(std::move(camera));
   }
+  check_chain(top, file.cameras.size());
   use_imu(top, file);
   return file;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
@@ -16,6 +17,12 @@ namespace {
 
 constexpr const char* kHalfPixelNote =
     "pixel centres are at (0.5, 0.5) in nerfstudio and (0, 0) here: cx and cy became 0.5 {}";
+// The numbers of a camera, of the whole file or of each frame.
+constexpr auto kCameraKeys =
+    std::to_array<std::string_view>({"w", "h", "fl_x", "fl_y", "camera_angle_x", "camera_angle_y",
+                                     "cx", "cy", "k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"});
+constexpr std::array<std::string_view, 4> kNotOfFisheye = {"k5", "k6", "p1", "p2"};
+constexpr std::array<std::string_view, 3> kNotOfPerspective = {"k4", "k5", "k6"};
 constexpr const char* kNoCentreNote = "cx, cy are not given: the centre of the image is taken";
 
 // A half turn about x: from x right, y up, z backward to x right, y down, z forward.
@@ -29,18 +36,26 @@ std::optional<double> number_of(const YamlValue& values, std::string_view key) {
 
 enum class LensKind { perspective, fisheye };
 
-LensKind lens_kind(const YamlValue& top) {
-  const auto value = top.find("camera_model");
-  if (!value) {
-    const auto flag = top.find("is_fisheye");  // instant-ngp
-    return flag && flag->truth() ? LensKind::fisheye : LensKind::perspective;
-  }
-  const std::string name = value->text();
+LensKind named_lens_kind(const YamlValue& value) {
+  const std::string name = value.text();
   for (const std::string_view known :
        {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"})
     if (name == known) return LensKind::perspective;
   if (name == "OPENCV_FISHEYE") return LensKind::fisheye;
-  value->fail("must be PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or OPENCV_FISHEYE");
+  value.fail("must be PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or OPENCV_FISHEYE");
+}
+
+LensKind lens_kind(const YamlValue& top) {
+  const auto name = top.find("camera_model");
+  const auto flag = top.find("is_fisheye");  // instant-ngp
+  std::optional<LensKind> flagged;
+  if (flag) flagged = flag->truth() ? LensKind::fisheye : LensKind::perspective;
+  if (!name) return flagged.value_or(LensKind::perspective);
+  const LensKind named = named_lens_kind(*name);
+  if (flagged && *flagged != named)
+    flag->fail(
+        fmt::format("must be {} with camera_model {}", named == LensKind::fisheye, name->text()));
+  return named;
 }
 
 // fl_x, or the field of view along x that instant-ngp gives.
@@ -67,28 +82,41 @@ FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::
   const double x = cx.value_or(size.width / 2.0) - kHalfPixel;
   const double y = cy.value_or(size.height / 2.0) - kHalfPixel;
   const std::string where = place(values, "fl_x");
-  if (kind == LensKind::fisheye) {
+  // k4 of OPENCV is a fourth power series coefficient there, which OpenCV's lens does not have.
+  const bool fisheye = kind == LensKind::fisheye;
+  for (const std::string_view key :
+       fisheye ? std::span<const std::string_view>(kNotOfFisheye) : kNotOfPerspective)
+    if (k(key) != 0)
+      values.at(key).fail(fmt::format("must be 0: no {} lens here has this coefficient",
+                                      fisheye ? "fisheye" : "perspective"));
+  if (fisheye) {
     const double p[] = {fx, fy, x, y, k("k1"), k("k2"), k("k3"), k("k4")};
     return file_camera("", fisheye_lens(p, where), size);
   }
-  // k4 is a fourth power series coefficient there, which OpenCV's lens does not have.
-  for (const std::string_view key : {"k4", "k5", "k6"})
-    if (k(key) != 0)
-      values.at(key).fail("must be 0: no perspective lens here has this coefficient");
   const double p[] = {fx, fy, x, y, k("k1"), k("k2"), k("p1"), k("p2"), k("k3")};
   return file_camera("", perspective_lens(p, where), size);
 }
 
-void read_frame(const YamlValue& frame, std::size_t camera, CameraFile& file) {
+void read_frame(const YamlValue& frame, std::size_t camera, CameraFile& file,
+                std::set<std::string>& names) {
   const Pose world_from_opengl = read_pose(frame.at("transform_matrix"));
-  file.poses.push_back(
-      {frame.at("file_path").text(), camera, opencv_from_opengl() * world_from_opengl.inverse()});
+  file.poses.push_back({read_image_name(frame.at("file_path"), names), camera,
+                        opencv_from_opengl() * world_from_opengl.inverse()});
 }
 
 bool is_same(const FileCamera& a, const FileCamera& b) {
   const auto p = parameters(a.calibration.camera.lens), q = parameters(b.calibration.camera.lens);
   return a.calibration.camera.image_size == b.calibration.camera.image_size &&
          std::ranges::equal(p, q);
+}
+
+// Throws Error for a number of the lens in the place that is not read: in a frame beside the lens
+// of the whole file, or the other way round. An equal number adds nothing.
+void need_one_lens(const YamlValue& other, const YamlValue& read, std::string_view must) {
+  for (const std::string_view key : kCameraKeys) {
+    const auto number = number_of(other, key);
+    if (number && number != number_of(read, key)) other.at(key).fail_plainly(std::string(must));
+  }
 }
 
 // The camera of a frame that has its own numbers; equal ones are one camera.
@@ -113,11 +141,14 @@ CameraFile read_nerfstudio(const YamlValue& top) {
   const bool shared = top.find("fl_x") || top.find("camera_angle_x");
   if (shared) file.cameras.push_back(read_camera(top, kind, file.notes));
   if (const auto frames = top.find("frames")) {
+    std::set<std::string> names;
     for (const YamlValue& frame : frames->items(0, limits::kMaxListedPoses)) {
       const std::size_t camera = shared ? 0 : camera_of(frame, kind, file);
-      if (shared && (frame.find("fl_x") || frame.find("k1")))
-        frame.fail_plainly("has its own lens beside that of the whole file: only one is possible");
-      read_frame(frame, camera, file);
+      if (shared)
+        need_one_lens(frame, top, "is one of a lens beside that of the whole file, the only one");
+      else
+        need_one_lens(top, frame, "is not read without fl_x beside it: each frame has its own");
+      read_frame(frame, camera, file, names);
     }
   }
   if (file.cameras.empty()) top.at("fl_x");  // throws

@@ -4,14 +4,20 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
 namespace {
+
+constexpr std::size_t kMostTexts = 1000;  // more is no list of tagcal's; chosen by hand
 
 std::vector<double> read_row(const YamlValue& value) {
   const Eigen::MatrixXd matrix = read_matrix(value);
@@ -77,33 +83,82 @@ std::vector<double> read_distortion(const YamlValue& value, bool fisheye,
   return k;
 }
 
-std::map<std::string, double> fixed_values(const YamlValue& values,
-                                           std::span<const std::string_view> names) {
+std::map<std::string, double> fixed_values(const YamlValue& top) {
   std::map<std::string, double> fixed;
-  for (const std::string_view name : names)
-    if (const auto value = values.find(name))
-      fixed.emplace(name, parameter_kind(name) == ParameterKind::focal_length ? value->positive()
-                                                                              : value->number());
+  if (const auto values = top.find("fixed"))
+    for (const auto& [name, value] : values->members()) fixed.emplace(shown(name), value.number());
   return fixed;
 }
 
-void read_covariance(const YamlValue& covariance, CalibrationFile& file) {
+// What is held is known, so that the camera has the same value.
+void check_fixed(const YamlValue& fixed, const Model& model, const CameraNumbers& numbers) {
+  std::vector<double> camera = {numbers.fx, numbers.fy, numbers.cx, numbers.cy};
+  camera.insert(camera.end(), numbers.distortion.begin(), numbers.distortion.end());
+  camera.resize(12);  // of the lens with most parameters
+  const std::span<const std::string_view> names =
+      model.lens_type() == LensType::fisheye
+          ? std::span<const std::string_view>(Fisheye::kParameterNames)
+          : Perspective::kParameterNames;
+  for (const auto& [i, held] : model.held()) {
+    const auto at = static_cast<std::size_t>(i);
+    if (held == camera[at]) continue;
+    fixed.fail_plainly(
+        fmt::format("{} must be {} as in the camera, got {}", names[at], camera[at], held));
+  }
+}
+
+// The camera of a model, of which some parameters may be fixed, at values that the model alone
+// would not have.
+Camera camera_of(const YamlValue& top, const CameraNumbers& numbers, const Model& model) {
+  const auto fixed = top.find("fixed");
+  if (!fixed) return make_camera(numbers, model, top);
+  const std::map<std::string, double> values = fixed_values(top);
+  std::optional<HeldModels> models;
+  try {
+    models.emplace(values, model.lens_type());
+  } catch (const Error& error) {
+    top.fail_plainly(error.what());
+  }
+  const Model& held = models->named(model.name());
+  check_fixed(*fixed, held, numbers);
+  return make_camera(numbers, held, top);
+}
+
+// The key may be missing: the order of the values is always the same.
+void check_names(const YamlValue& top, std::string_view key,
+                 std::span<const std::string_view> names, std::string_view of_model) {
+  const auto value = top.find(key);
+  if (!value) return;
+  std::vector<std::string> given;
+  for (const YamlValue& item : value->items(0, kMostTexts)) given.push_back(item.text());
+  if (std::ranges::equal(given, names)) return;
+  value->fail_plainly(fmt::format("must be {}{}, got {}", fmt::join(names, ", "), of_model,
+                                  shown(fmt::format("{}", fmt::join(given, ", ")))));
+}
+
+void read_covariance(const YamlValue& top, const YamlValue& covariance, CalibrationFile& file) {
   if (file.model.empty()) covariance.fail_plainly("needs the key model, which is missing");
   file.covariance = read_matrix(covariance);
   const HeldModels models(file.fixed, Model::named(file.model).lens_type());
-  const int n = models.named(file.model).num_free();
-  if (file.covariance.rows() == n && file.covariance.cols() == n) return;
-  covariance.fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
-                                      file.model, file.covariance.rows(), file.covariance.cols()));
+  const Model& model = models.named(file.model);
+  const int n = model.num_free();
+  if (file.covariance.rows() != n || file.covariance.cols() != n)
+    covariance.fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
+                                        file.model, file.covariance.rows(),
+                                        file.covariance.cols()));
+  std::vector<std::string_view> names;
+  for (const FreeParameter& free : model.free()) names.push_back(free.name);
+  check_names(top, "covariance_names", names, " with model " + file.model);
+  const std::string defect = covariance_defect(file.covariance);
+  if (!defect.empty()) covariance.fail_plainly(defect);
 }
 
 // Files of other programs may mean something else by a key: only a list of texts is taken.
 std::vector<std::string> texts_of(const YamlValue& top, std::string_view key) {
-  constexpr std::size_t kMost = 1000;  // more is no list of tagcal's; chosen by hand
   std::vector<std::string> texts;
   const auto list = top.find(key);
   if (!list || !list->is_list()) return texts;
-  for (const YamlValue& item : list->items(0, kMost))
+  for (const YamlValue& item : list->items(0, kMostTexts))
     if (item.is_scalar()) texts.push_back(item.text());
   return texts;
 }
@@ -124,9 +179,9 @@ void read_findings(const YamlValue& top, CalibrationFile& file) {
 void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
   read_findings(top, file);
   const std::size_t num_parameters = parameters(file.camera.lens).size();
-  if (const auto fixed = top.find("fixed"))
-    file.fixed = fixed_values(*fixed, parameter_names(file.camera.lens));
+  file.fixed = fixed_values(top);
   if (const auto sigmas = top.find("sigmas")) {
+    check_names(top, "parameter_names", parameter_names(file.camera.lens), "");
     file.sigmas = read_row(*sigmas);
     if (file.sigmas.size() != num_parameters) {
       sigmas->fail_plainly(
@@ -136,7 +191,7 @@ void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
       if (sigma < 0) sigmas->fail_plainly(fmt::format("must be >= 0, got {}", sigma));
     }
   }
-  if (const auto covariance = top.find("covariance")) read_covariance(*covariance, file);
+  if (const auto covariance = top.find("covariance")) read_covariance(top, *covariance, file);
   if (const auto error = top.find("camera_error_px")) file.camera_error_px = error->not_negative();
   if (const auto region = top.find("seen_region")) {
     const Eigen::MatrixXd corners = read_matrix(*region);
@@ -160,9 +215,14 @@ struct Keys {
 
 Keys keys_of(const YamlValue& top) {
   const auto first = [&](std::initializer_list<std::string_view> names) {
-    const auto found = std::ranges::find_if(
-        names, [&](std::string_view name) { return top.find(name).has_value(); });
-    return found == names.end() ? *names.begin() : *found;
+    std::string_view found;
+    for (const std::string_view name : names) {
+      if (!top.find(name)) continue;
+      if (!found.empty())
+        top.at(name).fail_plainly(fmt::format("is given beside {}: only one is possible", found));
+      found = name;
+    }
+    return found.empty() ? *names.begin() : found;
   };
   return {
       first({"image_width", "image_Width"}), first({"image_height", "image_Height"}),
@@ -183,28 +243,18 @@ CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
   numbers.image_size = read_size(top, keys);
   const auto name = top.find("model");
   const Model* model = name ? &read_model(*name) : nullptr;
-  const bool fisheye = model ? model->lens_type() == LensType::fisheye : is_marked_fisheye(top);
+  const bool marked = is_marked_fisheye(top);
+  const bool fisheye = model ? model->lens_type() == LensType::fisheye : marked;
+  if (marked && !fisheye) name->fail("must be fisheye4 with a key that says that it is a fisheye");
   read_camera_matrix(top.at(keys.matrix), numbers);
   numbers.distortion = read_distortion(top.at(keys.distortion), fisheye, notes);
   const Model& named = model ? *model : Model::named(fisheye ? "fisheye4" : "opencv8");
-  // A fixed parameter may have a value that the model alone would not have.
-  std::optional<HeldModels> held;
-  if (const auto fixed = top.find("fixed")) {
-    const std::span<const std::string_view> names =
-        fisheye ? std::span<const std::string_view>(Fisheye::kParameterNames)
-                : Perspective::kParameterNames;
-    held.emplace(fixed_values(*fixed, names), named.lens_type());
-  }
-  return {make_camera(numbers, held ? held->named(named.name()) : named, top),
-          model ? std::string(model->name()) : "",
-          {},
-          {},
-          {},
-          {}};
+  return {camera_of(top, numbers, named), model ? std::string(model->name()) : "", {}, {}, {}, {}};
 }
 
 // tagcal's.
 void read_views(const YamlValue& views, CameraFile& file) {
+  std::set<std::string> names;
   for (const YamlValue& view : views.items(0, limits::kMaxListedPoses)) {
     const std::vector<double> q = view.at("rotation").numbers(4);
     const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
@@ -213,7 +263,7 @@ void read_views(const YamlValue& views, CameraFile& file) {
           .fail_plainly(fmt::format(
               "must be a unit quaternion [w, x, y, z], got one of length {:.6g}", rotation.norm()));
     file.poses.push_back(
-        {view.at("image").text(), 0,
+        {read_image_name(view.at("image"), names), 0,
          Pose(rotation, Eigen::Vector3d::Map(view.at("translation_m").numbers(3).data()))});
   }
 }
@@ -226,7 +276,7 @@ void read_extrinsics(const YamlValue& value, CameraFile& file) {
         fmt::format("must have 6 columns (rotation vector, translation), got {}", rows.cols()));
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     const Eigen::RowVectorXd row = rows.row(i);
-    file.poses.push_back({fmt::format("view{:04}", i), 0,
+    file.poses.push_back({view_name(static_cast<std::size_t>(i)), 0,
                           Pose(exp_rotation(row.head<3>().transpose()), row.tail<3>())});
   }
   file.notes.push_back(
@@ -282,7 +332,10 @@ CameraFile read_opencv(const YamlValue& top) {
   if (const auto name = top.find("camera_name")) camera.name = name->text();
   file.cameras.push_back(std::move(camera));
   if (const auto views = top.find("views"); views && top.find("model")) read_views(*views, file);
-  if (const auto rows = top.find("extrinsic_parameters")) read_extrinsics(*rows, file);
+  if (const auto rows = top.find("extrinsic_parameters")) {
+    if (!file.poses.empty()) rows->fail_plainly("is given beside views: only one is possible");
+    read_extrinsics(*rows, file);
+  }
   const bool ros = top.find("distortion_model") || top.find("camera_name");
   file.format = top.find("model") ? "tagcal" : ros ? "ros" : "opencv";
   if (ros && top.find("projection_matrix"))

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include "tagcal/error.hpp"
+#include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {
@@ -61,6 +63,13 @@ std::string seen_yaml(const SeenRegion& seen) {
   return matrix_yaml("seen_region", corners);
 }
 
+std::string image_line(const std::string& image, std::size_t view, std::set<std::string>& names) {
+  const std::string name = image.empty() ? view_name(view) : image;
+  if (!names.insert(name).second)
+    throw Error(fmt::format("views[{}].image: two views have the name {}", view, shown(name)));
+  return fmt::format("   - image: {}\n", text_yaml(name));
+}
+
 std::string pose_lines(const Pose& pose, std::string_view prefix) {
   const Eigen::Quaterniond q = pose.rotation();
   const Eigen::Vector3d& t = pose.translation();
@@ -89,9 +98,10 @@ FormatOutput write_tagcal(const CameraFile& file) {
     text += fmt::format("camera_error_px: {}\n", number_yaml(*calibration.camera_error_px));
   text += uncertainty_yaml(calibration) + seen_yaml(calibration.seen);
   if (!file.poses.empty()) text += "views:\n";
-  for (const ImagePose& pose : file.poses)
-    text += fmt::format("   - image: {}\n", text_yaml(pose.image)) +
-            pose_lines(pose.camera_from_world, "");
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < file.poses.size(); ++i)
+    text +=
+        image_line(file.poses[i].image, i, names) + pose_lines(file.poses[i].camera_from_world, "");
   note_no_rig(file, output.notes);
   output.files = {{"", text}};
   return output;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <set>
+
 #include "tagcal/io/formats/lens_numbers.hpp"
 
 // tagcal's own calibration file: OpenCV's keys and further ones. Parts of it, which
@@ -15,6 +17,10 @@ std::string camera_yaml(const Camera& camera, std::string_view model);
 std::string uncertainty_yaml(const CalibrationFile& calibration);
 
 std::string seen_yaml(const SeenRegion& seen);
+
+// `image` of a view by number. Views are found by name: one without a name gets its number; throws
+// Error if the name is in `names`, to which it is added.
+std::string image_line(const std::string& image, std::size_t view, std::set<std::string>& names);
 std::string pose_lines(const Pose& pose, std::string_view prefix);
 
 FormatOutput write_tagcal(const CameraFile& file);

@@ -200,6 +200,20 @@ std::string read_text(const std::filesystem::path& file) {
   return read_all(in, size, file);
 }
 
+std::string read_plain_text(const std::filesystem::path& file) {
+  std::string text = read_text(file);
+  check_plain_text(text, file.string());
+  return text;
+}
+
+void check_plain_text(std::string_view text, const std::string& file) {
+  const std::size_t at = text.find('\0');
+  if (at == text.npos) return;
+  const auto line =
+      1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  throw Error(file + ": line " + std::to_string(line) + ": is not text: binary data");
+}
+
 bool is_stream(const std::filesystem::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0 || S_ISDIR(status.st_mode)) return false;

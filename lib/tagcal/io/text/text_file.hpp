@@ -10,6 +10,11 @@ namespace tagcal::internal {
 // larger than 256 MiB).
 std::string read_text(const std::filesystem::path& file);
 
+// The same without binary data, for tables and lists, whose texts go on as names of files.
+std::string read_plain_text(const std::filesystem::path& file);
+// Throws Error if the text of a file has binary data.
+void check_plain_text(std::string_view text, const std::string& file);
+
 // Returns true for a device, a pipe, and the file that stdout or stderr is redirected to: it is
 // written to where it stands, not replaced.
 bool is_stream(const std::filesystem::path& file);

@@ -123,6 +123,12 @@ std::string text_yaml(std::string_view text) {
   return quoted + '"';
 }
 
+std::string read_image_name(const YamlValue& value, std::set<std::string>& names) {
+  std::string name = value.text();
+  if (!names.insert(name).second) value.fail("must differ from the names before it");
+  return name;
+}
+
 ImageSize read_image_size_value(const YamlValue& value) {
   const std::vector<YamlValue> items = value.items(2, 2);
   return {items[0].whole(1, limits::kMaxSidePx), items[1].whole(1, limits::kMaxSidePx)};

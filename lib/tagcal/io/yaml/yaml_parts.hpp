@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,10 @@ std::string pose_yaml(const Pose& pose);
 
 std::string list_yaml(std::span<const double> values);  // [a, b, c]
 std::string text_yaml(std::string_view text);           // in double quotes
+
+// The name of a picture, which is added to `names`: those of the list before it, from which it must
+// differ, because pictures are found by name.
+std::string read_image_name(const YamlValue& value, std::set<std::string>& names);
 
 ImageSize read_image_size_value(const YamlValue& value);  // [width, height]
 
