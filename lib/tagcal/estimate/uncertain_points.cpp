@@ -72,7 +72,7 @@ Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
 }  // namespace
 
 std::string covariance_defect(const MatrixX& matrix) {
-  constexpr double kRounding = 1e-5;
+  constexpr double kRounding = 1e-5;       // numeric: files have six digits
   constexpr double kMostVariance = 1e100;  // numeric: products of a few are finite
   const Eigen::Index n = matrix.rows();
   const double largest = matrix.diagonal().maxCoeff();
