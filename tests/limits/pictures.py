@@ -1,5 +1,6 @@
 """Small files that claim to be large pictures: name -> bytes."""
 
+import lzma
 import struct
 import zlib
 
@@ -49,6 +50,27 @@ def tiff_picture(width, height, bits=8, samples=1, compression=1, strip_rows=Non
                (262, 3, 1, 2 if samples > 2 else 1), (273, 4, strips, at), (277, 3, 1, samples),
                (278, 4, 1, strip_rows or height), (279, 4, strips, 100 if strips == 1 else at)]
     return tiff(entries, b"\0" * at, **rest)
+
+
+def jbig_tiff():
+    """Its own header claims 2^31 pixels a side; the decoder ends a program without the memory."""
+    side = 2**31 - 1
+    image = struct.pack(">BBBBIIIBBBB", 0, 0, 1, 0, side, side, side, 8, 0, 0, 0)
+    at = 8 + 2 + 10 * 12 + 4
+    return tiff([(256, 4, 1, 64), (257, 4, 1, 64), (258, 3, 1, 1), (259, 3, 1, 34661),
+                 (262, 3, 1, 0), (266, 3, 1, 2), (273, 4, 1, at), (277, 3, 1, 1), (278, 4, 1, 64),
+                 (279, 4, 1, len(image))], image)
+
+
+def padded_tiff(tiles=100, rows=800000):
+    """A line of pixels in tiles of many lines, all of which are the same bytes of the file."""
+    data = lzma.compress(b"\0" * (rows * 10))
+    at = 8 + 2 + 11 * 12 + 4
+    lists = struct.pack(f"<{tiles}I", *[at + 8 * tiles] * tiles)
+    lists += struct.pack(f"<{tiles}I", *[len(data)] * tiles)
+    return tiff([(256, 4, 1, tiles), (257, 4, 1, 1), (258, 3, 1, 16), (259, 3, 1, 34925),
+                 (262, 3, 1, 1), (277, 3, 1, 5), (284, 3, 1, 1), (322, 4, 1, 1), (323, 4, 1, rows),
+                 (324, 4, tiles, at), (325, 4, tiles, at + 4 * tiles)], lists + data)
 
 
 def tiled_tiff(width, height, tile):
@@ -154,6 +176,8 @@ def special_tiffs():
         "many-strips.tif": tiff_picture(1000, 90000, strip_rows=1, strips=2**31 - 1),
         "many-values.tif": tiff([(256, 4, 2**31 - 1, 8), (257, 4, 2**31 - 1, 8)]),
         "profile.tif": tiff([(256, 4, 1, 10), (257, 4, 1, 10), (34675, 7, 2**30, 8)]),
+        "jbig.tif": jbig_tiff(),
+        "padded.tif": padded_tiff(),
         "tile.tif": tiled_tiff(2000, 2000, 65520),
         "tile-2000.tif": tiled_tiff(2000, 2000, 2000),
         "deep-strip.tif": tiff_picture(2000, 2000, 16, 5, 8),

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iostream>
 #include <iterator>
+#include <set>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/csv_image.hpp"
@@ -49,8 +50,9 @@ PointTable PointTable::read(const std::string& file) {
     std::vector<std::string> fields(csv.fields().begin(), csv.fields().end());
     if (table.names_.empty()) {
       table.names_ = std::move(fields);
+      std::set<std::string> names;
       for (const std::string& name : table.names_)
-        if (std::ranges::count(table.names_, name) > 1)
+        if (!names.insert(name).second)
           throw Error(fmt::format("{}: the column \"{}\" is there twice", table.file_, name));
       continue;
     }

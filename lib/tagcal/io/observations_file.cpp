@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 #include <string_view>
 #include <unordered_map>
@@ -169,9 +170,9 @@ class ObservationReader {
   std::string file_;
   std::unordered_map<int, unsigned> corners_;
   std::vector<View> views_;
-  std::vector<std::vector<std::size_t>> lines_;  // line of each observation
-  std::unordered_map<std::string, std::size_t> view_of_image_;
-  std::size_t current_ = 0;  // the view of the previous row
+  std::vector<std::vector<std::size_t>> lines_;       // line of each observation
+  std::map<std::string, std::size_t> view_of_image_;  // a hash would have collisions on purpose
+  std::size_t current_ = 0;                           // the view of the previous row
   std::size_t line_ = 0;
   std::size_t num_columns_ = 0;
   bool has_covariances_ = false;

@@ -83,7 +83,8 @@ class PngDecoder : public ImageDecoder, private PngReader {
     png_set_read_fn(png_, this, next_bytes);
     png_set_user_limits(png_, 0x7fffffff, 0x7fffffff);  // the caller checks the size
     png_set_chunk_malloc_max(png_, 1U << 26);
-    png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, 0);
+    // All that is not needed for the pixels: texts and profiles may inflate to gigabytes.
+    png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
     png_read_info(png_, info_);
     header_.width = static_cast<int>(png_get_image_width(png_, info_));
     header_.height = static_cast<int>(png_get_image_height(png_, info_));

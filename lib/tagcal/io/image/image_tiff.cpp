@@ -17,6 +17,13 @@
 namespace tagcal::internal {
 namespace {
 
+// Those of pictures of cameras and scanners. The decoder of JBIG ends the program for a size that
+// it cannot allocate, which stands in the data.
+constexpr std::array kCompressions = {
+    COMPRESSION_NONE,     COMPRESSION_CCITTRLE, COMPRESSION_CCITTFAX3,     COMPRESSION_CCITTFAX4,
+    COMPRESSION_LZW,      COMPRESSION_JPEG,     COMPRESSION_ADOBE_DEFLATE, COMPRESSION_DEFLATE,
+    COMPRESSION_PACKBITS, COMPRESSION_LZMA,     COMPRESSION_ZSTD,          COMPRESSION_WEBP};
+
 constexpr int kCfa = 32803;        // Photometric of raw pictures (TIFF/EP, DNG)
 constexpr int kLinearRaw = 34892;  // Photometric of DNG
 
@@ -131,13 +138,25 @@ class TiffDecoder : public ImageDecoder {
     else
       height = std::min(height, static_cast<std::uint32_t>(header_.height));
     check_picture_size(width, height, num_bytes_);
+    check_padding(width, height);
     layout_.block_width = static_cast<int>(width);
     layout_.block_height = static_cast<int>(height);
   }
 
+  // Whole tiles are decoded, also where they reach beyond the picture.
+  void check_padding(std::int64_t width, std::int64_t height) const {
+    const auto padded = [](std::int64_t size, std::int64_t block) {
+      return (size + block - 1) / block * block;
+    };
+    const std::int64_t across = padded(header_.width, width), down = padded(header_.height, height);
+    if (across * down > 2 * std::int64_t{header_.width} * header_.height)
+      check_picture_size(across, down, num_bytes_);
+  }
+
   void check_layout() const {
     const int compression = field(TIFFTAG_COMPRESSION);
-    if (TIFFIsCODECConfigured(static_cast<std::uint16_t>(compression)) == 0)
+    const bool is_read = std::ranges::find(kCompressions, compression) != kCompressions.end();
+    if (!is_read || TIFFIsCODECConfigured(static_cast<std::uint16_t>(compression)) == 0)
       throw Error(fmt::format("TIFF: its compression ({}) is not known", compression));
     const int format = field(TIFFTAG_SAMPLEFORMAT);
     if (format != SAMPLEFORMAT_UINT && format != SAMPLEFORMAT_VOID)
