@@ -20,7 +20,7 @@ class Error : public std::runtime_error {
   static std::string one_line(std::string message) {
     for (char& c : message)
       if (c == '\n' || c == '\r') c = ' ';
-    constexpr std::size_t kHalf = 500;
+    constexpr std::size_t kHalf = 500;  // bytes; chosen by hand, longer than names that help
     if (message.size() > 2 * kHalf) message.replace(kHalf, message.size() - 2 * kHalf, " ... ");
     return message;
   }

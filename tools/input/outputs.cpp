@@ -37,7 +37,7 @@ void check_writable(const fs::path& file) {
     throw Error(fmt::format("{}: cannot be written: no folder {}", file.string(), folder.string()));
   }
   if (internal::is_stream(file)) return;
-  // Where links lead, a new file is written beside the old one, and then renamed.
+  // write_whole makes a new file beside the end of the links, and renames it.
   if (::access(place_of(file).parent_path().c_str(), W_OK | X_OK) != 0)
     throw Error(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
 }

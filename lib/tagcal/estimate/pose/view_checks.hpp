@@ -7,7 +7,7 @@
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 
-// What no picture shows.
+// Checks for corners that no picture can show.
 
 namespace tagcal::internal {
 

@@ -110,8 +110,6 @@ void use_imu(const YamlValue& top, CameraFile& file) {
     file.notes.emplace_back("dropped: timeshift_cam_imu");
 }
 
-}  // namespace
-
 // The chain ends at the first number that is missing: throws Error if there are cameras behind it.
 void check_chain(const YamlValue& top, std::size_t num_cameras) {
   const auto members = top.members();
@@ -123,6 +121,8 @@ void check_chain(const YamlValue& top, std::size_t num_cameras) {
   if (static_cast<std::size_t>(std::ranges::count_if(members, is_camera)) > num_cameras)
     top.at(fmt::format("cam{}", num_cameras));  // throws
 }
+
+}  // namespace
 
 CameraFile read_kalibr(const YamlValue& top) {
   CameraFile file;

@@ -90,7 +90,7 @@ std::map<std::string, double> fixed_values(const YamlValue& top) {
   return fixed;
 }
 
-// What is held is known, so that the camera has the same value.
+// Throws Error unless each held parameter has the value of the camera.
 void check_fixed(const YamlValue& fixed, const Model& model, const CameraNumbers& numbers) {
   std::vector<double> camera = {numbers.fx, numbers.fy, numbers.cx, numbers.cy};
   camera.insert(camera.end(), numbers.distortion.begin(), numbers.distortion.end());
