@@ -75,6 +75,24 @@ TEST_F(Cli, DetectSaysFirstWhatWasFound) {
   EXPECT_EQ(partly.out.find('\033'), std::string::npos);
 }
 
+TEST_F(Cli, DamagedPicturesAreLeftOutOfASearchForAFamily) {
+  const std::string good = slurp(root() / "set/images/000.png");
+  spill(root() / "damaged/a.png", good);
+  spill(root() / "damaged/b.png", good.substr(0, good.size() / 2));
+  spill(root() / "damaged/c.png", slurp(root() / "set/images/001.png"));
+  const std::string search = "detect --family tag36h11 ";
+  const std::string all =
+      search + path("damaged/a.png") + " " + path("damaged/b.png") + " " + path("damaged/c.png");
+  const Outcome outcome = run(all + " --draw " + path("damaged-drawn"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, run(search + path("damaged/a.png") + " " + path("damaged/c.png")).out);
+  EXPECT_NE(outcome.err.find("b.png"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("the picture is left out"), std::string::npos) << outcome.err;
+  EXPECT_EQ(bytes_of(root() / "damaged-drawn").size(), 2u);
+  expect_bad_input(all + " --strict", {"b.png"});
+  expect_bad_input(search + path("damaged/b.png"), {"b.png"});
+}
+
 TEST(WarningGroups, OneLineForManyAlike) {
   EXPECT_EQ(in_groups(Lines()), Lines());
   const Lines two = {"a.png: 3 tags on no board: 1 2 3", "b.png: 1 tags on no board: 7"};

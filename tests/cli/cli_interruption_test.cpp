@@ -201,6 +201,9 @@ TEST_F(Interrupted, CalibrateGoesOnWithTheDataSetsThatAreLeft) {
   const auto time = fs::last_write_time(root() / "fleet/left.yaml");
   expect_bad_input(replaced(command, "--model f", "--model pinhole"),
                    {"fleet", "begun with other"});
+  // Damaged outcomes are none.
+  spill(root() / "fleet/.resume/middle.json", std::string(1'000'000, '['));
+  spill(root() / "fleet/.resume/right.json", R"({"inputs": 1, "row": "x"})");
   const Outcome resumed = run(command);
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
   EXPECT_EQ(fs::last_write_time(root() / "fleet/left.yaml"), time);

@@ -116,9 +116,9 @@ TEST(DetectTags, RepeatedIdsAreReportedFromLeftToRight) {
   const std::vector<ImageSource> images(3, {"a.png", [&] { return picture; }});
   const auto all = detect_all_tags(images, {}, {.threads = 2});
   ASSERT_EQ(all.size(), 3u);
-  for (const std::vector<DetectedTag>& again : all) {
-    ASSERT_EQ(again.size(), 3u);
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(again[i].corners, tags[i].corners);
+  for (const PictureTags& again : all) {
+    ASSERT_EQ(again.tags.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(again.tags[i].corners, tags[i].corners);
   }
 }
 

@@ -26,18 +26,31 @@ namespace {
 
 using Tags = std::vector<std::vector<DetectedTag>>;
 
-Tags found_tags(const TagSearch& search, const Input& input, const Camera* camera) {
+// The tags of each picture of the input. Damaged pictures are left out of both.
+Tags found_tags(const TagSearch& search, Input& input, const Camera* camera) {
   DetectOptions options;
   options.threads = search.threads;
   options.refinement = input.refinement;
   options.camera = camera;
-  Progress progress("detecting", static_cast<int>(input.images.size()));
-  return detect_all_tags(input.images, {search.input.family, search.border_bits}, options,
-                         [&](int done, int) { progress.update(done); });
+  options.skip_unreadable = !input.strict;
+  std::optional<Progress> progress;
+  progress.emplace("detecting", static_cast<int>(input.images.size()));
+  std::vector<PictureTags> found =
+      detect_all_tags(input.images, {search.input.family, search.border_bits}, options,
+                      [&](int done, int) { progress->update(done); });
+  progress.reset();
+  Tags tags;
+  std::vector<std::string> unreadable;
+  for (PictureTags& picture : found) {
+    if (picture.unreadable.empty()) tags.push_back(std::move(picture.tags));
+    unreadable.push_back(std::move(picture.unreadable));
+  }
+  leave_out_unreadable(input, unreadable);
+  return tags;
 }
 
-void draw(const Input& input, const Tags& tags, const std::vector<std::string>& names,
-          OutputFolder& folder) {
+void draw(const Input& input, const Tags& tags, const std::string& to, OutputFolder& folder) {
+  const std::vector<std::string> names = drawing_names(input, to);
   Progress progress("drawing", static_cast<int>(input.images.size()));
   for (std::size_t i = 0; i < input.images.size(); ++i) {
     progress.update(static_cast<int>(i));
@@ -75,12 +88,11 @@ int run_tag_search(const TagSearch& search) {
   check_replaces_nothing({search.out}, {search.camera});
   InputArguments arguments = search.input;
   arguments.other_outputs = {search.out};
-  const Input input = read_input(arguments);
+  Input input = read_input(arguments);
   const std::optional<Camera> camera = known_camera(search.camera, input);
   std::optional<OutputFolder> drawings;
-  std::vector<std::string> drawn;
   if (!search.draw.empty()) {
-    drawn = drawing_names(input, search.draw);
+    drawing_names(input, search.draw);  // throws before the work
     drawings.emplace(search.draw, OutputFolder::Taken::by_any_folder);
   }
   const Tags tags = found_tags(search, input, camera ? &*camera : nullptr);
@@ -95,7 +107,7 @@ int run_tag_search(const TagSearch& search) {
     print_result(csv);
   else
     write_whole(search.out, csv);
-  if (drawings) draw(input, tags, drawn, *drawings);
+  if (drawings) draw(input, tags, search.draw, *drawings);
   if (!search.out.empty()) say_wrote(search.out);
   if (!search.draw.empty()) say_wrote(search.draw);
   print_warnings(input.warnings);

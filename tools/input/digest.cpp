@@ -1,10 +1,13 @@
 #include "input/digest.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdint>
-#include <fstream>
-#include <system_error>
+#include <optional>
 
 namespace tagcal::tools {
 namespace {
@@ -26,6 +29,20 @@ class Digest {
   std::uint64_t size_ = 0;
 };
 
+std::optional<Digest> digest_of_open(int descriptor) {
+  struct stat status = {};
+  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
+  Digest digest;
+  std::string buffer(std::size_t{1} << 20, '\0');
+  for (;;) {
+    const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) return digest;
+    digest.add({buffer.data(), static_cast<std::size_t>(got)});
+  }
+}
+
 }  // namespace
 
 std::string digest_of(std::string_view text) {
@@ -35,16 +52,12 @@ std::string digest_of(std::string_view text) {
 }
 
 std::string digest_of_file(const std::filesystem::path& file) {
-  // A device may have no end, and a pipe no writer.
-  std::error_code unknown;
-  if (!std::filesystem::is_regular_file(file, unknown)) return "";
-  std::ifstream stream(file, std::ios::binary);
-  Digest digest;
-  std::string buffer(std::size_t{1} << 20, '\0');
-  while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) ||
-         stream.gcount() > 0)
-    digest.add({buffer.data(), static_cast<std::size_t>(stream.gcount())});
-  return stream.eof() ? digest.text() : "";
+  // A device may have no end, and a pipe no writer: opening does not wait for one.
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return "";
+  const std::optional<Digest> digest = digest_of_open(descriptor);
+  ::close(descriptor);
+  return digest ? digest->text() : "";
 }
 
 }  // namespace tagcal::tools

@@ -248,19 +248,12 @@ void save(CornerCache& cache, Input& input, bool says_so) {
 void take_over(DetectResult result, Input& input) {
   input.dataset.views.clear();
   input.unfitted.clear();
-  std::vector<std::string> unreadable;
-  std::vector<ImageSource> images;
   for (std::size_t i = 0; i < result.views.size(); ++i) {
-    if (!result.unreadable[i].empty()) {
-      unreadable.push_back(result.unreadable[i]);
-      continue;
-    }
-    images.push_back(std::move(input.images[i]));
+    if (!result.unreadable[i].empty()) continue;
     input.dataset.views.push_back(std::move(result.views[i]));
     input.unfitted.push_back(std::move(result.unfitted[i]));
   }
-  input.images = std::move(images);
-  leave_out(unreadable, input.strict, input.images.empty(), input.warnings);
+  leave_out_unreadable(input, result.unreadable);
   input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
 }
 
@@ -277,6 +270,19 @@ void check_detectable(const std::vector<PlacedBoard>& boards, const std::string&
       for (const Tag& tag : placed.board.tags)
         check_tag_id(families.at(placed.board.family), tag.id);
   });
+}
+
+void leave_out_unreadable(Input& input, const std::vector<std::string>& unreadable) {
+  std::vector<std::string> messages;
+  std::vector<ImageSource> images;
+  for (std::size_t i = 0; i < unreadable.size(); ++i) {
+    if (unreadable[i].empty())
+      images.push_back(std::move(input.images[i]));
+    else
+      messages.push_back(unreadable[i]);
+  }
+  input.images = std::move(images);
+  leave_out(messages, input.strict, input.images.empty(), input.warnings);
 }
 
 void detect_views(Input& input, int threads, bool shows_progress, const Camera* camera) {

@@ -65,6 +65,10 @@ void check_detectable(const std::vector<PlacedBoard>& boards, const std::string&
 // Throws Error if a camera, read from `file`, has another image size than the pictures.
 void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
 
+// Leaves out the pictures that turned out to be damaged, as read_input does: `unreadable` says for
+// each picture why, or "".
+void leave_out_unreadable(Input& input, const std::vector<std::string>& unreadable);
+
 // Fills in the views by detection, with progress on stderr, and adds the detector's warnings. Tags
 // are fitted with the lens of `camera` if it is given. Pictures that turn out to be damaged are
 // left out as by read_input. Corners are taken from the cache where they are known. Throws Error

@@ -8,6 +8,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
 namespace tagcal {
@@ -85,6 +86,17 @@ class TagReader {
   FamilyDetector detector_;
 };
 
+PictureTags tags_of(TagReader& reader, const ImageSource& source, bool skip_unreadable) {
+  Image8 image;
+  try {
+    image = source.load();
+  } catch (const Error& error) {
+    if (!skip_unreadable) throw;
+    return {{}, error.what()};
+  }
+  return {reader.read(image, source.name), ""};
+}
+
 }  // namespace
 
 std::vector<DetectedTag> detect_tags(const ImageView8& image, const TagKind& kind,
@@ -92,18 +104,18 @@ std::vector<DetectedTag> detect_tags(const ImageView8& image, const TagKind& kin
   return TagReader(kind, options).read(image, "picture");
 }
 
-std::vector<std::vector<DetectedTag>> detect_all_tags(
-    const std::vector<ImageSource>& images, const TagKind& kind, const DetectOptions& options,
-    const std::function<void(int, int)>& progress) {
+std::vector<PictureTags> detect_all_tags(const std::vector<ImageSource>& images,
+                                         const TagKind& kind, const DetectOptions& options,
+                                         const std::function<void(int, int)>& progress) {
   std::vector<TagReader> readers;
   const int num_readers =
       std::clamp(static_cast<int>(images.size()), 1, threads_of(options.threads));
   for (int i = 0; i < num_readers; ++i) readers.emplace_back(kind, options);
-  std::vector<std::vector<DetectedTag>> tags(images.size());
+  std::vector<PictureTags> tags(images.size());
   parallel_for(
       images.size(), readers,
       [&](TagReader& reader, std::size_t i) {
-        tags[i] = reader.read(images[i].load(), images[i].name);
+        tags[i] = tags_of(reader, images[i], options.skip_unreadable);
       },
       progress);
   return tags;

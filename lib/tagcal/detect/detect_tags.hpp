@@ -15,10 +15,11 @@ namespace tagcal {
 std::vector<DetectedTag> detect_tags(const ImageView8& image, const TagKind& kind,
                                      const DetectOptions& options = {});
 
-// The same for many pictures, in parallel; a list for each image, in their order. The answer does
-// not depend on the number of threads. `progress(done, total)` is called under a lock after each.
-std::vector<std::vector<DetectedTag>> detect_all_tags(
-    const std::vector<ImageSource>& images, const TagKind& kind, const DetectOptions& options = {},
-    const std::function<void(int, int)>& progress = {});
+// The same for many pictures, in parallel, in their order. The answer does not depend on the number
+// of threads. `progress(done, total)` is called under a lock after each. Throws what loading a
+// picture throws, unless DetectOptions::skip_unreadable.
+std::vector<PictureTags> detect_all_tags(const std::vector<ImageSource>& images,
+                                         const TagKind& kind, const DetectOptions& options = {},
+                                         const std::function<void(int, int)>& progress = {});
 
 }  // namespace tagcal

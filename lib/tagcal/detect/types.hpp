@@ -83,6 +83,12 @@ struct DetectedTag {
   std::optional<Matrix8> covariance_px2;
 };
 
+// The tags of one picture of many.
+struct PictureTags {
+  std::vector<DetectedTag> tags;
+  std::string unreadable;  // why it could not be loaded; it has no tags then
+};
+
 // One image of a batch: its name and how to load it (called from a worker thread, may throw Error).
 struct ImageSource {
   std::string name;

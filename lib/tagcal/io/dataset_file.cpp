@@ -20,31 +20,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<PlacedBoard> read_boards(const YamlValue& target, std::vector<std::string>* warnings) {
+std::vector<PlacedBoard> read_boards(const YamlValue& target, TargetFiles& targets,
+                                     std::vector<std::string>* warnings) {
   std::vector<PlacedBoard> boards;
   if (target.is_list()) {
     std::size_t num_parts = 0;
     for (const YamlValue& item : target.items(1, limits::kMaxBoards)) {
-      boards.push_back(read_placed_board(item, false, warnings));
+      boards.push_back(read_placed_board(item, false, targets, warnings));
       count_parts(boards.back().board, target, num_parts);
     }
   } else {
-    boards.push_back(read_placed_board(target, false, warnings));
+    boards.push_back(read_placed_board(target, false, targets, warnings));
   }
   check_unique_ids(boards, target);
   return boards;
-}
-
-// The target files of the boards that read_boards reads.
-std::vector<fs::path> target_files(const YamlValue& target, const fs::path& folder) {
-  const auto file_of = [&](const YamlValue& board) {
-    return folder / (board.is_map() ? board.at("file") : board).text();
-  };
-  if (!target.is_list()) return {file_of(target)};
-  std::vector<fs::path> files;
-  for (const YamlValue& board : target.items(1, limits::kMaxBoards))
-    files.push_back(file_of(board));
-  return files;
 }
 
 std::vector<fs::path> list_images(const fs::path& folder, const YamlValue& images) {
@@ -121,8 +110,9 @@ DatasetFolder read_dataset(const fs::path& folder,
   DatasetFolder read;
   Dataset& dataset = read.dataset;
   dataset.image_size = read_image_size_value(top.at("image_size"));
-  dataset.boards = read_boards(top.at("target"), &read.warnings);
-  read.texts = target_files(top.at("target"), folder);
+  TargetFiles targets;
+  dataset.boards = read_boards(top.at("target"), targets, &read.warnings);
+  read.texts = targets.names();
   read.texts.push_back(folder / "dataset.yaml");
   const auto observations = top.find("observations");
   const auto images = top.find("images");

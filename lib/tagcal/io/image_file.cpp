@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,31 +40,32 @@ std::size_t checked_size(const std::filesystem::path& file) {
   return static_cast<std::size_t>(size);
 }
 
-std::string read_bytes(const std::filesystem::path& file) {
-  std::string bytes(checked_size(file), '\0');
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    throw Error("cannot be read");
-  }
-  return bytes;
-}
-
 class OpenPicture {
  public:
   // Not waiting, as opening a pipe would if one took the place of the file that was checked.
   explicit OpenPicture(const std::filesystem::path& file)
-      : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+      : size_(checked_size(file)),
+        descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
     if (descriptor_ < 0) throw Error(std::string("cannot be read: ") + std::strerror(errno));
   }
   ~OpenPicture() { ::close(descriptor_); }
   OpenPicture(const OpenPicture&) = delete;
   OpenPicture& operator=(const OpenPicture&) = delete;
 
+  std::size_t size() const { return size_; }
   int descriptor() const { return descriptor_; }
 
  private:
+  std::size_t size_;
   int descriptor_;
 };
+
+std::string read_bytes(const std::filesystem::path& file) {
+  const OpenPicture open(file);
+  std::string bytes(open.size(), '\0');
+  read_part(open.descriptor(), 0, bytes);
+  return bytes;
+}
 
 Image8 scaled(const ImageView16& image, int white) {
   Image8 result(image.size());
@@ -213,9 +213,8 @@ Picture read_reduced(const std::filesystem::path& file, int least_width) {
 
 ImageSize read_image_size(const std::filesystem::path& file) {
   return naming(file, [&] {
-    const std::size_t size = checked_size(file);
     const OpenPicture open(file);
-    const HeaderCopy copy(open.descriptor(), size);
+    const HeaderCopy copy(open.descriptor(), open.size());
     const ImageDecoder::Header header = image_decoder(copy.bytes())->header();
     const ImageSize stored{header.width, header.height};
     return swaps_sides(header.orientation) ? ImageSize{stored.height, stored.width} : stored;

@@ -52,9 +52,10 @@ double read_ink_spread(const YamlValue& value, double paper_margin_m) {
   return spread;
 }
 
-PlacedBoard read_board(const YamlValue& value, std::vector<std::string>* warnings) {
+PlacedBoard read_board(const YamlValue& value, TargetFiles& targets,
+                       std::vector<std::string>* warnings) {
   std::vector<std::string> unknown;
-  PlacedBoard board = read_placed_board(value, true, &unknown);
+  PlacedBoard board = read_placed_board(value, true, targets, &unknown);
   // A target within the scene is not a file of Kalibr's: unknown keys are errors.
   if (!unknown.empty() && value.is_map() && value.find("target")) throw Error(unknown.front());
   if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
@@ -68,9 +69,10 @@ PlacedBoard read_board(const YamlValue& value, std::vector<std::string>* warning
 
 void read_boards(const YamlValue& value, MovingScene& scene, std::vector<std::string>* warnings) {
   std::vector<PlacedBoard> boards;
+  TargetFiles targets;
   std::size_t num_parts = 0;
   for (const YamlValue& item : value.items(1, limits::kMaxBoards)) {
-    boards.push_back(read_board(item, warnings));
+    boards.push_back(read_board(item, targets, warnings));
     count_parts(boards.back().board, value, num_parts);
     const bool is_map = item.is_map();
     scene.boards.push_back(

@@ -34,8 +34,9 @@ class LevelAt {
         last_y_(std::nextafter(image.height() - 1.0, 0.0)) {}
 
   double operator()(const Vector2d& place) const {
-    const double x = std::min(std::max(place.x(), 0.0), last_x_);
-    const double y = std::min(std::max(place.y(), 0.0), last_y_);
+    // In this order of arguments max takes 0 for a NaN.
+    const double x = std::min(std::max(0.0, place.x()), last_x_);
+    const double y = std::min(std::max(0.0, place.y()), last_y_);
     const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
     const double u = x - x0, v = y - y0;
     const std::uint8_t* above = first_ + y0 * stride_ + x0;

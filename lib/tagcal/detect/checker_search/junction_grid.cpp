@@ -55,18 +55,16 @@ class Bins {
 class Grower {
  public:
   explicit Grower(const std::vector<Junction>& junctions)
-      : junctions_(junctions), bins_(junctions), used_(junctions.size(), false) {}
+      : junctions_(junctions), bins_(junctions), is_taken_(junctions.size(), false) {}
 
   std::optional<JunctionGrid> grown_from(std::size_t seed) {
     cells_.clear();
-    if (used_[seed] || !start(seed)) return std::nullopt;
+    newest_.clear();
+    if (is_taken_[seed] || !start(seed)) return std::nullopt;
     while (grow()) {
     }
     JunctionGrid grid;
-    for (const auto& [cell, i] : cells_) {
-      used_[i] = true;
-      grid[cell] = junctions_[i].at;
-    }
+    for (const auto& [cell, i] : cells_) grid[cell] = junctions_[i].at;
     return grid;
   }
 
@@ -81,9 +79,10 @@ class Grower {
            between(one.second, other.second) < policy::kGridMaxTurn;
   }
 
-  bool is_taken(std::size_t i) const {
-    return used_[i] ||
-           std::ranges::any_of(cells_, [i](const auto& cell) { return cell.second == i; });
+  void add(const GridCell& cell, std::size_t i) {
+    cells_[cell] = i;
+    newest_.push_back(cell);
+    is_taken_[i] = true;
   }
 
   // The nearest junction of exchanged colours along a direction.
@@ -100,7 +99,7 @@ class Grower {
         const double distance = to.norm();
         if (i == from || distance >= least) return;
         if (to.dot(heading) < least_cos * distance) return;
-        if (!is_opposite(one, junctions_[i]) || is_taken(i)) return;
+        if (!is_opposite(one, junctions_[i]) || is_taken_[i]) return;
         least = distance;
         best = i;
       });
@@ -121,7 +120,10 @@ class Grower {
           nearest(one.at + a + b, policy::kGridTolerance * std::min(a.norm(), b.norm()),
                   [&](const Junction& other) { return is_alike(one, other); });
       if (!last) continue;
-      cells_ = {{{0, 0}, seed}, {{1, 0}, *right}, {{0, 1}, *below}, {{1, 1}, *last}};
+      add({0, 0}, seed);
+      add({1, 0}, *right);
+      add({0, 1}, *below);
+      add({1, 1}, *last);
       return true;
     }
     return false;
@@ -133,7 +135,7 @@ class Grower {
     double least = reach;
     bins_.near(at, reach, [&](std::size_t i) {
       const double distance = (junctions_[i].at - at).norm();
-      if (distance > least || is_taken(i) || !test(junctions_[i])) return;
+      if (distance > least || is_taken_[i] || !test(junctions_[i])) return;
       least = distance;
       best = i;
     });
@@ -178,25 +180,40 @@ class Grower {
     return best;
   }
 
+  // The free cells beside the grid whose prediction the newest cells may have changed: those within
+  // two steps.
+  // Where nothing is new, nothing is found that was not found before.
+  std::vector<GridCell> border() const {
+    std::vector<GridCell> cells;
+    for (const GridCell& cell : newest_)
+      for (const GridCell& step : kSteps) {
+        cells.push_back(cell + step);
+        for (const GridCell& second : kSteps) cells.push_back(cell + step + second);
+      }
+    std::ranges::sort(cells);
+    const auto repeated = std::ranges::unique(cells);
+    cells.erase(repeated.begin(), repeated.end());
+    std::erase_if(cells, [this](const GridCell& cell) {
+      return cells_.contains(cell) || std::ranges::none_of(kSteps, [&](const GridCell& step) {
+               return cells_.contains(cell + step);
+             });
+    });
+    return cells;
+  }
+
   bool grow() {
-    std::vector<GridCell> border;
-    for (const auto& [cell, i] : cells_)
-      for (const GridCell& step : kSteps)
-        if (!cells_.contains(cell + step)) border.push_back(cell + step);
-    std::ranges::sort(border);
-    border.erase(std::unique(border.begin(), border.end()), border.end());
-    bool has_grown = false;
-    for (const GridCell& cell : border) {
+    const std::vector<GridCell> cells = border();
+    newest_.clear();
+    for (const GridCell& cell : cells) {
       const Prediction expected = predict(cell);
       if (expected.count == 0) continue;
       const Junction& like = junctions_[neighbour(cell)];
       const auto found = nearest(expected.at, policy::kGridTolerance * expected.step,
                                  [&](const Junction& other) { return is_opposite(like, other); });
       if (!found) continue;
-      cells_[cell] = *found;
-      has_grown = true;
+      add(cell, *found);
     }
-    return has_grown;
+    return !newest_.empty();
   }
 
   std::size_t neighbour(const GridCell& cell) const {
@@ -207,8 +224,9 @@ class Grower {
 
   const std::vector<Junction>& junctions_;
   Bins bins_;
-  std::vector<bool> used_;
+  std::vector<bool> is_taken_;  // by a grid, also by the one that grows
   std::map<GridCell, std::size_t> cells_;
+  std::vector<GridCell> newest_;  // what the last round has found
 };
 
 }  // namespace

@@ -114,12 +114,11 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
     const double v = (grid.rows[row] + grid.rows[row + 1]) / 2;
     const auto place = pixel((image_from_tag_ * Vector3d(u, v, 1)).hnormalized());
     if (!place) continue;
-    const int x = static_cast<int>(std::lround(place->x())) - patch_.x0;
-    const int y = static_cast<int>(std::lround(place->y())) - patch_.y0;
-    if (x < 0 || y < 0 || x >= patch_.width || y >= patch_.height) continue;
+    const double x = std::round(place->x()) - patch_.x0, y = std::round(place->y()) - patch_.y0;
+    if (!(x >= 0 && y >= 0 && x < patch_.width && y < patch_.height)) continue;
     if (grid.cells[i] == TagPattern::unknown) continue;
     const int white = grid.cells[i] == TagPattern::white ? 1 : 0;
-    sum[white] += patch_.at(x, y);
+    sum[white] += patch_.at(static_cast<int>(x), static_cast<int>(y));
     ++count[white];
   }
   if (count[0] == 0 || count[1] == 0) return false;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "tagcal/error.hpp"
@@ -39,6 +40,13 @@ const std::vector<Kind>& kinds() {
       {"RADIAL_FISHEYE", true, {-1, 2, 3, 4, 5}},
       {"OPENCV_FISHEYE", true, {0, 1, 2, 3, 4, 5, 6, 7}}};
   return all;
+}
+
+using CameraIds = std::map<std::string, std::size_t>;  // places of the cameras by their ids
+
+void check_count(std::size_t count, const TextLines& lines) {
+  if (count >= limits::kMaxListedPoses)
+    lines.fail(fmt::format("must have at most {} cameras and pictures", limits::kMaxListedPoses));
 }
 
 FileCamera read_camera(const TextLines& lines, const std::string& where) {
@@ -81,12 +89,13 @@ void skip_points(TextLines& lines, const std::string& image) {
 }
 
 // A pose and a name, then a line of points, which may be blank.
-void read_images(const ColmapText& text, CameraFile& file) {
+void read_images(const ColmapText& text, const CameraIds& cameras, CameraFile& file) {
   check_plain_text(text.text, text.name);
   TextLines lines(text.name, text.text);
   std::set<int> ids;
   std::set<std::string> names;
   while (lines.next()) {
+    check_count(file.poses.size(), lines);
     if (lines.words().size() != 10)
       lines.fail("must have IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, the name without spaces");
     if (!ids.insert(lines.whole(0, "IMAGE_ID", 0, kMostId)).second)
@@ -102,11 +111,10 @@ void read_images(const ColmapText& text, CameraFile& file) {
       lines.fail(fmt::format("QW QX QY QZ: must be a unit quaternion, got one of length {:.6g}",
                              q.norm()));
     const std::string id(lines.words()[8]);
-    const auto camera = std::ranges::find(file.cameras, id, &FileCamera::name);
-    if (camera == file.cameras.end())
+    const auto camera = cameras.find(id);
+    if (camera == cameras.end())
       lines.fail(fmt::format("CAMERA_ID: must be one of cameras.txt, got {}", shown(id)));
-    file.poses.push_back({image, static_cast<std::size_t>(camera - file.cameras.begin()),
-                          Pose(q, {v[4], v[5], v[6]})});
+    file.poses.push_back({image, camera->second, Pose(q, {v[4], v[5], v[6]})});
     skip_points(lines, image);
   }
 }
@@ -164,16 +172,17 @@ CameraFile read_colmap(const ColmapText& cameras, const std::optional<ColmapText
   file.format = "colmap";
   check_plain_text(cameras.text, cameras.name);
   TextLines lines(cameras.name, cameras.text);
-  std::set<std::string> names;
+  CameraIds places;
   while (lines.next()) {
+    check_count(file.cameras.size(), lines);
     if (lines.words().size() < 4) lines.fail("must have CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
     lines.whole(0, "CAMERA_ID", 0, kMostId);
     file.cameras.push_back(read_camera(lines, cameras.name));
-    if (!names.insert(file.cameras.back().name).second)
+    if (!places.emplace(file.cameras.back().name, places.size()).second)
       lines.fail("CAMERA_ID: must differ from those before it");
   }
   if (file.cameras.empty()) throw Error(cameras.name + ": has no cameras");
-  if (images) read_images(*images, file);
+  if (images) read_images(*images, places, file);
   file.notes.emplace_back(
       "pixel centres are at (0.5, 0.5) in COLMAP and (0, 0) here: cx and cy became 0.5 smaller");
   return file;

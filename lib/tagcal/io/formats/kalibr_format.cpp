@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/number_format.hpp"
@@ -94,10 +95,10 @@ FileCamera read_camera(const YamlValue& camera, std::string_view coefficients_ke
 }
 
 // With the IMU's step of Kalibr every camera has its place from the IMU, which becomes the rig.
-void use_imu(const YamlValue& top, CameraFile& file) {
+void use_imu(const std::vector<YamlValue>& cameras, CameraFile& file) {
   std::vector<Pose> camera_from_imu;
-  for (const FileCamera& camera : file.cameras)
-    if (const auto transform = top.at(camera.name).find("T_cam_imu"))
+  for (const YamlValue& camera : cameras)
+    if (const auto transform = camera.find("T_cam_imu"))
       camera_from_imu.push_back(read_transform(*transform));
   if (camera_from_imu.size() == file.cameras.size()) {
     for (std::size_t i = 0; i < file.cameras.size(); ++i)
@@ -106,20 +107,25 @@ void use_imu(const YamlValue& top, CameraFile& file) {
   } else if (!camera_from_imu.empty()) {
     file.notes.emplace_back("dropped: T_cam_imu, which not all cameras have");
   }
-  if (top.at("cam0").find("timeshift_cam_imu"))
+  if (!cameras.empty() && cameras.front().find("timeshift_cam_imu"))
     file.notes.emplace_back("dropped: timeshift_cam_imu");
 }
 
-// The chain ends at the first number that is missing: throws Error if there are cameras behind it.
-void check_chain(const YamlValue& top, std::size_t num_cameras) {
-  const auto members = top.members();
-  const auto is_camera = [](const auto& member) {
-    const std::string& key = member.first;
-    return key.starts_with("cam") && key.size() > 3 &&
-           key.find_first_not_of("0123456789", 3) == std::string::npos;
-  };
-  if (static_cast<std::size_t>(std::ranges::count_if(members, is_camera)) > num_cameras)
-    top.at(fmt::format("cam{}", num_cameras));  // throws
+// The values of cam0, cam1, .. by their numbers. Throws Error if a number is missing before
+// another.
+std::vector<YamlValue> cameras_of(const YamlValue& top) {
+  std::map<std::string, YamlValue> by_name;
+  for (const auto& [key, value] : top.members())
+    if (key.starts_with("cam") && key.size() > 3 &&
+        key.find_first_not_of("0123456789", 3) == std::string::npos)
+      by_name.emplace(key, value);
+  std::vector<YamlValue> cameras;
+  while (cameras.size() < by_name.size()) {
+    const std::string name = fmt::format("cam{}", cameras.size());
+    const auto found = by_name.find(name);
+    cameras.push_back(found == by_name.end() ? top.at(name) : found->second);  // at() throws
+  }
+  return cameras;
 }
 
 }  // namespace
@@ -129,19 +135,19 @@ CameraFile read_kalibr(const YamlValue& top) {
   file.format = "kalibr";
   Pose camera_from_rig;
   bool has_rig = true;
-  for (int i = 0; const auto value = top.find(fmt::format("cam{}", i)); ++i) {
-    FileCamera camera = read_camera(*value, "distortion_coeffs");
+  const std::vector<YamlValue> cameras = cameras_of(top);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    FileCamera camera = read_camera(cameras[i], "distortion_coeffs");
     camera.name = fmt::format("cam{}", i);
     if (i > 0) {
-      const auto transform = value->find("T_cn_cnm1");
+      const auto transform = cameras[i].find("T_cn_cnm1");
       has_rig = has_rig && transform;
       if (transform) camera_from_rig = read_transform(*transform) * camera_from_rig;
     }
     if (has_rig) camera.camera_from_rig = camera_from_rig;
     file.cameras.push_back(std::move(camera));
   }
-  check_chain(top, file.cameras.size());
-  use_imu(top, file);
+  use_imu(cameras, file);
   return file;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "tagcal/error.hpp"
@@ -104,12 +105,6 @@ void read_frame(const YamlValue& frame, std::size_t camera, CameraFile& file,
                         opencv_from_opengl() * world_from_opengl.inverse()});
 }
 
-bool is_same(const FileCamera& a, const FileCamera& b) {
-  const auto p = parameters(a.calibration.camera.lens), q = parameters(b.calibration.camera.lens);
-  return a.calibration.camera.image_size == b.calibration.camera.image_size &&
-         std::ranges::equal(p, q);
-}
-
 // Throws Error for a number of the lens in the place that is not read: in a frame beside the lens
 // of the whole file, or the other way round. An equal number adds nothing.
 void need_one_lens(const YamlValue& other, const YamlValue& read, std::string_view must) {
@@ -119,17 +114,26 @@ void need_one_lens(const YamlValue& other, const YamlValue& read, std::string_vi
   }
 }
 
-// The camera of a frame that has its own numbers; equal ones are one camera.
-std::size_t camera_of(const YamlValue& frame, LensKind kind, CameraFile& file) {
-  const FileCamera camera = read_camera(frame, kind, file.notes);
-  const auto found = std::ranges::find_if(
-      file.cameras, [&](const FileCamera& other) { return is_same(camera, other); });
-  const auto index = static_cast<std::size_t>(found - file.cameras.begin());
-  if (found == file.cameras.end()) {
-    file.cameras.push_back(camera);
-    file.cameras.back().name = fmt::format("cam{}", index);
+// The cameras of frames that have their own numbers, by these: equal ones are one camera.
+using CamerasByNumbers = std::map<std::vector<double>, std::size_t>;
+
+std::vector<double> numbers_of(const FileCamera& camera) {
+  const auto& [lens, size] = camera.calibration.camera;
+  const std::span<const double> p = parameters(lens);
+  std::vector<double> numbers(p.begin(), p.end());
+  numbers.insert(numbers.end(), {double(size.width), double(size.height)});
+  return numbers;
+}
+
+std::size_t camera_of(const YamlValue& frame, LensKind kind, CamerasByNumbers& known,
+                      CameraFile& file) {
+  FileCamera camera = read_camera(frame, kind, file.notes);
+  const auto [place, is_new] = known.emplace(numbers_of(camera), file.cameras.size());
+  if (is_new) {
+    camera.name = fmt::format("cam{}", place->second);
+    file.cameras.push_back(std::move(camera));
   }
-  return index;
+  return place->second;
 }
 
 }  // namespace
@@ -142,8 +146,9 @@ CameraFile read_nerfstudio(const YamlValue& top) {
   if (shared) file.cameras.push_back(read_camera(top, kind, file.notes));
   if (const auto frames = top.find("frames")) {
     std::set<std::string> names;
+    CamerasByNumbers known;
     for (const YamlValue& frame : frames->items(0, limits::kMaxListedPoses)) {
-      const std::size_t camera = shared ? 0 : camera_of(frame, kind, file);
+      const std::size_t camera = shared ? 0 : camera_of(frame, kind, known, file);
       if (shared)
         need_one_lens(frame, top, "is one of a lens beside that of the whole file, the only one");
       else

@@ -19,6 +19,17 @@ constexpr std::size_t kFirstBytes = std::size_t{64} << 10;  // numeric: as fast 
 
 }  // namespace
 
+void read_part(int descriptor, std::uint64_t at, std::span<char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t got = ::pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw Error(std::string("cannot be read: ") + std::strerror(errno));
+    if (got == 0) throw Error("cannot be read: became shorter meanwhile");
+    bytes = bytes.subspan(static_cast<std::size_t>(got));
+    at += static_cast<std::uint64_t>(got);
+  }
+}
+
 HeaderCopy::HeaderCopy(int descriptor, std::size_t size)
     : descriptor_(descriptor),
       size_(size),
@@ -36,15 +47,14 @@ HeaderCopy::HeaderCopy(int descriptor, std::size_t size)
 HeaderCopy::~HeaderCopy() { ::munmap(memory_, size_); }
 
 void HeaderCopy::load(std::uint64_t at, std::uint64_t count) {
-  if (at >= size_) return;
-  const std::uint64_t end = at + std::min(count, size_ - at);
-  while (at < end) {
-    const ssize_t got = ::pread(descriptor_, memory_ + at, end - at, static_cast<off_t>(at));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw Error(std::string("cannot be read: ") + std::strerror(errno));
-    if (got == 0) throw Error("cannot be read: became shorter meanwhile");
-    at += static_cast<std::uint64_t>(got);
+  if (at >= size_ || num_loaded_ >= size_) return;
+  std::uint64_t end = at + std::min(count, size_ - at);
+  num_loaded_ += end - at;
+  if (num_loaded_ >= size_) {  // parts that overlap, or all of a small file: once is enough
+    at = 0;
+    end = size_;
   }
+  read_part(descriptor_, at, {memory_ + at, end - at});
 }
 
 std::optional<std::uint64_t> HeaderCopy::number(std::uint64_t at, std::size_t count,

@@ -3,9 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 
 namespace tagcal::internal {
+
+// Fills `bytes` with the part of an open file that begins at `at`. Throws Error if it cannot be
+// read, or the file ends before.
+void read_part(int descriptor, std::uint64_t at, std::span<char> bytes);
 
 // The parts of a picture's file that its header needs, at their places in a memory as large as the
 // file; the rest is zero and takes no memory. Headers of thousands of pictures need not read their
@@ -22,7 +27,7 @@ class HeaderCopy {
   std::string_view bytes() const { return {memory_, size_}; }
 
  private:
-  // Reads a part of the file, as far as there is one.
+  // Reads a part of the file, as far as there is one; all of it once as many bytes were asked for.
   void load(std::uint64_t at, std::uint64_t count);
   // A number of a part that was read; no value beyond the end.
   std::optional<std::uint64_t> number(std::uint64_t at, std::size_t count, bool big_endian) const;
@@ -35,6 +40,7 @@ class HeaderCopy {
 
   int descriptor_;
   std::size_t size_;
+  std::uint64_t num_loaded_ = 0;
   char* memory_;
 };
 

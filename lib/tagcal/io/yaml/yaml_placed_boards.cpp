@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <limits>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -14,7 +12,19 @@
 
 namespace tagcal::internal {
 
-PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
+const YamlValue& TargetFiles::read(const std::filesystem::path& file) {
+  const auto known = files_.find(file);
+  return known != files_.end() ? known->second
+                               : files_.emplace(file, YamlValue::read(file)).first->second;
+}
+
+std::vector<std::filesystem::path> TargetFiles::names() const {
+  std::vector<std::filesystem::path> names;
+  for (const auto& [file, target] : files_) names.push_back(file);
+  return names;
+}
+
+PlacedBoard read_placed_board(const YamlValue& value, bool is_scene, TargetFiles& targets,
                               std::vector<std::string>* warnings) {
   const bool is_map = value.is_map();
   std::optional<int> first_id;
@@ -36,8 +46,8 @@ PlacedBoard read_placed_board(const YamlValue& value, bool is_scene,
   }
   const YamlValue name = is_map ? value.at("file") : value;
   const std::filesystem::path folder = std::filesystem::path(value.file()).parent_path();
-  const YamlValue target = YamlValue::read(folder / name.text());
-  return {board_from_yaml(target, first_id, warnings), world_from_board};
+  return {board_from_yaml(targets.read(folder / name.text()), first_id, warnings),
+          world_from_board};
 }
 
 void count_parts(const Board& board, const YamlValue& where, std::size_t& num_parts) {
