@@ -22,6 +22,16 @@ void check_camera(const FileCamera& camera) {
   fuzz::require(ray->direction.allFinite(), "rays are finite");
 }
 
+// Each camera can be had alone, by its name.
+void check_one_camera(const std::filesystem::path& file, const CameraFile& all) {
+  const std::string& name = all.cameras.back().name;
+  const bool is_read = fuzz::is_accepted([&] {
+    const CameraFile one = read_one_camera(file.string() + ":" + name);
+    fuzz::require(one.cameras.size() == 1, "one camera is read alone");
+  });
+  fuzz::require(is_read || name.empty() || all.cameras.size() > 1, "a camera is read by its name");
+}
+
 bool are_equal(const CameraFile& a, const CameraFile& b) {
   if (a.cameras.size() != b.cameras.size()) return false;
   for (std::size_t i = 0; i < a.cameras.size(); ++i) {
@@ -61,9 +71,16 @@ std::filesystem::path written(const fuzz::Scratch& scratch, std::string_view tex
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::Scratch scratch;
   const std::filesystem::path file = written(scratch, fuzz::text_of(data, size));
+  const bool is_recognised = is_camera_file(file);
+  fuzz::is_accepted([&] {
+    for (const ImagePose& pose : read_poses(file))
+      fuzz::require(pose.camera_from_world.matrix().allFinite(), "poses are finite");
+  });
   fuzz::is_accepted([&] {
     const CameraFile read = read_camera_file(file);
     fuzz::require(!read.cameras.empty(), "a camera file has a camera");
+    fuzz::require(is_recognised, "what is read is recognised");
+    check_one_camera(file, read);
     std::ranges::for_each(read.cameras, check_camera);
     for (const ImagePose& pose : read.poses)
       fuzz::require(pose.camera_from_world.matrix().allFinite(), "poses are finite");

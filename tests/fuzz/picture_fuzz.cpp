@@ -48,6 +48,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
 
   check_copy(scratch.folder() / "copy.png", picture);
   check_copy(scratch.folder() / "copy.tif", picture);
+  const bool is_colour =
+      std::holds_alternative<ImageRgb>(picture) || std::holds_alternative<ImageRgb16>(picture);
+  check_copy(scratch.folder() / (is_colour ? "copy.ppm" : "copy.pgm"), picture);
   fuzz::is_accepted([&] {  // one of 16 bits is refused
     const auto jpeg = jpeg_bytes(picture, 90);
     const auto copy = read_picture(scratch.write("copy.jpg", jpeg));

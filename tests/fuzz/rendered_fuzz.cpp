@@ -5,9 +5,12 @@
 #include <numbers>
 
 #include "fuzz/pictures.hpp"
+#include "tagcal/detect/board_search/refine_corners.hpp"
+#include "tagcal/detect/checker_search/refine_checkers.hpp"
 #include "tagcal/detect/detect_tags.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/io/text/tags_csv.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
 
@@ -62,6 +65,37 @@ Image8 rendered(fuzz::Bytes& bytes, const Board& board, const Camera& camera) {
   return expose(render_light(scene, families, camera_from_world), scene.sensor, bytes.byte());
 }
 
+// The same picture among other pixels: its rows do not follow each other.
+void check_stride(const Image8& image, const std::vector<PlacedBoard>& boards,
+                  const DetectOptions& options, const View& expected) {
+  const int stride = image.width() + 7;
+  Image8 wide({stride, image.height()}, 77);
+  for (int y = 0; y < image.height(); ++y) std::copy_n(image.row(y), image.width(), wide.row(y));
+  const View seen = detect(ImageView8(wide.pixels().data(), image.size(), stride), boards, options);
+  fuzz::require(seen.observations.size() == expected.observations.size(),
+                "a stride changes nothing");
+  for (std::size_t i = 0; i < seen.observations.size(); ++i)
+    fuzz::require(seen.observations[i].pixel == expected.observations[i].pixel, "nor a corner");
+}
+
+// The corners fitted again under a known lens.
+void check_refined(const ImageSource& source, const std::vector<PlacedBoard>& boards,
+                   const View& view, const Camera& camera) {
+  const auto tags = internal::refine_corners({source}, boards, {view}, camera, 1);
+  const auto corners = internal::refine_checkers({source}, boards, tags.views, camera, 1);
+  fuzz::require(corners.views.at(0).observations.size() == view.observations.size(),
+                "no corner is lost");
+  fuzz::check_view(corners.views.at(0), camera.image_size);
+}
+
+void check_all_tags(const ImageSource& source, const TagKind& kind, const DetectOptions& options) {
+  const std::vector<PictureTags> found = detect_all_tags({source}, kind, options);
+  for (const DetectedTag& tag : found.at(0).tags)
+    for (const Eigen::Vector2d& corner : tag.corners)
+      fuzz::require(corner.allFinite(), "corners are finite");
+  internal::tags_csv({source.name}, {found.at(0).tags});
+}
+
 // Changes a box of the picture in one of several ways.
 void damage(fuzz::Bytes& bytes, Image8& image) {
   const int left = bytes.whole(0, image.width() - 1), top = bytes.whole(0, image.height() - 1);
@@ -89,7 +123,8 @@ void damage(fuzz::Bytes& bytes, Image8& image) {
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);
   const ImageSize image_size{bytes.whole(24, 240), bytes.whole(24, 200)};
-  const Board board = fuzz::board_of(bytes.byte() % 5);
+  const int kind = bytes.byte() % 5;
+  const Board board = fuzz::board_of(kind);
   DetectOptions options;
   options.threads = 1;
   options.max_hamming = bytes.byte() % 3;
@@ -105,13 +140,21 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const bool is_rendered = fuzz::is_accepted([&] { image = rendered(bytes, board, camera); });
   fuzz::require(is_rendered, "every scene can be rendered");
   for (int i = bytes.byte() % 4; i > 0; --i) damage(bytes, image);
-  const std::vector<PlacedBoard> boards{{board, Pose()}};
+  std::vector<PlacedBoard> boards{{board, Pose()}};
   const int more = bytes.byte() % 16;  // what takes long is done at times
+  // Beside the board another one, or the same one as it would be with another border.
+  if (more == 6 && kind != 1) boards.push_back({fuzz::board_of(1), Pose()});
+  if (more == 7 && kind < 2) boards.front().board.border_bits = 3 - board.border_bits;
   const bool is_searched = fuzz::is_accepted([&] {
-    const DetectResult result = detect_all({{"picture", [&] { return image; }}}, boards, options);
-    fuzz::check_view(result.views.at(0), image_size);
+    const ImageSource source{"picture", [&] { return image; }};
+    const DetectResult result = detect_all({source}, boards, options);
+    const View& view = result.views.at(0);
+    fuzz::check_view(view, image_size);
     if (more == 1) explain(image, boards);
-    if (more == 2) detect_tags(image, {board.family, board.border_bits}, options);
+    if (more == 2 && !board.family.empty())
+      check_all_tags(source, {board.family, board.border_bits}, options);
+    if (more == 3) check_stride(image, boards, options, view);
+    if (more == 4 || more == 5) check_refined(source, boards, view, other);
   });
   fuzz::require(is_searched, "every picture can be searched");
   return 0;

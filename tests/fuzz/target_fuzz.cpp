@@ -7,6 +7,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::Scratch scratch;
   const std::filesystem::path file = scratch.write("target.yaml", fuzz::text_of(data, size));
   fuzz::is_accepted([&] {
+    const Board numbered = read_target(file, 1000);
+    for (const TargetPoint& point : target_points(numbered))
+      fuzz::require(point.id.tag_id >= 1000, "the first id is that asked for");
+  });
+  fuzz::is_accepted([&] { read_target(file, {}, nullptr, 0.2); });
+  fuzz::is_accepted([&] {
     const Board board = read_target(file);
     const std::vector<TargetPoint> points = target_points(board);
     if (points.size() > 1000) return;  // large boards take long, and are like others
