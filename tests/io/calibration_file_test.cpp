@@ -26,7 +26,11 @@ Calibration example(const std::string& model, const Lens& lens) {
   c.camera = Camera{lens, {1280, 800}};
   const Eigen::MatrixXd half = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return random.normal(); });
   c.covariance = half * half.transpose() / 3;
-  for (std::size_t i = 0; i < parameters(lens).size(); ++i) c.sigmas.push_back(random.uniform());
+  c.sigmas.assign(parameters(lens).size(), 0.0);
+  const Model& known = Model::named(model);
+  for (int i = 0; i < n; ++i)
+    for (const int k : known.free()[static_cast<std::size_t>(i)].lens_parameters)
+      c.sigmas[static_cast<std::size_t>(k)] = std::sqrt(c.covariance(i, i));
   const std::vector<Eigen::Vector2d> hull = {{10.0 / 3, 20}, {1200, 30.5}, {1000, 700}, {90, 600}};
   c.seen = SeenRegion({1280, 800}, hull);
   ProjectionUncertainty far{kInfinitelyFar, {{1280, 800}, 3, 2}, Eigen::MatrixXd(2, 3), 0.1};

@@ -49,12 +49,21 @@ TEST_F(CameraUncertaintyTest, ACovarianceThatIsNoneIsRefused) {
   for (const auto& [covariance, message] : table) EXPECT_EQ(error(with(covariance)), message);
 }
 
+TEST_F(CameraUncertaintyTest, SigmasAreThoseOfTheCovariance) {
+  EXPECT_EQ(error(replaced(kPinhole, "[2, 3, 1,", "[1, 3, 1,")),
+            "sigmas: must be 2 for fx by the covariance, got 1");
+  EXPECT_EQ(error(replaced(kPinhole, "1, 1, 0, 0,", "1, 1, 0.01, 0,")),
+            "sigmas: must be 0 for k1 by the covariance, got 0.01");
+  EXPECT_EQ(read(replaced(kPinhole, "[2, 3, 1,", "[2.00001, 3, 1,")).sigmas[0], 2.00001);
+}
+
 // Units differ: a wrong covariance of coefficients is small beside the variances in pixels.
 TEST_F(CameraUncertaintyTest, EachParameterHasItsUnit) {
-  const std::string radial =
+  const std::string named =
       replaced(replaced(replaced(kPinhole, "model: pinhole", "model: radial2"), "900, 0, 320",
                         "901, 0, 320"),
                "[fx, fy, cx, cy]", "[f, cx, cy, k1, k2]");
+  const std::string radial = replaced(named, "[2, 3, 1, 1, 0, 0,", "[1, 1, 1, 1, 1e-4, 1e-4,");
   const auto of = [&](const std::string& k) {
     return replaced(radial,
                     "rows: 4, cols: 4, data: [4, 1, 0, 0,  1, 9, 0, 0,  0, 0, 1, 0,  0, 0, 0, 1]",
@@ -70,13 +79,17 @@ TEST_F(CameraUncertaintyTest, EachParameterHasItsUnit) {
 }
 
 TEST_F(CameraUncertaintyTest, ACovarianceMayBeSingularAndRounded) {
+  const auto alone = [](const std::string& covariance) {
+    const std::string text = with(covariance);
+    return text.substr(0, text.find("parameter_names"));
+  };
   // Of parameters that are known, and of two that differ by a constant, in six digits.
-  EXPECT_NO_THROW(read(with("0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0")));
-  EXPECT_NO_THROW(read(with("4, 4, 0, 0, 4, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1")));
+  EXPECT_NO_THROW(read(alone("0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0")));
+  EXPECT_NO_THROW(read(alone("4, 4, 0, 0, 4, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1")));
   EXPECT_NO_THROW(
-      read(with("0.333333, 0.666667, 0, 0, 0.666667, 1.33333, 0, 0, 0, 0, 1, 0, "
-                "0, 0, 0, 1")));
-  EXPECT_NO_THROW(read(with("4, 1, 0, 0, 1.0000001, 9, 0, 0, 0, 0, -1e-18, 0, 0, 0, 0, 1")));
+      read(alone("0.333333, 0.666667, 0, 0, 0.666667, 1.33333, 0, 0, 0, 0, 1, 0, "
+                 "0, 0, 0, 1")));
+  EXPECT_NO_THROW(read(alone("4, 1, 0, 0, 1.0000001, 9, 0, 0, 0, 0, -1e-18, 0, 0, 0, 0, 1")));
 }
 
 TEST_F(CameraUncertaintyTest, NamesAreThoseOfTheValues) {

@@ -191,8 +191,7 @@ class Grower {
         for (const GridCell& second : kSteps) cells.push_back(cell + step + second);
       }
     std::ranges::sort(cells);
-    const auto repeated = std::ranges::unique(cells);
-    cells.erase(repeated.begin(), repeated.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
     std::erase_if(cells, [this](const GridCell& cell) {
       return cells_.contains(cell) || std::ranges::none_of(kSteps, [&](const GridCell& step) {
                return cells_.contains(cell + step);

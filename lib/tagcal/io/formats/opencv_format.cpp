@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <utility>
 
@@ -136,6 +137,22 @@ void check_names(const YamlValue& top, std::string_view key,
                                   shown(fmt::format("{}", fmt::join(given, ", ")))));
 }
 
+// Throws Error unless the standard deviations are those of the covariance, up to the rounding of
+// numbers with six digits, and zero for held parameters: else one of the two is of another camera.
+void check_sigmas(const YamlValue& top, const Model& model, const CalibrationFile& file) {
+  constexpr double kRounding = 1e-5;  // of two numbers, relative
+  std::vector<double> expected(file.sigmas.size(), 0.0);
+  for (int i = 0; i < model.num_free(); ++i)
+    for (const int k : model.free()[static_cast<std::size_t>(i)].lens_parameters)
+      expected.at(static_cast<std::size_t>(k)) = std::sqrt(std::max(0.0, file.covariance(i, i)));
+  const std::span<const std::string_view> names = parameter_names(file.camera.lens);
+  for (std::size_t k = 0; k < expected.size(); ++k)
+    if (!(std::abs(file.sigmas[k] - expected[k]) <= kRounding * expected[k]))
+      top.at("sigmas").fail_plainly(
+          fmt::format("must be {:.6g} for {} by the covariance, got {:.6g}", expected[k], names[k],
+                      file.sigmas[k]));
+}
+
 void read_covariance(const YamlValue& top, const YamlValue& covariance, CalibrationFile& file) {
   if (file.model.empty()) covariance.fail_plainly("needs the key model, which is missing");
   file.covariance = read_matrix(covariance);
@@ -151,6 +168,7 @@ void read_covariance(const YamlValue& top, const YamlValue& covariance, Calibrat
   check_names(top, "covariance_names", names, " with model " + file.model);
   const std::string defect = covariance_defect(file.covariance);
   if (!defect.empty()) covariance.fail_plainly(defect);
+  if (!file.sigmas.empty()) check_sigmas(top, model, file);
 }
 
 // Files of other programs may mean something else by a key: only a list of texts is taken.
