@@ -179,6 +179,8 @@ TEST_F(SceneFile, BadScenes) {
        "scene.yaml: occluders[0].corners: must be convex"},
       {"[1, 0, 1], [1, 1, 1], [0, 1, 1]", "[1, 0, 1], [2, 0, 1]",
        "scene.yaml: occluders[0].corners: must not lie on a line"},
+      {"[1, 0, 1], [1, 1, 1], [0, 1, 1]", "[1, 1, 1], [1, 0, 1], [0, 1, 1]",
+       "scene.yaml: occluders[0].corners: must be convex, but its sides cross"},
       {"[1, 0, 1], [1, 1, 1], [0, 1, 1]", "[1, 0, 1]",
        "scene.yaml: occluders[0].corners: must be a list of at least 3, got a list of 2"},
       {"[[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]",

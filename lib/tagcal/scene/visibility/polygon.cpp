@@ -11,6 +11,23 @@ namespace tagcal::internal {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr double kFlat = 1e-9;  // numeric: of an area and of a distance, relative to the size
+constexpr const char* kSidesCross = "must be convex, but its sides cross";
+
+// The parts of a polygon whose sides cross may have areas that cancel.
+bool lie_on_a_line(std::span<const Vector3d> corners, double size) {
+  const auto farthest = std::ranges::max_element(
+      corners, {}, [&](const Vector3d& corner) { return (corner - corners[0]).norm(); });
+  const Vector3d line = *farthest - corners[0];
+  return std::ranges::all_of(corners, [&](const Vector3d& corner) {
+    return line.cross(corner - corners[0]).norm() <= kFlat * size * size;
+  });
+}
+
+}  // namespace
+
 std::optional<std::string> why_no_polygon(std::span<const Vector3d> corners) {
   const std::size_t n = corners.size();
   Vector3d normal = Vector3d::Zero();  // its length is twice the area
@@ -19,7 +36,8 @@ std::optional<std::string> why_no_polygon(std::span<const Vector3d> corners) {
     normal += (corners[i] - corners[0]).cross(corners[(i + 1) % n] - corners[0]);
     size = std::max(size, (corners[i] - corners[0]).norm());
   }
-  if (!(normal.norm() > 1e-9 * size * size)) return "must not lie on a line";
+  if (!(normal.norm() > kFlat * size * size))
+    return lie_on_a_line(corners, size) ? "must not lie on a line" : kSidesCross;
   normal.normalize();
   double turned = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -33,7 +51,7 @@ std::optional<std::string> why_no_polygon(std::span<const Vector3d> corners) {
     turned += turn;
   }
   // A pentagram turns left at each corner too, but twice around.
-  if (turned > 3 * std::numbers::pi) return "must be convex, but its sides cross";
+  if (turned > 3 * std::numbers::pi) return kSidesCross;
   return std::nullopt;
 }
 
