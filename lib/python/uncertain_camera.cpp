@@ -167,14 +167,7 @@ UncertainArrays points_on_plane(const CalibrationFile& known, const ArrayLike& p
 std::vector<double> sigmas_of_covariance(const CalibrationFile& known) {
   const LensOfModel model = lens_of_model(known);
   if (!model.lens.model) return {};
-  std::vector<double> sigmas(parameters(known.camera.lens).size(), 0.0);
-  const auto& free = model.lens.model->free();
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    for (const int k : free[i].lens_parameters)
-      sigmas[static_cast<std::size_t>(k)] = std::sqrt(std::max(known.covariance(at, at), 0.0));
-  }
-  return sigmas;
+  return lens_sigmas(known.camera.lens, *model.lens.model, known.covariance);
 }
 
 CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::string>& model,

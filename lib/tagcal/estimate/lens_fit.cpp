@@ -8,6 +8,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/lens_from_rays.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/uncertain_points.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal {
@@ -162,13 +163,7 @@ void carry_covariance(LensFit& result, const LensFitSource& source, const LensFr
   if (!by_source) return;
   const MatrixXd carried = *by_source * source.covariance * by_source->transpose();
   result.covariance = (carried + carried.transpose()) / 2;
-  result.sigmas.assign(parameters(result.camera.lens).size(), 0.0);
-  for (std::size_t i = 0; i < result.model->free().size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    for (const int k : result.model->free()[i].lens_parameters)
-      result.sigmas[static_cast<std::size_t>(k)] =
-          std::sqrt(std::max(result.covariance(at, at), 0.0));  // < 0 by rounding
-  }
+  result.sigmas = lens_sigmas(result.camera.lens, *result.model, result.covariance);
 }
 
 std::string px(double value) { return with_digits(value, 3) + " px"; }

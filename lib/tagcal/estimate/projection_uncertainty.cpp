@@ -31,7 +31,7 @@ Jacobians jacobians(const UncertainLens& lens, std::span<const Vector2d> pixels,
     index.push_back(i);
   }
   auto r = reprojection(points, lens.lens, lens.model->free(), Pose());
-  if (!r) {
+  if (!r || index.empty()) {
     index.clear();
     return {MatrixXd(0, far ? 3 : 6), MatrixXd(0, lens.model->num_free())};
   }

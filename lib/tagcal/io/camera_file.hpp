@@ -41,6 +41,7 @@ const CalibrationFile& usable_camera(const CameraFile& file, const std::string& 
 std::vector<ImagePose> read_poses(const std::filesystem::path& file);
 
 // Returns true if the file is one that read_camera_file recognises; it may still have errors.
+// Throws Error if it cannot be read or is not YAML, JSON or XML.
 bool is_camera_file(const std::filesystem::path& file);
 
 // The format that a name of a file stands for: "x.cameramodel" (mrcal), "transforms.json",

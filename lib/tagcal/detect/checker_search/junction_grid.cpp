@@ -181,8 +181,7 @@ class Grower {
   }
 
   // The free cells beside the grid whose prediction the newest cells may have changed: those within
-  // two steps.
-  // Where nothing is new, nothing is found that was not found before.
+  // two steps. The other cells had no junction in the last round, and since then fewer are free.
   std::vector<GridCell> border() const {
     std::vector<GridCell> cells;
     for (const GridCell& cell : newest_)

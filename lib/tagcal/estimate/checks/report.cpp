@@ -9,6 +9,7 @@
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
+#include "tagcal/estimate/uncertain_points.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -38,10 +39,7 @@ void fill_parameters(Calibration& c, const Model& model, const Evidence& evidenc
   if (!evidence.observability.covariance) return;
   c.covariance = evidence.observability.covariance->parameters;
   c.variance_inflation = evidence.inflation();
-  c.sigmas.assign(parameters(c.camera->lens).size(), 0.0);
-  for (int i = 0; i < model.num_free(); ++i)
-    for (const int k : model.free()[static_cast<std::size_t>(i)].lens_parameters)
-      c.sigmas[static_cast<std::size_t>(k)] = std::sqrt(c.covariance(i, i));
+  c.sigmas = lens_sigmas(c.camera->lens, model, c.covariance);
 }
 
 void fill_views(Calibration& c, const CalibrationFit& fit,

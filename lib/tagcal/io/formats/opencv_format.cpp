@@ -141,10 +141,7 @@ void check_names(const YamlValue& top, std::string_view key,
 // numbers with six digits, and zero for held parameters: else one of the two is of another camera.
 void check_sigmas(const YamlValue& top, const Model& model, const CalibrationFile& file) {
   constexpr double kRounding = 1e-5;  // of two numbers, relative
-  std::vector<double> expected(file.sigmas.size(), 0.0);
-  for (int i = 0; i < model.num_free(); ++i)
-    for (const int k : model.free()[static_cast<std::size_t>(i)].lens_parameters)
-      expected.at(static_cast<std::size_t>(k)) = std::sqrt(std::max(0.0, file.covariance(i, i)));
+  const std::vector<double> expected = lens_sigmas(file.camera.lens, model, file.covariance);
   const std::span<const std::string_view> names = parameter_names(file.camera.lens);
   for (std::size_t k = 0; k < expected.size(); ++k)
     if (!(std::abs(file.sigmas[k] - expected[k]) <= kRounding * expected[k]))
