@@ -80,6 +80,8 @@ TEST_F(CameraFileTest, StereoPairWithoutAnImageSize) {
   EXPECT_EQ(first_numbers(stereo.cameras[1], 5), (Numbers{538, 538, 326, 248, -0.29}));
   EXPECT_EQ(stereo.cameras[1].calibration.camera.image_size, ImageSize{});
   const CameraFile left = read_one_camera(file.string() + ":left");
+  const fs::path with_colons = write("a:b:c.yml", kStereoYaml);
+  EXPECT_EQ(read_one_camera(with_colons.string() + ":left").cameras.size(), 1U);
   EXPECT_TRUE(error_of([&] {
                 usable_camera(left, "L");
               }).starts_with("L: image_width: the key is missing"));
@@ -181,6 +183,14 @@ TEST_F(CameraFileTest, NerfstudioTurnsTheCamera) {
   const CameraFile ngp = read(kInstantNgp);
   EXPECT_NEAR(first_numbers(ngp.cameras[0], 1)[0], 400 / std::tan(0.6), 1e-12);
   EXPECT_EQ(first_numbers(ngp.cameras[0], 4)[2], 399.5);
+}
+
+TEST_F(CameraFileTest, NamesOfCamerasHaveColons) {
+  CameraFile camera = read(kTruthYaml);
+  camera.cameras[0].name = "rig: left:wide";
+  write_camera_file(folder_ / "ros.yaml", camera, "ros");
+  const CameraFile one = read_one_camera((folder_ / "ros.yaml").string() + ":rig: left:wide");
+  EXPECT_EQ(one.cameras.at(0).name, "rig: left:wide");
 }
 
 TEST_F(CameraFileTest, BasaltsCameras) {

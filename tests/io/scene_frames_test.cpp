@@ -188,15 +188,16 @@ TEST_F(SceneFrames, FacesOfACuboidHaveItsName) {
 }
 
 TEST_F(SceneFrames, TheTruthKeepsAllFrames) {
-  const MovingScene scene = with(
-      "views: 2\nframes: [{name: a, scale: 2}, {name: 'b c', parent: a}]\n"
-      "motion: [{frame: a, steps: [{rotate_z_deg: [0, 90]}]}]\n");
+  const std::string long_name(3000, 'd');  // longer than YAML's plain keys
+  const MovingScene scene =
+      with("views: 2\nframes: [{name: a, scale: 2}, {name: 'b c', parent: a}, {name: " + long_name +
+           "}]\nmotion: [{frame: a, steps: [{rotate_z_deg: [0, 90]}]}]\n");
   const Truth truth = *exact_dataset(scene, camera_poses(scene, 1), nullptr).truth;
   write_truth(folder_ / "truth.yaml", truth);
   const Truth back = read_truth(folder_ / "truth.yaml");
   ASSERT_EQ(back.hierarchy.size(), 2U);
   for (const auto& [image, hierarchy] : truth.hierarchy) {
-    ASSERT_EQ(hierarchy.camera_from_frame.size(), 3U);
+    ASSERT_EQ(hierarchy.camera_from_frame.size(), 4U);
     for (const auto& [name, transform] : hierarchy.camera_from_frame)
       EXPECT_TRUE(agrees(back.hierarchy.at(image).camera_from_frame.at(name), transform)) << name;
     EXPECT_TRUE(agrees(back.hierarchy.at(image).camera_from_board.at(0),

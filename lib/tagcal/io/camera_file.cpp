@@ -190,6 +190,17 @@ CameraFile only(CameraFile file, std::size_t camera) {
   return file;
 }
 
+// The place of the colon between a file and a name, which both may have some: that after the
+// longest file that exists. None if all of it is a file.
+std::size_t colon_before_name(const std::string& file_and_name) {
+  std::error_code error;
+  if (fs::exists(file_and_name, error)) return std::string::npos;
+  std::size_t colon = file_and_name.rfind(':');
+  while (colon != std::string::npos && !fs::exists(file_and_name.substr(0, colon), error))
+    colon = colon == 0 ? std::string::npos : file_and_name.rfind(':', colon - 1);
+  return colon;
+}
+
 }  // namespace
 
 CameraFile read_camera_file(const fs::path& path) {
@@ -211,10 +222,8 @@ CameraFile read_camera_file(const fs::path& path) {
 }
 
 CameraFile read_one_camera(const std::string& file_and_name) {
-  std::error_code error;
-  const std::size_t colon = file_and_name.rfind(':');
-  const bool named = colon != std::string::npos && !fs::exists(file_and_name, error) &&
-                     fs::exists(file_and_name.substr(0, colon), error);
+  const std::size_t colon = colon_before_name(file_and_name);
+  const bool named = colon != std::string::npos;
   const std::string path = named ? file_and_name.substr(0, colon) : file_and_name;
   const std::string name = named ? file_and_name.substr(colon + 1) : "";
   const CameraFile file = read_camera_file(path);

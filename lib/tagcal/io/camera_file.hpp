@@ -29,7 +29,8 @@ std::span<const CameraFormat> camera_formats();
 CameraFile read_camera_file(const std::filesystem::path& file);
 
 // The same for one camera, "FILE" or "FILE:NAME"; the name may be left out if there is one camera.
-// The result has that camera, and its poses only. Throws Error for an unknown name.
+// Both may have colons: FILE is the longest that exists. The result has that camera, and its poses
+// only. Throws Error for an unknown name.
 CameraFile read_one_camera(const std::string& file_and_name);
 
 // The camera of a file of one camera, for use by tagcal. Throws Error if the lens is one of others,

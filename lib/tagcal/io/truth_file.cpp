@@ -85,10 +85,19 @@ std::string transform_yaml(const Affine& transform) {
   }
 }
 
+// A name as the key of a line. YAML's plain keys end after 1024 characters, those after a `?` do
+// not.
+std::string key_yaml(std::string_view name, std::string_view indent) {
+  constexpr std::size_t kMaxPlainKey = 1000;
+  const std::string key = text_yaml(name);
+  return key.size() <= kMaxPlainKey ? fmt::format("{}{}: ", indent, key)
+                                    : fmt::format("{}? {}\n{}: ", indent, key, indent);
+}
+
 std::string hierarchy_yaml(const HierarchyTruth& hierarchy) {
   std::string text = "    camera_from_frame:\n";
   for (const auto& [name, transform] : hierarchy.camera_from_frame)
-    text += fmt::format("      {}: {}\n", text_yaml(name), transform_yaml(transform));
+    text += key_yaml(name, "      ") + transform_yaml(transform) + "\n";
   text += "    camera_from_board:\n";
   for (const Pose& pose : hierarchy.camera_from_board)
     text += fmt::format("      - {}\n", pose_yaml(pose));
