@@ -19,9 +19,9 @@ log=build/fuzz/pieces.tsv
 # values of comparisons mean nothing there, where numbers are drawn.
 limits() {
   case "$1" in
-    calibrate) echo "-timeout=120" ;;
-    pose) echo "-timeout=60" ;;
-    rendered) echo "-timeout=60 -max_len=256" ;;
+    calibrate) echo "-timeout=120 -report_slow_units=120" ;;
+    pose) echo "-timeout=60 -report_slow_units=60" ;;
+    rendered) echo "-timeout=60 -report_slow_units=60 -max_len=256" ;;
     *) echo "-timeout=10 -use_value_profile=1" ;;
   esac
 }
