@@ -11,6 +11,7 @@
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/estimate/uncertain_points.hpp"
 
 namespace tagcal::python {
@@ -167,7 +168,7 @@ UncertainArrays points_on_plane(const CalibrationFile& known, const ArrayLike& p
 std::vector<double> sigmas_of_covariance(const CalibrationFile& known) {
   const LensOfModel model = lens_of_model(known);
   if (!model.lens.model) return {};
-  return lens_sigmas(known.camera.lens, *model.lens.model, known.covariance);
+  return lens_sigmas(model.lens);
 }
 
 CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::string>& model,

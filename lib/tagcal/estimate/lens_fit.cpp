@@ -8,7 +8,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/lens_from_rays.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal {
@@ -163,7 +163,7 @@ void carry_covariance(LensFit& result, const LensFitSource& source, const LensFr
   if (!by_source) return;
   const MatrixXd carried = *by_source * source.covariance * by_source->transpose();
   result.covariance = (carried + carried.transpose()) / 2;
-  result.sigmas = lens_sigmas(result.camera.lens, *result.model, result.covariance);
+  result.sigmas = lens_sigmas({result.model, result.camera.lens, result.covariance});
 }
 
 std::string px(double value) { return with_digits(value, 3) + " px"; }

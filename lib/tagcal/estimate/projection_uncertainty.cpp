@@ -53,6 +53,16 @@ double mean_variance(const MatrixXd& rows, const MatrixXd& covariance) {
 
 }  // namespace
 
+std::vector<double> lens_sigmas(const UncertainLens& lens) {
+  std::vector<double> sigmas(parameters(lens.lens).size(), 0.0);
+  for (std::size_t i = 0; i < lens.model->free().size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    for (const int k : lens.model->free()[i].lens_parameters)
+      sigmas[static_cast<std::size_t>(k)] = std::sqrt(std::max(lens.covariance(at, at), 0.0));
+  }
+  return sigmas;
+}
+
 MatrixX aligned_jacobian(const UncertainLens& lens, std::span<const Vector2d> samples,
                          double distance_m) {
   std::vector<std::size_t> index;

@@ -2,10 +2,15 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "tagcal/estimate/types.hpp"
 
 namespace tagcal {
+
+// The standard deviation of each parameter of the lens: 0 for a held one, and where rounding made a
+// variance negative.
+std::vector<double> lens_sigmas(const UncertainLens& lens);
 
 // Standard deviations of the projection over a grid and over the samples of a region, for points at
 // one distance. Var(q) = A C A^T with A = J - J_pose (J_pose^T J_pose)^-1 J_pose^T J, where J is

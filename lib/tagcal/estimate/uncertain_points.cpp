@@ -71,16 +71,6 @@ Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
 
 }  // namespace
 
-std::vector<double> lens_sigmas(const Lens& lens, const Model& model, const MatrixX& covariance) {
-  std::vector<double> sigmas(parameters(lens).size(), 0.0);
-  for (std::size_t i = 0; i < model.free().size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    for (const int k : model.free()[i].lens_parameters)
-      sigmas[static_cast<std::size_t>(k)] = std::sqrt(std::max(covariance(at, at), 0.0));
-  }
-  return sigmas;
-}
-
 std::string covariance_defect(const MatrixX& matrix) {
   constexpr double kRounding = 1e-5;       // numeric: files have six digits
   constexpr double kMostVariance = 1e100;  // numeric: products of a few are finite

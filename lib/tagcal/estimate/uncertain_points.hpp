@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "tagcal/estimate/types.hpp"
 
@@ -19,10 +18,6 @@ namespace tagcal {
 // 2"; "" if it is one: finite, symmetric and positive semi-definite, up to the rounding of numbers
 // with six digits. Held and unknown combinations of parameters may make it singular.
 std::string covariance_defect(const MatrixX& matrix);
-
-// The standard deviation of each parameter of a lens, by the covariance of the model's free
-// parameters: 0 for a held one, and where rounding made a variance negative.
-std::vector<double> lens_sigmas(const Lens& lens, const Model& model, const MatrixX& covariance);
 
 struct UncertainPixel {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();

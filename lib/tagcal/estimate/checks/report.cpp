@@ -9,7 +9,7 @@
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
-#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -39,7 +39,7 @@ void fill_parameters(Calibration& c, const Model& model, const Evidence& evidenc
   if (!evidence.observability.covariance) return;
   c.covariance = evidence.observability.covariance->parameters;
   c.variance_inflation = evidence.inflation();
-  c.sigmas = lens_sigmas(c.camera->lens, model, c.covariance);
+  c.sigmas = lens_sigmas({&model, c.camera->lens, c.covariance});
 }
 
 void fill_views(Calibration& c, const CalibrationFit& fit,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/estimate/uncertain_points.hpp"
 #include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -141,7 +142,7 @@ void check_names(const YamlValue& top, std::string_view key,
 // numbers with six digits, and zero for held parameters: else one of the two is of another camera.
 void check_sigmas(const YamlValue& top, const Model& model, const CalibrationFile& file) {
   constexpr double kRounding = 1e-5;  // of two numbers, relative
-  const std::vector<double> expected = lens_sigmas(file.camera.lens, model, file.covariance);
+  const std::vector<double> expected = lens_sigmas({&model, file.camera.lens, file.covariance});
   const std::span<const std::string_view> names = parameter_names(file.camera.lens);
   for (std::size_t k = 0; k < expected.size(); ++k)
     if (!(std::abs(file.sigmas[k] - expected[k]) <= kRounding * expected[k]))
