@@ -11,9 +11,6 @@ COMMAND = str(Path(os.environ.get("TAGCAL_COMMAND", "build/release/tools/tagcal"
 # Without optimisation and under a sanitizer a program takes other memory and time.
 IS_MEASURED = not os.environ.get("TAGCAL_SANITIZE")
 SANITIZER = 99
-if not IS_MEASURED:  # as in the test preset, for trials that are started by hand
-    LEAKS = Path(__file__).resolve().parents[2] / "cmake/leaks_of_others.txt"
-    os.environ.setdefault("LSAN_OPTIONS", f"print_suppressions=0:suppressions={LEAKS}")
 
 SCENE = """camera: {image_size: [640, 400], model: radial1, f: 520, distortion: [-0.1]}
 boards:
