@@ -2,33 +2,52 @@
 #include <map>
 #include <set>
 
-#include "summary.hpp"
+#include "diagnoses.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
 
-// Findings that blame what is right in every world. The first that matches decides.
+// Findings that blame what may be right in a world. The first that matches decides.
 struct Diagnosis {
   std::string_view name;
   FindingCode code;
+  std::string_view true_with;  // names of the defects and of the mode in which it may be true
   std::string_view text = "";  // part of the sentence; empty: any sentence
   bool of_model = false;       // true where the answer's model does not contain the truth's lens
 };
-constexpr Diagnosis kDiagnoses[] = {{"bent", code::board_bend_impossible},
-                                    {"bent", code::board_bent},
-                                    {"target", code::tags_misplaced},
-                                    {"moved", code::view_rejected, "during the exposure"},
-                                    {"view", code::board_moved},
-                                    {"view", code::view_rejected},
-                                    {"view", code::view_mirrored},
-                                    {"view", code::view_repeated},
-                                    {"consensus", code::no_consensus, "more than half"},
-                                    {"model", code::model_too_small, "", true},
-                                    {"model", code::other_lens, "", true},
-                                    {"model", code::residuals_biased, "", true},
-                                    {"model", code::halves_disagree, "", true}};
+constexpr std::string_view kAnyDefect = "bend twist aspect rows";
+constexpr Diagnosis kDiagnoses[] = {
+    {"bent", code::board_bend_impossible, ""},
+    {"bent", code::board_bent, "bend twist"},
+    {"target", code::tags_misplaced, "bend twist aspect"},
+    {"target", code::tag_scale, "pixels"},  // ink spreads
+    {"moved", code::view_rejected, "rows bend twist", "during the exposure"},
+    {"view", code::board_moved, ""},
+    {"view", code::view_rejected, "rows"},
+    {"view", code::view_mirrored, ""},
+    {"view", code::view_repeated, ""},
+    {"consensus", code::no_consensus, "", "more than half"},
+    {"noise", code::noise_understated, "pixels bend twist aspect rows"},
+    {"model", code::model_too_small, "", "", true},
+    {"model", code::other_lens, "", "", true},
+    {"model", code::residuals_biased, kAnyDefect, "", true},
+    {"model", code::halves_disagree, kAnyDefect, "", true}};
+
+// True if the world has a defect, or the mode, for which the finding may be right.
+bool may_be_true(const Diagnosis& diagnosis, const Record& record) {
+  const auto has = [&](std::string_view name) {
+    return record.mode == name || record.defects.find(name) != std::string::npos;
+  };
+  std::string_view rest = diagnosis.true_with;
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(' '), rest.size());
+    if (has(rest.substr(0, end))) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
+}
 
 // `finding` is "code: sentence" (record.hpp).
 bool is_diagnosis(std::string_view finding, const Diagnosis& diagnosis) {
@@ -64,7 +83,7 @@ std::vector<std::string_view> false_diagnoses(const Record& record) {
     rest.remove_prefix(std::min(end + 3, rest.size()));
     const auto* const found = std::ranges::find_if(
         kDiagnoses, [&](const Diagnosis& d) { return is_diagnosis(finding, d); });
-    if (found == std::end(kDiagnoses)) continue;
+    if (found == std::end(kDiagnoses) || may_be_true(*found, record)) continue;
     if (found->of_model && !contains(record.answer, record.model)) continue;
     if (std::ranges::find(classes, found->name) == classes.end()) classes.push_back(found->name);
   }

@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kFewestCorners = 8;  // visible in a view
 constexpr int kMostTries = 30;             // to draw a view with kFewestCorners
+constexpr std::uint64_t kLightStream = 2001;
 
 // Distribution of the views of a world.
 struct ViewSpread {
@@ -121,7 +122,7 @@ bool draw_views(Scene& scene, const ViewSpread& spread, Random& random) {
 
 // Half of the sensors are linear; 60 % of the prints are as designed. Levels keep a distance from
 // black and white, so that noise is not clipped.
-void draw_light(World& world, Random& random) {
+void draw_sensor(World& world, Random& random) {
   Scene& scene = world.scene;
   scene.sensor.blur_px = log_uniform(0.3, 2, random);
   scene.sensor.noise_levels = log_uniform(0.3, 8, random);
@@ -136,12 +137,45 @@ void draw_light(World& world, Random& random) {
   scene.ink_spread_m = world.ink_spread_px * scene.boards[0].board.grid->tag_size / world.tag_px;
 }
 
+// A lamp that lights the nearest part of the board fully and the others less, and a lens that loses
+// 5 % (a small aperture) to 50 % (a wide lens, wide open) of the light in the image's corners.
+void draw_light(World& world) {
+  if (!world.defects.uneven_light) return;
+  Random random = stream_of(world.id, kLightStream);
+  Scene& scene = world.scene;
+  scene.sensor.vignetting.polynomial = {-random.uniform(0.05, 0.5)};
+  const Vector3d centre = board_centre(*scene.boards[0].board.grid);
+  const double diagonal = 2 * centre.norm(), height = diagonal * log_uniform(0.5, 3, random);
+  const double x = diagonal * random.uniform(-1, 1), y = diagonal * random.uniform(-1, 1);
+  Light light;
+  light.ambient = random.uniform(0.3, 0.7);
+  light.lamp = PointLamp{centre + Vector3d(x, y, height), (1 - light.ambient) * height * height};
+  scene.light = light;
+}
+
+// What the renderer has on flat boards only: Kalibr's squares between the tags, and occluders just
+// behind the paper.
+void adapt_to_bend(World& world) {
+  if (world.id.mode != kPixels || !world.defects.of_board()) return;
+  world.scene.boards[0].board.corner_squares = false;
+  world.scene.occluders.clear();
+}
+
+void keep_few_views(World& world) {
+  Scene& scene = world.scene;
+  if (world.defects.most_views == 0) return;
+  scene.num_views = std::min(scene.num_views, world.defects.most_views);
+  auto& poses = std::get<ExplicitPath>(scene.path).camera_from_world;
+  poses.resize(static_cast<std::size_t>(scene.num_views));
+}
+
 }  // namespace
 
-World draw_world(std::uint64_t seed, std::uint64_t index) {
-  Random random(seed, index);
+World draw_world(const WorldId& id) {
+  Random random(id.seed, id.index);
+  const Defects defects = draw_defects(id);
   while (true) {
-    World world{seed, index};
+    World world{id, {}, defects};
     Scene& scene = world.scene;
     DrawnCamera drawn = draw_camera(random);
     scene.camera = drawn.camera;
@@ -151,12 +185,15 @@ World draw_world(std::uint64_t seed, std::uint64_t index) {
     while (!board) board = draw_board(world, random);
     scene.boards = {{*board, Pose()}};
     scene.paper_margin_m = board->grid->tag_size * random.uniform(0.15, 1);
-    // Few views more often than many: 2 to 40, half of the worlds below 6.
-    scene.num_views = static_cast<int>(2 * std::pow(20.99, std::pow(random.uniform(), 1.5)));
+    // 2 to 41, a quarter of them below 6; with the worlds of few views half are.
+    scene.num_views = static_cast<int>(2 * std::pow(20.99, std::pow(random.uniform(), 0.735)));
     world.most_tilt_deg = random.uniform(3, 65);
     if (!draw_views(scene, draw_spread(world, random), random)) continue;
     if (random.uniform() < 0.3) scene.occluders = draw_occluders(scene, random);
-    draw_light(world, random);
+    draw_sensor(world, random);
+    draw_light(world);
+    adapt_to_bend(world);
+    keep_few_views(world);
     return world;
   }
 }

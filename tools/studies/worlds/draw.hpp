@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "defects.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/scene.hpp"
 
@@ -10,9 +11,9 @@
 namespace tagcal {
 
 struct World {
-  std::uint64_t seed = 0;
-  std::uint64_t index = 0;
-  Scene scene;
+  WorldId id;
+  Scene scene;  // with the board of the target file, flat and as designed
+  Defects defects;
   // Properties that the scene was drawn with.
   double field_of_view_deg = 0;  // of the lens with its distortion, across the image
   double tag_px = 0;             // a tag's side where it faces the camera, typical of the views
@@ -21,13 +22,18 @@ struct World {
   double ink_spread_px = 0;      // by which the print has grown, in a tag of that size
 };
 
-// Equal seed and index give equal worlds. Every world has right data: a flat board that agrees with
-// its file, a lens of the named model with a ray at every node of the image's grid, occluders
-// that hide nothing of the board, and views with at least eight visible corners.
-World draw_world(std::uint64_t seed, std::uint64_t index);
+// Equal ids give equal worlds, and ids of equal seed and index the same camera, board, poses and
+// sensor. Every world has a lens of the named model with a ray at every node of the image's grid,
+// occluders that hide nothing of the board, and views with at least eight visible corners.
+World draw_world(const WorldId& id);
+
+// The scene as it is rendered: on a bent board each tag is a flat square of its own, in front of
+// white paper. Its corners are then those of the squares, which differ from the bent surface by the
+// bend within a tag. The renderer has no tags that are longer along y, and no sheared rows.
+Scene real_scene(const World& world);
 
 // The seed of the sensor's noise, as `tagcal render --seed` takes it.
-inline std::uint64_t render_seed(const World& world) { return world.index + 1; }
+inline std::uint64_t render_seed(const World& world) { return world.id.index + 1; }
 
 // A camera of any model of the ladder but `weak`, with its name.
 struct DrawnCamera {
@@ -39,8 +45,5 @@ DrawnCamera draw_camera(Random& random);
 
 // Convex polygons beside and behind the board that hide no part of its paper in any view.
 std::vector<Occluder> draw_occluders(const Scene& scene, Random& random);
-
-// A number whose logarithm is uniform; low > 0.
-double log_uniform(double low, double high, Random& random);
 
 }  // namespace tagcal

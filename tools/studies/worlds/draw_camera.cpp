@@ -9,8 +9,8 @@
 namespace tagcal {
 namespace {
 
-constexpr std::array<const char*, 8> kModels = {"f",       "f+c",     "pinhole", "radial1",
-                                                "radial2", "opencv5", "opencv8", "fisheye4"};
+constexpr std::array<const char*, 9> kModels = {
+    "f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "opencv8", "fisheye4"};
 constexpr double kWidestPerspectiveDeg = 115;
 constexpr double kWidestFisheyeDeg = 185;
 
@@ -21,11 +21,6 @@ ImageSize draw_size(Random& random) {
   return kSizes[random.index(std::size(kSizes))];
 }
 
-double signed_size(double low, double high, double share_negative, Random& random) {
-  const double size = log_uniform(low, high, random);
-  return random.uniform() < share_negative ? -size : size;
-}
-
 // Draws the parameters of the models beside the focal length. `s` is the square of the radius of
 // the image's corner in units of the focal length. Terms are drawn by their displacement of the
 // corner of the image, as a share of its radius.
@@ -34,9 +29,9 @@ struct LensDraw {
   Random& random;
 
   double term(double low, double high, int power, double share_negative = 0.5) {
-    return signed_size(low, high, share_negative, random) / std::pow(s, power);
+    return signed_log_uniform(low, high, share_negative, random) / std::pow(s, power);
   }
-  double fy() { return f * (1 + signed_size(3e-4, 0.02, 0.5, random)); }
+  double fy() { return f * (1 + signed_log_uniform(3e-4, 0.02, 0.5, random)); }
 
   Lens rational() {
     const double b1 = random.uniform(0, 1), b2 = random.uniform(0, 0.3),
@@ -61,8 +56,9 @@ struct LensDraw {
     const double k2 = term(0.001, 0.15, 2);
     if (model == "radial2") return Perspective({f, f, cx, cy, k1, k2});
     const double p = 0.5 * std::sqrt(s);
-    return Perspective({f, fy(), cx, cy, k1, k2, p * term(1e-4, 0.01, 1), p * term(1e-4, 0.01, 1),
-                        term(0.001, 0.05, 3)});
+    const double k3 = model == "opencv4" ? 0 : term(0.001, 0.05, 3);
+    return Perspective(
+        {f, fy(), cx, cy, k1, k2, p * term(1e-4, 0.01, 1), p * term(1e-4, 0.01, 1), k3});
   }
 };
 
@@ -91,10 +87,6 @@ bool sees_whole_image(const Camera& camera) {
 }
 
 }  // namespace
-
-double log_uniform(double low, double high, Random& random) {
-  return low * std::pow(high / low, random.uniform());
-}
 
 DrawnCamera draw_camera(Random& random) {
   const std::string model = kModels[random.index(kModels.size())];

@@ -1,12 +1,11 @@
 #pragma once
 
-#include "draw.hpp"
-#include "record.hpp"
+#include "measure.hpp"
 
 namespace tagcal {
 
-// Renders the world, finds its corners, calibrates with `auto`, and compares the results with the
-// truth, on one thread. Times are processor times of this thread.
+// Takes the world's corners from pictures or by projection, calibrates with `auto` and with the
+// model that made the data, and compares the results with the truth, on one thread.
 Record judge(const World& world);
 
 }  // namespace tagcal

@@ -24,8 +24,10 @@ void judge_focal(const Camera& truth, const Calibration& answer, Record& record)
   const auto true_f = parameters(truth.lens);
   const bool tied = model.free().front().lens_parameters.size() > 1;
   const double f = tied ? (true_f[0] + true_f[1]) / 2 : true_f[0];
-  record.f_error_px = parameters(answer.camera->lens)[0] - f;
-  record.f_ratio = std::abs(record.f_error_px) / answer.sigmas[0];
+  record.f_px = parameters(answer.camera->lens)[0];
+  record.f_sd_px = answer.sigmas[0];
+  record.f_error_px = record.f_px - f;
+  record.f_ratio = std::abs(record.f_error_px) / record.f_sd_px;
 }
 
 // Answer less truth at a node where the answer claims an uncertainty. `d` follows the truth's rays

@@ -6,15 +6,16 @@
 #include <string_view>
 #include <vector>
 
+#include "defects.hpp"
+
 // A world and its result: one line of a CSV file.
 
 namespace tagcal {
 
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-struct Record {
+struct Record : WorldId {
   // The world.
-  std::uint64_t seed = 0, index = 0;
   std::string model;
   int width = 0, height = 0;
   double field_of_view_deg = 0;
@@ -22,8 +23,14 @@ struct Record {
   double tag_px = 0, coverage = 0, most_tilt_deg = 0, blur_px = 0, noise_levels = 0;
   double ink_spread_px = 0, gamma = 1;
   int occluders = 0;
+  std::string defects;                                             // names_of(Defects)
+  double bend_x = 0, bend_y = 0, twist = 0, aspect = 0, skew = 0;  // shares, as in Defects
+  double rows_px = 0;
+  int uneven_light = 0;
+  double noise_px = kNone;  // of corner mode, typical of the world
+  int covariances = 1;
 
-  // Corners, against exact ones.
+  // Corners, against exact ones. Beside the numbers of corners only pixel mode has values.
   int tags_visible = 0;  // with four visible corners
   int tags = 0;          // reported with four corners
   int tags_fitted = 0;   // each of which has a covariance
@@ -33,12 +40,14 @@ struct Record {
   double corner_squares = 0;   // sum of squared Mahalanobis distances: two a corner, if right
   double corner_worst = 0;     // the largest Mahalanobis distance
   double corner_worst_px = 0;  // the largest distance to the truth, with or without covariance
+  int gross = 0;               // grossly wrong corners
 
   // The answer of `auto`. Ratios are |error| / sd, NaN where nothing is claimed.
   std::string status, answer;
   int inliers = 0, left_out = 0;
   double model_error_px = kNone;
-  double f_error_px = kNone, f_ratio = kNone;
+  int right_rejected = 0, gross_kept = 0;  // corners
+  double f_px = kNone, f_sd_px = kNone, f_error_px = kNone, f_ratio = kNone;
   double region_px = kNone;                               // claimed, at the median distance
   double region_error_px = kNone;                         // RMS per coordinate
   double region_ratio = kNone, region_far_ratio = kNone;  // at the median distance, at infinity
@@ -48,12 +57,14 @@ struct Record {
   double image_axis_ratio = kNone;  // the same of one coordinate, max(|du|, |dv|) / sd
   int nodes_silent = 0;             // nodes with a ray of the truth and without a claim
 
-  // The model that made the data, asked for by name if `auto` gives no answer.
-  std::string named_status;
-  double named_f_ratio = kNone, named_region_ratio = kNone;
+  // The same of the model that made the data, asked for by name.
+  std::string own_status;
+  double own_f_sd_px = kNone, own_f_ratio = kNone;
+  double own_region_px = kNone, own_region_ratio = kNone, own_region_far_ratio = kNone;
+  double own_image_px = kNone, own_image_ratio = kNone;
 
-  double render_s = 0, detect_s = 0, calibrate_s = 0;  // processor time
-  std::string findings;                                // "code: sentence | code: sentence"
+  double render_s = 0, detect_s = 0, calibrate_s = 0, own_s = 0;  // processor time
+  std::string findings;  // "code: sentence | code: sentence"
 };
 
 // Mahalanobis distance in two dimensions of the probability p = 5.73e-7 with which one coordinate

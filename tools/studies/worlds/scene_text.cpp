@@ -28,8 +28,22 @@ std::string camera_text(const Scene& scene) {
       size.width, size.height, scene.model, p[0], p[1], p[2], p[3], fmt::join(distortion, ", "));
 }
 
+std::string tags_text(const PlacedBoard& placed) {
+  const Board& board = placed.board;
+  std::vector<std::string> tags;
+  for (const Tag& tag : board.tags)
+    tags.push_back(fmt::format("{{id: {}, size: {}, pose: {}}}", tag.id, tag.size,
+                               pose_text(tag.board_from_tag)));
+  return fmt::format(
+      "  - target: {{target_type: tags, family: {}, border_bits: {}, corner_squares: false, tags: "
+      "[\n      {}]}}\n    world_from_board: {}\n",
+      board.family, board.border_bits, fmt::join(tags, ",\n      "),
+      pose_text(placed.world_from_board));
+}
+
 std::string board_text(const PlacedBoard& placed) {
   const Board& board = placed.board;
+  if (!board.grid) return tags_text(placed);
   const Grid& grid = *board.grid;
   return fmt::format(
       "  - target: {{target_type: aprilgrid, family: {}, tagCols: {}, tagRows: {}, tagSize: {}, "
@@ -37,6 +51,21 @@ std::string board_text(const PlacedBoard& placed) {
       "    first_id: {}\n    world_from_board: {}\n",
       board.family, grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, board.border_bits,
       board.corner_squares, grid.first_id, pose_text(placed.world_from_board));
+}
+
+std::string light_text(const Light& light) {
+  const auto& lamp = std::get<PointLamp>(light.lamp);
+  return fmt::format("light: {{ambient: {}, point: {{position_m: [{}, {}, {}], strength: {}}}}}\n",
+                     light.ambient, lamp.position.x(), lamp.position.y(), lamp.position.z(),
+                     lamp.strength);
+}
+
+std::string sensor_text(const Sensor& sensor) {
+  const std::vector<double>& losses = sensor.vignetting.polynomial;
+  return fmt::format(
+      "sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}, gamma: {}{}}}\n",
+      sensor.exposure, sensor.blur_px, sensor.noise_levels, sensor.bits, sensor.gamma,
+      losses.empty() ? "" : fmt::format(", vignetting: [{}]", fmt::join(losses, ", ")));
 }
 
 std::string occluder_text(const Occluder& occluder) {
@@ -57,10 +86,8 @@ std::string scene_text(const Scene& scene) {
   text += "path:\n  type: poses\n  camera_from_world:\n";
   for (const Pose& pose : std::get<ExplicitPath>(scene.path).camera_from_world)
     text += "    - " + pose_text(pose) + "\n";
-  const Sensor& sensor = scene.sensor;
-  text +=
-      fmt::format("sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}, gamma: {}}}\n",
-                  sensor.exposure, sensor.blur_px, sensor.noise_levels, sensor.bits, sensor.gamma);
+  text += sensor_text(scene.sensor);
+  if (scene.light) text += light_text(*scene.light);
   return text + fmt::format(
                     "background_level: {}\npaper_level: {}\nink_level: {}\nink_spread_m: "
                     "{}\npaper_margin_m: {}\n",

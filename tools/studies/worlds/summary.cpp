@@ -3,63 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 
-#include "tagcal/error.hpp"
+#include "diagnoses.hpp"
+#include "groups.hpp"
+#include "totals.hpp"
 
 namespace tagcal {
 namespace {
-
-constexpr double kAllowed = 5;  // standard deviations; larger errors count as wrong
-
-bool answered(const Record& r) { return r.status == "ok" || r.status == "ambiguous"; }
-
-// The larger of both; of a NaN and a number the number.
-double larger(double a, double b) { return std::isnan(a) ? b : std::isnan(b) ? a : std::max(a, b); }
-
-double region_ratio(const Record& r) { return larger(r.region_ratio, r.region_far_ratio); }
-
-// True if `auto` gives no answer although the model that made the data does, and is right.
-bool refused(const Record& r) {
-  const bool named = r.named_status == "ok" || r.named_status == "ambiguous";
-  return !answered(r) && named && r.named_f_ratio <= kAllowed && r.named_region_ratio <= kAllowed;
-}
-
-double median(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return std::isnan(v); });
-  if (values.empty()) return kNone;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// Sums and medians over the records.
-struct Totals {
-  explicit Totals(const std::vector<Record>& all) : records(all) {
-    for (const Record& r : all) answers += answered(r);
-  }
-
-  template <typename Value>
-  double sum(const Value& value) const {
-    double total = 0;
-    for (const Record& r : records) total += static_cast<double>(std::invoke(value, r));
-    return total;
-  }
-  int wrong(Wrong kind) const {
-    return static_cast<int>(
-        std::ranges::count_if(records, [&](const Record& r) { return wrongness(r, kind) > 1; }));
-  }
-  double median_of(double Record::*value) const {
-    std::vector<double> values;
-    for (const Record& r : records) values.push_back(r.*value);
-    return median(std::move(values));
-  }
-
-  const std::vector<Record>& records;
-  int answers = 0;
-};
 
 std::string row(std::string_view what, const std::string& value, const std::string& share = "") {
   return fmt::format("| {} | {} | {} |\n", what, value, share);
@@ -81,28 +33,74 @@ std::string lens_rows(const Totals& t) {
       t.records, [](const Record& r) { return r.image_axis_ratio > kAllowed; });
   text += of_answers("one coordinate in the image beyond 5 sd", static_cast<int>(axis), t);
   text += of_answers("any of the first three", t.wrong(Wrong::beyond), t);
+  const auto uncertain = std::ranges::count_if(t.records, is_uncertain_answer);
+  text += of_answers("`ok` with sd(f) / f above 10 %", static_cast<int>(uncertain), t);
   text += row("error / sd of the focal length, median",
-              fmt::format("{:.2f}", t.median_of(&Record::f_ratio)));
+              fmt::format("{:.2f}", t.quantile(0.5, &Record::f_ratio)));
   return text + row("error / sd of the region, median",
-                    fmt::format("{:.2f}", t.median_of(&Record::region_ratio)));
+                    fmt::format("{:.2f}", t.quantile(0.5, &Record::region_ratio)));
+}
+
+// The claims of `auto` over those of the model that made the data.
+std::string claim_rows(const Totals& right) {
+  const auto claim = [&](std::string_view what, const auto& value) {
+    return row(fmt::format("claim of auto / claim of the true model, {}", what),
+               fmt::format("{:.2f}", right.quantile(0.5, value)),
+               fmt::format("{:.2f} in 90 %", right.quantile(0.9, value)));
+  };
+  return claim("focal length, right data", f_claim) + claim("region", region_claim) +
+         claim("whole image", image_claim);
+}
+
+std::string own_row(const Totals& t) {
+  const auto beyond = [&](const auto& ratio) {
+    return std::ranges::count_if(t.records,
+                                 [&](const Record& r) { return std::invoke(ratio, r) > kAllowed; });
+  };
+  return row("the true model by name, beyond 5 sd",
+             fmt::format("{} f, {} region, {} image", beyond(&Record::own_f_ratio),
+                         beyond(own_region_ratio), beyond(&Record::own_image_ratio)),
+             fmt::format("of {} answers", std::ranges::count_if(t.records, own_answered)));
+}
+
+std::string rejection_rows(const Totals& t) {
+  const auto of_answer = [&](int Record::*count) {
+    return t.sum([&](const Record& r) { return answered(r) ? r.*count : 0; });
+  };
+  const double gross = of_answer(&Record::gross), right = of_answer(&Record::corners) - gross;
+  const double rejected = t.sum(&Record::right_rejected), kept = t.sum(&Record::gross_kept);
+  return row("right corners rejected", fmt::format("{:.0f}", rejected),
+             share(rejected, right, 1e4, "in 10,000")) +
+         row("gross outliers kept", fmt::format("{:.0f}", kept), fmt::format("of {:.0f}", gross));
+}
+
+// Errors of corners against their covariances, under even or uneven light.
+std::string corner_claim_rows(const Totals& t, int uneven) {
+  const auto sum = [&](auto Record::*value) {
+    return t.sum([&](const Record& r) { return r.uneven_light == uneven ? r.*value : 0; });
+  };
+  const double known = sum(&Record::corners) - sum(&Record::corners_without_covariance);
+  const double beyond = sum(&Record::corners_beyond);
+  if (known == 0) return "";
+  const std::string_view light = uneven ? ", uneven light" : "";
+  return row(fmt::format("corners beyond 5 sigma{}", light), fmt::format("{:.0f}", beyond),
+             share(beyond, known, 1e4, "in 10,000")) +
+         row(fmt::format("corners, error^2 in variances, mean{}", light),
+             fmt::format("{:.2f}", sum(&Record::corner_squares) / (2 * known)));
 }
 
 std::string corner_rows(const Totals& t) {
   const double visible = t.sum(&Record::tags_visible), tags = t.sum(&Record::tags);
   const double corners = t.sum(&Record::corners);
-  const double known = corners - t.sum(&Record::corners_without_covariance);
+  const double unknown = t.sum(&Record::corners_without_covariance);
   std::string text = row("tags wholly in view", fmt::format("{:.0f}", visible));
   text += row("tags reported", fmt::format("{:.0f}", tags), share(tags, visible, 100, "%"));
   const double fitted = t.sum(&Record::tags_fitted);
   text += row("tags with covariance", fmt::format("{:.0f}", fitted),
               share(fitted, tags, 100, "% of those reported"));
-  text += row("corners without covariance", fmt::format("{:.0f}", corners - known),
-              share(corners - known, corners, 1e4, "in 10,000"));
-  const double beyond = t.sum(&Record::corners_beyond);
-  text += row("corners beyond 5 sigma", fmt::format("{:.0f}", beyond),
-              share(beyond, known, 1e4, "in 10,000"));
-  return text + row("corners, error^2 in variances, mean",
-                    fmt::format("{:.2f}", t.sum(&Record::corner_squares) / (2 * known)));
+  text += row("corners without covariance", fmt::format("{:.0f}", unknown),
+              share(unknown, corners, 1e4, "in 10,000"));
+  return text + corner_claim_rows(t, 0) + corner_claim_rows(t, 1);
 }
 
 std::string diagnosis_rows(const Totals& t) {
@@ -121,11 +119,11 @@ std::string diagnosis_rows(const Totals& t) {
 // Tags that now have covariances, as a share of the tags that another version read.
 std::string before_rows(const Totals& t, const std::vector<Record>& before) {
   if (before.empty()) return "";
-  std::map<std::pair<std::uint64_t, std::uint64_t>, const Record*> old;
-  for (const Record& r : before) old[{r.seed, r.index}] = &r;
+  std::map<WorldId, const Record*> old;
+  for (const Record& r : before) old[r] = &r;
   double then = 0, now = 0;
   for (const Record& r : t.records) {
-    const auto found = old.find({r.seed, r.index});
+    const auto found = old.find(r);
     if (found == old.end()) continue;
     then += found->second->tags;
     now += r.tags_fitted;
@@ -134,90 +132,75 @@ std::string before_rows(const Totals& t, const std::vector<Record>& before) {
              share(now, then, 100, "% of as many have covariances now"));
 }
 
-std::string by_model(const std::vector<Record>& records) {
-  std::map<std::string, std::vector<Record>> groups;
-  for (const Record& r : records) groups[r.model].push_back(r);
-  std::string text =
-      "| model of the truth | worlds | answers | same model | f | region | image | refused | false "
-      "|\n|---|---|---|---|---|---|---|---|---|\n";
-  for (const auto& [model, group] : groups) {
-    const Totals t(group);
-    const auto same = std::ranges::count_if(
-        group, [](const Record& r) { return answered(r) && r.answer == r.model; });
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", model, group.size(),
-                        t.answers, same, t.wrong(Wrong::focal), t.wrong(Wrong::region),
-                        t.wrong(Wrong::image), t.wrong(Wrong::refused), t.wrong(Wrong::diagnosis));
-  }
+std::string corners_text(const Record& r) {
+  if (r.mode == kCorners)
+    return fmt::format("corners {:.3f} px{}{}", r.noise_px, r.covariances ? "" : ", bare",
+                       r.gross > 0 ? ", outliers" : "");
+  return fmt::format("blur {:.1f}, noise {:.1f}, ink {:.2f}, gamma {:.2f}, worst corner {:.1f}",
+                     r.blur_px, r.noise_levels, r.ink_spread_px, r.gamma, r.corner_worst);
+}
+
+std::string totals_rows(const Totals& t, const std::vector<Record>& right) {
+  const auto all = static_cast<double>(t.records.size());
+  std::string text = "| | | |\n|---|---|---|\n";
+  text += row("worlds", fmt::format("{}", t.records.size()));
+  text += row("answers", fmt::format("{}", t.answers), share(t.answers, all, 100, "%"));
+  text += lens_rows(t) + own_row(t) + claim_rows(Totals(right));
+  const int refusals = t.wrong(Wrong::refused);
+  text += row("right data refused", fmt::format("{}", refusals), share(refusals, all, 100, "%"));
+  const auto neither = std::ranges::count_if(t.records, [](const Record& r) {
+    return !answered(r) && !(wrongness(r, Wrong::refused) > 1) && r.corners > 0;
+  });
+  text += row("no right answer by name either", fmt::format("{}", neither));
+  return text + diagnosis_rows(t) + rejection_rows(t);
+}
+
+std::string time_row(const Totals& t) {
+  const auto seconds = [&](double Record::*time) {
+    return t.sum(time) / static_cast<double>(t.records.size());
+  };
+  return row("processor time of a world, s",
+             fmt::format("{:.2f} render, {:.2f} detect, {:.3f} auto, {:.3f} the true model",
+                         seconds(&Record::render_s), seconds(&Record::detect_s),
+                         seconds(&Record::calibrate_s), seconds(&Record::own_s)));
+}
+
+std::string summary_of_mode(std::string_view mode, const std::vector<Record>& records,
+                            const std::vector<Record>& before) {
+  std::vector<Record> right, wrong;
+  for (const Record& r : records) (r.defects.empty() ? right : wrong).push_back(r);
+  const Totals t(records);
+  std::string text = fmt::format("mode: {}\n\n", mode) + totals_rows(t, right);
+  if (mode == kPixels) text += corner_rows(t) + before_rows(t, before);
+  text += time_row(t) + by_defect(records);
+  text += mode == kCorners ? by_corners(records) : by_light(records);
+  for (const auto& [which, part] : {std::pair("right data", &right), {"defects", &wrong}})
+    text += by_views(*part, which) + by_model(*part, which) + model_confusion(*part, which);
   return text;
 }
 
 }  // namespace
 
-Wrong wrong_named(std::string_view name) {
-  static const std::map<std::string_view, Wrong> names = {
-      {"beyond", Wrong::beyond},      {"focal", Wrong::focal},     {"region", Wrong::region},
-      {"image", Wrong::image},        {"corners", Wrong::corners}, {"refused", Wrong::refused},
-      {"diagnosis", Wrong::diagnosis}};
-  const auto found = names.find(name);
-  if (found == names.end())
-    throw Error(
-        fmt::format("--by: must be beyond, focal, region, image, corners, refused or "
-                    "diagnosis, got {}",
-                    name));
-  return found->second;
-}
-
-double wrongness(const Record& r, Wrong kind) {
-  const auto ratio = [](double value) { return std::isnan(value) ? 0 : value / kAllowed; };
-  switch (kind) {
-    case Wrong::beyond:
-      return ratio(larger(r.f_ratio, larger(region_ratio(r), r.image_ratio)));
-    case Wrong::focal:
-      return ratio(r.f_ratio);
-    case Wrong::region:
-      return ratio(region_ratio(r));
-    case Wrong::image:
-      return ratio(r.image_ratio);
-    case Wrong::corners:
-      return r.corner_worst / kFiveSigma2;
-    case Wrong::refused:
-      return refused(r) ? 2 : 0;
-    case Wrong::diagnosis:
-      return 2 * static_cast<double>(false_diagnoses(r).size());
-  }
-  return 0;
-}
-
 std::string summary(const std::vector<Record>& records, const std::vector<Record>& before) {
-  const Totals t(records);
-  const auto all = static_cast<double>(records.size());
-  std::string text = "| | | |\n|---|---|---|\n";
-  text += row("worlds", fmt::format("{}", records.size()));
-  text += row("answers", fmt::format("{}", t.answers), share(t.answers, all, 100, "%"));
-  text += lens_rows(t);
-  const int refusals = t.wrong(Wrong::refused);
-  text += row("right data refused", fmt::format("{}", refusals), share(refusals, all, 100, "%"));
-  const auto neither = std::ranges::count_if(
-      records, [](const Record& r) { return !answered(r) && !refused(r) && r.tags > 0; });
-  text += row("tags read, and no right answer by name either", fmt::format("{}", neither));
-  text += diagnosis_rows(t) + corner_rows(t) + before_rows(t, before);
-  const auto seconds = [&](double Record::*time) { return t.sum(time) / all; };
-  text +=
-      row("processor time of a world, s",
-          fmt::format("{:.2f} render, {:.2f} detect, {:.2f} calibrate", seconds(&Record::render_s),
-                      seconds(&Record::detect_s), seconds(&Record::calibrate_s)));
-  return text + "\n" + by_model(records);
+  std::string text;
+  for (const std::string_view mode : {kPixels, kCorners}) {
+    std::vector<Record> part;
+    for (const Record& r : records)
+      if (r.mode == mode) part.push_back(r);
+    if (part.empty()) continue;
+    text += (text.empty() ? "" : "\n") + summary_of_mode(mode, part, before);
+  }
+  return text;
 }
 
 std::string one_line(const Record& r) {
   return fmt::format(
-      "{}/{}: {} {:.0f} deg {}x{}, {} views, tags {:.0f} px, coverage {:.2f}, blur {:.1f}, noise "
-      "{:.1f}, ink {:.2f}, gamma {:.2f}: {} {}, f {:.1f} region {:.1f} image {:.1f} corner "
-      "{:.1f}{}{}",
-      r.seed, r.index, r.model, r.field_of_view_deg, r.width, r.height, r.views, r.tag_px,
-      r.coverage, r.blur_px, r.noise_levels, r.ink_spread_px, r.gamma, r.status, r.answer,
-      r.f_ratio, region_ratio(r), r.image_ratio, r.corner_worst, r.findings.empty() ? "" : "; ",
-      r.findings);
+      "{}/{}{}{}: {} {:.0f} deg {}x{}, {} views, tags {:.0f} px, coverage {:.2f}, {}{}{}: {} {}, f "
+      "{:.1f} region {:.1f} image {:.1f}{}{}",
+      r.seed, r.index, r.switches.empty() ? "" : " ", r.switches, r.model, r.field_of_view_deg,
+      r.width, r.height, r.views, r.tag_px, r.coverage, corners_text(r),
+      r.defects.empty() ? "" : ", ", r.defects, r.status, r.answer, r.f_ratio, region_ratio(r),
+      r.image_ratio, r.findings.empty() ? "" : "; ", r.findings);
 }
 
 }  // namespace tagcal

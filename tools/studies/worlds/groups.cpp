@@ -1,0 +1,152 @@
+#include "groups.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "tagcal/camera/model.hpp"
+#include "totals.hpp"
+
+namespace tagcal {
+namespace {
+
+struct Group {
+  std::string name;
+  std::vector<Record> records;
+};
+
+// The groups with records, in the order of `names`.
+template <typename NameOf>
+std::vector<Group> grouped(const std::vector<Record>& records,
+                           const std::vector<std::string>& names, const NameOf& name_of) {
+  std::vector<Group> groups;
+  for (const std::string& name : names) {
+    Group group{name, {}};
+    for (const Record& r : records)
+      if (name_of(r) == name) group.records.push_back(r);
+    if (!group.records.empty()) groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+// "1.02 (1.34)": median and the value that nine of ten do not exceed.
+template <typename Value>
+std::string median_and_p90(const Totals& t, const Value& value) {
+  const double median = t.quantile(0.5, value);
+  return std::isnan(median) ? "" : fmt::format("{:.2f} ({:.2f})", median, t.quantile(0.9, value));
+}
+
+template <typename Value>
+std::string median_text(const Totals& t, const Value& value) {
+  const double median = t.quantile(0.5, value);
+  return std::isnan(median) ? "" : fmt::format("{:.2f}", median);
+}
+
+std::string share_text(double part, double whole) {
+  return whole > 0 ? fmt::format("{:.1f}", 1e4 * part / whole) : "";
+}
+
+std::string line_of(const Group& group) {
+  const Totals t(group.records);
+  const auto same = std::ranges::count_if(
+      t.records, [](const Record& r) { return answered(r) && r.answer == r.model; });
+  const double right = t.sum([](const Record& r) { return answered(r) ? r.corners - r.gross : 0; });
+  std::string text =
+      fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} ", group.name, t.records.size(),
+                  t.answers, same, t.wrong(Wrong::focal), t.wrong(Wrong::region),
+                  t.wrong(Wrong::image), t.wrong(Wrong::refused), t.wrong(Wrong::diagnosis));
+  text += fmt::format("| {} | {} | {} | {} | {} ", median_text(t, &Record::f_ratio),
+                      median_text(t, region_ratio), median_and_p90(t, f_claim),
+                      median_and_p90(t, region_claim), median_and_p90(t, image_claim));
+  return text + fmt::format("| {} | {:.0f} |\n", share_text(t.sum(&Record::right_rejected), right),
+                            t.sum(&Record::gross_kept));
+}
+
+std::string table_of(std::string_view heading, const std::vector<Group>& groups) {
+  if (groups.empty()) return "";
+  std::string text = fmt::format(
+      "\n| {} | worlds | answers | same model | f | region | image | refused | false | f, error / "
+      "sd | region, error / sd | f, claim | region, claim | image, claim | right rejected | gross "
+      "kept |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      heading);
+  for (const Group& group : groups) text += line_of(group);
+  return text;
+}
+
+// Ordered from the smallest to the largest.
+std::vector<std::string> model_names() {
+  std::vector<std::string> names;
+  for (const Model& model : Model::all()) names.emplace_back(model.name());
+  return names;
+}
+
+}  // namespace
+
+std::string by_defect(const std::vector<Record>& records) {
+  const auto name_of = [](const Record& r) -> std::string {
+    if (r.defects.empty()) return "none";
+    return r.defects.find('+') == std::string::npos ? r.defects : "several";
+  };
+  return table_of(
+      "defect", grouped(records, {"none", "bend", "twist", "aspect", "rows", "several"}, name_of));
+}
+
+std::string by_corners(const std::vector<Record>& records) {
+  const auto name_of = [](const Record& r) -> std::string {
+    return std::string(r.covariances ? "with covariances" : "without") +
+           (r.gross > 0 ? ", outliers" : "");
+  };
+  return table_of("corners", grouped(records,
+                                     {"with covariances", "with covariances, outliers", "without",
+                                      "without, outliers"},
+                                     name_of));
+}
+
+std::string by_light(const std::vector<Record>& records) {
+  return table_of("light", grouped(records, {"even", "uneven"}, [](const Record& r) {
+                    return std::string(r.uneven_light ? "uneven" : "even");
+                  }));
+}
+
+std::string by_views(const std::vector<Record>& records, std::string_view which) {
+  const auto name_of = [](const Record& r) -> std::string {
+    return r.views > 5 ? "6 and more" : r.views > 2 ? "3 to 5" : std::to_string(r.views);
+  };
+  return table_of(fmt::format("views, {}", which),
+                  grouped(records, {"1", "2", "3 to 5", "6 and more"}, name_of));
+}
+
+std::string by_model(const std::vector<Record>& records, std::string_view which) {
+  return table_of(fmt::format("model of the truth, {}", which),
+                  grouped(records, model_names(), [](const Record& r) { return r.model; }));
+}
+
+std::string model_confusion(const std::vector<Record>& records, std::string_view which) {
+  const std::string none = "no answer";
+  std::map<std::string, std::map<std::string, int>> counts;
+  std::set<std::string> chosen;
+  for (const Record& r : records)
+    ++counts[r.model][*chosen.insert(answered(r) ? r.answer : none).first];
+  std::vector<std::string> columns = model_names();
+  std::erase_if(columns, [&](const std::string& name) { return !chosen.contains(name); });
+  columns.push_back(none);
+  if (counts.empty()) return "";
+  std::string text = fmt::format("\n| truth \\ answer, {} |", which), rule = "|---|";
+  for (const std::string& column : columns) {
+    text += fmt::format(" {} |", column);
+    rule += "---|";
+  }
+  text += "\n" + rule + "\n";
+  for (const std::string& model : model_names()) {
+    if (!counts.contains(model)) continue;
+    text += fmt::format("| {} |", model);
+    for (const std::string& column : columns) text += fmt::format(" {} |", counts[model][column]);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,102 @@
+#include <Eigen/LU>
+#include <cmath>
+#include <map>
+
+#include "measure.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/scene/render.hpp"
+#include "tagcal/scene/viewing.hpp"
+#include "thread_time.hpp"
+
+namespace tagcal {
+namespace {
+
+constexpr double kGross_px = 2;  // as the outliers that project_corners draws
+
+struct Rendered {
+  std::vector<ImageSource> pictures;
+  std::vector<std::map<CornerId, Eigen::Vector2d>> corners;  // exact
+};
+
+// Renders as `tagcal render` does.
+Rendered rendered(const Scene& scene, std::uint64_t seed) {
+  TagFamilies families;
+  for (const PlacedBoard& placed : scene.boards)
+    families[placed.board.family] = tag_family(placed.board.family, placed.board.border_bits);
+  const std::vector<Pose> poses = camera_poses(scene, seed);
+  Rendered result;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const ImageF light = render_light(scene, families, poses[i]);
+    const Image8 picture = expose(light, scene.sensor, Random(seed, i).next());
+    result.pictures.push_back({image_name(static_cast<int>(i)), [picture] { return picture; }});
+    auto& corners = result.corners.emplace_back();
+    for (const Observation& o : visible_corners(scene, poses[i])) corners[o.id] = o.pixel;
+  }
+  return result;
+}
+
+template <typename Corners, typename IdOf>
+int whole_tags(const Corners& corners, const IdOf& tag_of) {
+  std::map<int, int> seen;
+  for (const auto& corner : corners) ++seen[tag_of(corner)];
+  int whole = 0;
+  for (const auto& [tag, count] : seen) whole += count == 4;
+  return whole;
+}
+
+void judge_corner(const Observation& o, const Eigen::Vector2d& truth, Record& r) {
+  const Eigen::Vector2d error = o.pixel - truth;
+  r.corner_worst_px = std::max(r.corner_worst_px, error.norm());
+  if (!o.covariance_px2) return;
+  const Eigen::Matrix2d covariance = *o.covariance_px2;
+  const double square = error.dot(covariance.inverse() * error);
+  // Nothing is within a covariance that is not positive.
+  const double distance = square >= 0 ? std::sqrt(square) : HUGE_VAL;
+  r.corners_beyond += distance > kFiveSigma2;
+  r.corner_squares += distance * distance;
+  r.corner_worst = std::max(r.corner_worst, distance);
+}
+
+// Returns Measured::gross of a view.
+std::vector<char> judge_view(const std::map<CornerId, Eigen::Vector2d>& exact, const View& view,
+                             Record& r) {
+  std::vector<char> gross;
+  std::vector<CornerId> fitted;
+  for (const Observation& o : view.observations) {
+    ++r.corners;
+    if (o.covariance_px2)
+      fitted.push_back(o.id);
+    else
+      ++r.corners_without_covariance;
+    const auto found = exact.find(o.id);
+    gross.push_back(found == exact.end() || (o.pixel - found->second).norm() >= kGross_px);
+    if (found != exact.end())
+      judge_corner(o, found->second, r);
+    else
+      ++r.corners_hidden;
+  }
+  r.tags_visible += whole_tags(exact, [](const auto& c) { return c.first.tag_id; });
+  r.tags += whole_tags(view.observations, [](const Observation& o) { return o.id.tag_id; });
+  r.tags_fitted += whole_tags(fitted, [](const CornerId& id) { return id.tag_id; });
+  return gross;
+}
+
+}  // namespace
+
+Measured render_and_detect(const World& world, Record& r) {
+  Lap lap;
+  const Rendered set = rendered(real_scene(world), render_seed(world));
+  r.render_s = lap();
+  const Scene& scene = world.scene;
+  DetectOptions detect;
+  detect.threads = 1;
+  Measured result{{scene.camera.image_size, scene.boards, {}, {}}, {}};
+  result.dataset.views = detect_all(set.pictures, scene.boards, detect).views;
+  r.detect_s = lap();
+  for (std::size_t v = 0; v < set.corners.size(); ++v)
+    result.gross.push_back(judge_view(set.corners[v], result.dataset.views[v], r));
+  return result;
+}
+
+}  // namespace tagcal
