@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
@@ -16,7 +17,10 @@ inline Bundle exact_bundle(const Model& model, const Lens& lens, std::uint64_t s
   options.sigma_px = 0;
   const Dataset world = make_world(lens, seed, options);
   const auto points = points_in_world(world.boards);
-  Bundle bundle{&model, world.image_size, model.free_values(lens), {}, {}};
+  Bundle bundle;
+  bundle.model = &model;
+  bundle.image_size = world.image_size;
+  bundle.free_values = model.free_values(lens);
   for (const View& view : world.views) {
     ViewProblem problem;
     for (const Observation& o : view.observations)
@@ -25,6 +29,12 @@ inline Bundle exact_bundle(const Model& model, const Lens& lens, std::uint64_t s
     bundle.camera_from_target.push_back(world.truth->camera_from_world.at(view.image));
   }
   return bundle;
+}
+
+// The covariance of the lens for independent noise, the bundle's priors included.
+inline Eigen::MatrixXd covariance_for(const Bundle& exact, double sigma_px) {
+  const Eigen::Index k = exact.model->num_free();
+  return exact_inverse(bundle_information(exact)->total(sigma_px))->topLeftCorner(k, k);
 }
 
 inline Bundle with_noise(Bundle bundle, double sigma_px, Random random) {
@@ -48,12 +58,13 @@ inline PredictedAndObserved fresh_noise(const Bundle& exact, double sigma_px, do
                                         int solves) {
   const std::vector<Eigen::Vector2d> samples = seen_region(exact).samples();
   PredictedAndObserved result;
-  result.predicted = projection_uncertainty(
-      {exact.model, exact.lens(), covariance_of(exact, sigma_px)->parameters}, {exact.image_size},
-      samples, distance_m);
+  result.predicted =
+      projection_uncertainty({exact.model, exact.lens(), covariance_for(exact, sigma_px)},
+                             {exact.image_size}, samples, distance_m);
   result.variance = 0 * result.predicted.sigma_px;
   for (int i = 0; i < solves; ++i) {
     Bundle noisy = with_noise(exact, sigma_px, Random(77, static_cast<std::uint64_t>(i)));
+    noisy.sigma = sigma_px;
     if (!solve(noisy, 50).converged) continue;
     const auto d = lens_difference({exact.lens(), exact.image_size},
                                    {noisy.lens(), exact.image_size}, samples, distance_m);

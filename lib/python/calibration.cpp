@@ -46,6 +46,10 @@ std::optional<py::array_t<double>> covariance_of_answer(const Calibration& c) {
   return matrix_array(c.covariance);
 }
 
+std::optional<UncertainLens> claim_of_answer(const Calibration& c) {
+  return camera_of_answer(c) ? c.claim : std::nullopt;
+}
+
 std::vector<std::string> free_names(const Calibration& c) {
   std::vector<std::string> names;
   if (c.model.empty()) return names;
@@ -75,8 +79,12 @@ void define_answer(Record<Calibration>& record) {
   record.field("free_parameters", &free_names,
                "The names of the model's free parameters: the rows of `covariance`.");
   record.field("covariance", &covariance_of_answer,
-               "(K, K), of the free parameters; None without a camera. With model \"auto\" it "
-               "includes the choice of the model (ModelStep.weight).");
+               "(K, K), of the free parameters; None without a camera. It follows from `claim`.");
+  record.field("claim", &claim_of_answer,
+               "The Claim: what is known of the lens, by the largest model that the data need "
+               "(\"auto\") or by the model asked for. It includes the choice of the model and the "
+               "priors, and all other uncertainties of the lens follow from it. None without a "
+               "camera.");
   record.field("fixed", &Calibration::fixed, "Lens parameters that were held, by name.");
   record.field("rms_px", &Calibration::rms_px, "sqrt(sum |r|^2 / corners) over the inliers.");
   record.field("sigma_px", &Calibration::sigma_px, "Noise per coordinate behind the covariance.");
@@ -88,8 +96,7 @@ void define_answer(Record<Calibration>& record) {
                "Noise per coordinate beyond the corners' own covariances, from the residuals: "
                "errors of the models of lens and target.");
   record.field("variance_inflation", &Calibration::variance_inflation,
-               "Factor of all variances, because residuals are biased by place, or the halves of "
-               "the views differ by more than independent noise explains.");
+               "Variance of the views' contributions over that of independent residuals.");
 }
 
 void define_diagnosis(Record<Calibration>& record) {
@@ -98,7 +105,7 @@ void define_diagnosis(Record<Calibration>& record) {
                "covariance.");
   record.field("seen", &Calibration::seen, "The part of the image with corners.");
   record.field("board_warp", &Calibration::board_warp,
-               "The bend of the board, with the option `board_warp`; else None.");
+               "How the board differs from its file, with one flat board; else None.");
   record.field("halves", &Calibration::halves,
                "The cross-validation, with six views or more; else None.");
   record.field("weak_directions", &Calibration::weak_directions,

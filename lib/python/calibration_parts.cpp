@@ -84,7 +84,7 @@ void bind_step(py::module_& m) {
              "Difference of its projection from that of the model of lowest BIC, RMS over the "
              "seen region, less a motion of the camera. None if the two were not compared.")
       .field("weight", &ModelStep::weight,
-             "Akaike weight, if the model contributes to the standard deviations.")
+             "In the claim.")
       .field("taken", &ModelStep::taken, "The answer, or a fit that the answer started from.")
       .field("sentence", &ModelStep::sentence, "The reason.")
       .representation([](const ModelStep& s) { return s.model + ": " + s.sentence; });
@@ -103,15 +103,20 @@ void bind_checks(py::module_& m) {
         return std::string(h.disagree ? "disagree" : "agree") + ", ratio " + number(h.ratio, 3);
       });
   Record<BoardWarp>(m, "BoardWarp",
-                    "The bend of a board: a point at (x, y) is out of its plane, towards the "
-                    "viewer, by bend[0] (1 - x'^2) + bend[1] (1 - y'^2), with x' and y' from -1 to "
-                    "1 over the board.")
+                    "How a board differs from its file. A point at (x, y), with x' and y' from -1 "
+                    "to 1 over the board, is out of its plane, towards the viewer, by bend[0] (1 - "
+                    "x'^2) + bend[1] (1 - y'^2) + twist x' y', and at y (1 + aspect), from the "
+                    "board's middle, instead of y.")
       .field(
           "bend_mm", [](const BoardWarp& w) { return w.bend_mm; }, "(2,), millimetres.")
       .field(
-          "sigma_mm", [](const BoardWarp& w) { return w.sigma_mm; }, "(2,): standard deviations.")
-      .field("chi_square", &BoardWarp::chi_square,
-             "Of the hypothesis of a flat board, two degrees of freedom.")
+          "sigma_mm", [](const BoardWarp& w) { return w.sigma_mm; },
+          "(2,): standard deviations of the bends.")
+      .field("twist_mm", &BoardWarp::twist_mm, "Millimetres.")
+      .field("sigma_twist_mm", &BoardWarp::sigma_twist_mm, "Its standard deviation.")
+      .field("aspect", &BoardWarp::aspect,
+             "The share by which the print is longer along y than its file says.")
+      .field("sigma_aspect", &BoardWarp::sigma_aspect, "Its standard deviation.")
       .representation([](const BoardWarp& w) {
         return number(w.bend_mm.x(), 3) + " +- " + number(w.sigma_mm.x(), 2) + " mm in x, " +
                number(w.bend_mm.y(), 3) + " +- " + number(w.sigma_mm.y(), 2) + " mm in y";

@@ -3,7 +3,7 @@
 #include "python/findings.hpp"
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/io/calibration_file.hpp"
 
 // Gathers what is known of a camera from the objects that have one.
 
@@ -19,16 +19,9 @@ std::optional<Camera> camera_of_answer(const Calibration& calibration) {
 CalibrationFile known_camera(const Calibration& calibration) {
   if (!is_answer(calibration.status))
     throw Error(refusal(calibration.status, calibration.findings));
-  const std::optional<Camera> camera = camera_of_answer(calibration);
-  if (!camera)
+  if (!camera_of_answer(calibration))
     throw Error("model weak has no camera for all views: each of them has its own scale");
-  return {*camera,
-          calibration.model,
-          calibration.fixed,
-          calibration.sigmas,
-          calibration.covariance,
-          calibration.seen,
-          camera_error_px(calibration)};
+  return calibration_file(calibration);
 }
 
 CalibrationFile known_camera(const CameraLike& argument, const char* name) {
@@ -47,16 +40,6 @@ CalibrationFile known_camera(const CameraLike& argument, const char* name) {
   } catch (const Error& error) {
     throw Error(prefix + error.what());
   }
-}
-
-LensOfModel lens_of_model(const CalibrationFile& known) {
-  LensOfModel result{nullptr, {nullptr, known.camera.lens, {}}};
-  if (known.covariance.size() == 0) return result;
-  const LensType type = Model::named(known.model).lens_type();
-  result.held = std::make_shared<const HeldModels>(known.fixed, type);
-  result.lens.model = &result.held->named(known.model);
-  result.lens.covariance = known.covariance;
-  return result;
 }
 
 }  // namespace tagcal::python

@@ -90,11 +90,9 @@ LensFit fit_source(const LensFitSource& source, const std::string& model,
 
 LensFit fit_known(const CameraLike& camera, const std::string& model, double max_difference_px) {
   const CalibrationFile known = known_camera(camera, "camera");
-  LensFitSource source{{known.camera.lens, known.camera.image_size}, {}, {}, known.seen};
-  if (known.covariance.size() > 0) {
-    source.free = free_parameters(known.model, known.fixed);
-    source.covariance = known.covariance;
-  }
+  const UncertainLens claim = uncertain_lens(known);
+  LensFitSource source{{claim.lens, known.camera.image_size}, {}, claim.covariance, known.seen};
+  if (claim.model) source.free = claim.model->free();
   return fit_source(source, model, max_difference_px);
 }
 

@@ -86,9 +86,9 @@ UncertainArrays project_uncertain(const CalibrationFile& known, const ArrayLike&
   UncertainRows<2> result(rows.size());
   {
     py::gil_scoped_release release;
-    const LensOfModel model = lens_of_model(known);
+    const UncertainLens lens = uncertain_lens(known);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (const auto pixel = project(model.lens, UncertainPoint{rows[i], noise[i]}))
+      if (const auto pixel = project(lens, UncertainPoint{rows[i], noise[i]}))
         result.set(i, pixel->pixel, pixel->covariance_px2);
       else
         result.set_none(i);
@@ -106,10 +106,10 @@ UncertainArrays points_of_pixels(const CalibrationFile& known, const ArrayLike& 
   UncertainRows<3> result(rows.size());
   {
     py::gil_scoped_release release;
-    const LensOfModel model = lens_of_model(known);
+    const UncertainLens lens = uncertain_lens(known);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const UncertainPixel pixel{rows[i], noise[i]};
-      const std::optional<UncertainPoint> x = point(model.lens, pixel, i);
+      const std::optional<UncertainPoint> x = point(lens, pixel, i);
       if (x)
         result.set(i, x->x, x->covariance);
       else
@@ -164,13 +164,6 @@ UncertainArrays points_on_plane(const CalibrationFile& known, const ArrayLike& p
                           });
 }
 
-// The standard deviations of the lens' parameters, from the covariance of the free ones.
-std::vector<double> sigmas_of_covariance(const CalibrationFile& known) {
-  const LensOfModel model = lens_of_model(known);
-  if (!model.lens.model) return {};
-  return lens_sigmas(model.lens);
-}
-
 CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::string>& model,
                                  const std::optional<ArrayLike>& covariance, const Fixed& fixed,
                                  const std::optional<SeenRegion>& seen,
@@ -192,15 +185,46 @@ CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::
     throw Error("model: " + *model + " has another kind of lens than the camera");
   const HeldModels held(fixed, named.lens_type());
   if (!covariance) return known;
-  const py::ssize_t k = held.named(*model).num_free();
-  known.covariance = covariance_matrices(covariance, "covariance", 1, k).front();
-  known.sigmas = sigmas_of_covariance(known);
+  const Model& of_model = held.named(*model);
+  known.covariance =
+      covariance_matrices(covariance, "covariance", 1, of_model.num_free()).front();
+  known.sigmas = lens_sigmas({&of_model, camera.lens, known.covariance});
   return known;
 }
 
 std::optional<py::array_t<double>> covariance_or_none(const CalibrationFile& known) {
   if (known.covariance.size() == 0) return std::nullopt;
   return matrix_array(known.covariance);
+}
+
+std::optional<UncertainLens> claim_or_none(const CalibrationFile& known) {
+  const UncertainLens claim = uncertain_lens(known);
+  return claim.model ? std::optional(claim) : std::nullopt;
+}
+
+void bind_claim(py::module_& m) {
+  Record<UncertainLens>(m, "Claim",
+                        "What is known of a lens: the covariance of the free parameters of a "
+                        "model. Of a calibration it is the largest model that the data need, not "
+                        "only that of the answer.")
+      .field(
+          "model", [](const UncertainLens& c) { return std::string(c.model->name()); },
+          "The name of that model.")
+      .field(
+          "parameters",
+          [](const UncertainLens& c) {
+            std::vector<std::string> names;
+            for (const FreeParameter& free : c.model->free()) names.emplace_back(free.name);
+            return names;
+          },
+          "The names of its free parameters: the rows of `covariance`.")
+      .field(
+          "covariance", [](const UncertainLens& c) { return matrix_array(c.covariance); },
+          "(K, K); zero for parameters that were held.")
+      .representation([](const UncertainLens& c) {
+        return std::string(c.model->name()) + ", " +
+               counted(c.model->free().size(), "parameter");
+      });
 }
 
 void define_knowledge(Record<CalibrationFile>& record) {
@@ -213,6 +237,9 @@ void define_knowledge(Record<CalibrationFile>& record) {
       "Standard deviation of each lens parameter by name, 0 for a held one; empty: unknown.");
   record.field("covariance", &covariance_or_none,
                "(K, K), of the model's free parameters; None: unknown, taken as exact.");
+  record.field("claim", &claim_or_none,
+               "The Claim, from which all uncertainties of points follow; None: unknown, taken as "
+               "exact.");
   record.field("seen", &CalibrationFile::seen, "The region of the corners; empty: unknown.");
   record.field("camera_error_px", &CalibrationFile::camera_error_px,
                "Error of a projection per coordinate, besides the noise of a corner; None: "
@@ -250,6 +277,7 @@ void define_points(Record<CalibrationFile>& record) {
 }  // namespace
 
 void bind_uncertain_camera(py::module_& m) {
+  bind_claim(m);
   Record<CalibrationFile> record(m, "UncertainCamera",
                                  "A camera with what is known of it: as `Calibration` and files of "
                                  "cameras have it. It projects points with covariances.");

@@ -2,10 +2,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include <memory>
-
 #include "python/arguments.hpp"
-#include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/io/types.hpp"
 
@@ -20,13 +17,6 @@ CalibrationFile known_camera(const CameraLike& argument, const char* name);
 
 // What is known of the camera of a calibration. Throws Error if it has no answer.
 CalibrationFile known_camera(const Calibration& calibration);
-
-// Its lens with the covariance of the free parameters of its model; `held` owns the model.
-struct LensOfModel {
-  std::shared_ptr<const HeldModels> held;
-  UncertainLens lens;
-};
-LensOfModel lens_of_model(const CalibrationFile& known);
 
 // Returns the camera of an answer, no value for others: the lens is then the last state of the
 // solver, or (model weak) one without the scale of each view.

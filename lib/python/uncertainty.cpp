@@ -37,32 +37,33 @@ Samples samples_of(const std::optional<ArrayLike>& argument, const CalibrationFi
 }
 
 // Throws Error unless the camera has a covariance.
-LensOfModel uncertain_lens(const CalibrationFile& known, const char* name) {
-  if (known.covariance.size() == 0)
+UncertainLens claim_of(const CalibrationFile& known, const char* name) {
+  UncertainLens claim = uncertain_lens(known);
+  if (!claim.model)
     throw Error(std::string(name) +
                 ": must have a covariance, as a Calibration or an UncertainCamera has");
-  return lens_of_model(known);
+  return claim;
 }
 
 ProjectionUncertainty projection_of(const CameraLike& camera, double distance_m,
                                     const std::optional<ImageGrid>& grid,
                                     const std::optional<ArrayLike>& samples) {
   const CalibrationFile known = known_camera(camera, "camera");
-  const LensOfModel model = uncertain_lens(known, "camera");
+  const UncertainLens claim = claim_of(known, "camera");
   check_distance(distance_m, "distance_m");
   const Samples pixels = samples_of(samples, known);
   const ImageGrid nodes = grid.value_or(ImageGrid{known.camera.image_size});
   py::gil_scoped_release release;
-  return projection_uncertainty(model.lens, nodes, pixels, distance_m);
+  return projection_uncertainty(claim, nodes, pixels, distance_m);
 }
 
 std::vector<WeakDirection> weak_directions_of(const CameraLike& camera,
                                               const std::optional<ArrayLike>& samples) {
   const CalibrationFile known = known_camera(camera, "camera");
-  const LensOfModel model = uncertain_lens(known, "camera");
+  const UncertainLens claim = claim_of(known, "camera");
   const Samples pixels = samples_of(samples, known);
   py::gil_scoped_release release;
-  return weak_directions(model.lens, pixels);
+  return weak_directions(claim, pixels);
 }
 
 std::optional<LensDifference> difference_of(const CameraLike& a, const CameraLike& b,

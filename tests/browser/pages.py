@@ -108,7 +108,7 @@ def good(maker: Maker) -> None:
 
 def fisheye(maker: Maker) -> None:
     maker.render("fisheye", FISHEYE_SCENE)
-    maker.run("calibrate", "fisheye", "--board-warp", "--report", "fisheye.html")
+    maker.run("calibrate", "fisheye", "--report", "fisheye.html")
 
 
 def findings(maker: Maker) -> None:
@@ -126,7 +126,8 @@ def findings(maker: Maker) -> None:
 
 
 def no_answer(maker: Maker) -> None:
-    rows = [row for row in maker.exact_rows("good") if row[0] == "000.png"]
+    """Three tags of one picture, which are too few for the model."""
+    rows = [row for row in maker.exact_rows("good") if row[0] == "000.png" and int(row[1]) < 3]
     maker.spill("good", rows, maker.folder / "one")
     maker.run("calibrate", "one", "--model", "opencv8", "--sigma-px", "1", "--report",
               "no_answer.html", exit_code=3)

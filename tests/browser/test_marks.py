@@ -6,10 +6,12 @@ from pages import Page
 # Charts of each page.
 RESIDUALS = ["residual-vectors", "residual-map", "distribution", "radial-profile"]
 EXPECTED = {
-    "good": ["coverage", "next-view", *RESIDUALS, "uncertainty", "rms", "views", "scene", "ladder"],
+    "good": ["coverage", "next-view", *RESIDUALS, "uncertainty", "rms", "views", "scene", "warp",
+             "ladder"],
     "fisheye": ["coverage", "next-view", *RESIDUALS, "uncertainty", "rms", "views", "scene", "warp",
                 "ladder"],
-    "findings": ["coverage", "next-view", *RESIDUALS, "uncertainty", "rms", "views", "scene"],
+    "findings": ["coverage", "next-view", *RESIDUALS, "uncertainty", "rms", "views", "scene",
+                 "warp"],
     "no_answer": ["coverage", "views"],
     "difference": ["difference", "difference-parameters"],
     "poses": [*RESIDUALS, "rms", "views", "scene"],

@@ -106,9 +106,11 @@ TEST_F(CliMany, OneBadDataSetHarmsNoOther) {
 
 TEST_F(CliMany, TheExitCodeIsTheWorst) {
   three();
-  const fs::path open = exact_set("open");  // one view does not determine opencv8
+  // Three tags of one view are too few for opencv8. (The whole view is an answer: the priors of
+  // lenses determine what it does not.)
+  const fs::path open = exact_set("open");
   const std::string all = slurp(open / "observations_exact.csv");
-  spill(open / "observations_exact.csv", all.substr(0, all.find("001.png")));
+  spill(open / "observations_exact.csv", all.substr(0, all.find("000.png,3,")));
   const std::string sets = "calibrate " + path("a") + " " + path("open");
   const Outcome none = run(sets + " --model opencv8 --sigma-px 0.1 --out " + path("worst"));
   EXPECT_EQ(none.exit_code, 3) << none.out << none.err;

@@ -17,8 +17,7 @@ int main(int argc, char** argv) {
   const std::vector<Eigen::Vector2d> samples = found.seen.samples();
   std::cout << "seen " << 100 * found.seen.share() << " %\n";
   // estimate/projection_uncertainty.hpp: standard deviation of the projection, here at 1 m
-  const tagcal::UncertainLens lens{&tagcal::Model::named(found.model), found.camera->lens,
-                                   found.covariance};
+  const tagcal::UncertainLens& lens = *found.claim;
   const tagcal::ImageGrid grid{dataset.image_size};
   std::cout << "sd at 1 m " << tagcal::projection_uncertainty(lens, grid, samples, 1).region_px
             << " px\n";

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "spoiled_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
@@ -27,10 +29,8 @@ Dataset bent_world(const Lens& lens, std::uint64_t seed, const Eigen::Vector2d& 
 
 const Lens kLens = Perspective({900, 900, 651, 392, -0.1});
 
-bool warns_of_bend(const Calibration& c) {
-  for (const std::string& warning : sentences(c.findings))
-    if (warning.find("bent board") != std::string::npos) return true;
-  return false;
+bool tells_of_bend(const Calibration& c) {
+  return std::ranges::count(c.findings, "board_bent", &Finding::code) > 0;
 }
 
 TEST(BoardWarp, IsFoundWithItsDeviation) {
@@ -46,8 +46,7 @@ TEST(BoardWarp, IsFoundWithItsDeviation) {
     ASSERT_EQ(c.status, Status::ok);
     right += c.model == "radial1";
     ASSERT_TRUE(c.board_warp.has_value());
-    EXPECT_LT(c.board_warp->sigma_mm.maxCoeff(), 0.05);
-    EXPECT_FALSE(warns_of_bend(c));
+    EXPECT_LT(c.board_warp->sigma_mm.maxCoeff(), 0.06);
     for (int i = 0; i < 2; ++i) {
       const double z = (c.board_warp->bend_mm[i] - 1e3 * bow_m[i]) / c.board_warp->sigma_mm[i];
       EXPECT_LT(std::abs(z), 4) << seed;
@@ -74,38 +73,65 @@ TEST(BoardWarp, IsSolvedTogetherWithLensAndPoses) {
     const Calibration c = calibrate(world, with_warp);
     ASSERT_EQ(c.status, Status::ok) << model;
     EXPECT_TRUE(c.outliers.empty()) << model;
-    EXPECT_LT((c.board_warp->bend_mm - 1e3 * bow_m).norm(), 1e-6) << model;
-    EXPECT_NEAR(parameters(c.camera->lens)[0], 900, 1e-6) << model;
+    // `auto` weighs the priors by the noise of a larger lens, which is not zero to the last digit.
+    const double bound = model == "auto" ? 2e-3 : 1e-6;
+    EXPECT_LT((c.board_warp->bend_mm - 1e3 * bow_m).norm(), bound) << model;
+    EXPECT_NEAR(parameters(c.camera->lens)[0], 900, bound) << model;
   }
 }
 
-TEST(BoardWarp, LeavesMoreOpenThanAFlatBoard) {
+// The option asks for one flat board; the shape is in the answer without it.
+TEST(BoardWarp, IsInTheAnswerWithoutItsOption) {
   WorldOptions options;
   options.num_views = 6;
-  const Dataset world = bent_world(kLens, 2, {0, 0}, options);
-  CalibrateOptions flat;
-  flat.model = "radial1";
-  flat.sigma_px = 0.2;
-  CalibrateOptions bent = flat;
-  bent.board_warp = true;
-  const Calibration without = calibrate(world, flat), with = calibrate(world, bent);
+  const Dataset world = bent_world(kLens, 2, {5e-4, 0}, options);
+  CalibrateOptions plain;
+  plain.model = "radial1";
+  CalibrateOptions asked = plain;
+  asked.board_warp = true;
+  const Calibration without = calibrate(world, plain), with = calibrate(world, asked);
   ASSERT_EQ(with.status, Status::ok);
-  EXPECT_GT(with.sigmas[0], 1.001 * without.sigmas[0]);
-  for (std::size_t v = 0; v < with.views.size(); ++v)
-    EXPECT_GT(with.views[v].covariance(5, 5), 1.001 * without.views[v].covariance(5, 5)) << v;
+  EXPECT_EQ(with.sigmas, without.sigmas);
+  EXPECT_EQ(with.board_warp->bend_mm, without.board_warp->bend_mm);
 }
 
-TEST(BoardWarp, IsToldOfWhereItWasNotAskedFor) {
+TEST(BoardWarp, IsToldOf) {
   WorldOptions options;
   options.num_views = 10;
   CalibrateOptions plain;
   plain.model = "radial1";
   for (int seed = 1; seed <= 10; ++seed) {
-    EXPECT_TRUE(warns_of_bend(calibrate(bent_world(kLens, seed, {5e-4, 5e-4}, options), plain)));
-    const Calibration flat = calibrate(bent_world(kLens, seed, {0, 0}, options), plain);
-    EXPECT_FALSE(warns_of_bend(flat));
-    EXPECT_FALSE(flat.board_warp.has_value());
+    EXPECT_TRUE(tells_of_bend(calibrate(bent_world(kLens, seed, {5e-4, 5e-4}, options), plain)));
+    EXPECT_FALSE(tells_of_bend(calibrate(bent_world(kLens, seed, {0, 0}, options), plain)));
   }
+}
+
+// Twisted, or printed longer along y: in the answer, within its deviations, and named.
+TEST(BoardWarp, TwistAndPrintAspectAreFound) {
+  WorldOptions options;
+  options.num_views = 12;
+  const double twist_m = 6e-4, aspect = 0.003;
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const auto twisted = [&](TargetPoint& p) {
+      p.position.z() += twist_m * (p.position.x() / 0.33 - 1) * (p.position.y() / 0.33 - 1);
+      p.position.y() *= 1 + aspect;
+    };
+    const Calibration c = calibrate(
+        seen_otherwise(make_world(kLens, static_cast<int>(seed), options), options, twisted, seed));
+    ASSERT_EQ(c.status, Status::ok);
+    ASSERT_TRUE(c.board_warp.has_value());
+    const BoardWarp& board = *c.board_warp;
+    const double of_twist = (board.twist_mm - 1e3 * twist_m) / board.sigma_twist_mm;
+    const double of_aspect = (board.aspect - aspect) / board.sigma_aspect;
+    EXPECT_LT(std::abs(of_twist), 4.5) << seed;
+    EXPECT_LT(std::abs(of_aspect), 4.5) << seed;
+    sum += of_twist * of_twist + of_aspect * of_aspect;
+    EXPECT_TRUE(tells_of_bend(c)) << seed;
+    EXPECT_TRUE(std::ranges::count(c.findings, "print_aspect", &Finding::code)) << seed;
+    EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 4 * c.sigmas[0]) << seed;
+  }
+  EXPECT_LT(sum, 33);  // chi-square of 12: p = 0.001
 }
 
 TEST(BoardWarp, NeedsOneFlatBoard) {

@@ -42,9 +42,11 @@ TEST(Calibrate, IsExactWithoutNoise) {
     const Calibration c = calibrate(make_world(lens, 1, options), with_model(model, 0.1));
     ASSERT_TRUE(c.camera.has_value()) << model;
     EXPECT_EQ(c.status, Status::ok) << model;
+    // The priors draw the estimate towards usual lenses, by far less than it claims.
     EXPECT_LT(c.rms_px, 1e-8) << model;
     for (std::size_t i = 0; i < parameters(lens).size(); ++i)
-      EXPECT_NEAR(parameters(c.camera->lens)[i], parameters(lens)[i], 1e-6) << model << i;
+      EXPECT_NEAR(parameters(c.camera->lens)[i], parameters(lens)[i], 1e-4 * c.sigmas[i] + 1e-9)
+          << model << i;
   }
 }
 

@@ -35,8 +35,15 @@ TEST(Honesty, CoefficientsThatTradeAreNoReasonToRefuse) {
   }
 }
 
-// Noise looks like curvature, and curvature would tell of the centre and the focal length.
-TEST(Honesty, NoiseDoesNotTellOfALens) {
+// One view, or ten of one pose, show little of a centre or a lens: priors do, and the claim is
+// theirs. Frontal views have no focal length under any model.
+void expect_within_claim(const Calibration& c, const std::string& where) {
+  if (!is_answer(c.status)) return;
+  EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 3 * c.sigmas[0]) << where;
+  EXPECT_LE(c.sigmas[0], 0.1 * parameters(c.camera->lens)[0]) << where;
+}
+
+TEST(Honesty, AFewViewsClaimWhatIsUsual) {
   WorldOptions one, frontal;
   one.num_views = 1;
   one.min_tilt_deg = 30;
@@ -44,18 +51,22 @@ TEST(Honesty, NoiseDoesNotTellOfALens) {
   frontal.max_tilt_deg = 0;
   const Lens lens = pinhole(900, 900, 639.5, 399.5);
   for (int seed = 1; seed <= 4; ++seed) {
-    for (const char* model : {"f+c", "opencv5", "opencv8", "fisheye4"}) {
-      EXPECT_FALSE(is_answer(calibrate(make_world(lens, seed, one), with_model(model)).status))
-          << model << " " << seed;
+    const Dataset tilted = make_world(lens, seed, one);
+    for (const char* model : {"f", "f+c", "opencv5", "opencv8", "fisheye4"}) {
+      const std::string where = model + std::string(" ") + std::to_string(seed);
+      const Calibration c = calibrate(tilted, with_model(model));
+      expect_within_claim(c, where);
+      if (is_answer(c.status)) {
+        EXPECT_TRUE(std::ranges::count(c.findings, "few_views", &Finding::code)) << where;
+      }
       EXPECT_FALSE(is_answer(calibrate(make_world(lens, seed, frontal), with_model(model)).status))
-          << model << " " << seed;
+          << where;
     }
-    EXPECT_EQ(calibrate(make_world(lens, seed, one), with_model("f")).status, Status::ok);
+    EXPECT_EQ(calibrate(tilted, with_model("f")).status, Status::ok);
   }
 }
 
-// Nor do ten views of one pose, each with its own noise: they are as one.
-TEST(Honesty, OnePoseSeenTenTimesIsOneView) {
+TEST(Honesty, OnePoseSeenTenTimesIsHardlyMore) {
   WorldOptions options;
   options.num_views = 1;
   options.min_tilt_deg = 30;
@@ -68,13 +79,14 @@ TEST(Honesty, OnePoseSeenTenTimesIsOneView) {
                                     options, random));
       world.views.back().image = std::to_string(i) + ".png";
     }
-    for (const char* model : {"f+c", "opencv5", "fisheye4"})
-      EXPECT_FALSE(is_answer(calibrate(world, with_model(model)).status)) << model << " " << seed;
+    for (const char* model : {"f", "f+c", "opencv5", "fisheye4"})
+      expect_within_claim(calibrate(world, with_model(model)),
+                          model + std::string(" ") + std::to_string(seed));
     EXPECT_EQ(calibrate(world, with_model("f")).status, Status::ok);
   }
 }
 
-// What is left of exact corners are digits: two micrometres of bend in them is no news.
+// What is left of exact corners are digits. A bend is in the answer: it is a note, not a warning.
 TEST(Honesty, ExactCornersAreNotWarnedOf) {
   WorldOptions options;
   options.num_views = 12;
@@ -93,12 +105,13 @@ TEST(Honesty, ExactCornersAreNotWarnedOf) {
       }
     }
     std::string all;
-    for (const std::string& warning : sentences(calibrate(world, with_model("opencv5")).findings))
-      all += warning + "; ";
+    for (const Finding& finding : calibrate(world, with_model("opencv5")).findings)
+      if (finding.code != "extrapolated" && finding.code != "fold_in_image")
+        all += finding.code + std::string(severity_name(finding.severity)) + "; ";
     return all;
   };
-  EXPECT_EQ(warnings(2e-6, 0.0001).find("bent"), std::string::npos) << warnings(2e-6, 0.0001);
-  EXPECT_NE(warnings(1e-3, 0.03).find("bent"), std::string::npos);
+  EXPECT_EQ(warnings(0, 0.0001), "");
+  EXPECT_EQ(warnings(1e-3, 0.03), "board_bentnote; ");
 }
 
 // Strong barrel distortion, nothing rejected: from the pinhole the solver runs into the fold.
@@ -114,21 +127,6 @@ TEST(Honesty, AFoldIsNoMinimum) {
     ASSERT_EQ(c.status, Status::ok) << seed;
     EXPECT_NEAR(c.sigma_px, near.sigma_px, 0.02) << seed;
   }
-}
-
-TEST(Honesty, AnAssumedCentreIsSaid) {
-  const auto said = [](int num_views) -> std::string {
-    WorldOptions options;
-    options.num_views = num_views;
-    options.min_tilt_deg = 30;
-    const Dataset world = make_world(pinhole(900, 900, 639.5, 399.5), 2, options);
-    for (const std::string& warning : sentences(calibrate(world, with_model("f")).findings))
-      if (warning.find("taken to be the centre") != std::string::npos) return warning;
-    return std::string();
-  };
-  EXPECT_NE(said(1).find("do not determine it"), std::string::npos);
-  EXPECT_NE(said(2).find("with model f+c"), std::string::npos);
-  EXPECT_EQ(said(5), "");
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ const std::vector<std::pair<std::string, Lens>>& truths() {
       {"radial1", Perspective({900, 900, 651, 392, -0.1})},
       {"radial2", Perspective({900, 900, 651, 392, -0.2, 0.08})},
       {"opencv4", opencv5_lens()},
-      {"opencv5", Perspective({900, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0.05})},
+      {"opencv5", Perspective({900, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0.08})},
       {"opencv8", Perspective({500, 501, 651, 392, 0.5, 0.1, 5e-4, -3e-4, 0.01, 0.8, 0.15, 0.02})},
       {"fisheye4", fisheye_lens()}};
   return all;
@@ -59,7 +59,7 @@ TEST(Selection, TheModelThatMadeTheData) {
       const Calibration c = calibrate(make_world(lens, seed, wide ? near() : few_views()));
       EXPECT_EQ(c.status, Status::ok) << model;
       EXPECT_GT(c.seconds.start, 0);
-      ASSERT_EQ(c.steps.size(), 10u);
+      EXPECT_GE(c.steps.size(), 9u) << ladder_of(c);
       // A rational lens with a pole in the image is not taken, whatever the corners ask for: then
       // it counts in what is claimed.
       const ModelStep& step = step_of(c, model);
@@ -94,8 +94,8 @@ TEST(Selection, AToleranceLeavesOutWhatNoSceneNeeds) {
   double counted = 0;
   for (const ModelStep& step : c.steps) counted += step.weight;
   EXPECT_GT(counted, 0.99);
+  EXPECT_GT(step_of(c, "f+c").difference_px.value(), 0.01);
   EXPECT_LT(step_of(c, "f+c").difference_px.value(), 0.1);
-  EXPECT_GT(step_of(c, "f+c").difference_px.value(), 0.0);
   EXPECT_GT(c.sigmas[0], best.sigmas[0]);
   EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 4 * c.sigmas[0]);
   // Over the whole image: the coefficient that is left out is within what is claimed.
@@ -144,7 +144,7 @@ TEST(Selection, AFocalLengthThatIsKnownIsNotRefused) {
     const Calibration c = calibrate(make_world(pinhole(900, 900, 639.5, 399.5), seed, options));
     EXPECT_EQ(c.status, Status::ok) << seed;
     EXPECT_EQ(c.model, "f");
-    EXPECT_NE(step_of(c, "opencv5").sentence.find("do not determine"), std::string::npos);
+    EXPECT_FALSE(step_of(c, "opencv5").taken);
   }
 }
 
@@ -195,9 +195,8 @@ TEST(Selection, ManyViewsAreComparedOnAPartOfThemFirst) {
     EXPECT_EQ(c.status, Status::ok) << model;
     EXPECT_EQ(c.model, model) << ladder_of(c);
     EXPECT_EQ(c.views.size(), 50u);
-    ASSERT_EQ(c.steps.size(), 10u);
     const char* loser = model == "fisheye4" ? "f" : "fisheye4";
-    EXPECT_NE(step_of(c, loser).sentence.find("estimated from a part"), std::string::npos) << model;
+    EXPECT_FALSE(step_of(c, loser).taken) << model;
     EXPECT_GT(step_of(c, loser).bic, step_of(c, model).bic) << model;
   }
 }

@@ -112,41 +112,76 @@ TEST(ParameterSums, TiedParametersAreSummed) {
   }
 }
 
-// A target bent by b has its points displaced by shape . b along its normal.
-TEST(ParameterSums, BendsMovePointsAlongTheNormal) {
+// A target of another shape has its points displaced along its normal, and along its y axis.
+TEST(ParameterSums, ShapesMovePoints) {
   Random random(4);
   for (const std::size_t n : {1, 4, 6, 11}) {
     for (const bool whitened : {false, true}) {
       const Lens lens = random_lens<Perspective>(random);
       SeenView seen(lens, n, whitened, random);
       const auto free = Model::named("radial1").free();
-      std::vector<Vector2d> shapes;
-      for (std::size_t i = 0; i < n; ++i)
-        shapes.emplace_back(random.uniform(-1, 1), random.uniform(-1, 1));
+      std::vector<Eigen::Vector4d> shapes(n);
+      for (Eigen::Vector4d& shape : shapes)
+        for (double& s : shape) s = random.uniform(-1, 1);
       const Vector3d normal = Vector3d(0.3, -0.5, 0.7).normalized();
+      const Vector3d across = Vector3d(0.5, 0.3, 0).normalized();
       MatrixXd gram, expected;
-      ASSERT_TRUE(ParameterSums(seen.view(), free, {shapes, normal}).at(lens, seen.pose, gram));
+      ASSERT_TRUE(
+          ParameterSums(seen.view(), free, {shapes, normal, across}).at(lens, seen.pose, gram));
       const SeenView flat = seen;
       const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
-      ASSERT_EQ(gram.cols(), k + 3);
+      ASSERT_EQ(gram.cols(), k + 5);
       // The last column is the gradient of half the cost, here by differences.
-      for (int bend = 0; bend < 2; ++bend) {
+      for (int shape = 0; shape < 4; ++shape) {
         constexpr double kStep = 1e-6;
         double cost[2];
         for (const int side : {0, 1}) {
           for (std::size_t i = 0; i < n; ++i)
-            seen.points[i] = flat.points[i] + (2 * side - 1) * kStep * shapes[i][bend] * normal;
+            seen.points[i] = flat.points[i] + (2 * side - 1) * kStep * shapes[i][shape] *
+                                                  (shape == 3 ? across : normal);
           ASSERT_TRUE(ParameterSums(seen.view(), free).at(lens, seen.pose, expected));
           cost[side] = expected(k, k);
         }
-        EXPECT_NEAR(gram(k + bend, k + 2), (cost[1] - cost[0]) / (4 * kStep),
-                    1e-6 * std::sqrt(gram(k + bend, k + bend) * gram(k + 2, k + 2)));
+        EXPECT_NEAR(gram(k + shape, k + 4), (cost[1] - cost[0]) / (4 * kStep),
+                    1e-6 * std::sqrt(gram(k + shape, k + shape) * gram(k + 4, k + 4)));
       }
       ASSERT_TRUE(ParameterSums(flat.view(), free).at(lens, seen.pose, expected));
       EXPECT_LT(difference(MatrixXd(gram.topLeftCorner(k, k).selfadjointView<Eigen::Upper>()),
                            MatrixXd(expected.topLeftCorner(k, k).selfadjointView<Eigen::Upper>())),
                 1e-11);
     }
+  }
+}
+
+// Row terms are correlated noise: the products are those with the inverse of its covariance.
+TEST(ParameterSums, RowTermsAreCorrelatedNoise) {
+  Random random(6);
+  const ViewRowTerms rows{400, 0.003};
+  for (const std::size_t n : {3, 4, 9, 30}) {
+    const Lens lens = random_lens<Perspective>(random);
+    const SeenView seen(lens, n, false, random);
+    const auto free = Model::named("radial1").free();
+    MatrixXd gram;
+    ParameterSums sums(seen.view(), free, {}, rows);
+    ASSERT_TRUE(sums.at(lens, seen.pose, gram));
+    const Result batch = run(kPortableKernels, lens, seen.pose, seen.points, free, true);
+    const auto m = static_cast<Eigen::Index>(2 * n);
+    const Eigen::Index k = 6 + static_cast<Eigen::Index>(free.size());
+    MatrixXd all(m, k + 1), shear = MatrixXd::Zero(m, 2);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto at = static_cast<Eigen::Index>(2 * i);
+      all.middleRows(at, 2) << batch.pose_rows(i), batch.parameter_rows(i),
+          batch.pixels[i] - seen.pixels[i];
+      shear(at, 0) = shear(at + 1, 1) = seen.pixels[i].y() - rows.middle_row;
+    }
+    const MatrixXd covariance =
+        MatrixXd::Identity(m, m) + rows.sigma * rows.sigma * shear * shear.transpose();
+    const MatrixXd expected = all.transpose() * covariance.ldlt().solve(all);
+    EXPECT_LT(difference(MatrixXd(gram.selfadjointView<Eigen::Upper>()), expected), 1e-9);
+    // The best row terms are the posterior mean of the shear.
+    const Eigen::Vector2d best =
+        -rows.sigma * rows.sigma * shear.transpose() * covariance.ldlt().solve(all.col(k));
+    EXPECT_LT((sums.row_terms() - best).norm(), 1e-9 * (1 + best.norm()));
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/uncertain_points.hpp"
 
 namespace {
 
@@ -68,6 +69,11 @@ void check_calibration(const Calibration& calibration) {
   for (const double value : parameters(calibration.camera->lens))
     fuzz::require(std::isfinite(value), "parameters are finite");
   for (const double sigma : calibration.sigmas) fuzz::require(sigma >= 0, "sd are not negative");
+  fuzz::require(calibration.claim.has_value() == (calibration.model != "weak"),
+                "all models but weak have a claim");
+  if (calibration.claim)
+    fuzz::require(covariance_defect(calibration.claim->covariance).empty(),
+                  "the claim is a covariance, as the reader of its file demands");
   fuzz::require(std::isfinite(calibration.rms_px), "residuals are finite");
   for (const CalibratedView& view : calibration.views)
     fuzz::require(view.camera_from_world.matrix().allFinite(), "poses are finite");

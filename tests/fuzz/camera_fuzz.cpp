@@ -16,6 +16,7 @@ void check_camera(const FileCamera& camera) {
     fuzz::require(std::isfinite(value), "parameters are finite");
   if (camera.camera_from_rig)
     fuzz::require(camera.camera_from_rig->matrix().allFinite(), "places in a rig are finite");
+  fuzz::require(uncertain_lens(camera.calibration).covariance.allFinite(), "claims are finite");
   const Camera& used = camera.calibration.camera;
   const std::optional<Ray> ray = ray_in_camera(used.lens, image_centre(used.image_size));
   if (!ray) return;
@@ -38,6 +39,9 @@ bool are_equal(const CameraFile& a, const CameraFile& b) {
     const auto p = parameters(a.cameras[i].calibration.camera.lens);
     const auto q = parameters(b.cameras[i].calibration.camera.lens);
     if (!std::ranges::equal(p, q)) return false;
+    const MatrixX& claim = a.cameras[i].calibration.claim_covariance;
+    const MatrixX& other = b.cameras[i].calibration.claim_covariance;
+    if (claim.rows() != other.rows() || claim != other) return false;
   }
   return true;
 }

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "file_fixture.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 
 namespace tagcal {
 namespace {
@@ -17,15 +18,19 @@ const std::string kRos =
     "distortion_coefficients: {rows: 1, cols: 5, data: [-0.2, 0.05, 0.001, 0.002, 0.01]}\n"
     "projection_matrix: {rows: 3, cols: 4, data: [600, 0, 320, 0, 0, 600, 240, 0, 0, 0, 1, 0]}\n";
 
+// The claim is by a model that contains the answer's.
 Calibration example(const std::string& model, const Lens& lens) {
   Random random(9);
-  const int n = Model::named(model).num_free();
+  const Model& claimed =
+      Model::named(model == "opencv8" || model == "fisheye4" ? model : "opencv5");
+  const int n = Model::named(model).num_free(), m = claimed.num_free();
   Calibration c;
   c.status = Status::ok;
   c.model = model;
   c.camera = Camera{lens, {1280, 800}};
-  const Eigen::MatrixXd half = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return random.normal(); });
-  c.covariance = half * half.transpose() / 3;
+  const Eigen::MatrixXd half = Eigen::MatrixXd::NullaryExpr(m, m, [&] { return random.normal(); });
+  c.claim = UncertainLens{&claimed, lens, half * half.transpose() / 3};
+  c.covariance = covariance_by(Model::named(model), *c.claim);
   c.sigmas.assign(parameters(lens).size(), 0.0);
   const Model& known = Model::named(model);
   for (int i = 0; i < n; ++i)
@@ -95,6 +100,11 @@ TEST_F(CalibrationFileTest, ReadsBackToTheLastBit) {
     EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << model;
     EXPECT_EQ(back.sigmas, written.sigmas);
     EXPECT_EQ(back.covariance, written.covariance);
+    EXPECT_EQ(back.claim_model, written.claim->model->name());
+    EXPECT_EQ(back.claim_covariance, written.claim->covariance);
+    const UncertainLens claim = uncertain_lens(back);
+    EXPECT_EQ(claim.model, written.claim->model);
+    EXPECT_EQ(claim.covariance, written.claim->covariance);
     EXPECT_EQ(back.seen.hull(), written.seen.hull());
   }
 }
@@ -112,10 +122,11 @@ TEST_F(CalibrationFileTest, OpenCVReadsEveryKey) {
     EXPECT_EQ(static_cast<std::string>(file["status"]), "ok");
     EXPECT_EQ(static_cast<double>(file["sigma_px"]), 1.0 / 9);
     EXPECT_EQ(static_cast<int>(file["num_outliers"]), 1);
-    cv::Mat k, distortion, covariance;
+    cv::Mat k, distortion, covariance, claim;
     file["camera_matrix"] >> k;
     file["distortion_coefficients"] >> distortion;
     file["covariance"] >> covariance;
+    file["claim_covariance"] >> claim;
     const auto p = parameters(lens);
     const cv::Matx33d expected(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
     ASSERT_EQ(k.size(), cv::Size(3, 3));
@@ -127,6 +138,11 @@ TEST_F(CalibrationFileTest, OpenCVReadsEveryKey) {
     }
     ASSERT_EQ(covariance.rows, c.covariance.rows());
     EXPECT_EQ(covariance.at<double>(covariance.rows - 1, 0), c.covariance(covariance.rows - 1, 0));
+    const Eigen::MatrixXd& claimed = c.claim->covariance;
+    EXPECT_EQ(static_cast<std::string>(file["claim_model"]), c.claim->model->name());
+    ASSERT_EQ(claim.rows, claimed.rows());
+    EXPECT_EQ(claim.at<double>(claim.rows - 1, 0), claimed(claimed.rows() - 1, 0));
+    ASSERT_EQ(static_cast<int>(file["claim_names"].size()), claimed.rows());
     ASSERT_EQ(file["projection_uncertainty"].size(), 2U);
     EXPECT_TRUE(std::isinf(static_cast<double>(file["projection_uncertainty"][0]["distance_m"])));
     EXPECT_EQ(static_cast<double>(file["projection_uncertainty"][1]["distance_m"]), 1.25);
@@ -165,6 +181,7 @@ TEST_F(CalibrationFileTest, WithoutUncertaintyViewsOrWarnings) {
   Calibration c = example("opencv5", examples()[5].second);
   c.sigmas.clear();
   c.covariance.resize(0, 0);
+  c.claim.reset();
   c.seen = SeenRegion();
   c.projection.clear();
   c.views.clear();
@@ -172,6 +189,7 @@ TEST_F(CalibrationFileTest, WithoutUncertaintyViewsOrWarnings) {
   const CalibrationFile back = read(calibration_yaml(c));
   EXPECT_TRUE(back.sigmas.empty());
   EXPECT_EQ(back.covariance.size(), 0);
+  EXPECT_EQ(uncertain_lens(back).model, nullptr);
   const cv::FileStorage file((folder_ / "c.yaml").string(), cv::FileStorage::READ);
   EXPECT_EQ(file["views"].size(), 0U);
 }
@@ -287,7 +305,8 @@ RC_GTEST_FIXTURE_PROP(CalibrationFileTest, ManglesEndInAnErrorOrAValidCamera,
       const CalibrationFile file = read(mutated(good, random));
       for (const double p : parameters(file.camera.lens)) RC_ASSERT(std::isfinite(p));
       RC_ASSERT(parameters(file.camera.lens)[0] > 0 && file.camera.image_size.width > 0);
-      RC_ASSERT(file.covariance.allFinite());
+      RC_ASSERT(file.covariance.allFinite() && file.claim_covariance.allFinite());
+      RC_ASSERT((uncertain_lens(file).model != nullptr) == (file.covariance.size() > 0));
     } catch (const Error& error) {
       RC_ASSERT(std::string(error.what()).find("c.yaml: ") != std::string::npos);
     }

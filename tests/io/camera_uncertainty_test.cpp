@@ -102,6 +102,82 @@ TEST_F(CameraUncertaintyTest, NamesAreThoseOfTheValues) {
             "parameter_names: must be fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6, got fy, fx,");
 }
 
+// f+c, whose f is the mean of the claim's fx and fy: (4 + 2 x 1 + 9) / 4 = 3.75.
+const std::string kClaim =
+    "image_width: 640\nimage_height: 480\nmodel: f+c\n"
+    "camera_matrix: {rows: 3, cols: 3, data: [900, 0, 320, 0, 900, 240, 0, 0, 1]}\n"
+    "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
+    "covariance: {rows: 3, cols: 3, data: [3.75, 0.5, 0,  0.5, 1, 0,  0, 0, 1]}\n"
+    "claim_model: pinhole\n"
+    "claim_names: [fx, fy, cx, cy]\n"
+    "claim_covariance: {rows: 4, cols: 4, data: [4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1]}\n";
+
+TEST_F(CameraUncertaintyTest, TheClaimIsTheSourceOfAllUncertainty) {
+  const UncertainLens claim = uncertain_lens(read(kClaim));
+  ASSERT_EQ(claim.model, &Model::named("pinhole"));
+  EXPECT_EQ(claim.covariance(1, 1), 9);
+  EXPECT_EQ(parameters(claim.lens)[0], 900);
+  const std::string radial = replaced(kClaim, "claim_model: pinhole", "claim_model: radial1");
+  EXPECT_NO_THROW(read(replaced(replaced(radial, "claim_names: [fx, fy, cx, cy]", ""),
+                                "[4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1]",
+                                "[3.75, 0.5, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0]")));
+}
+
+TEST_F(CameraUncertaintyTest, AConvertedFileKeepsTheClaim) {
+  const CameraFile file = read_camera_file(write("c.yaml", kClaim));
+  write_camera_file(folder_ / "again.yaml", file, "tagcal");
+  const CalibrationFile again = read_calibration(folder_ / "again.yaml");
+  EXPECT_EQ(again.claim_model, "pinhole");
+  EXPECT_EQ(again.claim_covariance, file.cameras[0].calibration.claim_covariance);
+  EXPECT_EQ(again.covariance, file.cameras[0].calibration.covariance);
+}
+
+// Files of older versions have no claim.
+TEST_F(CameraUncertaintyTest, WithoutAClaimItIsTheCovariance) {
+  const UncertainLens claim = uncertain_lens(read(kPinhole));
+  ASSERT_EQ(claim.model, &Model::named("pinhole"));
+  EXPECT_EQ(claim.covariance, read(kPinhole).covariance);
+  const std::string held =
+      kPinhole.substr(0, kPinhole.find("covariance_names")) +
+      "fixed: {fx: 900}\ncovariance: {rows: 3, cols: 3, data: [9, 1, 0, 1, 2, 0, 0, 0, 3]}\n";
+  const UncertainLens three = uncertain_lens(read(held));
+  ASSERT_EQ(three.model, &Model::named("pinhole"));
+  const Eigen::Vector4d variances(0, 9, 2, 3);
+  EXPECT_EQ(three.covariance.diagonal(), variances);
+  EXPECT_EQ(three.covariance(1, 2), 1);
+  EXPECT_EQ(uncertain_lens(read(kPinhole.substr(0, kPinhole.find("covariance_n")))).model, nullptr);
+}
+
+TEST_F(CameraUncertaintyTest, AClaimThatIsNoneIsRefused) {
+  const std::string good = "4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1";
+  const std::vector<BadFile> table = {
+      {"claim_model: pinhole", "claim_model: weak", "claim_model: must be one of f, f+c, pinhole, "},
+      {"claim_model: pinhole", "claim_model: fisheye4",
+       "claim_model: must have the kind of lens of model f+c, got fisheye4"},
+      {"claim_model: pinhole\n", "", "claim_covariance: needs the key claim_model, which is missing"},
+      {"claim_covariance", "x", "claim_model: needs the key claim_covariance, which is missing"},
+      {"\ncovariance", "\nx", "claim_covariance: needs the key covariance, which is missing"},
+      {"claim_model: pinhole", "claim_model: radial2",
+       "claim_covariance: must be 5 x 5 with model radial2, got 4 x 4"},
+      {"[fx, fy, cx, cy]", "[fy, fx, cx, cy]",
+       "claim_names: must be fx, fy, cx, cy with model pinhole, got fy, fx, cx, cy"},
+      {good, "4, 1, 1, 0, 2, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1",
+       "claim_covariance: must be symmetric, got 1 and 2"},
+      {good, "4, 1, 1, 0, 1, 9, 0, 0, 1, 0, -1, 0, 0, 0, 0, 1",
+       "claim_covariance: must have variances from 0 to 1e+100, got -1"},
+      {good, "4, 1, 9, 0, 1, 9, 0, 0, 9, 0, 1, 0, 0, 0, 0, 1",
+       "claim_covariance: must be positive semi-definite"},
+      {good, "5, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1",
+       "covariance: must be 4 for f and f by claim_covariance, got 3.75"},
+      {good, "4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0.5, 0, 0, 0.5, 1",
+       "covariance: must be 0.5 for cx and cy by claim_covariance, got 0"}};
+  for (const BadFile& bad : table) {
+    const std::string message = error(replaced(kClaim, bad.from, bad.to));
+    EXPECT_EQ(message.substr(0, bad.message.size()), bad.message) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
 TEST_F(CameraUncertaintyTest, FixedValuesAreThoseOfTheCamera) {
   const std::string plain = kPinhole.substr(0, kPinhole.find("covariance_names"));
   EXPECT_EQ(read(plain + "fixed: {fx: 900, k1: 0}\n").fixed.at("fx"), 900);

@@ -52,12 +52,21 @@ def test_is_the_answer_of_the_command_to_the_last_bit(calibration: tagcal.Calibr
 
 
 def test_reads_well_and_gives_plain_values(calibration: tagcal.Calibration) -> None:
-    assert repr(calibration) == "<Calibration ok, opencv4, f 902.496 +- 0.012 px, rms 0.0117 px>"
+    fx, sd = calibration.camera.parameters["fx"], calibration.sigmas["fx"]
+    assert 0.01 < sd < 0.05  # two digits, three decimals
+    assert repr(calibration) == (
+        f"<Calibration ok, opencv4, f {fx:.3f} +- {sd:.3f} px, rms {calibration.rms_px:.4f} px>"
+    )
+    assert calibration.camera.parameters["fx"] == pytest.approx(902.5, abs=3 * sd)
     assert calibration.is_answer and calibration.solver_camera == calibration.camera
     assert calibration.covariance.shape == (8, 8)
     assert calibration.free_parameters == ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"]
     assert calibration.sigmas["fx"] == np.sqrt(calibration.covariance[0, 0])
-    assert json.loads(json.dumps(calibration.to_dict()))["views"][3]["image"] == "003.png"
+    assert repr(calibration.claim) == "<Claim opencv5, 9 parameters>"
+    assert calibration.claim.parameters[:4] == ["fx", "fy", "cx", "cy"]
+    plain = json.loads(json.dumps(calibration.to_dict()))
+    assert plain["views"][3]["image"] == "003.png"
+    assert np.array(plain["claim"]["covariance"]).shape == (9, 9)
     assert repr(calibration.seen) == "<SeenRegion 80.9 % of the image>"
     assert repr(calibration.projection[0]).startswith("<ProjectionUncertainty at infinity: rms 0.0")
     assert repr(calibration.views[0]) == '<CalibratedView "000.png" 104 corners, rms 0.012 px>'
@@ -69,12 +78,14 @@ def test_reads_well_and_gives_plain_values(calibration: tagcal.Calibration) -> N
 def test_finds_the_truth_without_noise() -> None:
     points, pixels, poses = opencv_lists()
     found = tagcal.calibrate(points, pixels, SIZE, "opencv4")
-    assert found.status == "ok" and found.rms_px < 1e-9
-    np.testing.assert_allclose(found.camera.matrix, K, atol=1e-6)
-    np.testing.assert_allclose(found.camera.distortion[:5], DISTORTION, atol=1e-8)
+    # Not to the rounding: the priors of lens and board pull as they do for the least noise that is
+    # assumed.
+    assert found.status == "ok" and found.rms_px < 1e-6
+    np.testing.assert_allclose(found.camera.matrix, K, atol=1e-4)
+    np.testing.assert_allclose(found.camera.distortion[:5], DISTORTION, atol=1e-7)
     for view, pose in zip(found.views, poses, strict=True):
-        assert view.camera_from_world.distance_to(pose) < 1e-9
-        assert view.camera_from_world.angle_to(pose) < 1e-9
+        assert view.camera_from_world.distance_to(pose) < 1e-7
+        assert view.camera_from_world.angle_to(pose) < 1e-7
 
 
 def test_agrees_with_opencv_on_the_same_lists() -> None:
@@ -87,16 +98,18 @@ def test_agrees_with_opencv_on_the_same_lists() -> None:
         None,
         None,
     )
-    assert found.rms_px == pytest.approx(rms, rel=1e-5)
-    np.testing.assert_allclose(found.camera.matrix, matrix, atol=2e-3)
-    expected = [found.sigmas[name] for name in found.free_parameters]
+    # Ours has four unknowns more, the shape of the board, and priors: the minima differ by a part of
+    # the standard deviations, which ours estimates in part from the scatter of the 12 views.
+    assert found.rms_px == pytest.approx(rms, rel=2e-3)
+    expected = np.array([found.sigmas[name] for name in found.free_parameters])
     # OpenCV 4.6 counts points, not coordinates, when it estimates the noise from the residuals.
     num_points, unknowns = sum(map(len, points)), 9 + 6 * len(points)
     wrong = np.sqrt((2 * num_points - unknowns) / (num_points - unknowns))
     ratio = sigmas[:9, 0] / expected
-    assert ratio == pytest.approx(1, rel=1e-2) or ratio == pytest.approx(wrong, rel=1e-2)
-    error = found.camera.distortion[:5] - distortion.ravel()
-    assert np.all(np.abs(error) < 0.05 * np.array(expected[4:9]))
+    assert ratio == pytest.approx(1, rel=0.15) or ratio == pytest.approx(wrong, rel=0.15)
+    theirs = [*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()]
+    ours = [found.camera.parameters[name] for name in found.free_parameters]
+    assert np.all(np.abs(np.subtract(ours, theirs)) < 0.5 * expected)
 
 
 def test_lists_of_float32_and_data_sets_are_the_same_problem() -> None:
@@ -173,8 +186,8 @@ def test_every_option_has_its_effect() -> None:
     assert calibrated(model="opencv4", start_focal_px=850).camera.matrix[0, 0] == pytest.approx(
         plain.camera.matrix[0, 0], rel=1e-9
     )
-    assert len(calibrated(tolerance_px=5.0).camera.parameters) == len(plain.camera.parameters)
-    assert calibrated(tolerance_px=5.0).model != plain.model
+    assert len(calibrated(tolerance_px=0.5).camera.parameters) == len(plain.camera.parameters)
+    assert calibrated(tolerance_px=0.5).model != plain.model
     bent = calibrated(model="opencv4", board_warp=True).board_warp
     assert np.all(np.abs(bent.bend_mm) < 5 * bent.sigma_mm)
     far = calibrated(model="opencv4", distances_m=[np.inf, 0.5, 2]).projection

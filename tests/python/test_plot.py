@@ -160,8 +160,9 @@ def test_uncertainty() -> None:
     expected = tagcal.projection_uncertainty(CALIBRATION).region_px
     assert axes.get_title() == f"sd at infinity: {expected:.2g} px where corners were (RMS)"
     assert axes.figure.axes[1].get_ylabel() == "sd of the projection [px]"
-    labels = {text.get_text() for text in axes.texts}
-    assert {"0.001 px", "0.01 px"} <= labels
+    labels = [float(text.get_text().removesuffix(" px")) for text in axes.texts]
+    sigma_px = tagcal.projection_uncertainty(CALIBRATION).sigma_px
+    assert len(labels) > 1 and sigma_px.min() <= min(labels) < max(labels) <= sigma_px.max()
     (hull,) = axes.lines
     assert len(hull.get_xdata()) == len(CALIBRATION.seen.hull) + 1
     near = tagcal.plot.uncertainty(CALIBRATION.uncertain_camera, 0.9)
@@ -189,9 +190,9 @@ def test_difference() -> None:
     assert DATASET.truth is not None
     axes = tagcal.plot.difference(CALIBRATION, DATASET.truth.camera)
     check_image_axes(axes)
-    assert axes.get_title().startswith("difference at infinity: 0.0028 px RMS")
     found = tagcal.diff(CALIBRATION, DATASET.truth.camera)
-    assert found is not None
+    assert found is not None and found.rms_px < 0.01
+    assert axes.get_title().startswith(f"difference at infinity: {found.rms_px:.2g} px RMS")
     assert np.allclose(arrows_of(axes).U, found.difference_px[..., 0].ravel())
     same = tagcal.plot.difference(DATASET.truth.camera, DATASET.truth.camera)
     assert float(same.get_title().split()[3]) < 1e-9

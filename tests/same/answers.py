@@ -291,6 +291,8 @@ def add_relative(where, a, b, scale, difference):
     if abs(a - b) <= ROUNDING * min(1.0, max(abs(a), abs(b), scale)) or max(abs(a), abs(b)) < ROUNDING:
         return
     unit = "extrapolated, relative" if where.endswith(EXTRAPOLATED) else "other, relative"
+    if "sigma_mm" in where:  # of the board's shape, by the spread between views that is estimated
+        unit = "covariance, relative"
     difference.add(unit, abs(a - b) / max(abs(a), abs(b), scale), where)
 
 

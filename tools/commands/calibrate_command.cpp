@@ -129,7 +129,8 @@ int run_one(const Arguments& arguments) {
   std::string text =
       arguments.json
           ? calibration_json(answer)
-          : calibration_summary(answer, {is_auto(arguments.job.options.model), arguments.verbose});
+          : calibration_summary(answer, {is_auto(arguments.job.options.model), arguments.verbose,
+                                         arguments.job.options.board_warp});
   if (arguments.job.advise && !arguments.json) {
     text += wrapped("next view  ", advice_sentence(answer.advice), 11);
   }
@@ -236,7 +237,8 @@ Command add_calibrate(CLI::App& app) {
       .text("NAME=VALUE,..")
       .repeatable();  // the data set after it is none
   add_flag(*command, "--board-warp", arguments->job.options.board_warp,
-           "estimate a bend of the board (two parameters); needs one flat board");
+           "print the board's terms (bend, twist, print), which every calibration from one flat "
+           "board estimates; an error without one flat board");
   add_flag(*command, "--refine-corners", arguments->job.refine_corners,
            "fit the corners in their pictures again with the estimated lens, and calibrate again");
   add_integer(*command, "--select", arguments->job.select, 1,

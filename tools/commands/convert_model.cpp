@@ -21,9 +21,10 @@ namespace {
 LensFitSource source_of(const FileCamera& camera) {
   const CalibrationFile& known = camera.calibration;
   LensFitSource source{{camera.lens(), known.camera.image_size}, {}, {}, known.seen};
-  if (camera.foreign_lens || known.covariance.size() == 0) return source;
-  source.free = free_parameters(known.model, known.fixed);
-  source.covariance = known.covariance;
+  if (camera.foreign_lens) return source;
+  const UncertainLens claim = uncertain_lens(known);
+  if (claim.model) source.free = claim.model->free();
+  source.covariance = claim.covariance;
   return source;
 }
 
@@ -75,6 +76,8 @@ void replace_lens(FileCamera& camera, const LensFit& fit) {
   known.fixed.clear();
   known.sigmas = fit.sigmas;
   known.covariance = fit.covariance;
+  known.claim_model.clear();
+  known.claim_covariance.resize(0, 0);
   if (known.camera_error_px)
     known.camera_error_px = std::hypot(*known.camera_error_px, fit.seen.rms_px / std::sqrt(2.0));
   camera.foreign_lens.reset();

@@ -19,18 +19,12 @@ Pose pose_of_view(const std::string& file, const std::string& name) {
 LensInput read_lens(const std::string& file, const std::string& view) {
   const CalibrationFile calibration = read_camera(file);
   LensInput input;
-  input.lens.lens = calibration.camera.lens;
+  input.lens = uncertain_lens(calibration);
   input.image_size = calibration.camera.image_size;
   if (!view.empty()) input.camera_from_world = pose_of_view(file, view);
-  if (calibration.covariance.size() == 0 || calibration.model.empty()) {
-    input.uncertainty = fmt::format("{} has no covariance: the lens is taken as exact", file);
-    return input;
-  }
-  input.models = std::make_shared<const HeldModels>(calibration.fixed,
-                                                    Model::named(calibration.model).lens_type());
-  input.lens.model = &input.models->named(calibration.model);
-  input.lens.covariance = calibration.covariance;
-  input.uncertainty = fmt::format("the covariance of {} is included", file);
+  input.uncertainty =
+      input.lens.model ? fmt::format("the covariance of {} is included", file)
+                       : fmt::format("{} has no covariance: the lens is taken as exact", file);
   return input;
 }
 

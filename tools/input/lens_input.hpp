@@ -1,18 +1,15 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 
-#include "tagcal/camera/model.hpp"
 #include "tagcal/estimate/types.hpp"
 
 namespace tagcal::tools {
 
 // A camera of a file with its uncertainty, and the pose of one of its views.
 struct LensInput {
-  std::shared_ptr<const HeldModels> models;  // owns the model of `lens`
-  UncertainLens lens;                        // without a model if the file has no covariance
+  UncertainLens lens;  // without a model if the file has no covariance
   ImageSize image_size;
   std::optional<Pose> camera_from_world;  // of the view
   std::string uncertainty;                // a sentence: where the covariance comes from, or that

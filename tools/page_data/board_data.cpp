@@ -72,7 +72,8 @@ const PlacedBoard* flat_board(const std::vector<PlacedBoard>& boards) {
 
 // Height in metres at a place from (-1, -1) to (1, 1) over the board.
 double height_m(const BoardWarp& warp, double x, double y) {
-  return (warp.bend_mm.x() * (1 - x * x) + warp.bend_mm.y() * (1 - y * y)) / 1000;
+  return (warp.bend_mm.x() * (1 - x * x) + warp.bend_mm.y() * (1 - y * y) + warp.twist_mm * x * y) /
+         1000;
 }
 
 // From -1 to 1 over the box.
@@ -115,8 +116,9 @@ std::map<CornerId, Vector3d> bent_points_in_world(const std::vector<PlacedBoard>
   std::map<CornerId, Vector3d> bent;
   for (const TargetPoint& p : points) {
     const Vector3d place = relative_place(box, p.position);
-    const Vector3d up = height_m(*warp, place.x(), place.y()) * Vector3d::UnitZ();
-    bent[p.id] = placed->world_from_board * Vector3d(p.position + up);
+    const Vector3d by(0, warp->aspect * (p.position.y() - box.center().y()),
+                      height_m(*warp, place.x(), place.y()));
+    bent[p.id] = placed->world_from_board * Vector3d(p.position + by);
   }
   return bent;
 }
@@ -149,6 +151,10 @@ PageJson warp_json(const std::vector<PlacedBoard>& boards, const std::optional<B
           1000 * height_m(*warp, 2.0 * column / (kNodes - 1) - 1, 2.0 * row / (kNodes - 1) - 1);
   return {{"bend_mm", {significant(warp->bend_mm.x()), significant(warp->bend_mm.y())}},
           {"sigma_mm", {significant(warp->sigma_mm.x()), significant(warp->sigma_mm.y())}},
+          {"twist_mm", significant(warp->twist_mm)},
+          {"sigma_twist_mm", significant(warp->sigma_twist_mm)},
+          {"aspect", significant(warp->aspect)},
+          {"sigma_aspect", significant(warp->sigma_aspect)},
           {"size_mm", {significant(1000 * size.x()), significant(1000 * size.y())}},
           {"columns", kNodes},
           {"rows", kNodes},

@@ -8,14 +8,15 @@
 
 namespace tagcal::tools {
 
-// Points of the boards in the world, of bent boards if there is a bend.
+// Points of the boards in the world; of the one flat board as BoardWarp places them, if there is
+// one.
 std::map<CornerId, Eigen::Vector3d> bent_points_in_world(const std::vector<PlacedBoard>& boards,
                                                          const std::optional<BoardWarp>& warp);
 
 // Boards for the view in 3D: outline, tags or dark squares, points.
 PageJson boards_json(const std::vector<PlacedBoard>& boards);
 
-// The estimated bend as heights over the board; null without one.
+// The terms of the board, and the heights over it; null without them.
 PageJson warp_json(const std::vector<PlacedBoard>& boards, const std::optional<BoardWarp>& warp);
 
 // The next view, with the largest board projected into the image; null without one.

@@ -33,6 +33,7 @@ Calibration calibration_of(const CalibrationFile& file) {
   calibration.camera = file.camera;
   calibration.model = file.model.empty() ? model_of(file.camera.lens) : file.model;
   calibration.covariance = file.covariance;
+  if (const UncertainLens claim = uncertain_lens(file); claim.model) calibration.claim = claim;
   calibration.fixed = file.fixed;
   calibration.sigmas = file.sigmas;
   if (file.sigmas.empty())  // not known, which 0 would not say
@@ -113,9 +114,9 @@ void add_views(const Dataset& dataset, const std::optional<double>& camera_error
   calibration.sigma_from_residuals = true;
 }
 
-void note_what_is_missing(const CalibrationFile& file, bool has_data, PageContent& content) {
+void note_what_is_missing(bool has_data, PageContent& content) {
   auto& notes = content.notes;
-  if (file.covariance.size() == 0)
+  if (!content.calibration.claim)
     notes.emplace_back(
         "The file has no covariance: the uncertainty of the projection and the next view are not "
         "known.");
@@ -129,8 +130,7 @@ void note_what_is_missing(const CalibrationFile& file, bool has_data, PageConten
         "itself.");
   notes.emplace_back(
       "A file of a camera has no model ladder, no comparison of two halves of the views and no "
-      "bend "
-      "of the board: tagcal calibrate --report shows them.");
+      "shape of the board: tagcal calibrate --report shows them.");
 }
 
 }  // namespace
@@ -141,7 +141,7 @@ PageContent content_from_file(const std::string& file_and_name, Input* input, in
   content.threads = threads;
   content.calibration = calibration_of(file);
   content.title = fmt::format("{}: {}", last_part(file_and_name), content.calibration.model);
-  note_what_is_missing(file, input != nullptr, content);
+  note_what_is_missing(input != nullptr, content);
   if (!input) return content;
   check_image_size(file.camera.image_size, file_and_name, *input);
   find_views(*input, threads, true, &file.camera);
@@ -154,7 +154,7 @@ PageContent content_from_file(const std::string& file_and_name, Input* input, in
   if (without > 0)
     content.notes.push_back(fmt::format("{} of {} views have no pose under this camera.", without,
                                         content.dataset.views.size()));
-  if (file.covariance.size() > 0) content.advice = advise(content.dataset, content.calibration);
+  if (content.calibration.claim) content.advice = advise(content.dataset, content.calibration);
   return content;
 }
 

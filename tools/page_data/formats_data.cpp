@@ -58,10 +58,9 @@ PageJson formats_json(const Calibration& calibration, std::vector<std::string>& 
   if (!is_answer(calibration.status) || !calibration.camera || calibration.model == "weak")
     return list;
   CameraFile camera;
-  camera.cameras.push_back({"camera", {*calibration.camera, calibration.model}});
-  camera.cameras.front().calibration.fixed = calibration.fixed;
-  camera.cameras.front().calibration.sigmas = calibration.sigmas;
-  camera.cameras.front().calibration.covariance = calibration.covariance;
+  CalibrationFile known = calibration_file(calibration);
+  if (calibration.projection.empty()) known.camera_error_px.reset();  // read from a file
+  camera.cameras.push_back({"camera", std::move(known)});
   try {
     const TemporaryFolder folder;
     for (const Copied& copied : kCopied) {

@@ -129,12 +129,8 @@ PageJson parameters_json(const Calibration& calibration) {
 PageJson projection_maps_json(const PageContent& content) {
   const Calibration& calibration = content.calibration;
   PageJson list = PageJson::array();
-  if (!is_answer(calibration.status) || calibration.covariance.size() == 0 ||
-      calibration.model == "weak" || calibration.model.empty())
-    return list;
-  const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
-  const UncertainLens lens{&models.named(calibration.model), calibration.camera->lens,
-                           calibration.covariance};
+  if (!is_answer(calibration.status) || !calibration.claim) return list;
+  const UncertainLens& lens = *calibration.claim;
   const ImageGrid grid{calibration.camera->image_size};
   std::vector<Eigen::Vector2d> samples = calibration.seen.samples();
   if (samples.empty()) samples = grid.pixels();

@@ -15,6 +15,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json matrix_json(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (const auto& row : matrix.rowwise())
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
+
 // Null if one of the coefficients is unknown.
 Json distortion_json(std::span<const Shown> coefficients, double Shown::*member) {
   Json list = Json::array();
@@ -34,6 +41,17 @@ Json camera_json(const Calibration& calibration, double Shown::*member) {
           {"cx", shown[2].*member},
           {"cy", shown[3].*member},
           {"distortion", distortion_json(shown.subspan(4), member)}};
+}
+
+// What is known of the lens: the covariance of the free parameters of a model.
+Json claim_json(const Calibration& calibration) {
+  if (!calibration.claim || !is_answer(calibration.status)) return nullptr;
+  const UncertainLens& claim = *calibration.claim;
+  Json names = Json::array();
+  for (const FreeParameter& free : claim.model->free()) names.push_back(free.name);
+  return {{"model", claim.model->name()},
+          {"parameters", std::move(names)},
+          {"covariance", matrix_json(claim.covariance)}};
 }
 
 // null: no bound.
@@ -67,7 +85,11 @@ Json halves_json(const std::optional<HalvesCheck>& halves) {
 Json warp_json(const std::optional<BoardWarp>& warp) {
   if (!warp) return nullptr;
   return {{"bend_mm", {warp->bend_mm.x(), warp->bend_mm.y()}},
-          {"sigma_mm", {warp->sigma_mm.x(), warp->sigma_mm.y()}}};
+          {"sigma_mm", {warp->sigma_mm.x(), warp->sigma_mm.y()}},
+          {"twist_mm", warp->twist_mm},
+          {"sigma_twist_mm", warp->sigma_twist_mm},
+          {"aspect", warp->aspect},
+          {"sigma_aspect", warp->sigma_aspect}};
 }
 
 Json weak_directions_json(const Calibration& calibration) {
@@ -123,13 +145,6 @@ Json pose_json(const Pose& pose) {
   return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
 }
 
-Json matrix_json(const Eigen::MatrixXd& matrix) {
-  Json rows = Json::array();
-  for (const auto& row : matrix.rowwise())
-    rows.push_back(std::vector<double>(row.begin(), row.end()));
-  return rows;
-}
-
 Json view_json(const CalibratedView& view) {
   Json json = {{"image", view.image}};
   json.update(pose_json(view.camera_from_world));
@@ -180,6 +195,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"camera", camera_json(calibration, &Shown::value)},
                {"sigma", camera_json(calibration, &Shown::sigma)},
                {"fixed", calibration.fixed},
+               {"claim", claim_json(calibration)},
                {"rms_px", known ? Json(calibration.rms_px) : Json()},
                {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
                {"sigma_of_corners", calibration.sigma_of_corners},

@@ -109,23 +109,50 @@ std::string projection_line(const ProjectionUncertainty& p) {
                      distance_text(p.distance_m));
 }
 
+// Standard deviations beyond which a term of the board is worth a line.
+constexpr double kShownSigmas = 2;
+
+bool is_significant(double value, double sigma) {
+  return std::abs(value) > kShownSigmas * sigma;
+}
+
+bool is_significant(const BoardWarp& warp) {
+  return is_significant(warp.bend_mm.x(), warp.sigma_mm.x()) ||
+         is_significant(warp.bend_mm.y(), warp.sigma_mm.y()) ||
+         is_significant(warp.twist_mm, warp.sigma_twist_mm) ||
+         is_significant(warp.aspect, warp.sigma_aspect);
+}
+
+// "0.89 +- 0.11 mm"
+std::string term_text(double value, double sigma, std::string_view unit) {
+  const Measured term = measured(value, sigma);
+  return fmt::format("{} +- {} {}", term.value, term.sigma, unit);
+}
+
+// How the board differs from its file.
+std::string board_text(const BoardWarp& warp) {
+  return wrapped("board      ",
+                 fmt::format("bent by {} along x, {} along y, twisted by {}, longer along y by {}",
+                             term_text(warp.bend_mm.x(), warp.sigma_mm.x(), "mm"),
+                             term_text(warp.bend_mm.y(), warp.sigma_mm.y(), "mm"),
+                             term_text(warp.twist_mm, warp.sigma_twist_mm, "mm"),
+                             term_text(100 * warp.aspect, 100 * warp.sigma_aspect, "%")),
+                 11);
+}
+
 // How well a pixel is known: at infinity, or at every distance.
-std::string projection_text(const Calibration& calibration, bool verbose) {
+std::string projection_text(const Calibration& calibration, const SummaryOptions& options) {
   std::string text;
   for (const ProjectionUncertainty& p : calibration.projection) {
-    if (!verbose && !text.empty()) break;
+    if (!options.verbose && !text.empty()) break;
     text += wrapped(text.empty() ? "accuracy   " : std::string(11, ' '), projection_line(p), 11);
   }
   if (!calibration.projection.empty())
     text += fmt::format("coverage   {:.0f} % of the image is inside the hull of the corners\n",
                         100 * calibration.seen.share());
-  if (const auto& warp = calibration.board_warp) {
-    const Measured x = measured(warp->bend_mm.x(), warp->sigma_mm.x());
-    const Measured y = measured(warp->bend_mm.y(), warp->sigma_mm.y());
-    text += fmt::format("board      bent by {} +- {} mm along x, {} +- {} mm along y\n", x.value,
-                        x.sigma, y.value, y.sigma);
-  }
-  if (verbose && calibration.halves)
+  const auto& warp = calibration.board_warp;
+  if (warp && (options.board || is_significant(*warp))) text += board_text(*warp);
+  if (options.verbose && calibration.halves)
     text += fmt::format(
         "halves     two halves of the views {} (difference {:.2f} of the expected noise)\n",
         calibration.halves->disagree ? "disagree" : "agree", calibration.halves->ratio);
@@ -223,7 +250,7 @@ std::string calibration_summary(const CalibrationAnswer& answer, const SummaryOp
   if (calibration.camera && answered) text += camera_table(calibration);
   text += fixed_text(calibration.fixed) + scales_text(calibration);
   if (answered) {
-    text += projection_text(calibration, options.verbose);
+    text += projection_text(calibration, options);
     text += fmt::format("noise      {}\n", noise_sentence(calibration));
     text += worst_pictures_text(calibration);
   }

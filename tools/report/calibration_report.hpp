@@ -26,6 +26,7 @@ std::string noise_sentence(const Calibration& calibration);
 struct SummaryOptions {
   bool chosen = false;   // the program chose the model
   bool verbose = false;  // with the ladder, the rejected corners and the times
+  bool board = false;    // with the terms of the board, even if none is significant
 };
 
 // Returns the report for a person: the verdict, what is wrong and what to do, the camera, how good

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/bundle/bundle_adjustment.hpp"
 #include "worlds.hpp"
 
 // Random lenses of every model of the ladder, and data sets seen through them.
@@ -81,35 +81,44 @@ struct LensWorld {
   Lens lens;
 };
 
-inline double largest_move(const Dataset& set, const Calibration& a, const Calibration& b) {
+// A world as a problem of a model: the observed pixels, the lens and poses of the truth as its
+// start, a flat board and no row terms.
+inline internal::Bundle bundle_of(const Dataset& set, const Model& model, double sigma_px) {
   const auto points = points_in_world(set.boards);
+  internal::Bundle bundle;
+  bundle.model = &model;
+  bundle.image_size = set.image_size;
+  bundle.free_values = model.free_values(set.truth->camera.lens);
+  bundle.sigma = sigma_px;
+  for (const View& view : set.views) {
+    internal::ViewProblem problem;
+    for (const Observation& o : view.observations)
+      problem.correspondences.push_back({points.at(o.id), o.pixel});
+    bundle.views.push_back(problem);
+    bundle.camera_from_target.push_back(set.truth->camera_from_world.at(view.image));
+  }
+  return bundle;
+}
+
+inline double largest_move(const internal::Bundle& a, const internal::Bundle& b) {
   double largest = 0;
-  for (const CalibratedView& in_a : a.views) {
-    for (const CalibratedView& in_b : b.views) {
-      if (in_a.image != in_b.image) continue;
-      for (const auto& [id, x] : points) {
-        const auto p = project(a.camera->lens, in_a.camera_from_world * x);
-        const auto q = project(b.camera->lens, in_b.camera_from_world * x);
-        if (!p || !q || !contains(set.image_size, *p)) continue;
-        largest = std::max(largest, (*p - *q).norm());
-      }
+  for (std::size_t v = 0; v < a.views.size(); ++v) {
+    for (const Correspondence& c : a.views[v].correspondences) {
+      const auto p = project(a.lens(), a.camera_from_target[v] * c.point);
+      const auto q = project(b.lens(), b.camera_from_target[v] * c.point);
+      if (p && q) largest = std::max(largest, (*p - *q).norm());
     }
   }
   return largest;
 }
 
 inline bool LensWorld::needs_model(const Dataset& set) const {
-  CalibrateOptions asked;
-  asked.reject_outliers = false;
-  asked.model = model_below(model);
-  if (asked.model.empty()) return true;
-  const Calibration small = calibrate(set, asked);
-  asked.model = model;
-  const Calibration large = calibrate(set, asked);
-  if (large.status != Status::ok || !small.camera) return false;
-  const double gain = small.num_corners * small.rms_px * small.rms_px -
-                      large.num_corners * large.rms_px * large.rms_px;
-  return largest_move(set, large, small) > 0.3 && gain > 25 * options.sigma_px * options.sigma_px;
+  const std::string below = model_below(model);
+  if (below.empty()) return true;
+  internal::Bundle small = bundle_of(set, Model::named(below), options.sigma_px);
+  internal::Bundle large = bundle_of(set, Model::named(model), options.sigma_px);
+  const double gain = internal::solve(small, 100).cost - internal::solve(large, 100).cost;
+  return largest_move(large, small) > 0.3 && gain > 25 * options.sigma_px * options.sigma_px;
 }
 
 }  // namespace tagcal

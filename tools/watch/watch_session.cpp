@@ -29,15 +29,15 @@ bool is_one_of(const Finding& finding, std::initializer_list<FindingCode> codes)
 }
 
 // Tells a warning to act on before more pictures are taken from all others, many of which go away
-// with more pictures: those about one picture by their sentence, those about the target, whose
-// numbers change, by their code. "": not urgent.
+// with more pictures: those about one picture by their sentence, those about the target and the way
+// the pictures are taken, whose numbers change, by their code. "": not urgent.
 std::string key_of_urgent(const Finding& finding) {
   if (is_one_of(finding, {code::view_rejected, code::view_repeated, code::view_unusable,
                           code::view_mirrored, code::board_moved}))
     return finding.sentence;
-  const bool is_of_target =
-      is_one_of(finding, {code::tags_misplaced, code::tag_scale, code::board_bent});
-  return is_of_target ? finding.code : "";
+  const bool is_of_all = is_one_of(finding, {code::tags_misplaced, code::tag_scale,
+                                             code::board_bend_impossible, code::rows_displaced});
+  return is_of_all ? finding.code : "";
 }
 
 }  // namespace

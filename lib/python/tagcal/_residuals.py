@@ -23,13 +23,16 @@ class Residuals:
     is_inlier: NDArray[np.bool_]  # (N,)
 
 
-def _bent(points: Array, target: list[tagcal.PlacedBoard], bend_m: Array) -> Array:
-    """Moves the points of the one flat board out of its plane, as BoardWarp defines it."""
+def _bent(points: Array, target: list[tagcal.PlacedBoard], warp: tagcal.BoardWarp) -> Array:
+    """Moves the points of the one flat board, as BoardWarp defines it."""
     board, world_from_board = target[0].board, target[0].world_from_board
     low, high = board.positions.min(axis=0)[:2], board.positions.max(axis=0)[:2]
-    in_board = world_from_board.inverse().transform(points)[:, :2]
-    shape = 1 - ((in_board - (low + high) / 2) / ((high - low) / 2)) ** 2
-    bent: Array = points + (shape @ bend_m)[:, None] * world_from_board.rotation_matrix[:, 2]
+    in_board = world_from_board.inverse().transform(points)[:, :2] - (low + high) / 2
+    place = in_board / ((high - low) / 2)
+    by = np.zeros_like(points)
+    by[:, 1] = warp.aspect * in_board[:, 1]
+    by[:, 2] = ((1 - place**2) @ warp.bend_mm + warp.twist_mm * place.prod(axis=1)) / 1e3
+    bent: Array = points + by @ world_from_board.rotation_matrix.T
     return bent
 
 
@@ -66,7 +69,9 @@ def _whitened(vectors: Array, covariances: Array) -> Array:
 
 
 def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Residuals:
-    """Raises Error if there are none, or if the data set is another one."""
+    """Of the board in its estimated shape. The displacement of the rows of each picture, which the
+    answer allows for too (finding `rows_displaced`), is not taken out. Raises Error if there are
+    none, or if the data set is another one."""
     for name, value, kind in [
         ("calibration", calibration, tagcal.Calibration),
         ("dataset", dataset, tagcal.Dataset),
@@ -83,7 +88,7 @@ def residuals_of(calibration: tagcal.Calibration, dataset: tagcal.Dataset) -> Re
     for found in calibration.views:
         points, pixels = all_points[found.view], all_pixels[found.view]
         if calibration.board_warp is not None:
-            points = _bent(points, dataset.target, calibration.board_warp.bend_mm / 1e3)
+            points = _bent(points, dataset.target, calibration.board_warp)
         vectors = pixels - _projected(calibration.camera, dataset.size, found, points)
         whitened = _whitened(vectors, _noise(calibration, dataset.views[found.view]))
         inlier = np.array([(found.view, i) not in rejected for i in range(len(points))])

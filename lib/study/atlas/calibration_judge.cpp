@@ -61,13 +61,13 @@ CalibrationJudge::CalibrationJudge(CalibrationQuestion question)
 }
 
 bool CalibrationJudge::right_camera_matrix(const LensAnswer& answer) const {
-  if (!same_lens(answer.lens, truth_.lens)) return right_projection(answer);
-  const Model& model = Model::named(answer.model);
+  if (!same_lens(answer.claim.lens, truth_.lens)) return right_projection(answer);
+  const Model& model = *answer.claim.model;
   std::vector<Index> judged;
   for (Index i = 0; i < model.num_free(); ++i)
     if (of_camera_matrix(model.free()[static_cast<std::size_t>(i)].name)) judged.push_back(i);
-  const VectorXd error = free_error(model, answer.lens, truth_.lens)(judged);
-  const auto information = exact_inverse(answer.covariance(judged, judged));
+  const VectorXd error = free_error(model, answer.claim.lens, truth_.lens)(judged);
+  const auto information = exact_inverse(answer.claim.covariance(judged, judged));
   return information &&
          error.dot(*information * error) <= five_sigma_square(static_cast<int>(judged.size()));
 }
@@ -77,11 +77,10 @@ bool CalibrationJudge::right_camera_matrix(const LensAnswer& answer) const {
 // (Satterthwaite, Biometrics 1946).
 bool CalibrationJudge::right_projection(const LensAnswer& answer) const {
   const auto difference =
-      lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);
+      lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
   if (!difference) return false;
-  const MatrixXd a = aligned_jacobian({&Model::named(answer.model), answer.lens, answer.covariance},
-                                      samples_, kInfinitelyFar);
-  const MatrixXd product = a.transpose() * a * answer.covariance;
+  const MatrixXd a = aligned_jacobian(answer.claim, samples_, kInfinitelyFar);
+  const MatrixXd product = a.transpose() * a * answer.claim.covariance;
   const double trace = product.trace();
   const double dof = trace * trace / (product * product).trace();
   if (!(dof > 0)) return false;
@@ -94,12 +93,11 @@ bool CalibrationJudge::right_projection(const LensAnswer& answer) const {
 // A corner without a ray in the estimated lens is not judged.
 bool CalibrationJudge::right_at_corners(const LensAnswer& answer) const {
   const auto difference =
-      lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);
+      lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
   if (!difference) return false;
   const ImageGrid& grid = difference->grid;
   const ProjectionUncertainty claimed =
-      projection_uncertainty({&Model::named(answer.model), answer.lens, answer.covariance}, grid,
-                             samples_, kInfinitelyFar);
+      projection_uncertainty(answer.claim, grid, samples_, kInfinitelyFar);
   const double limit = std::sqrt(five_sigma_square(2));
   for (const int row : {0, grid.rows - 1})
     for (const int column : {0, grid.columns - 1}) {
@@ -111,21 +109,21 @@ bool CalibrationJudge::right_at_corners(const LensAnswer& answer) const {
 }
 
 bool CalibrationJudge::right_by_bound(const LensAnswer& answer) const {
-  if (!same_lens(answer.lens, truth_.lens)) {  // no parameters in common: by projections
+  if (!same_lens(answer.claim.lens, truth_.lens)) {  // no parameters in common: by projections
     const auto difference =
-        lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);
+        lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
     return difference && difference->rms_px <= 5 * bound_px_;
   }
-  if (gross(answer.lens, truth_.lens)) return false;
+  if (gross(answer.claim.lens, truth_.lens)) return false;
   CalibrationTask asked = question_.good;
-  asked.model = answer.model;
-  const Model& model = Model::named(answer.model);
-  const VectorXd error = free_error(model, answer.lens, truth_.lens);
+  asked.model = answer.claim.model->name();
+  const Model& model = *answer.claim.model;
+  const VectorXd error = free_error(model, answer.claim.lens, truth_.lens);
   return error.dot(calibration_information(asked) * error) <= five_sigma_square(model.num_free());
 }
 
 bool CalibrationJudge::right(const LensAnswer& answer) const {
-  if (answer.covariance.size() == 0) return right_by_bound(answer);
+  if (answer.claim.covariance.size() == 0) return right_by_bound(answer);
   switch (question_.judged) {
     case JudgedLens::camera_matrix:
       return right_camera_matrix(answer);
@@ -150,7 +148,7 @@ StabilityVerdict CalibrationJudge::judge(const LensAnswer& answer, bool may_refu
     return verdict;
   }
   const auto difference =
-      lens_difference(truth_, {answer.lens, truth_.image_size}, samples_, kInfinitelyFar);
+      lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
   if (difference) verdict.over_bound = difference->rms_px / bound_px_;
   verdict.outcome = right(answer)    ? StabilityOutcome::right_and_said
                     : answer.doubted ? StabilityOutcome::wrong_and_said

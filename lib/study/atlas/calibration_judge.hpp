@@ -6,7 +6,7 @@
 
 #include "study/atlas/stability.hpp"
 #include "study/tasks/calibration_tasks.hpp"
-#include "tagcal/camera/model.hpp"
+#include "tagcal/estimate/types.hpp"
 
 // Judges the answer, or the refusal, of a calibration by the truth. Private to study.
 
@@ -14,7 +14,7 @@ namespace tagcal::study {
 
 // The quantity that is compared with the truth; coefficients never are.
 enum class JudgedLens {
-  camera_matrix,  // the free ones of fx, fy, cx, cy (f: their mean)
+  camera_matrix,  // those of fx, fy, cx, cy that are free in the claim (f: their mean)
   projection,     // at infinity over the region with corners, up to a rotation of the camera
   image_corners,  // the same at the four corners of the image: extrapolated
 };
@@ -30,9 +30,7 @@ struct LensAnswer {
   bool success = false;
   bool doubted = false;  // warns that a stated assumption does not hold
   std::string said;
-  Lens lens = pinhole(1, 1, 0, 0);
-  std::string model;           // the covariance is that of its free parameters
-  Eigen::MatrixXd covariance;  // claimed by the method; empty: the bound replaces it
+  UncertainLens claim;  // the lens, and what the method claims; no covariance: the bound instead
 };
 
 // A calibration must not be refused if its Cramer-Rao bound is below both: sd(f) / f, and the

@@ -25,7 +25,6 @@ struct CalibrationSolver {
 CalibrationSolver our_calibration();          // auto, noise not stated
 CalibrationSolver our_calibration_by_name();  // the true model, noise stated
 CalibrationSolver our_calibration_by_name(const std::string& model);
-CalibrationSolver our_calibration_with_bend();                      // and the board may be bent
 CalibrationSolver opencv_calibration();                             // default flags
 CalibrationSolver opencv_calibration_of(const std::string& model);  // its coefficients only
 CalibrationSolver opencv_fisheye();

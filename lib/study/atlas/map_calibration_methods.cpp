@@ -9,18 +9,21 @@
 #include "study/peers/opencv_views.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/io/types.hpp"
 
 namespace tagcal::study {
 using namespace internal;
 namespace {
 
-// Returns true for a finding that the lens, the board or the principal point may not be as stated.
+// Returns true for a finding that the lens or the board may not be as stated.
 bool is_doubt(const Finding& finding, JudgedLens judged) {
-  constexpr std::array<std::string_view, 8> kDoubts = {
-      code::halves_disagree.name,       code::board_bent.name,
-      code::board_bend_impossible.name, code::residuals_biased.name,
-      code::model_too_small.name,       code::other_lens.name,
-      code::tags_misplaced.name,        code::principal_point_untested.name};
+  constexpr std::array kDoubts = {code::halves_disagree.name,
+                                  code::board_bend_impossible.name,
+                                  code::residuals_biased.name,
+                                  code::model_too_small.name,
+                                  code::other_lens.name,
+                                  code::tags_misplaced.name,
+                                  code::principal_point_untested.name};
   if (judged == JudgedLens::image_corners && finding.code == code::extrapolated.name) return true;
   return std::ranges::find(kDoubts, finding.code) != kDoubts.end();
 }
@@ -33,16 +36,14 @@ LensAnswer answer_of(const Calibration& found, JudgedLens judged) {
   answer.doubted = std::any_of(found.findings.begin(), found.findings.end(),
                                [&](const Finding& f) { return is_doubt(f, judged); });
   if (answer.doubted) answer.said += "+doubt";
-  answer.lens = found.camera->lens;
-  answer.model = found.model;
-  answer.covariance = found.covariance;
+  answer.claim = uncertain_lens(found);
   return answer;
 }
 
 // `model`: empty for the true model.
 struct OurCall {
   std::string model;
-  bool noise_stated = true, bend = false;
+  bool noise_stated = true;
 };
 
 CalibrationSolver ours(const std::string& name, const std::string& settings, const OurCall& call) {
@@ -53,7 +54,6 @@ CalibrationSolver ours(const std::string& name, const std::string& settings, con
         [call](const CalibrationQuestion& q) {
           CalibrateOptions options;
           options.model = call.model.empty() ? q.good.model : call.model;
-          options.board_warp = call.bend;
           if (call.noise_stated) options.sigma_px = q.good.sigma_px;
           return calibrate(q.dataset, options);
         },
@@ -75,8 +75,7 @@ LensAnswer lens_answer(const std::string& model, const std::vector<double>& free
   if (!lens) return answer;
   answer.success = true;
   answer.said = "answer";
-  answer.lens = *lens;
-  answer.model = model;
+  answer.claim = {&Model::named(model), *lens, {}};
   return answer;
 }
 
@@ -93,7 +92,7 @@ LensAnswer camera_answer(const OpenCvViews& state, const std::string& model) {
     answer.success = false;
     answer.said = "no deviations";
   }
-  answer.covariance = sigmas.cwiseAbs2().asDiagonal();
+  answer.claim.covariance = sigmas.cwiseAbs2().asDiagonal();
   return answer;
 }
 
@@ -149,11 +148,6 @@ CalibrationSolver our_calibration_by_name(const std::string& model) {
       ours("tagcal calibrate, " + model, model + " by its name, sigma_px given", {model});
   solver.lens = model == "fisheye4" ? "fisheye" : "perspective";
   return solver;
-}
-
-CalibrationSolver our_calibration_with_bend() {
-  return ours("tagcal calibrate, board warp",
-              "the model of the truth by its name, sigma_px given, board_warp", {"", true, true});
 }
 
 CalibrationSolver opencv_calibration() {

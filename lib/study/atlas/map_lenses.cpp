@@ -110,12 +110,12 @@ StabilityMap bent_board_map() {
       "Its bend is explained by focal length and distortion where it is not asked for, and the "
       "residuals hardly grow (Kogan, mrcal: calobject_warp)";
   map.answer =
-      "tagcal tests for a bend, halves of the views and residuals that go together, warns, and "
-      "estimates the bend with `--board-warp`; wrong with such a warning counts as said";
+      "tagcal estimates the bend of every flat board, tests halves of the views and residuals that "
+      "go together, and warns; wrong with such a warning counts as said";
   map.exempt = {"a bend of which the residuals hold no trace beyond their noise"};
   ask_calibration(map,
-                  {our_calibration(), our_calibration_by_name(), our_calibration_with_bend(),
-                   opencv_calibration(), opencv_calibration_of("pinhole")},
+                  {our_calibration(), our_calibration_by_name(), opencv_calibration(),
+                   opencv_calibration_of("pinhole")},
                   [](std::span<const double> at, Random& random) {
                     CalibrationTask task = pinhole_task();
                     task.sigma_px = at[0];

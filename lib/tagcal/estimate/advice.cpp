@@ -128,6 +128,7 @@ struct CurrentEstimate {
   Camera camera;
   MatrixXd information;
   double sigma_px = 1;
+  ViewRowTerms rows;
   double distance_m = 1;
   SeenRegion seen;  // empty if the model has no distortion
 };
@@ -149,6 +150,7 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
   CurrentEstimate current;
   current.camera = *c.camera;
   current.sigma_px = expected_noise(c);
+  current.rows = {image_centre(c.camera->image_size).y(), c.row_sigma / current.sigma_px};
   if (is_answer(c.status) && c.covariance.size() > 0) {
     current.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).lens_type());
     current.model = &current.models->named(c.model);
@@ -240,7 +242,7 @@ std::vector<JudgedView> judge_candidates(const BoardPoints& board, const Current
     const auto pose = pose_of(c, current.camera, board);
     const auto view = pose ? visible_part(board, current.camera, *pose) : std::nullopt;
     if (!view) continue;
-    const auto added = information_of(*view, lens.lens, lens.model->free(), *pose);
+    const auto added = information_of(*view, lens.lens, *lens.model, *pose, current.rows);
     if (!added) continue;
     const auto covariance = exact_inverse(current.information + added->schur / noise);
     if (!covariance) continue;
@@ -269,10 +271,12 @@ const JudgedView* best_view(const std::vector<JudgedView>& all) {
 std::vector<WeakDirection> weak_directions(const UncertainLens& lens,
                                            std::span<const Vector2d> samples) {
   const MatrixXd projection = aligned_jacobian(lens, samples, kInfinitelyFar);
-  const Eigen::LLT<MatrixXd> llt(lens.covariance);
   std::vector<WeakDirection> directions;
-  if (projection.rows() == 0 || llt.info() != Eigen::Success) return directions;
-  const MatrixXd lower = llt.matrixL();
+  if (projection.rows() == 0 || !lens.covariance.allFinite()) return directions;
+  // A root of the covariance, which held parameters make singular.
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> of_parameters(lens.covariance);
+  const MatrixXd lower = of_parameters.eigenvectors() *
+                         of_parameters.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
   const MatrixXd effect = projection * lower / std::sqrt(static_cast<double>(projection.rows()));
   const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(effect.transpose() * effect);
   const Index k = spectrum.eigenvalues().size();

@@ -8,7 +8,6 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
-#include "tagcal/estimate/calibration/simpler_model_test.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
@@ -56,63 +55,49 @@ Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions
 // Fits the model that the user named, or chooses one.
 std::optional<ModelChoice> fit_or_choose(const CalibrationInput& input,
                                          const CalibrateOptions& options) {
-  if (is_auto(options)) return choose_model(input, options);
-  std::optional<CalibrationFit> fit = fit_model(input.models->named(options.model), input, options);
-  if (!fit) return std::nullopt;
-  return ModelChoice{std::move(*fit), false, Status::ok, "", {}, {}};
+  return is_auto(options) ? choose_model(input, options) : fit_named(input, options);
 }
 
 // Fits, estimates the error of lens and target, and rejects outlying views, until nothing changes.
-// Sets the trial of the other kind of lens that the fit needs before views are rejected.
-std::optional<ModelChoice> fit_robustly(CalibrationInput& input, const CalibrateOptions& options,
-                                        std::optional<AlternativeLens>& alternative) {
+// Corners and views are judged by the posterior, not by a smaller answer.
+std::optional<ModelChoice> fit_robustly(CalibrationInput& input, const CalibrateOptions& options) {
   constexpr int kRounds = 10;  // a limit of work
-  // Views are judged by the best model: the misfit of a smaller one that a tolerance allows is no
-  // reason to reject them.
-  CalibrateOptions best = options;
-  best.tolerance_px = 0;
-  std::optional<ModelChoice> solved = fit_or_choose(input, best);
+  std::optional<ModelChoice> solved = fit_or_choose(input, options);
   for (int round = 0; solved && round < kRounds; ++round) {
-    // The residuals of a refused model are no estimate of that error.
-    const bool is_error_changed =
-        solved->status == Status::ok && update_model_error(input, solved->fit);
-    if (!is_error_changed && !is_auto(options) && !alternative)
-      alternative = alternative_lens(solved->fit, input);
-    const bool is_rejected = !is_error_changed && options.reject_outliers &&
-                             reject_outlying_views(input, solved->fit, best);
-    if (!is_error_changed && !is_rejected) break;
-    solved = fit_or_choose(input, best);
+    const CalibrationFit& judge = solved->posterior.fit;
+    if (!update_model_error(input, judge) &&
+        !(options.reject_outliers && reject_outlying_views(input, judge, options)))
+      break;
+    solved = fit_or_choose(input, options);
   }
-  if (solved && options.tolerance_px > 0) solved = choose_model(input, options);
   return solved;
 }
 
-// The answer of a solved model; that of model weak, if it does not determine the focal length.
-Calibration report_solved(ModelChoice& solved, Solution solution) {
-  const CalibrateOptions& options = *solution.options;
-  continue_until_converged(solved.fit.bundle, solved.fit.summary, options.max_iterations);
-  solution.fit = &solved.fit;
-  solution.supported = solved.supported;
-  if (solved.status != Status::ok)
-    solution.refusal = finding(refusal_code(solved.status), solved.reason);
-  if (solved.weak) return calibrate_weak(*solution.input, options, solution.refusal);
-  Calibration c = report(solution, gather_evidence(solution));
-  if (!is_auto(options) || c.status != Status::focal_not_observable) return c;
-  // Close to the bound of the focal length the noise of this fit differs from that of the ladder.
-  return calibrate_weak(*solution.input, options,
-                        *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
+// The steps with that of model weak, which has no perspective.
+std::vector<ModelStep> with_weak(std::vector<ModelStep> steps, bool is_taken) {
+  if (is_taken)
+    for (ModelStep& step : steps) step.taken = false;
+  ModelStep weak;
+  weak.model = "weak";
+  weak.taken = is_taken;
+  weak.sentence = is_taken ? "taken: the data determine no focal length"
+                           : "not needed: the data determine a focal length";
+  steps.insert(steps.begin(), weak);
+  return steps;
 }
 
-// Fits robustly, and reports. `board`: null, if there is not one flat board.
-Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& options,
-                            const FlatBoard* board) {
-  std::optional<AlternativeLens> alternative;
-  std::optional<ModelChoice> solved = fit_robustly(input, options, alternative);
+// Fits robustly, and reports; model weak, if the focal length is not determined.
+Calibration calibrate_input(CalibrationInput& input, const CalibrateOptions& options) {
+  std::optional<ModelChoice> solved = fit_robustly(input, options);
   if (!solved) return no_answer(input, is_auto(options) ? "" : options.model);
-  Solution solution{&input, nullptr, &options, board, {}, {}};
-  if (alternative) solution.alternative = &*alternative;
-  Calibration c = report_solved(*solved, solution);
-  c.steps = solved->steps;
+  continue_until_converged(solved->fit.bundle, solved->fit.summary, options.max_iterations);
+  const Solution solution{&input, &solved->fit, &options, &*solved, {}};
+  Calibration c = report(solution, gather_evidence(solution));
+  const bool is_weak_taken = is_auto(options) && c.status == Status::focal_not_observable;
+  if (is_weak_taken)
+    c = calibrate_weak(input, options,
+                       *std::ranges::find(c.findings, Severity::refusal, &Finding::severity));
+  if (is_auto(options)) c.steps = with_weak(std::move(solved->steps), is_weak_taken);
   c.bic = solved->fit.bic;
   return c;
 }
@@ -140,10 +125,10 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
   if (options.board_warp && !board)
     throw Error("board_warp: needs exactly one board, and a flat one");
   CalibrationInput input = calibration_input(dataset, options);
-  if (options.board_warp) input.bent_board = board;
+  input.board = board;
   const bool is_weak_asked = !is_auto(options) && is_weak(Model::named(options.model));
-  Calibration result = is_weak_asked ? calibrate_weak(input, options)
-                                     : calibrate_input(input, options, board ? &*board : nullptr);
+  Calibration result =
+      is_weak_asked ? calibrate_weak(input, options) : calibrate_input(input, options);
   result.model_error_px = input.model_error_px;
   result.outliers.insert(result.outliers.end(), input.rejected.begin(), input.rejected.end());
   result.seconds.total = seconds_since(begin);

@@ -238,13 +238,4 @@ std::vector<FreeParameter> free_parameters(std::string_view model,
   return HeldModels(fixed, plain.lens_type()).named(model).free();
 }
 
-LensFitSource lens_fit_source(const Calibration& calibration) {
-  const Camera& camera = *calibration.camera;
-  LensFitSource source{{camera.lens, camera.image_size}, {}, {}, calibration.seen};
-  if (calibration.covariance.size() == 0) return source;
-  source.free = free_parameters(calibration.model, calibration.fixed);
-  source.covariance = calibration.covariance;
-  return source;
-}
-
 }  // namespace tagcal

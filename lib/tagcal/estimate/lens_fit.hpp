@@ -74,7 +74,4 @@ LensFit fit_lens(const LensFitSource& source, const Model& model,
 std::vector<FreeParameter> free_parameters(std::string_view model,
                                            const std::map<std::string, double>& fixed);
 
-// The lens of a calibration. Precondition: calibration.camera has a value.
-LensFitSource lens_fit_source(const Calibration& calibration);
-
 }  // namespace tagcal

@@ -51,7 +51,25 @@ double mean_variance(const MatrixXd& rows, const MatrixXd& covariance) {
   return std::max(0.0, sum) / static_cast<double>(rows.rows());
 }
 
+// Matrix from the free parameters of one model to those of another.
+MatrixXd parameters_from(const Model& from, const Model& to) {
+  MatrixXd result = MatrixXd::Zero(to.num_free(), from.num_free());
+  for (int i = 0; i < to.num_free(); ++i) {
+    const auto& target = to.free()[static_cast<std::size_t>(i)].lens_parameters;
+    for (int j = 0; j < from.num_free(); ++j)
+      for (const int k : from.free()[static_cast<std::size_t>(j)].lens_parameters)
+        if (std::ranges::find(target, k) != target.end())
+          result(i, j) += 1.0 / static_cast<double>(target.size());
+  }
+  return result;
+}
+
 }  // namespace
+
+MatrixX covariance_by(const Model& model, const UncertainLens& lens) {
+  const MatrixXd by_free = parameters_from(*lens.model, model);
+  return by_free * lens.covariance * by_free.transpose();
+}
 
 std::vector<double> lens_sigmas(const UncertainLens& lens) {
   std::vector<double> sigmas(parameters(lens.lens).size(), 0.0);

@@ -12,6 +12,10 @@ namespace tagcal {
 // variance negative.
 std::vector<double> lens_sigmas(const UncertainLens& lens);
 
+// The covariance of a lens by the free parameters of another model of its kind: each is the mean of
+// the lens parameters that it sets; zero for parameters that the lens' own model holds.
+MatrixX covariance_by(const Model& model, const UncertainLens& lens);
+
 // Standard deviations of the projection over a grid and over the samples of a region, for points at
 // one distance. Var(q) = A C A^T with A = J - J_pose (J_pose^T J_pose)^-1 J_pose^T J, where J is
 // the Jacobian by the parameters, J_pose that by a pose (at infinity: a rotation) common to all

@@ -152,7 +152,7 @@ struct CalibrateOptions {
   // `auto` takes the smallest model whose projection differs from that of the best one by at most
   // this (RMS over the seen region); all standard deviations include the difference. >= 0.
   double tolerance_px = 0;
-  bool board_warp = false;      // estimate the bend of the board; needs one flat board
+  bool board_warp = false;      // throws Error unless there is one flat board
   int max_iterations = 100;     // of each solve
   std::size_t num_threads = 1;  // 0: one per core; the answer does not depend on it
   // Distances at which the projection's uncertainty is computed, > 0; empty: infinity and the
@@ -194,7 +194,7 @@ struct ModelStep {
   // Difference of its projection from that of the model of lowest BIC: RMS over the seen region at
   // the median distance, less a motion of the camera. No value if the two were not compared.
   std::optional<double> difference_px;
-  double weight = 0;     // Akaike weight, if the model contributes to the standard deviations
+  double weight = 0;     // in the claim
   bool taken = false;    // the answer, or a fit that the answer started from
   std::string sentence;  // the reason
 };
@@ -209,12 +209,17 @@ struct HalvesCheck {
   bool disagree = false;    // ratio > 2, and chi-square of the parameters beyond p = 0.001
 };
 
-// The bend of a board: a point at (x, y) is out of its plane, towards the viewer, by
-// bend.x (1 - x'^2) + bend.y (1 - y'^2), with x' and y' from -1 to 1 over the board.
+// How the board differs from its file. A point at (x, y), with x' and y' from -1 to 1 over the
+// board, is out of its plane, towards the viewer, by
+//   bend.x (1 - x'^2) + bend.y (1 - y'^2) + twist x' y',
+// and at y (1 + aspect) instead of y.
 struct BoardWarp {
   Eigen::Vector2d bend_mm = Eigen::Vector2d::Zero();
   Eigen::Vector2d sigma_mm = Eigen::Vector2d::Zero();
-  double chi_square = 0;  // of the hypothesis of a flat board, two degrees of freedom
+  double twist_mm = 0;
+  double sigma_twist_mm = 0;
+  double aspect = 0;
+  double sigma_aspect = 0;
 };
 
 // A weakly determined combination of parameters.
@@ -238,14 +243,17 @@ struct Calibration {
   // No value without an estimate (degenerate, no_consensus). If the status is no answer, the lens
   // is the last state of the solver, for diagnosis only.
   std::optional<Camera> camera;
-  // By the model's free parameters, in their order (k x k); empty if singular. With `auto` it
-  // includes the choice: other supported models contribute by their weights (ModelStep::weight).
-  MatrixX covariance;
+  // What is known of the lens: the covariance about `camera`, by the free parameters of the largest
+  // model that the data need (`auto`) or of the model asked for. It includes the choice of the
+  // model and the priors. Every other uncertainty of the lens follows from it. No value for model
+  // weak.
+  std::optional<UncertainLens> claim;
+  MatrixX covariance;          // the same by the model's free parameters, in their order (k x k)
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::map<std::string, double> fixed;  // lens parameters that were held, and their values
   std::vector<ProjectionUncertainty> projection;  // one per distance; empty without a covariance
   SeenRegion seen;                                // the part of the image with corners
-  std::optional<BoardWarp> board_warp;            // with CalibrateOptions::board_warp
+  std::optional<BoardWarp> board_warp;            // with one flat board
   std::optional<HalvesCheck> halves;              // with six views or more
   std::vector<WeakDirection> weak_directions;     // the weakest first, at most three
   double rms_px = 0;                              // sqrt(sum |r|^2 / corners) over the inliers
@@ -255,9 +263,11 @@ struct Calibration {
   // Noise per coordinate beyond the corners' own covariances, estimated from the residuals: errors
   // of the models of lens and target.
   double model_error_px = 0;
-  // Factor of all variances, because residuals are biased by place, or the halves of the views
-  // differ by more than independent noise explains.
+  // Variance of the views' contributions over that of independent residuals.
   double variance_inflation = 1;
+  // px a row. Standard deviation of the displacement of each view's rows against one another, along
+  // u and along v: a rolling shutter, and what acts like one. 0: the views show none.
+  double row_sigma = 0;
   double bic = 0;
   int num_corners = 0;  // inliers
   int num_iterations = 0;

@@ -51,12 +51,12 @@ std::vector<Candidate> candidates(const Dataset& dataset, const Calibration& c,
   std::map<std::size_t, std::set<std::size_t>> rejected;
   for (const Outlier& outlier : c.outliers) rejected[outlier.view].insert(outlier.corner);
   const double noise = c.sigma_of_corners ? 1 : c.sigma_px * c.sigma_px;
+  const ViewRowTerms rows{image_centre(c.camera->image_size).y(), c.row_sigma / std::sqrt(noise)};
   std::vector<Candidate> all;
   for (const CalibratedView& view : c.views) {
     const ViewProblem problem =
         problem_of(dataset.views[view.view], points, c, rejected[view.view]);
-    const auto added =
-        information_of(problem, c.camera->lens, model.free(), view.camera_from_world);
+    const auto added = information_of(problem, c.camera->lens, model, view.camera_from_world, rows);
     if (!added || !added->schur.allFinite()) continue;
     const int count = static_cast<int>(problem.correspondences.size());
     all.push_back({{view.view, view.image, count, 0}, added->schur / noise});

@@ -15,17 +15,6 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// A camera's file has these parts of the result, beside the results of the views.
-CalibrationFile known_of(const Calibration& calibration) {
-  CalibrationFile known;
-  known.camera = *calibration.camera;
-  known.model = calibration.model;
-  known.fixed = calibration.fixed;
-  known.sigmas = calibration.sigmas;
-  known.covariance = calibration.covariance;
-  return known;
-}
-
 std::string projection_yaml(const Calibration& calibration) {
   std::string text = seen_yaml(calibration.seen);
   if (calibration.projection.empty()) return text;
@@ -69,6 +58,24 @@ std::string findings_yaml(const std::vector<Finding>& findings) {
 
 }  // namespace
 
+CalibrationFile calibration_file(const Calibration& calibration) {
+  assert(calibration.camera && is_answer(calibration.status));
+  CalibrationFile file;
+  file.camera = *calibration.camera;
+  file.model = calibration.model;
+  file.fixed = calibration.fixed;
+  file.sigmas = calibration.sigmas;
+  file.covariance = calibration.covariance;
+  if (calibration.claim) {
+    file.claim_model = calibration.claim->model->name();
+    file.claim_covariance = calibration.claim->covariance;
+  }
+  file.seen = calibration.seen;
+  file.camera_error_px = camera_error_px(calibration);
+  file.findings = calibration.findings;
+  return file;
+}
+
 std::string calibration_yaml(const Calibration& calibration) {
   assert(calibration.camera && is_answer(calibration.status));
   return "%YAML:1.0\n---\n" + camera_yaml(*calibration.camera, calibration.model) +
@@ -78,7 +85,7 @@ std::string calibration_yaml(const Calibration& calibration) {
              calibration.rms_px, text_yaml(calibration.model),
              text_yaml(status_name(calibration.status)), calibration.rms_px, calibration.sigma_px,
              int{calibration.sigma_from_residuals}, camera_error_px(calibration)) +
-         uncertainty_yaml(known_of(calibration)) + projection_yaml(calibration) +
+         uncertainty_yaml(calibration_file(calibration)) + projection_yaml(calibration) +
          fmt::format("num_views: {}\nnum_corners: {}\nnum_outliers: {}\n", calibration.views.size(),
                      calibration.num_corners, calibration.outliers.size()) +
          views_yaml(calibration.views) + findings_yaml(calibration.findings);

@@ -10,9 +10,12 @@ namespace tagcal {
 
 // YAML that cv::FileStorage reads, with OpenCV's keys (image_width, image_height, camera_matrix,
 // distortion_coefficients, avg_reprojection_error) and further ones (model, status, sigmas,
-// covariance,
-// ...). Precondition: calibration.camera has a value and is_answer(calibration.status).
+// covariance, claim_covariance, ...). Precondition: calibration.camera has a value and
+// is_answer(calibration.status).
 std::string calibration_yaml(const Calibration& calibration);
+
+// What that file says of the camera. The same precondition.
+CalibrationFile calibration_file(const Calibration& calibration);
 
 // Reads the camera of a file of tagcal or of another program, as usable_camera(read_one_camera(..))
 // of camera_file.hpp does: "FILE" or "FILE:NAME". Throws Error, naming file, key and value.

@@ -7,6 +7,7 @@
 namespace tagcal::internal {
 
 inline constexpr int kMaxLensParameters = 12;
+inline constexpr int kNumShapes = 4;  // of a target
 
 // n points and the camera that sees them; the caller's arrays, row-major.
 struct ViewJob {
@@ -33,16 +34,23 @@ struct ProjectJob : ViewJob {
 // columns. J has the derivatives by the pose step (6) and
 //   sums_pose             no others: N = 7
 //   sums_pose_and_focal   by the logarithm of the focal length (fx and fy change by one factor)
-//   sums_with_parameters  by free parameters and, where the target can be bent, by two bends:
-//                         N = 6 + num_columns + (bend ? 2 : 0) + 1
+//   sums_with_parameters  by free parameters; by four shapes of the target, if there are; and by
+//   two
+//                         row terms, if there are, which move the pixel along u and along v in
+//                         proportion to its row:
+//                         N = 6 + num_columns + (shape ? kNumShapes : 0) + (row_terms ? 2 : 0) + 1
 struct SumJob : ViewJob {
   const double* pixels = nullptr;     // n x 2, observed
   const double* whitening = nullptr;  // n x 4, W (column by column) of rows W [J | r], or null: 1
   double* sums = nullptr;
   int num_columns = 0;
   unsigned columns[kMaxLensParameters] = {};  // bit j: lens parameter j is part of this column
-  const double* bend = nullptr;   // n x 2: how far a point moves by a unit of each bend, or null
-  double bend_direction[3] = {};  // in which it moves; camera frame
+  // n x 4, or null: how far a point moves by a unit of each shape; the first three along
+  // shape_directions[0], the last one along shape_directions[1] (camera frame).
+  const double* shape = nullptr;
+  double shape_directions[2][3] = {};
+  bool row_terms = false;
+  double middle_row = 0;  // the row that does not move
 };
 
 // The terms that a kernel computes. kPinhole omits the distortion and kBrownConrady its denominator

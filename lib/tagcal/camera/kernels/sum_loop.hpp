@@ -50,14 +50,16 @@ class SumLoop {
 
  private:
   static constexpr unsigned long kSize = kLanes<Pack>;
-  static constexpr int kMaxColumns = kColumns == kNoColumn      ? 7
-                                     : kColumns == kFocalColumn ? 8
-                                                                : 6 + kMaxLensParameters + 2 + 1;
+  static constexpr int kMaxColumns = kColumns == kNoColumn ? 7
+                                     : kColumns == kFocalColumn
+                                         ? 8
+                                         : 6 + kMaxLensParameters + kNumShapes + 2 + 1;
   static constexpr int kMaxSums = kMaxColumns * (kMaxColumns + 1) / 2;
 
   explicit SumLoop(const SumJob& job)
       : view_(job),
-        num_columns_(kColumns == kFreeColumns ? 6 + job.num_columns + (job.bend ? 2 : 0) + 1
+        num_columns_(kColumns == kFreeColumns ? 6 + job.num_columns + (job.shape ? kNumShapes : 0) +
+                                                    (job.row_terms ? 2 : 0) + 1
                                               : kMaxColumns) {
     for (Pack& sum : sums_) sum = Pack{};
   }
@@ -77,22 +79,32 @@ class SumLoop {
       set_by_pose(turned, jacobian_.by_point[row], rows[row]);
       if constexpr (kColumns == kFocalColumn)
         rows[row][6] = view_.parameters[row] * jacobian_.by_parameters[row][row];  // fx, fy
-      if constexpr (kColumns == kFreeColumns) set_free(job, i, row, rows[row] + 6);
+      if constexpr (kColumns == kFreeColumns) set_free(job, i, row, observed[1], rows[row] + 6);
       rows[row][last_column()] = projected[row] - observed[row];
     }
     if (job.whitening) whiten(job.whitening + 4 * i, last_column() + 1, rows[0], rows[1]);
     return all_set(image.valid);
   }
 
-  void set_free(const SumJob& job, unsigned long i, int row, Pack* columns) const {
-    for (int k = 0; k < job.num_columns; ++k) columns[k] = column(row, job.columns[k]);
-    if (!job.bend) return;
+  void set_free(const SumJob& job, unsigned long i, int row, const Pack& observed_row,
+                Pack* columns) const {
+    for (int k = 0; k < job.num_columns; ++k) *columns++ = column(row, job.columns[k]);
+    if (job.shape) {
+      Pack shape[kNumShapes];
+      load_fours(job.shape + kNumShapes * i, shape);
+      const Pack out_of_plane = along(row, job.shape_directions[0]);
+      for (int k = 0; k < 3; ++k) *columns++ = shape[k] * out_of_plane;
+      *columns++ = shape[3] * along(row, job.shape_directions[1]);
+    }
+    if (job.row_terms) {
+      columns[row] = observed_row - job.middle_row;
+      columns[1 - row] = Pack{};
+    }
+  }
+
+  Pack along(int row, const double* direction) const {
     const Pack* by_point = jacobian_.by_point[row];
-    const Pack along = by_point[0] * job.bend_direction[0] + by_point[1] * job.bend_direction[1] +
-                       by_point[2] * job.bend_direction[2];
-    Pack bend[2];
-    load_pairs(job.bend + 2 * i, bend[0], bend[1]);
-    for (int k = 0; k < 2; ++k) columns[job.num_columns + k] = bend[k] * along;
+    return by_point[0] * direction[0] + by_point[1] * direction[1] + by_point[2] * direction[2];
   }
 
   // The sum over the lens parameters that one free parameter sets.
@@ -131,14 +143,14 @@ class SumLoop {
   // The last points, fewer than a pack: the pack is filled with copies of the last one, whitened to
   // nothing.
   bool add_rest(const SumJob& job, unsigned long begin) {
-    double points[3 * kSize], pixels[2 * kSize], weights[4 * kSize], bend[2 * kSize];
+    double points[3 * kSize], pixels[2 * kSize], weights[4 * kSize], shape[4 * kSize];
     for (unsigned long lane = 0; lane < kSize; ++lane) {
       const bool is_there = begin + lane < job.num_points;
       const unsigned long from = is_there ? begin + lane : job.num_points - 1;
       for (unsigned long k = 0; k < 3; ++k) points[3 * lane + k] = job.points[3 * from + k];
       for (unsigned long k = 0; k < 2; ++k) pixels[2 * lane + k] = job.pixels[2 * from + k];
-      for (unsigned long k = 0; k < 2; ++k)
-        bend[2 * lane + k] = job.bend ? job.bend[2 * from + k] : 0;
+      for (unsigned long k = 0; k < kNumShapes; ++k)
+        shape[kNumShapes * lane + k] = job.shape ? job.shape[kNumShapes * from + k] : 0;
       for (unsigned long k = 0; k < 4; ++k)
         weights[4 * lane + k] = !is_there       ? 0
                                 : job.whitening ? job.whitening[4 * from + k]
@@ -148,7 +160,7 @@ class SumLoop {
     part.points = points;
     part.pixels = pixels;
     part.whitening = weights;
-    if (job.bend) part.bend = bend;
+    if (job.shape) part.shape = shape;
     const bool valid = set_rows(part, 0, rows_);
     add<2>();
     return valid;

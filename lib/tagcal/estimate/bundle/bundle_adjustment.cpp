@@ -3,9 +3,12 @@
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
+#include <Eigen/LU>
+#include <cmath>
 #include <memory>
 #include <mutex>
 
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/refine_pose.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -42,14 +45,12 @@ struct ViewRows {
   ViewRows(const Bundle& bundle, std::size_t v)
       : view(bundle.views[v]), pose(step_about(bundle.camera_from_target[v])) {}
 
-  // Computes the rows for a lens, and a bend of the bundle's board `by_m` from the start.
-  void evaluate(const Bundle& bundle, const Lens& lens, const Eigen::Vector2d& by_m) {
+  // Computes the rows for a lens and the shape of the bundle's board.
+  void evaluate(const Bundle& bundle, const Lens& lens) {
     ViewArrays arrays(view);
-    const BoardShapes bends =
-        bundle.bent_board ? bundle.bent_board->shapes(arrays.points()) : BoardShapes{};
-    for (std::size_t i = 0; i < bends.of_points.size(); ++i)
-      arrays.points()[i] += bends.of_points[i].dot(by_m) * bends.normal;
-    ParameterSums sums(arrays.view(), bundle.model->free(), bends.view());
+    const BoardShapes shapes = bundle.board ? bundle.board->shapes(arrays.points()) : BoardShapes{};
+    arrays.displace(shapes.view(), bundle.shape);
+    ParameterSums sums(arrays.view(), bundle.model->free(), shapes.view(), bundle.row_prior());
     Eigen::MatrixXd gram;
     valid = sums.at(lens, pose.at(step), gram);
     if (valid) compressed_rows(gram, rows);
@@ -57,8 +58,8 @@ struct ViewRows {
 };
 
 // The cost of all corners of one view; parameter blocks are the pose step (6), the free parameters
-// and the bend (k together). Ceres gets 6 + k + 1 rows instead of two per corner, because copying
-// those took most of its time.
+// and the shape of the board (k together). Ceres gets 6 + k + 1 rows instead of two per corner,
+// because copying those took most of its time.
 class ViewCost : public ceres::CostFunction {
  public:
   ViewCost(const ViewRows& view, const Bundle& bundle) : view_(view) {
@@ -66,7 +67,7 @@ class ViewCost : public ceres::CostFunction {
     const int num_free = bundle.model->num_free();
     mutable_parameter_block_sizes()->push_back(6);
     if (num_free > 0) mutable_parameter_block_sizes()->push_back(num_free);
-    if (bundle.bent_board) mutable_parameter_block_sizes()->push_back(2);
+    if (bundle.board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
   }
 
   bool Evaluate(const double* const* /*parameters*/, double* residuals,
@@ -94,12 +95,44 @@ class ViewCost : public ceres::CostFunction {
   const ViewRows& view_;
 };
 
+// The cost of the priors; parameter blocks are the free parameters and the shape of the board.
+class PriorCost : public ceres::CostFunction {
+ public:
+  explicit PriorCost(const Bundle& bundle) : bundle_(bundle) {
+    set_num_residuals(static_cast<int>(prior_of(bundle).residuals.size()));
+    if (bundle.model->num_free() > 0)
+      mutable_parameter_block_sizes()->push_back(bundle.model->num_free());
+    if (bundle.board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
+  }
+
+  // The parameters are those of the bundle.
+  bool Evaluate(const double* const* /*parameters*/, double* residuals,
+                double** jacobians) const override {
+    if (!bundle_.model->lens(bundle_.free_values, bundle_.image_size)) return false;
+    const PriorRows rows = prior_of(bundle_);
+    const Eigen::Index n = rows.residuals.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) = bundle_.sigma * rows.residuals;
+    Eigen::Index column = 0;
+    for (std::size_t b = 0; jacobians && b < parameter_block_sizes().size(); ++b) {
+      const int k = parameter_block_sizes()[b];
+      if (jacobians[b])
+        Eigen::Map<RowMajorX>(jacobians[b], n, k) =
+            bundle_.sigma * rows.by_parameters.middleCols(column, k);
+      column += k;
+    }
+    return true;
+  }
+
+ private:
+  const Bundle& bundle_;
+};
+
 // Computes the lens and the rows of all views once for each new state of the solver. (Ceres asks
 // for the cost there first, and for the Jacobian if it accepts the step.)
 class Evaluation : public ceres::EvaluationCallback {
  public:
   Evaluation(const Bundle& bundle, std::vector<ViewRows>& views, std::size_t num_threads)
-      : bundle_(bundle), start_bend_m_(bundle.bend_m), views_(views), num_threads_(num_threads) {}
+      : bundle_(bundle), views_(views), num_threads_(num_threads) {}
 
   void PrepareForEvaluation(bool /*jacobians*/, bool is_new_point) override {
     if (!is_new_point) return;
@@ -108,13 +141,12 @@ class Evaluation : public ceres::EvaluationCallback {
                  [&](std::size_t i) {
                    ViewRows& view = views_[i];
                    view.valid = false;
-                   if (lens) view.evaluate(bundle_, *lens, bundle_.bend_m - start_bend_m_);
+                   if (lens) view.evaluate(bundle_, *lens);
                  });
   }
 
  private:
-  const Bundle& bundle_;  // its views are those of the start
-  const Eigen::Vector2d start_bend_m_;
+  const Bundle& bundle_;
   std::vector<ViewRows>& views_;
   std::size_t num_threads_;
 };
@@ -147,21 +179,16 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 BoardShapes FlatBoard::shapes(std::span<const Eigen::Vector3d> x_in_world) const {
   const Pose board_from_world = world_from_board.inverse();
-  BoardShapes result{{}, world_from_board.rotation() * Eigen::Vector3d::UnitZ()};
+  const Eigen::Quaterniond& turn = world_from_board.rotation();
+  BoardShapes result{{}, turn * Eigen::Vector3d::UnitZ(), turn * Eigen::Vector3d::UnitY()};
   result.of_points.reserve(x_in_world.size());
   for (const Eigen::Vector3d& x : x_in_world) {
     const Eigen::Vector2d in_board = (board_from_world * x).head<2>() - centre;
-    result.of_points.push_back(Eigen::Vector2d::Ones() -
-                               in_board.cwiseQuotient(half_size).cwiseAbs2());
+    const Eigen::Vector2d at = in_board.cwiseQuotient(half_size);
+    result.of_points.emplace_back(1 - at.x() * at.x(), 1 - at.y() * at.y(), at.x() * at.y(),
+                                  in_board.y());
   }
   return result;
-}
-
-void FlatBoard::bend(ViewProblem& view, const Eigen::Vector2d& by_m) const {
-  const BoardShapes bends = shapes(ViewArrays(view).view().points);
-  std::vector<Correspondence>& corners = view.correspondences.own();
-  for (std::size_t i = 0; i < corners.size(); ++i)
-    corners[i].point += bends.of_points[i].dot(by_m) * bends.normal;
 }
 
 std::optional<FlatBoard> flat_board(const Dataset& dataset) {
@@ -176,27 +203,59 @@ std::optional<FlatBoard> flat_board(const Dataset& dataset) {
   const Eigen::Vector3d size = high - low;
   const double rounding_m = 1e-6 * size.x();  // numeric: of positions in a file
   if (!(size.x() > 0 && size.y() > 0) || size.z() > rounding_m) return std::nullopt;
-  return FlatBoard{dataset.boards[0].world_from_board, (low + high).head<2>() / 2,
-                   size.head<2>() / 2};
+  const double bend_m = policy::kPriorFlatness * size.norm();
+  return FlatBoard{dataset.boards[0].world_from_board,
+                   (low + high).head<2>() / 2,
+                   size.head<2>() / 2,
+                   {bend_m, bend_m, bend_m, policy::kPriorPrint}};
 }
 
-const ViewProblem& Bundle::bent(const ViewProblem& flat, ViewProblem& buffer) const {
-  if (!bent_board) return flat;
-  buffer = flat;
-  bent_board->bend(buffer, bend_m);
+const ViewProblem& Bundle::corrected(const ViewProblem& observed, const Eigen::Vector2d& rows,
+                                     ViewProblem& buffer) const {
+  if (!board && rows.isZero()) return observed;
+  buffer = observed;
+  ViewArrays arrays(observed);
+  if (board) arrays.displace(board->shapes(arrays.points()).view(), shape);
+  std::vector<Correspondence>& corners = buffer.correspondences.own();
+  const double middle_row = image_centre(image_size).y();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i].point = arrays.points()[i];
+    corners[i].pixel -= (corners[i].pixel.y() - middle_row) * rows;
+  }
   return buffer;
 }
 
+const ViewProblem& Bundle::corrected(std::size_t view, ViewProblem& buffer) const {
+  return corrected(views[view], row_terms.empty() ? Eigen::Vector2d(0, 0) : row_terms[view],
+                   buffer);
+}
+
 Bundle Bundle::without_views() const {
-  return {model, image_size, free_values, {}, {}, bent_board, bend_m};
+  return {model, image_size, free_values, {}, {}, board, shape, row_sigma, {}, sigma};
+}
+
+PriorRows prior_of(const Bundle& bundle) {
+  PriorRows rows = lens_prior(*bundle.model, bundle.free_values, bundle.image_size);
+  if (!bundle.board) return rows;
+  const Eigen::Index of_lens = rows.residuals.size(), k = rows.by_parameters.cols();
+  const Eigen::Index n = bundle.num_shapes();
+  const BoardShape precision = bundle.board->prior_sigma.cwiseInverse();
+  rows.residuals.conservativeResize(of_lens + n);
+  rows.residuals.tail(n) = bundle.shape.cwiseProduct(precision);
+  Eigen::MatrixXd by_all = Eigen::MatrixXd::Zero(of_lens + n, k + n);
+  by_all.topLeftCorner(of_lens, k) = rows.by_parameters;
+  by_all.bottomRightCorner(n, n) = precision.asDiagonal();
+  rows.by_parameters = by_all;
+  return rows;
 }
 
 double cost_of(const Bundle& bundle) {
   double sum = 0;
   const Lens lens = bundle.lens();
+  ViewProblem buffer;
   for (std::size_t v = 0; v < bundle.views.size(); ++v)
     for (const double square :
-         whitened_squares(bundle.views[v], lens, bundle.camera_from_target[v]))
+         whitened_squares(bundle.corrected(v, buffer), lens, bundle.camera_from_target[v]))
       sum += square;
   return sum;
 }
@@ -210,12 +269,40 @@ std::optional<RefinedPose> refine_view_pose(const ViewProblem& view, const Lens&
   return RefinedPose{pose_of(solution->state), solution->cost, solution->converged};
 }
 
+namespace {
+
+// Sets the row terms that are best at the state, and the data's part of the cost.
+void set_row_terms(Bundle& bundle, BundleSummary& summary, std::size_t num_threads) {
+  const std::size_t n = bundle.views.size();
+  bundle.row_terms.assign(n, Eigen::Vector2d::Zero());
+  const auto lens = bundle.model->lens(bundle.free_values, bundle.image_size);
+  if (!lens || !(bundle.row_sigma > 0)) return;
+  const double variance = bundle.row_prior().sigma * bundle.row_prior().sigma;
+  std::vector<double> volumes(n);
+  parallel_for(n, threads_for_short_calls(n, num_threads), [&](std::size_t v) {
+    ViewArrays arrays(bundle.views[v]);
+    if (bundle.board) arrays.displace(bundle.board->shapes(arrays.points()).view(), bundle.shape);
+    ParameterSums sums(arrays.view(), {}, {}, bundle.row_prior());
+    Eigen::MatrixXd gram;
+    if (!sums.at(*lens, bundle.camera_from_target[v], gram)) return;
+    bundle.row_terms[v] = sums.row_terms();
+    const Eigen::Matrix2d volume =
+        Eigen::Matrix2d::Identity() + variance * sums.row_equations().information;
+    volumes[v] = std::log(std::max(1.0, volume.determinant()));
+  });
+  for (const double volume : volumes) summary.row_volume += volume;
+  const double prior = bundle.sigma / bundle.row_sigma;
+  for (const Eigen::Vector2d& rows : bundle.row_terms)
+    summary.prior += prior * prior * rows.squaredNorm();
+}
+
+}  // namespace
+
 BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads) {
   silence_logging();
   // Contiguous and never reallocated, because Ceres orders parameter blocks by their addresses.
   std::vector<ViewRows> views;
   views.reserve(bundle.views.size());
-  const Eigen::Vector2d start_bend_m = bundle.bend_m;
   Evaluation evaluation(bundle, views, num_threads);
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &evaluation;
@@ -223,7 +310,7 @@ BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads)
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   std::vector<double*> common;
   if (bundle.model->num_free() > 0) common.push_back(bundle.free_values.data());
-  if (bundle.bent_board) common.push_back(bundle.bend_m.data());
+  if (bundle.board) common.push_back(bundle.shape.data());
   for (std::size_t i = 0; i < bundle.views.size(); ++i) {
     ViewRows& view = views.emplace_back(bundle, i);
     std::vector<double*> blocks = {view.step.data()};
@@ -231,6 +318,7 @@ BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads)
     problem.AddResidualBlock(new ViewCost(view, bundle), nullptr, blocks);
     ordering->AddElementToGroup(view.step.data(), 0);
   }
+  if (!common.empty()) problem.AddResidualBlock(new PriorCost(bundle), nullptr, common);
   for (double* block : common) ordering->AddElementToGroup(block, 1);
   ceres::Solver::Options options = solver_options(max_iterations);
   options.linear_solver_ordering = ordering;
@@ -238,11 +326,13 @@ BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads)
   ceres::Solve(options, &problem, &summary);
   for (std::size_t i = 0; i < views.size(); ++i)
     bundle.camera_from_target[i] = views[i].pose.at(views[i].step);
-  if (bundle.bent_board)
-    for (ViewProblem& view : bundle.views)
-      bundle.bent_board->bend(view, bundle.bend_m - start_bend_m);
-  return {summary.termination_type == ceres::CONVERGENCE, 2 * summary.final_cost,
-          static_cast<int>(summary.iterations.size())};
+  BundleSummary result;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.num_iterations = static_cast<int>(summary.iterations.size());
+  result.prior = bundle.sigma * bundle.sigma * prior_of(bundle).residuals.squaredNorm();
+  set_row_terms(bundle, result, num_threads);
+  result.cost = std::max(0.0, 2 * summary.final_cost - result.prior);
+  return result;
 }
 
 }  // namespace tagcal::internal

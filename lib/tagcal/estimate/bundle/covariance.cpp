@@ -8,6 +8,7 @@
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/profile_likelihood.hpp"
+#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -17,7 +18,19 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::size_t kMostDirections = 1000;
+// A view of a bundle as the kernels take it, at the bundle's state.
+struct ViewEquations {
+  ViewArrays arrays;
+  BoardShapes shapes;
+  ParameterSums sums;
+
+  ViewEquations(const Bundle& bundle, std::size_t view, std::span<const FreeParameter> free,
+                const ViewRowTerms& rows)
+      : arrays(bundle.views[view]),
+        shapes(bundle.board ? bundle.board->shapes(arrays.points()) : BoardShapes{}),
+        sums((arrays.displace(shapes.view(), bundle.shape), arrays.view()), free, shapes.view(),
+             rows) {}
+};
 
 // Index of the focal length or coordinate of the principal point with the largest variance; -1 if
 // none is free.
@@ -32,13 +45,32 @@ Index least_known_parameter(const Model& model, const MatrixXd& covariance) {
   return least;
 }
 
-// The likelihood of the free parameters of a bundle: the best poses belong to them.
+// Gauss-Newton steps of one pose, lens and board held. False outside of the domain.
+bool improve_pose(Bundle& bundle, std::size_t view, const Lens& lens, double& cost) {
+  constexpr int kSteps = 4;
+  ViewEquations equations(bundle, view, {}, bundle.row_prior());
+  Pose& pose = bundle.camera_from_target[view];
+  MatrixXd gram;
+  cost = std::numeric_limits<double>::infinity();
+  Pose best = pose;
+  for (int i = 0; i <= kSteps; ++i) {
+    if (!equations.sums.at(lens, pose, gram)) break;
+    const Index last = gram.cols() - 1;
+    if (!(gram(last, last) < cost)) break;
+    cost = gram(last, last);
+    best = pose;
+    const Matrix6 information = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+    const Eigen::Matrix<double, 6, 1> gradient = gram.block<6, 1>(0, last);
+    pose = retract(pose, -Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(information).solve(gradient));
+  }
+  pose = best;
+  return std::isfinite(cost);
+}
+
+// The likelihood of the parameters of a bundle: the best poses belong to them.
 class BundleLikelihood {
  public:
-  struct State {
-    std::vector<double> free_values;
-    std::vector<Pose> poses;
-  };
+  using State = Bundle;
   using Step = VectorXd;
   using Matrix = MatrixXd;
   struct Equations {
@@ -56,45 +88,114 @@ class BundleLikelihood {
     std::optional<MatrixXd> inverse;
   };
 
-  BundleLikelihood(const Bundle& solved, const BundleInformation& information)
-      : bundle_(solved), information_(information) {}
+  explicit BundleLikelihood(const BundleInformation& information) : information_(information) {}
 
   static int rounds() { return 4; }
 
   bool at(State& state, Equations& equations) {
-    bundle_.free_values = state.free_values;
-    bundle_.camera_from_target = state.poses;
-    const auto lens = bundle_.model->lens(bundle_.free_values, bundle_.image_size);
+    const auto lens = state.model->lens(state.free_values, state.image_size);
     if (!lens) return false;
-    equations.cost = 0;
-    for (std::size_t v = 0; v < bundle_.views.size(); ++v) {
-      const auto refined = refine_view_pose(bundle_.views[v], *lens, state.poses[v]);
-      if (!refined) return false;
-      state.poses[v] = bundle_.camera_from_target[v] = refined->camera_from_target;
-      equations.cost += refined->cost;
+    const double variance = state.sigma * state.sigma;
+    equations.cost = variance * prior_of(state).residuals.squaredNorm();
+    for (std::size_t v = 0; v < state.views.size(); ++v) {
+      double cost = 0;
+      if (!improve_pose(state, v, *lens, cost)) return false;
+      equations.cost += cost;
     }
-    const auto information = bundle_information(bundle_);
+    const auto information = bundle_information(state);
     if (!information) return false;
-    // A bend of the board is held.
-    const Index k = bundle_.model->num_free();
-    equations.information = information->sum().topLeftCorner(k, k);
-    equations.gradient = information->gradient().head(k);
+    equations.information = variance * information->total(state.sigma);
+    equations.gradient = variance * information->gradient(state.sigma);
     return true;
   }
 
   State stepped(const State& state, const VectorXd& step) const {
     State next = state;
-    Eigen::Map<VectorXd>(next.free_values.data(), step.size()) += step;
-    for (std::size_t v = 0; v < next.poses.size(); ++v)
-      next.poses[v] =
-          retract(state.poses[v], -information_.pose_by_parameters[v].leftCols(step.size()) * step);
+    const Index k = state.model->num_free();
+    Eigen::Map<VectorXd>(next.free_values.data(), k) += step.head(k);
+    if (state.board) next.shape += step.tail<4>();
+    for (std::size_t v = 0; v < next.views.size(); ++v)
+      next.camera_from_target[v] =
+          retract(state.camera_from_target[v], -information_.views[v].pose_by_parameters * step);
     return next;
   }
 
  private:
-  Bundle bundle_;
   const BundleInformation& information_;  // of the solved bundle
 };
+
+// phi: the mean square of the views' gradients over that of independent residuals, weighed by their
+// effect on the parameters, and shrunk to `independent`.
+double overdispersion_of(const BundleInformation& information, const MatrixXd& a, double variance,
+                         double independent) {
+  double observed = 0, expected = 0, squares = 0;
+  for (const ViewInformation& view : information.views) {
+    const MatrixXd as = a * view.schur / variance;
+    const double part = as.trace() - (as * as).trace();
+    observed += view.gradient.dot(a * view.gradient) / (variance * variance);
+    expected += part;
+    squares += part * part;
+  }
+  if (!(expected > 0)) return independent;
+  // Views that matter little count less: the effective number of views.
+  const double freedom = std::max(0.0, expected * expected / squares - 1);
+  const double prior = policy::kOverdispersionViews;
+  return std::max(1.0, (prior * independent + freedom * observed / expected) / (prior + freedom));
+}
+
+// The covariance of the views' steps, each raised by its leverage: d_v = A (I - S_v A)^-1/2 g_v has
+// the mean square A S_v A for independent residuals. The root is its Pade approximation
+// (I - S_v A / 4) (I - 3 S_v A / 4)^-1, which stays bounded where one view alone determines a
+// parameter.
+MatrixXd spread_of_views(const BundleInformation& information, const MatrixXd& total,
+                         const MatrixXd& a, double variance) {
+  const Index n = total.cols();
+  // The parameters have different units.
+  const VectorXd unit = total.diagonal().cwiseSqrt().cwiseInverse();
+  constexpr double kLeast = 0.25, kMost = 0.75;  // numeric: the approximation's coefficients
+  MatrixXd sum = MatrixXd::Zero(n, n);
+  for (const ViewInformation& view : information.views) {
+    const MatrixXd s = view.schur / variance;
+    const Eigen::LDLT<MatrixXd> most(unit.asDiagonal() * (total - kMost * s) * unit.asDiagonal());
+    const VectorXd x = unit.cwiseProduct(most.solve(unit.cwiseProduct(view.gradient / variance)));
+    const VectorXd step = a * ((total - kLeast * s) * x);
+    sum += step * step.transpose();
+  }
+  return sum;
+}
+
+std::optional<ViewInformation> eliminated(const MatrixXd& gram) {
+  const Index n = gram.cols() - 7;
+  const Matrix6 by_pose = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+  const std::optional<MatrixXd> inverse = exact_inverse(by_pose);
+  if (!inverse) return std::nullopt;
+  // Triangular rows [J | r] with the same products. The rows below those of the pose are free of
+  // it; S as their square stays positive semidefinite, which a difference would not.
+  MatrixXd rows;
+  compressed_rows(gram, rows);
+  const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
+  ViewInformation result;
+  result.pose_inverse = *inverse;
+  result.pose_by_parameters = *inverse * gram.block(0, 6, 6, n);
+  result.schur = rest.leftCols(n).transpose() * rest.leftCols(n);
+  result.gradient = rest.leftCols(n).transpose() * rest.col(n);
+  return result;
+}
+
+// Log evidence of row terms of a standard deviation, against none.
+double row_evidence(std::span<const ParameterSums::RowEquations> views, double variance,
+                    double row_sigma) {
+  double sum = 0;
+  for (const ParameterSums::RowEquations& rows : views) {
+    const Eigen::Matrix2d information = rows.information / variance;
+    const Eigen::Vector2d gradient = rows.gradient / variance;
+    const Eigen::Matrix2d total =
+        information + Eigen::Matrix2d::Identity() / (row_sigma * row_sigma);
+    sum += gradient.dot(total.inverse() * gradient) / 2 -
+           std::log((row_sigma * row_sigma * total).determinant()) / 2;
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -111,82 +212,83 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
+std::optional<ViewInformation> information_of(const Bundle& bundle, std::size_t view,
+                                              const Lens& lens) {
+  ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
+  MatrixXd gram;
+  if (!equations.sums.at(lens, bundle.camera_from_target[view], gram)) return std::nullopt;
+  return eliminated(gram);
+}
+
 std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
-                                              std::span<const FreeParameter> free,
-                                              const Pose& camera_from_target,
-                                              const FlatBoard* board) {
+                                              const Model& model, const Pose& camera_from_target,
+                                              const ViewRowTerms& rows) {
   const ViewArrays arrays(view);
-  const BoardShapes bends = board ? board->shapes(arrays.view().points) : BoardShapes{};
-  ParameterSums sums(arrays.view(), free, bends.view());
-  MatrixXd gram, rows;
+  ParameterSums sums(arrays.view(), model.free(), {}, rows);
+  MatrixXd gram;
   if (!sums.at(lens, camera_from_target, gram)) return std::nullopt;
-  const Index n = gram.cols() - 7;
-  const Matrix6 by_pose = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
-  const std::optional<MatrixXd> inverse = exact_inverse(by_pose);
-  if (!inverse) return std::nullopt;
-  // Triangular rows [J | r] with the same products. The rows below those of the pose are free of
-  // it; S as their square stays positive semidefinite, which a difference would not.
-  compressed_rows(gram, rows);
-  const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
-  ViewInformation result;
-  result.pose_inverse = *inverse;
-  result.pose_by_parameters = *inverse * gram.block(0, 6, 6, n);
-  result.schur = rest.leftCols(n).transpose() * rest.leftCols(n);
-  result.gradient = rest.leftCols(n).transpose() * rest.col(n);
-  return result;
+  return eliminated(gram);
 }
 
-void BundleInformation::raise_unobservable() {
-  halves[0].diagonal() += policy::kUnobservablePrecision * sum().diagonal();
+MatrixXd BundleInformation::data() const {
+  MatrixXd sum = MatrixXd::Zero(prior.rows(), prior.cols());
+  for (const ViewInformation& view : views) sum += view.schur;
+  return sum;
 }
 
-std::optional<BundleInformation> bundle_information(const Bundle& bundle,
-                                                    const FlatBoard* held_flat) {
+MatrixXd BundleInformation::total(double sigma) const { return data() / (sigma * sigma) + prior; }
+
+VectorXd BundleInformation::gradient(double sigma) const {
+  VectorXd sum = VectorXd::Zero(prior.rows());
+  for (const ViewInformation& view : views) sum += view.gradient;
+  return sum / (sigma * sigma) + prior_gradient;
+}
+
+std::optional<BundleInformation> bundle_information(const Bundle& bundle, std::size_t num_threads) {
   const Lens lens = bundle.lens();
-  const FlatBoard* board = bundle.bent_board ? &*bundle.bent_board : held_flat;
-  const Index n = bundle.model->num_free() + (board ? 2 : 0);
+  const std::size_t n = bundle.views.size();
+  std::vector<std::optional<ViewInformation>> found(n);
+  parallel_for(n, threads_for_short_calls(n, num_threads),
+               [&](std::size_t v) { found[v] = information_of(bundle, v, lens); });
   BundleInformation result;
-  result.halves.fill(MatrixXd::Zero(n, n));
-  result.gradients.fill(VectorXd::Zero(n));
-  for (std::size_t i = 0; i < bundle.views.size(); ++i) {
-    auto view = information_of(bundle.views[i], lens, bundle.model->free(),
-                               bundle.camera_from_target[i], board);
+  for (std::optional<ViewInformation>& view : found) {
     if (!view) return std::nullopt;
-    result.halves[i % 2] += view->schur;
-    result.gradients[i % 2] += view->gradient;
-    result.pose_inverse.push_back(view->pose_inverse);
-    result.pose_by_parameters.push_back(std::move(view->pose_by_parameters));
+    result.views.push_back(std::move(*view));
   }
+  const PriorRows rows = prior_of(bundle);
+  result.prior = rows.by_parameters.transpose() * rows.by_parameters;
+  result.prior_gradient = rows.by_parameters.transpose() * rows.residuals;
   return result;
-}
-
-std::optional<BundleCovariance> covariance_of(const Bundle& bundle, double sigma) {
-  const auto information = bundle_information(bundle);
-  if (!information) return std::nullopt;
-  return covariance_of(bundle, *information, sigma);
 }
 
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
-                                              const BundleInformation& information, double sigma) {
+                                              const BundleInformation& information, double sigma,
+                                              double independent) {
+  const double variance = sigma * sigma;
+  const MatrixXd data = information.data() / variance, total = data + information.prior;
   BundleCovariance covariance;
-  const double square = sigma * sigma;
-  const Index k = bundle.num_parameters();
-  if (k > 0) {
-    const MatrixXd schur = information.sum().topLeftCorner(k, k);
-    const std::optional<MatrixXd> inverse = exact_inverse(schur);
-    if (!inverse) return std::nullopt;
-    covariance.parameters = square * *inverse;
-    const VectorXd gradient = information.gradient().head(k) / square;
-    covariance.decrement = gradient.dot(covariance.parameters * gradient);
+  const Index n = total.cols();
+  if (n > 0) {
+    const std::optional<MatrixXd> a = exact_inverse(total);
+    if (!a) return std::nullopt;
+    // By the noise that weighed the priors of the solution.
+    const auto solved = exact_inverse(information.total(bundle.sigma));
+    const VectorXd gradient = information.gradient(bundle.sigma);
+    if (solved) covariance.decrement = gradient.dot(*solved * gradient);
+    covariance.overdispersion = overdispersion_of(information, *a, variance, independent);
+    const auto count = static_cast<double>(information.views.size());
+    const double share = count / (count + policy::kSpreadViews);
+    const MatrixXd of_data = share * spread_of_views(information, total, *a, variance) +
+                             (1 - share) * covariance.overdispersion * *a * data * *a;
+    covariance.all = of_data + *a * information.prior * *a;
   }
-  for (std::size_t i = 0; i < information.pose_inverse.size(); ++i) {
-    MatrixXd c = square * information.pose_inverse[i];
-    const MatrixXd by_parameters = information.pose_by_parameters[i].leftCols(k);
-    if (k > 0) c += by_parameters * covariance.parameters * by_parameters.transpose();
+  for (const ViewInformation& view : information.views) {
+    MatrixXd c = variance * view.pose_inverse;
+    if (n > 0) c += view.pose_by_parameters * covariance.all * view.pose_by_parameters.transpose();
     covariance.poses.emplace_back(c);
   }
-  const Index of_lens = bundle.model->num_free();
-  covariance.parameters.conservativeResize(of_lens, of_lens);
+  const Index k = bundle.model->num_free();
+  covariance.parameters = covariance.all.topLeftCorner(k, k);
   return covariance;
 }
 
@@ -197,57 +299,51 @@ MatrixXd profile_covariance(const Bundle& solved, const BundleInformation& infor
   const double sigma_px = std::sqrt(covariance(least, least));
   const Lens lens = solved.lens();
   if (!(sigma_px > policy::kLinearShare * parameters(lens)[0])) return covariance;
-  const Index k = covariance.cols();
-  const MatrixXd schur = information.sum().topLeftCorner(k, k);
-  const BundleLikelihood::State best{solved.free_values, solved.camera_from_target};
-  BundleLikelihood likelihood(solved, information);
-  ProfileLikelihood<BundleLikelihood> profile(likelihood, best, cost_of(solved), sigma,
-                                              schur / (sigma * sigma), covariance);
-  const VectorXd function = VectorXd::Unit(k, least) / sigma_px;
+  const auto inverse = exact_inverse(covariance);
+  if (!inverse) return covariance;
+  BundleLikelihood likelihood(information);
+  Bundle best = solved;
+  BundleLikelihood::Equations here;
+  if (!likelihood.at(best, here)) return covariance;
+  ProfileLikelihood<BundleLikelihood> profile(likelihood, best, here.cost, sigma, *inverse,
+                                              covariance);
+  const VectorXd function = VectorXd::Unit(covariance.cols(), least) / sigma_px;
   for (const double level : {policy::kProfileBundleSigmas, -policy::kProfileBundleSigmas})
     profile.widen({function, covariance * function}, level, policy::kProfileBundleSigmas);
   return profile.covariance();
 }
 
-std::optional<BoardWarp> board_warp(const Bundle& bundle, const BundleInformation& information,
-                                    double sigma) {
-  const auto inverse = exact_inverse(information.sum());
-  if (!inverse) return std::nullopt;
-  const Eigen::Vector2d bend_m = bundle.bend_m - (*inverse * information.gradient()).tail<2>();
-  const Eigen::Matrix2d covariance = sigma * sigma * inverse->bottomRightCorner<2, 2>();
-  const auto weight = exact_inverse(covariance);
-  if (!weight) return std::nullopt;
+BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance) {
+  const Eigen::Matrix4d of_shape = covariance.all.bottomRightCorner<4, 4>();
   BoardWarp warp;
-  warp.bend_mm = 1e3 * bend_m;
-  warp.sigma_mm = 1e3 * covariance.diagonal().cwiseSqrt();
-  warp.chi_square = bend_m.dot(*weight * bend_m);
+  const Eigen::Vector4d sigma = of_shape.diagonal().cwiseMax(0).cwiseSqrt();
+  warp.bend_mm = 1e3 * bundle.shape.head<2>();
+  warp.sigma_mm = 1e3 * sigma.head<2>();
+  warp.twist_mm = 1e3 * bundle.shape[2];
+  warp.sigma_twist_mm = 1e3 * sigma[2];
+  warp.aspect = bundle.shape[3];
+  warp.sigma_aspect = sigma[3];
   return warp;
 }
 
-double projection_sigma_at_infinity_px(const Bundle& bundle, const MatrixXd& covariance) {
-  // One "view" of the directions to the corners, at unit distance.
-  const Lens lens = bundle.lens();
-  std::vector<Vector3d> directions;
-  std::size_t count = 0, all = 0;
-  for (const ViewProblem& view : bundle.views) all += view.correspondences.size();
-  const std::size_t stride = 1 + all / kMostDirections;
-  for (std::size_t i = 0; i < bundle.views.size(); ++i)
-    for (const Correspondence& c : bundle.views[i].correspondences)
-      if (count++ % stride == 0)
-        directions.push_back((bundle.camera_from_target[i] * c.point).normalized());
-  // There are no observed pixels: the sums with the residual are not used.
-  const std::vector<Eigen::Vector2d> pixels(directions.size(), Eigen::Vector2d::Zero());
-  ParameterSums sums({directions, pixels}, bundle.model->free());
+double row_sigma_of(const Bundle& solved, double sigma) {
+  if (std::ssize(solved.views) < policy::kViewsToKnowRows) return policy::kLoneRowSigma;
+  const Lens lens = solved.lens();
+  std::vector<ParameterSums::RowEquations> views;
+  // Weak enough to leave the sums as they are.
+  const ViewRowTerms rows{image_centre(solved.image_size).y(), 1e6};  // numeric: see above
   MatrixXd gram;
-  if (!sums.at(lens, Pose(), gram)) return std::numeric_limits<double>::infinity();
-  const Index k = covariance.cols();
-  MatrixXd by_turn_and_parameters(3 + k, 3 + k), rows;
-  by_turn_and_parameters << gram.topLeftCorner(3, 3), gram.block(0, 6, 3, k), MatrixXd::Zero(k, 3),
-      gram.block(6, 6, k, k);
-  compressed_rows(by_turn_and_parameters, rows);
-  const MatrixXd rest = rows.bottomRightCorner(k, k);
-  const double trace = (rest * covariance).cwiseProduct(rest).sum();
-  return std::sqrt(std::max(0.0, trace) / static_cast<double>(2 * directions.size()));
+  for (std::size_t v = 0; v < solved.views.size(); ++v) {
+    ViewEquations equations(solved, v, {}, rows);
+    if (equations.sums.at(lens, solved.camera_from_target[v], gram))
+      views.push_back(equations.sums.row_equations());
+  }
+  double best = 0, most = 0;
+  for (const double row_sigma : policy::kRowSigmas) {
+    const double evidence = row_evidence(views, sigma * sigma, row_sigma);
+    if (evidence > most) std::tie(best, most) = std::pair(row_sigma, evidence);
+  }
+  return best;
 }
 
 }  // namespace tagcal::internal

@@ -1,6 +1,7 @@
 #include "tagcal/estimate/bundle/lack_of_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -55,7 +56,6 @@ class GroupedResiduals {
                          (1 + policy::kSignificant * std::sqrt(2 / rest));
     if (chi_square > k) bias.rms_px = std::sqrt((1 - k / chi_square) * square_px / corners);
     bias.disagree = chi_square > bound && bias.rms_px > policy::kLeastBiasPx;
-    if (bias.disagree) bias.inflation = std::max(1.0, between / k / (total_ / freedom));
     return bias;
   }
 
@@ -99,8 +99,9 @@ ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
   const Vector2d centre(parameters(lens)[kCx], parameters(lens)[kCy]);
   const std::vector<double> bounds = ring_bounds(solved, centre);
   GroupedResiduals cells(kColumns * kRows), rings(kRings);
+  ViewProblem buffer;
   for (std::size_t v = 0; v < solved.views.size(); ++v) {
-    const ViewProblem& view = solved.views[v];
+    const ViewProblem& view = solved.corrected(v, buffer);
     const auto residuals = residuals_px(view.correspondences, lens, solved.camera_from_target[v]);
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       const Vector2d &pixel = view.correspondences[i].pixel, &px = residuals[i];
@@ -115,8 +116,7 @@ ResidualBias residual_bias(const Bundle& solved, double least_sigma) {
   const double freedom = degrees_of_freedom(solved);
   const ResidualBias by_cell = cells.bias(2, freedom, least_sigma);
   const ResidualBias by_ring = rings.bias(1, freedom / 2, least_sigma);
-  return {std::max(by_cell.rms_px, by_ring.rms_px), by_cell.disagree || by_ring.disagree,
-          std::max(by_cell.inflation, by_ring.inflation)};
+  return {std::max(by_cell.rms_px, by_ring.rms_px), by_cell.disagree || by_ring.disagree};
 }
 
 std::optional<HalvesCheck> split_half_check(const Bundle& solved,
@@ -124,12 +124,17 @@ std::optional<HalvesCheck> split_half_check(const Bundle& solved,
                                             std::span<const Vector2d> samples, double distance_m) {
   const Eigen::Index k = solved.model->num_free();
   if (std::ssize(solved.views) < 2 * policy::kFewestComparedViews || k == 0) return std::nullopt;
-  const auto first = exact_inverse(information.halves[0].topLeftCorner(k, k)),
-             second = exact_inverse(information.halves[1].topLeftCorner(k, k));
+  const double variance = sigma * sigma;
+  std::array<MatrixXd, 2> halves = {information.prior, information.prior};
+  std::array<VectorXd, 2> gradients = {information.prior_gradient, information.prior_gradient};
+  for (std::size_t v = 0; v < information.views.size(); ++v) {
+    halves[v % 2] += information.views[v].schur / variance;
+    gradients[v % 2] += information.views[v].gradient / variance;
+  }
+  const auto first = exact_inverse(halves[0]), second = exact_inverse(halves[1]);
   if (!first || !second) return std::nullopt;
-  const VectorXd difference =
-      *second * information.gradients[1].head(k) - *first * information.gradients[0].head(k);
-  const MatrixXd covariance = sigma * sigma * (*first + *second);
+  const VectorXd difference = (*second * gradients[1] - *first * gradients[0]).head(k);
+  const MatrixXd covariance = (*first + *second).topLeftCorner(k, k);
   const MatrixXd projection =
       aligned_jacobian({solved.model, solved.lens(), covariance}, samples, distance_m);
   if (projection.rows() == 0) return std::nullopt;

@@ -15,11 +15,6 @@ namespace tagcal::internal {
 struct ResidualBias {
   double rms_px = 0;  // RMS of the means, less the part of the noise; the larger of grid and rings
   bool disagree = false;  // the means exceed noise (p = 0.0001), and policy::kLeastBiasPx
-  // If `disagree`: the variance of the means over that of independent residuals of the same RMS, >=
-  // 1; the larger of grid and rings. Chi-squares and covariances that take residuals as independent
-  // are too large or too small by this factor (variance inflation factor of quasi-likelihood:
-  // Burnham & Anderson 2002, section 2.5; Kish's design effect).
-  double inflation = 1;
 };
 
 // `least_sigma`: floor of the noise per (whitened) coordinate.

@@ -8,10 +8,12 @@
 #include <set>
 #include <utility>
 
+#include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/pose/residual_test.hpp"
+#include "tagcal/estimate/pose/robust_pose.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -21,6 +23,7 @@ using Eigen::Vector2d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRounds = 15;
+constexpr int kRowRounds = 3;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -65,15 +68,16 @@ struct BundleState : RobustState {
 
 void set_squares(BundleState& state, const CalibrationInput& input) {
   const Lens lens = state.bundle.lens();
-  ViewProblem bent;
+  ViewProblem buffer;
   state.squares.resize(input.views.size());
   for (std::size_t v = 0; v < input.views.size(); ++v) {
-    const ViewProblem& view = state.bundle.bent(input.views[v].problem, bent);
+    const ViewProblem& view = input.views[v].problem;
     const std::optional<Pose>& pose = state.selection.pose[v];
     if (pose) {
       // Stays at its place in memory, and so leaves no holes beside what the solver takes and
       // frees.
-      const std::vector<double> squares = whitened_squares(view, lens, *pose);
+      const std::vector<double> squares = whitened_squares(
+          state.bundle.corrected(view, state.selection.row_terms[v], buffer), lens, *pose);
       state.squares[v].assign(squares.begin(), squares.end());
     } else {
       state.squares[v].assign(view.correspondences.size(), kInfinity);
@@ -85,14 +89,13 @@ void set_squares(BundleState& state, const CalibrationInput& input) {
 void select_bundle(BundleState& state, const CalibrationInput& input) {
   if (state.squares.empty()) set_squares(state, input);
   Bundle bundle = state.bundle.without_views();
-  ViewProblem bent;
   state.used.clear();
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     auto& inlier = state.selection.inlier[v];
     for (std::size_t i = 0; i < inlier.size(); ++i)
       if (!std::isfinite(state.squares[v][i])) inlier[i] = 0;
     if (!state.selection.uses(v)) continue;
-    bundle.views.push_back(chosen(bundle.bent(input.views[v].problem, bent), inlier));
+    bundle.views.push_back(chosen(input.views[v].problem, inlier));
     bundle.camera_from_target.push_back(*state.selection.pose[v]);
     state.used.push_back(v);
   }
@@ -104,37 +107,85 @@ void solve_robustly(BundleState& state, const CalibrationInput& input,
   update_until_stable(state, input.whitened, options, [&] {
     select_bundle(state, input);
     if (state.bundle.views.empty()) return false;
+    if (state.noise > 0) state.bundle.sigma = state.noise;
     state.summary = solve(state.bundle, options.max_iterations, options.num_threads);
     state.num_iterations += state.summary.num_iterations;
-    for (std::size_t i = 0; i < state.used.size(); ++i)
+    for (std::size_t i = 0; i < state.used.size(); ++i) {
       state.selection.pose[state.used[i]] = state.bundle.camera_from_target[i];
+      state.selection.row_terms[state.used[i]] = state.bundle.row_terms[i];
+    }
     set_squares(state, input);
     return true;
   });
 }
 
+double bound(const BundleState& state) { return policy::kOutlierSigmas * state.sigma; }
+
+// Solves again from another selection; keeps the better fit: that of the lower truncated loss.
+void retry(BundleState& state, BundleState trial, const CalibrationInput& input,
+           const CalibrateOptions& options) {
+  solve_robustly(trial, input, options);
+  state.num_iterations = trial.num_iterations;
+  if (!trial.bundle.views.empty() && trial.summary.converged >= state.summary.converged &&
+      truncated_loss(trial, bound(state)) < truncated_loss(state, bound(state)))
+    state = std::move(trial);
+}
+
 // Solves again with all corners: right ones are outliers if the lens was fitted without them and is
-// free there. The better fit has the lower truncated loss.
+// free there.
 void retry_with_all(BundleState& state, const CalibrationInput& input,
                     const CalibrateOptions& options) {
   BundleState trial = state;
-  if (!update_inliers(trial, kInfinity)) return;
-  solve_robustly(trial, input, options);
-  state.num_iterations = trial.num_iterations;
-  const double bound = policy::kOutlierSigmas * state.sigma;
-  if (!trial.bundle.views.empty() && trial.summary.converged >= state.summary.converged &&
-      truncated_loss(trial, bound) < truncated_loss(state, bound))
-    state = std::move(trial);
+  if (update_inliers(trial, kInfinity)) retry(state, std::move(trial), input, options);
+}
+
+// Solves again with other poses of the views that lost corners: a view may have started at a wrong
+// minimum, under the lens that was known then.
+void retry_with_other_poses(BundleState& state, const CalibrationInput& input,
+                            const CalibrateOptions& options) {
+  BundleState trial = state;
+  const Lens lens = state.bundle.lens();
+  bool any = false;
+  for (std::size_t v = 0; v < input.views.size(); ++v) {
+    const ViewProblem& view = input.views[v].problem;
+    const auto inliers = state.selection.num_inliers(v);
+    if (!policy::is_below(inliers, policy::kComparableInliers,
+                          std::ssize(state.selection.inlier[v])))
+      continue;
+    const RobustPose<6> pose = fit_pose_robustly<6>(view.correspondences, lens, {});
+    if (!pose.fit) continue;
+    trial.selection.pose[v] =
+        pose_of(pose.fit->best().state) * pose.problem->spread().plane_from_target_pose();
+    trial.selection.row_terms[v].setZero();
+    any = true;
+  }
+  if (!any) return;
+  set_squares(trial, input);
+  update_inliers(trial, bound(state));
+  retry(state, std::move(trial), input, options);
 }
 
 // The fit of a model from a start.
 std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
                                        const CalibrationInput& input,
                                        const CalibrateOptions& options) {
-  BundleState state{{std::move(selection), {}, 0}, start, {}, {}, 0};
+  const double sigma = options.sigma_px > 0 || !input.whitened ? options.sigma_px : 1;
+  BundleState state{{std::move(selection), {}, sigma, 0}, start, {}, {}, 0};
   solve_robustly(state, input, options);
   if (state.bundle.views.empty()) return std::nullopt;
-  if (options.reject_outliers) retry_with_all(state, input, options);
+  if (options.reject_outliers) {
+    retry_with_all(state, input, options);
+    retry_with_other_poses(state, input, options);
+  }
+  state.bundle.sigma = state.noise;
+  // Lens and poses take up a part of what the rows show, so the next solution may show more.
+  for (int round = 0; round < kRowRounds; ++round) {
+    const double row_sigma = row_sigma_of(state.bundle, state.bundle.sigma);
+    if (row_sigma <= state.bundle.row_sigma) break;
+    state.bundle.row_sigma = row_sigma;
+    solve_robustly(state, input, options);
+    if (state.bundle.views.empty()) return std::nullopt;
+  }
   CalibrationFit fit{state.bundle, {}, {}, input.whitened, state.summary};
   fit.findings = input.findings;
   fit.num_iterations = state.num_iterations;
@@ -153,7 +204,7 @@ std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
 int CalibrationFit::num_inliers() const { return internal::num_corners(bundle); }
 
 double CalibrationFit::truncated_chi_square(double sigma) const {
-  double sum = 0;
+  double sum = more_cost / (sigma * sigma);
   for (const double square : squares)
     sum += std::min(square / (sigma * sigma), policy::kOutlierSigmas * policy::kOutlierSigmas);
   return sum;
@@ -168,7 +219,8 @@ bool Selection::uses(std::size_t view) const {
 }
 
 Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& options) {
-  Selection selection{seed.camera_from_world, seed.inlier};
+  Selection selection{seed.camera_from_world, seed.inlier,
+                      std::vector<Vector2d>(seed.inlier.size(), Vector2d::Zero())};
   if (!options.reject_outliers)
     for (auto& view : selection.inlier) std::fill(view.begin(), view.end(), 1);
   return selection;
@@ -177,15 +229,20 @@ Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& opti
 void update_until_stable(RobustState& state, bool whitened, const CalibrateOptions& options,
                          const std::function<bool()>& solve) {
   for (int round = 0; round < kMaxRounds; ++round) {
-    if (!solve() || !options.reject_outliers) return;
-    state.sigma = std::max(least_sigma(whitened, options), robust_sigma(state));
-    if (!update_inliers(state, policy::kOutlierSigmas * state.sigma)) return;
+    const double before = state.noise;
+    if (!solve()) return;
+    state.noise = std::max(policy::kLeastNoisePx, robust_sigma(state));
+    state.sigma = std::max(least_sigma(whitened, options), state.noise);
+    const bool is_changed =
+        options.reject_outliers && update_inliers(state, policy::kOutlierSigmas * state.sigma);
+    // The noise weighs the priors.
+    if (!is_changed && std::abs(state.noise - before) <= policy::kNoiseChange * state.noise) return;
   }
 }
 
 void list_outliers(const CalibrationInput& input, const RobustState& state,
                    const std::function<Lens(std::size_t)>& lens, CalibrationFit& fit) {
-  ViewProblem bent;
+  ViewProblem buffer;
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const CalibrationView& view = input.views[v];
     const bool is_used = state.selection.uses(v);
@@ -197,7 +254,9 @@ void list_outliers(const CalibrationInput& input, const RobustState& state,
           view.name() + ": rejected, its corners are not consistent with one pose");
     std::vector<Vector2d> residuals(view.ids.size(), Vector2d::Constant(std::nan("")));
     if (pose)
-      residuals = residuals_px(fit.bundle.bent(view.problem, bent).correspondences, lens(v), *pose);
+      residuals = residuals_px(
+          fit.bundle.corrected(view.problem, state.selection.row_terms[v], buffer).correspondences,
+          lens(v), *pose);
     for (std::size_t i = 0; i < view.ids.size(); ++i)
       if (!is_used || !state.selection.inlier[v][i])
         fit.outliers.push_back(
@@ -211,30 +270,29 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
   const auto start = calibration_seed(model, input.image_size, input.views, seed_options(options));
   if (!start) return std::nullopt;
   const double start_seconds = seconds_since(begin);
-  auto fit = fit_from({&model, input.image_size, start->free_values, {}, {}, input.bent_board},
-                      selection_of(*start, options), input, options);
+  Bundle bundle;
+  bundle.model = &model;
+  bundle.image_size = input.image_size;
+  bundle.free_values = start->free_values;
+  bundle.board = input.board;
+  auto fit = fit_from(bundle, selection_of(*start, options), input, options);
   if (!fit) return std::nullopt;
   fit->start_seconds = start_seconds;
   fit->solve_seconds = seconds_since(begin) - start_seconds;
   return fit;
 }
 
-std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
-                                    const CalibrationInput& input,
-                                    const CalibrateOptions& options) {
-  std::map<std::size_t, Pose> poses;
-  for (std::size_t i = 0; i < other.views.size(); ++i)
-    poses[other.views[i]] = solved.camera_from_target[i];
-  std::set<std::pair<std::size_t, std::size_t>> rejected;
-  for (const Outlier& o : other.outliers) rejected.emplace(o.view, o.corner);
-  Selection selection;
-  for (const CalibrationView& view : input.views) {
-    const auto pose = poses.find(view.index);
-    selection.pose.push_back(pose == poses.end() ? std::nullopt : std::optional(pose->second));
-    auto& inlier = selection.inlier.emplace_back();
-    for (const std::size_t i : view.corners) inlier.push_back(!rejected.contains({view.index, i}));
-  }
-  return fit_from(solved.without_views(), std::move(selection), input, options);
+CalibrationFit fit_on_inliers(const CalibrationFit& fit, const Model& model,
+                              std::vector<double> free_values, const CalibrateOptions& options) {
+  const auto begin = Clock::now();
+  CalibrationFit result = fit;
+  result.bundle.model = &model;
+  result.bundle.free_values = std::move(free_values);
+  result.summary = solve(result.bundle, options.max_iterations, options.num_threads);
+  result.more_cost += result.summary.cost - fit.summary.cost;
+  result.num_iterations += result.summary.num_iterations;
+  result.solve_seconds += seconds_since(begin);
+  return result;
 }
 
 }  // namespace tagcal::internal

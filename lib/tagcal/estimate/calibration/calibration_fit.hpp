@@ -28,6 +28,7 @@ struct CalibrationFit {
   int num_corners = 0;  // inliers and outliers
   int num_iterations = 0;
   std::vector<double> squares;  // squared whitened residual per corner; infinite outside the domain
+  double more_cost = 0;         // of the inliers, above that of the fit that `squares` belong to
   std::vector<Outlier> outliers;
   std::vector<Finding> findings;
   double bic = 0;
@@ -39,10 +40,11 @@ struct CalibrationFit {
   double truncated_chi_square(double sigma) const;
 };
 
-// The inliers, and the pose of each view (none: the view is not used).
+// The inliers, the pose of each view (none: the view is not used), and its row terms.
 struct Selection {
   std::vector<std::optional<Pose>> pose;
   std::vector<std::vector<std::uint8_t>> inlier;
+  std::vector<Eigen::Vector2d> row_terms;
 
   std::ptrdiff_t num_inliers(std::size_t view) const;
   bool uses(std::size_t view) const;
@@ -55,11 +57,13 @@ Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& opti
 struct RobustState {
   Selection selection;
   std::vector<std::vector<double>> squares;  // squared whitened residuals of all corners, per view
-  double sigma = 0;                          // robust, of the inliers' coordinates
+  double noise = 0;                          // robust, of the inliers' coordinates
+  double sigma = 0;                          // the same, at least least_sigma: of rejection
 };
 
-// Solves and takes the corners within policy::kOutlierSigmas as inliers, in turn until they are
-// stable. `solve` sets the poses and squares of the state; it returns false if no view is left.
+// Solves and takes the corners within policy::kOutlierSigmas as inliers, in turn until they and
+// their noise are stable. `solve` sets the poses and squares of the state; it returns false if no
+// view is left.
 void update_until_stable(RobustState& state, bool whitened, const CalibrateOptions& options,
                          const std::function<bool()>& solve);
 
@@ -67,15 +71,16 @@ void update_until_stable(RobustState& state, bool whitened, const CalibrateOptio
 void list_outliers(const CalibrationInput& input, const RobustState& state,
                    const std::function<Lens(std::size_t)>& lens, CalibrationFit& fit);
 
-// Finds a start, then solves and updates the inliers in turn until they are stable; and the same
-// once more from all corners, kept if its truncated chi-square is lower. No value if no view has a
-// consensus.
+// Finds a start, then solves and updates the inliers in turn until they are stable: first without
+// row terms, then with those that the views show. Views that lost corners, or all of them, get
+// another pose under the lens that was found, and all corners are tried again. No value if no view
+// has a consensus.
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options);
 
-// The same from a solved bundle, with the views and inliers of another fit as the start. The times
-// stay zero.
-std::optional<CalibrationFit> refit(const Bundle& solved, const CalibrationFit& other,
-                                    const CalibrationInput& input, const CalibrateOptions& options);
+// The same bundle with another model, whose lens is the nearest to the solved one, solved on the
+// same inliers, with the same row terms' prior. `free_values`: where it starts.
+CalibrationFit fit_on_inliers(const CalibrationFit& fit, const Model& model,
+                              std::vector<double> free_values, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal

@@ -17,7 +17,7 @@ struct CalibrationInput {
   ImageSize image_size;
   std::shared_ptr<const HeldModels> models;  // with the fixed parameters held
   std::vector<CalibrationView> views;        // of a flat board
-  std::optional<FlatBoard> bent_board;       // whose bend is estimated
+  std::optional<FlatBoard> board;            // whose shape is estimated; none: several, or no plane
   bool whitened = false;      // residuals are whitened by the corners' own covariances
   double model_error_px = 0;  // and by this noise per coordinate, added to them
   std::vector<Finding> findings;

@@ -1,366 +1,467 @@
 #include "tagcal/estimate/calibration/model_choice.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
-#include "tagcal/estimate/bundle/lack_of_fit.hpp"
+#include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/bundle/lens_from_rays.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/calibration/model_ladder.hpp"
-#include "tagcal/estimate/calibration/simpler_model_test.hpp"
-#include "tagcal/estimate/calibration/weak_calibration.hpp"
 #include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-using Eigen::Vector2d;
+using Eigen::Index;
+using Eigen::VectorXd;
 
-// With so many significant digits; no exponent for large numbers.
-std::string number(double value, int digits) {
-  return std::abs(value) < 1000 ? with_digits(value, digits) : with_decimals(value, 0);
-}
-
-// BIC, with the handicap of a fisheye; it has none against the rational lens, which is as flexible.
-double score(const Candidate& candidate, const ModelLadder& ladder) {
-  if (!candidate.is_fisheye()) return candidate.bic;
-  const Candidate* best = nullptr;
-  for (const Candidate& other : ladder.candidates)
-    if (!other.is_fisheye() && other.is_usable() && (!best || other.bic < best->bic)) best = &other;
-  const bool is_rational = best && best->model().name() == "opencv8";
-  return candidate.bic +
-         (is_rational ? 0 : policy::kFisheyeHandicap * std::log(ladder.num_residuals));
-}
-
-// The fisheye can be chosen only if its score beats every perspective model, observable or not:
-// otherwise it would answer for data that do not determine a perspective.
-bool is_eligible(const Candidate& candidate, const ModelLadder& ladder) {
-  if (!candidate.is_usable() || !candidate.is_fisheye()) return candidate.is_usable();
-  return std::all_of(
-      ladder.candidates.begin(), ladder.candidates.end(), [&](const Candidate& other) {
-        return other.is_estimated || score(candidate, ladder) <= score(other, ladder);
-      });
-}
-
-const Candidate* lowest_score(const ModelLadder& ladder) {
-  const Candidate* best = nullptr;
-  for (const Candidate& candidate : ladder.candidates)
-    if (is_eligible(candidate, ladder) &&
-        (!best || score(candidate, ladder) < score(*best, ladder)))
-      best = &candidate;
-  return best;
-}
-
-// Pixels and distance at which projections are compared.
-struct Comparison {
-  std::vector<Vector2d> samples;
-  double distance_m = 1;
-
-  explicit Comparison(const Bundle& bundle)
-      : samples(seen_region(bundle).samples()), distance_m(median_distance_m(bundle)) {}
+// A candidate for the answer: a component of the posterior, or another kind of lens.
+struct Candidate {
+  Component component;
+  double bic = 0;
+  bool is_nested = false;  // in the posterior's model: it can be the answer
 };
 
-ProjectionUncertainty uncertainty(const Candidate& candidate, const Comparison& at) {
-  return projection_uncertainty(
-      {&candidate.model(), candidate.bundle.lens(), candidate.observability.covariance->parameters},
-      ImageGrid{candidate.bundle.image_size}, at.samples, at.distance_m);
+// chi-square of all corners, each up to the rejection bound, and of the priors, for the noise of
+// `noise`; with what the evidence charges for row terms.
+double chi_square(const CalibrationFit& fit, const Posterior& noise) {
+  const double sigma = noise.noise.sigma;
+  const double sum = fit.truncated_chi_square(sigma) + fit.summary.prior / (sigma * sigma);
+  return sum / noise.covariance.overdispersion + fit.summary.row_volume;
 }
 
-// The two models differ by at most the larger one's standard deviation (per coordinate) at every
-// node of the image. A node that only one of them sees is a difference.
-bool agrees_everywhere(const ProjectionUncertainty& large, const LensDifference& d) {
-  for (Eigen::Index row = 0; row < large.sigma_px.rows(); ++row) {
-    for (Eigen::Index column = 0; column < large.sigma_px.cols(); ++column) {
-      const double sigma = large.sigma_px(row, column);
-      if (std::isnan(sigma)) continue;
-      const double difference = std::hypot(d.u_px(row, column), d.v_px(row, column));
-      if (!(difference <= std::sqrt(2.0) * sigma)) return false;
-    }
+// The number of independent residuals.
+double num_residuals(const Posterior& posterior) {
+  return 2.0 * posterior.fit.num_corners / posterior.covariance.overdispersion;
+}
+
+double bic(const Model& model, double chi_square, const Posterior& posterior) {
+  return chi_square + model.num_free() * std::log(num_residuals(posterior));
+}
+
+std::optional<Posterior> fit_posterior(const Model& model, const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
+  auto fit = fit_model(model, input, options);
+  return fit ? posterior_of(std::move(*fit), options) : std::nullopt;
+}
+
+// The posteriors of the kinds of lens on the same views.
+struct Kinds {
+  std::optional<Posterior> polynomial, rational, fisheye;
+
+  std::vector<const Posterior*> all() const {
+    std::vector<const Posterior*> result;
+    for (const auto* kind : {&polynomial, &rational, &fisheye})
+      if (*kind) result.push_back(&**kind);
+    return result;
+  }
+};
+
+// The free values of a model whose lens is nearest to a solved one where the corners are.
+std::vector<double> nearest_values(const Model& model, const Bundle& solved) {
+  const Lens lens = solved.lens();
+  Sightings seen;
+  for (const Eigen::Vector2d& pixel : seen_region(solved).samples())
+    if (const auto ray = ray_in_camera(lens, pixel)) seen.add(pixel, ray->direction);
+  const auto p = parameters(lens);
+  const auto nearest = lens_from_rays(model, solved.image_size, seen,
+                                      Eigen::Vector2d(p[kCx], p[kCy]), {model.free_values(lens)});
+  return nearest ? nearest->free_values : model.free_values(lens);
+}
+
+// A perspective without the denominator of its distortion, on the same inliers.
+std::optional<Posterior> polynomial_of(const Posterior& rational, const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
+  const Model& model = input.models->named("opencv5");
+  return posterior_of(
+      fit_on_inliers(rational.fit, model, nearest_values(model, rational.fit.bundle), options),
+      options);
+}
+
+Kinds fit_kinds(const CalibrationInput& input, const CalibrateOptions& options) {
+  Kinds kinds;
+  kinds.rational = fit_posterior(input.models->named("opencv8"), input, options);
+  if (kinds.rational) kinds.polynomial = polynomial_of(*kinds.rational, input, options);
+  kinds.fisheye = fit_posterior(input.models->named("fisheye4"), input, options);
+  return kinds;
+}
+
+// The posterior of the lowest BIC. A fisheye is charged policy::kFisheyeCharge parameters more than
+// a polynomial: where both describe the same images, the ordinary lens is meant.
+const Posterior* best_of(const Kinds& kinds) {
+  const Posterior* noise = nullptr;
+  for (const Posterior* kind : kinds.all())
+    if (!noise || chi_square(kind->fit, *kind) < chi_square(noise->fit, *kind)) noise = kind;
+  if (!noise) return nullptr;
+  const auto score = [&](const std::optional<Posterior>& p) {
+    return p ? bic(p->model(), chi_square(p->fit, *noise), *noise)
+             : std::numeric_limits<double>::infinity();
+  };
+  const bool is_polynomial = score(kinds.polynomial) <= score(kinds.rational);
+  const std::optional<Posterior>& usual = is_polynomial ? kinds.polynomial : kinds.rational;
+  const double charge =
+      is_polynomial ? policy::kFisheyeCharge * std::log(num_residuals(*noise)) : 0;
+  if (kinds.fisheye && score(kinds.fisheye) + charge < score(usual)) return &*kinds.fisheye;
+  return usual ? &*usual : nullptr;
+}
+
+// Weights of the components: exp(-(chi-square - occam) / 2).
+void set_weights(std::vector<Candidate>& candidates) {
+  double least = std::numeric_limits<double>::infinity(), sum = 0;
+  const auto score = [](const Candidate& c) { return c.component.chi_square - c.component.occam; };
+  for (const Candidate& c : candidates) least = std::min(least, score(c));
+  for (Candidate& c : candidates) sum += c.component.weight = std::exp((least - score(c)) / 2);
+  double kept = 0;
+  for (Candidate& c : candidates) {
+    c.component.weight /= sum;
+    if (c.component.weight < policy::kLeastModelWeight) c.component.weight = 0;
+    kept += c.component.weight;
+  }
+  for (Candidate& c : candidates) c.component.weight /= kept;
+}
+
+// The posterior of another kind on the same views as `same`, as a component of `posterior`, which
+// may have more views: the difference of chi-square grows with their number. Both kinds are
+// approximations of a real lens, so their odds are weaker than those of nested models.
+std::optional<Component> other_kind(const Posterior& kind, const Posterior& same,
+                                    const Posterior& posterior) {
+  auto component = as_seen_by(kind, same);
+  if (!component) return std::nullopt;
+  const double growth = static_cast<double>(posterior.fit.num_corners) / same.fit.num_corners;
+  const double more = chi_square(kind.fit, same) - chi_square(same.fit, same);
+  const bool is_other_lens = kind.model().lens_type() != posterior.model().lens_type();
+  const double temper = is_other_lens ? policy::kKindTemper : 1;
+  component->chi_square = (more > 0 ? growth * more : more) / temper;  // noise does not grow
+  component->occam = (occam(same) - occam(kind)) / temper;
+  component->values += posterior.values() - same.values();
+  component->covariance /= growth;
+  return component;
+}
+
+// The components of a posterior: the models nested in it, and the other kinds. `same`: the
+// posterior of its model among the kinds.
+std::vector<Candidate> candidates_of(const Posterior& posterior, const Kinds& kinds,
+                                     const Posterior& same) {
+  std::vector<Candidate> candidates;
+  for (const Model* model : posterior.model().siblings()) {
+    if (model->lens_type() == LensType::parallel) continue;
+    if (auto component = nested_in(posterior, *model))
+      candidates.push_back({std::move(*component), 0, true});
+  }
+  for (const Posterior* kind : kinds.all())
+    if (kind != &same && !nested_in(posterior, kind->model()))
+      if (auto component = other_kind(*kind, same, posterior))
+        candidates.push_back({std::move(*component), 0, false});
+  for (Candidate& c : candidates)
+    c.bic = bic(*c.component.model, c.component.chi_square, posterior);
+  set_weights(candidates);
+  return candidates;
+}
+
+std::optional<Lens> lens_of(const Component& component, const Posterior& posterior) {
+  const Index k = posterior.model().num_free();
+  const VectorXd values = component.values.head(k);
+  return posterior.model().lens(std::vector<double>(values.begin(), values.end()),
+                                posterior.fit.bundle.image_size);
+}
+
+// The Jacobian of the projection over the region of the corners, by the posterior's lens.
+Eigen::MatrixXd projection_of(const Posterior& posterior, double distance_m) {
+  return aligned_jacobian({&posterior.model(), posterior.fit.bundle.lens(), {}},
+                          seen_region(posterior.fit.bundle).samples(), distance_m);
+}
+
+// The projections of a component and of the mean differ by at most policy::kAgreeingSigmas of the
+// claim over the region of the corners.
+bool agrees(const Component& component, const VectorXd& mean, const Eigen::MatrixXd& covariance,
+            const Eigen::MatrixXd& projection) {
+  const Index k = projection.cols();
+  const VectorXd d = projection * (component.values - mean).head(k);
+  for (Index row = 0; row + 1 < projection.rows(); row += 2) {
+    const auto rows = projection.middleRows<2>(row);
+    const double variance = (rows * covariance.topLeftCorner(k, k)).cwiseProduct(rows).sum();
+    if (!(d.segment<2>(row).norm() <= policy::kAgreeingSigmas * std::sqrt(variance))) return false;
   }
   return true;
 }
 
-Camera camera_of(const Candidate& candidate) {
-  return {candidate.bundle.lens(), candidate.bundle.image_size};
+// The claim of the components about their mean.
+struct Mean {
+  VectorXd values;
+  Eigen::MatrixXd covariance;
+};
+
+std::vector<Component> components_of(const std::vector<Candidate>& candidates) {
+  std::vector<Component> components;
+  for (const Candidate& c : candidates) components.push_back(c.component);
+  return components;
 }
 
-// The smallest perspective that can replace the winner; sets the differences of all to the winner.
-const Candidate* smallest_equivalent(const ModelLadder& ladder, const Candidate& winner,
-                                     double tolerance_px,
-                                     std::vector<std::optional<double>>& differences) {
-  if (winner.is_fisheye()) return &winner;
-  const Comparison at(winner.bundle);
-  const ProjectionUncertainty sigma = uncertainty(winner, at);
-  const Candidate* smallest = &winner;
-  for (std::size_t i = ladder.candidates.size(); i-- > 0;) {
-    const Candidate& candidate = ladder.candidates[i];
-    if (&candidate == &winner || !candidate.is_usable() || candidate.is_fisheye()) continue;
-    const auto d =
-        lens_difference(camera_of(winner), camera_of(candidate), at.samples, at.distance_m);
-    if (!d) continue;
-    differences[i] = d->rms_px;
-    if (candidate.model().num_free() < winner.model().num_free() &&
-        (d->rms_px <= tolerance_px || agrees_everywhere(sigma, *d)))
-      smallest = &candidate;
+Mean mean_of(const std::vector<Candidate>& candidates) {
+  const std::vector<Component> components = components_of(candidates);
+  Mean mean{VectorXd::Zero(components.front().values.size()), {}};
+  for (const Component& c : components) mean.values += c.weight * c.values;
+  mean.covariance = mixture_about(mean.values, components);
+  return mean;
+}
+
+// A candidate for the answer, refitted.
+struct Answer {
+  std::size_t index = 0;  // of the candidate
+  CalibrationFit fit;
+};
+
+// The candidate of the lowest BIC that may be the answer.
+std::optional<std::size_t> lowest_bic(const std::vector<Candidate>& candidates,
+                                      const Posterior& posterior) {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (candidates[i].is_nested && lens_of(candidates[i].component, posterior) &&
+        (!best || candidates[i].bic < candidates[*best].bic))
+      best = i;
+  return best;
+}
+
+// The squares of all corners, which the posterior's fit keeps, are much of the memory.
+CalibrationFit without_squares(const CalibrationFit& fit) {
+  CalibrationFit copy{fit.bundle, fit.views, fit.images, fit.whitened, fit.summary};
+  copy.num_corners = fit.num_corners;
+  copy.num_iterations = fit.num_iterations;
+  copy.outliers = fit.outliers;
+  copy.findings = fit.findings;
+  copy.bic = fit.bic;
+  copy.start_seconds = fit.start_seconds;
+  copy.solve_seconds = fit.solve_seconds;
+  return copy;
+}
+
+// Refits a candidate, whose values and chi-square were predictions.
+CalibrationFit refit(Candidate& c, const Posterior& posterior, const CalibrateOptions& options) {
+  if (c.component.model == &posterior.model()) return without_squares(posterior.fit);
+  const Lens start = *lens_of(c.component, posterior);
+  CalibrationFit fit = fit_on_inliers(without_squares(posterior.fit), *c.component.model,
+                                      c.component.model->free_values(start), options);
+  const double variance = posterior.noise.sigma * posterior.noise.sigma;
+  const double more = fit.summary.cost + fit.summary.prior - posterior.fit.summary.cost -
+                      posterior.fit.summary.prior;
+  const std::vector<double> free = posterior.model().free_values(fit.bundle.lens());
+  c.component.values.head(posterior.model().num_free()) =
+      Eigen::Map<const VectorXd>(free.data(), std::ssize(free));
+  if (fit.bundle.board) c.component.values.tail<4>() = fit.bundle.shape;
+  c.component.chi_square = std::max(0.0, more) / variance / posterior.covariance.overdispersion;
+  c.bic = bic(*c.component.model, c.component.chi_square, posterior);
+  return fit;
+}
+
+// The candidate of the lowest BIC that agrees with the mean. A refit may make another one the
+// lowest.
+Answer answer_of(std::vector<Candidate>& candidates, const Posterior& posterior,
+                 const CalibrateOptions& options) {
+  const Eigen::MatrixXd projection = projection_of(posterior, kInfinitelyFar);
+  std::vector<bool> is_tried(candidates.size());
+  while (const std::optional<std::size_t> i = lowest_bic(candidates, posterior)) {
+    Candidate& c = candidates[*i];
+    Answer answer{*i, refit(c, posterior, options)};
+    if (c.component.model == &posterior.model() || is_tried[*i]) return answer;
+    is_tried[*i] = true;
+    set_weights(candidates);
+    const Mean mean = mean_of(candidates);
+    if (!answer.fit.summary.converged ||
+        !agrees(c.component, mean.values, mean.covariance, projection))
+      c.is_nested = false;
+    else if (lowest_bic(candidates, posterior) == i)
+      return answer;
   }
-  return smallest;
+  return {candidates.size(), without_squares(posterior.fit)};
 }
 
-// A perspective that is better than the winner by strong evidence, but is not determined.
-const Candidate* better_but_undetermined(const ModelLadder& ladder, const Candidate& winner) {
-  for (const Candidate& candidate : ladder.candidates) {
-    if (candidate.is_determined() || !candidate.summary.converged || candidate.is_fisheye() ||
-        winner.is_fisheye())
+// The smallest candidate whose projection is within the tolerance of that of `best`, or `best`.
+Answer smallest_within(Answer best, std::vector<Candidate>& candidates, const Posterior& posterior,
+                       const CalibrateOptions& options) {
+  const ImageSize& size = posterior.fit.bundle.image_size;
+  const auto samples = seen_region(posterior.fit.bundle).samples();
+  const double distance_m = median_distance_m(posterior.fit.bundle);
+  const int most = best.fit.bundle.model->num_free();
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Component& component = candidates[i].component;
+    if (component.model->lens_type() != posterior.model().lens_type() ||
+        component.model->num_free() >= most || !lens_of(component, posterior))
       continue;
-    if (candidate.bic < winner.bic - policy::kStrongEvidence) return &candidate;
+    Answer smaller{i, refit(candidates[i], posterior, options)};
+    const auto d = lens_difference({best.fit.bundle.lens(), size},
+                                   {smaller.fit.bundle.lens(), size}, samples, distance_m);
+    if (d && d->rms_px <= options.tolerance_px) return smaller;
   }
-  return nullptr;
+  return best;
 }
 
-ModelStep weak_step(const ModelLadder& ladder, bool taken) {
-  ModelStep step;
-  step.model = "weak";
-  step.taken = taken;
-  step.sentence = taken ? "taken: the data determine no focal length"
-                        : "not needed: the data determine a focal length";
-  const Bundle& bundle = ladder.candidates.front().bundle;
-  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
-    const auto view = fit_weak_view(bundle.views[v], image_centre(bundle.image_size),
-                                    bundle.camera_from_target[v]);
-    if (view) step.cost += view->cost;
-  }
-  step.bic = step.cost / ladder.noise_square;
-  return step;
+// RMS of a projection's change by a change of the parameters, as the length in pixels.
+double rms_px(const Eigen::MatrixXd& projection, const VectorXd& change) {
+  const double pixels = std::max<double>(1, static_cast<double>(projection.rows()) / 2);
+  return std::sqrt((projection * change.head(projection.cols())).squaredNorm() / pixels);
 }
 
-// "RMS residual 0.312 px, that of f 0.874 px", with the digits that tell the two apart.
-std::string residuals_text(const Candidate& candidate, const Candidate& other,
-                           const ModelLadder& ladder) {
-  const auto rms = [&](const Candidate& c) {
-    return std::sqrt(c.chi_square * ladder.noise_square / std::max(1, ladder.num_residuals));
-  };
-  const char* const unit = ladder.whitened ? " sd" : " px";
-  std::string own, others;
-  for (int digits = 3; digits <= 9 && own == others; ++digits) {
-    own = number(rms(candidate), digits);
-    others = number(rms(other), digits);
-  }
-  return "RMS residual " + own + unit + ", that of " + std::string(other.model().name()) + " " +
-         others + unit;
-}
-
-// Why a model was taken or not, against `last`: the last one taken, or the chosen one (null: none).
-std::string step_sentence(const Candidate& candidate, const Candidate* last,
-                          const ModelLadder& ladder, bool taken) {
-  if (!candidate.is_determined())
-    return "not taken, the data do not determine it: " + candidate.observability.reason;
-  if (!candidate.summary.converged) return "not taken: the solver did not converge";
-  if (candidate.has_pole) return "not taken: its distortion has a pole inside the image";
-  if (!last || last == &candidate)
-    return taken ? "taken: the data determine its parameters" : "not taken";
-  const int more = candidate.model().num_free() - last->model().num_free();
-  std::string text = residuals_text(candidate, *last, ladder);
-  if (more > 0)
-    text += ", " + std::to_string(more) + (more == 1 ? " parameter more" : " parameters more");
-  if (candidate.is_estimated) text += ", estimated from a part of the views";
-  return text + (taken ? ": taken" : ": not needed");
-}
-
-std::vector<ModelStep> model_steps(const ModelLadder& ladder, const Candidate* chosen,
-                                   const Candidate* winner,
-                                   const std::vector<std::optional<double>>& differences) {
-  std::vector<ModelStep> steps = {weak_step(ladder, chosen == nullptr)};
-  const Candidate* last = nullptr;
-  bool done = chosen == nullptr;
-  const double chosen_difference =
-      chosen ? differences[static_cast<std::size_t>(chosen - ladder.candidates.data())].value_or(0)
-             : 0;
-  for (std::size_t i = 0; i < ladder.candidates.size(); ++i) {
-    const Candidate& candidate = ladder.candidates[i];
+std::vector<ModelStep> steps_of(const std::vector<Candidate>& candidates, std::size_t answer,
+                                const Posterior& posterior) {
+  std::vector<ModelStep> steps;
+  const auto lowest = std::ranges::min_element(candidates, {}, &Candidate::bic);
+  const Eigen::MatrixXd projection =
+      projection_of(posterior, median_distance_m(posterior.fit.bundle));
+  const double variance = posterior.noise.sigma * posterior.noise.sigma;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Component& c = candidates[i].component;
     ModelStep step;
-    step.model = candidate.model().name();
-    step.num_parameters = candidate.model().num_free();
-    step.cost = candidate.chi_square * ladder.noise_square;
-    step.bic = candidate.bic;
-    step.difference_px = differences[i];
-    const bool on_the_way = chosen && !done && candidate.is_usable() && !candidate.is_fisheye() &&
-                            !chosen->is_fisheye() && (!last || candidate.bic < last->bic);
-    step.taken = &candidate == chosen || on_the_way;
-    step.sentence =
-        step_sentence(candidate, last || step.taken ? last : chosen, ladder, step.taken);
-    if (&candidate == winner && winner != chosen)
-      step.sentence += ", the projections differ by " + number(chosen_difference, 3) + " px";
-    if (step.taken) last = &candidate;
-    done |= &candidate == chosen;
+    step.model = c.model->name();
+    step.num_parameters = c.model->num_free();
+    step.cost =
+        posterior.fit.summary.cost + variance * posterior.covariance.overdispersion * c.chi_square;
+    step.bic = candidates[i].bic;
+    step.weight = c.weight;
+    step.taken = i == answer;
+    step.difference_px = rms_px(projection, c.values - lowest->component.values);
+    const double more = candidates[i].bic - candidates[answer].bic;
+    step.sentence = step.taken ? "taken: the lowest BIC of the models that agree with the posterior"
+                    : more < 0 ? "not taken: its projection disagrees with the posterior"
+                               : "not taken: its BIC is higher by " + with_digits(more, 3);
+    if (c.weight > 0)
+      step.sentence += "; has " + percent(c.weight) + " of the weight in the standard deviations";
     steps.push_back(std::move(step));
   }
   return steps;
 }
 
-void add_weight(ModelStep& step, double weight) {
-  step.weight = weight;
-  if (weight > policy::kNamedModelWeight)
-    step.sentence += "; has " + percent(weight) + " of the weight in the standard deviations";
-}
-
-double noise_of_residuals(const CalibrationFit& fit) {
-  return std::sqrt(fit.summary.cost / std::max(1, degrees_of_freedom(fit.bundle)));
-}
-
-// A fit of opencv5 rejects right corners of a rational lens. Returns that of opencv8 to all but the
-// gross outliers, if this has more inliers and explains all corners better.
-CalibrationFit with_most_inliers(CalibrationFit fit, const CalibrationInput& input,
-                                 const CalibrateOptions& options) {
-  if (!options.reject_outliers || fit.outliers.empty() || fit.whitened) return fit;
-  const double sigma = noise_of_residuals(fit);
-  CalibrationFit generous = fit;
-  std::erase_if(generous.outliers,
-                [&](const Outlier& o) { return o.residual_px < policy::kGrossSigmas * sigma; });
-  const Bundle rational = with_model(fit.bundle, input.models->named("opencv8"));
-  auto more = refit(rational, generous, input, options);
-  const bool is_better = more && more->num_inliers() > fit.num_inliers() &&
-                         more->truncated_chi_square(sigma) < fit.truncated_chi_square(sigma);
-  return is_better ? std::move(*more) : std::move(fit);
-}
-
-// opencv5; or, if the data do not determine it, f before it if that has about as many inliers.
-std::vector<CalibrationFit> fit_perspectives(const CalibrationInput& input,
-                                             const CalibrateOptions& options) {
-  std::vector<CalibrationFit> fits;
-  for (const char* model : {"opencv5", "f"}) {
-    auto fit = fit_model(input.models->named(model), input, options);
-    if (!fit) continue;
-    if (fit->summary.converged && fits.empty() &&
-        observability(fit->bundle, noise_of_residuals(*fit)).status == Status::ok)
-      return {with_most_inliers(std::move(*fit), input, options)};
-    fits.push_back(std::move(*fit));
+// Steps of the models nested in a perspective, whose kind lost against the posterior's. `more`: the
+// chi-square of that kind above the posterior's.
+std::vector<ModelStep> steps_of_loser(const Posterior& loser, double more,
+                                      const Posterior& posterior) {
+  std::vector<ModelStep> steps;
+  for (const Model* model : loser.model().siblings()) {
+    if (model->lens_type() == LensType::parallel || model == &loser.model()) continue;
+    const auto nested = nested_in(loser, *model);
+    if (!nested) continue;
+    ModelStep step;
+    step.model = model->name();
+    step.num_parameters = model->num_free();
+    step.bic = bic(*model, more + nested->chi_square, posterior);
+    step.sentence = "not taken: another kind of lens explains the corners better";
+    steps.push_back(std::move(step));
   }
-  if (fits.size() == 2 &&
-      !policy::is_below(fits[1].num_inliers(), policy::kSmallModelInliers, fits[0].num_inliers()))
-    std::swap(fits[0], fits[1]);
-  return fits;
+  return steps;
 }
 
-// The fits of both kinds of lens, with rejection of outliers. No value if no view has a consensus.
-std::optional<LensFits> fit_lenses(const CalibrationInput& input, const CalibrateOptions& options) {
-  LensFits fits{fit_perspectives(input, options),
-                fit_model(input.models->named("fisheye4"), input, options)};
-  if (fits.perspectives.empty() && !fits.fisheye) return std::nullopt;
-  return fits;
-}
-
-double start_seconds(const LensFits& fits) {
-  double sum = fits.fisheye ? fits.fisheye->start_seconds : 0;
-  for (const CalibrationFit& fit : fits.perspectives) sum += fit.start_seconds;
-  return sum;
-}
-
-void add_supported_models(ModelChoice& choice, const ModelLadder& ladder, const Candidate& chosen,
-                          const CalibrateOptions& options) {
-  const ResidualBias bias = residual_bias(chosen.bundle, least_sigma(ladder.whitened, options));
-  choice.supported = supported_models(ladder, chosen, bias.inflation);
-  for (const SupportedModel& supported : choice.supported)
-    for (ModelStep& step : choice.steps)
-      if (step.model == supported.bundle.model->name()) add_weight(step, supported.weight);
-}
-
-// `winner`: null if no candidate is usable; `basis` is then the first one.
-void set_status(ModelChoice& choice, const ModelLadder& ladder, const Candidate& basis,
-                const Candidate* winner) {
-  if (!winner) {
-    const bool is_determined = basis.observability.status == Status::ok;
-    choice.status = is_determined ? Status::not_converged : basis.observability.status;
-    choice.reason =
-        is_determined ? "the solver converged for no model" : basis.observability.reason;
-  } else if (const Candidate* more = better_but_undetermined(ladder, *winner)) {
-    choice.status = Status::not_observable;
-    choice.reason = "model " + std::string(winner->model().name()) +
-                    " does not explain the corners, and they do not determine model " +
-                    std::string(more->model().name()) + ": " + more->observability.reason;
+// The claim of a covariance of the parameters, and of the poses by it.
+BundleCovariance claim_of(const Eigen::MatrixXd& all, const Posterior& posterior) {
+  BundleCovariance claim = posterior.covariance;
+  const Eigen::MatrixXd own = claim.all;
+  claim.all = all;
+  const Index k = posterior.model().num_free();
+  claim.parameters = claim.all.topLeftCorner(k, k);
+  for (std::size_t v = 0; v < claim.poses.size(); ++v) {
+    const Eigen::MatrixXd& by = posterior.information.views[v].pose_by_parameters;
+    claim.poses[v] += by * (claim.all - own) * by.transpose();
   }
+  return claim;
 }
 
-// The choice by the three rules. The ladder's fits must be to `input`.
-ModelChoice choose(const ModelLadder& ladder, const CalibrationInput& input,
+// `same`: the posterior of its model among the kinds.
+ModelChoice choose(Posterior posterior, const Kinds& kinds, const Posterior& same,
                    const CalibrateOptions& options) {
-  std::vector<std::optional<double>> differences(ladder.candidates.size());
-  const Candidate* winner = lowest_score(ladder);
-  const Candidate* chosen =
-      winner ? smallest_equivalent(ladder, *winner, options.tolerance_px, differences) : nullptr;
-  const Candidate& basis = chosen ? *chosen : ladder.candidates.front();
-  ModelChoice choice{*basis.fit, chosen == nullptr, Status::ok, "", {}, {}};
-  if (basis.bundle.free_values != basis.fit->bundle.free_values) {
-    if (auto fit = refit(basis.bundle, *basis.fit, input, options)) choice.fit = std::move(*fit);
+  ModelChoice choice;
+  std::vector<Candidate> candidates = candidates_of(posterior, kinds, same);
+  Answer answer = answer_of(candidates, posterior, options);
+  if (options.tolerance_px > 0)
+    answer = smallest_within(std::move(answer), candidates, posterior, options);
+  choice.fit = std::move(answer.fit);
+  VectorXd values = posterior.values();
+  if (answer.index < candidates.size()) {
+    values = candidates[answer.index].component.values;
+    choice.fit.bic = candidates[answer.index].bic;
+    choice.steps = steps_of(candidates, answer.index, posterior);
+    if (posterior.model().lens_type() == LensType::fisheye) {
+      const auto& loser = kinds.rational ? kinds.rational : kinds.polynomial;
+      if (loser) {
+        const double more = chi_square(loser->fit, same) - chi_square(same.fit, same);
+        auto steps = steps_of_loser(*loser, more, posterior);
+        choice.steps.insert(choice.steps.begin(), steps.begin(), steps.end());
+      }
+    }
   }
-  continue_until_converged(choice.fit.bundle, choice.fit.summary, options.max_iterations);
-  choice.fit.bic = basis.bic;
-  choice.steps = model_steps(ladder, chosen, winner, differences);
-  if (chosen) add_supported_models(choice, ladder, *chosen, options);
-  set_status(choice, ladder, basis, winner);
+  const Eigen::MatrixXd mixture = mixture_about(values, components_of(candidates));
+  const Eigen::MatrixXd& own =
+      answer.index < candidates.size() ? candidates[answer.index].component.covariance : mixture;
+  choice.claim = claim_of(mixture + curvature_of(choice.fit, own, posterior), posterior);
+  choice.posterior = std::move(posterior);
   return choice;
 }
 
-std::optional<ModelChoice> choose_on_all_views(const CalibrationInput& input,
-                                               const CalibrateOptions& options) {
-  const std::optional<LensFits> fits = fit_lenses(input, options);
-  if (!fits) return std::nullopt;
-  ModelChoice choice = choose(fit_ladder(*fits, false, options), input, options);
-  choice.fit.start_seconds = start_seconds(*fits);
-  return choice;
+// All corners are within 80 degrees of the axis, so a perspective lens can see them.
+bool within_perspective_field(const Bundle& bundle) {
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const Correspondence& c : bundle.views[v].correspondences) {
+      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
+      if (x.z() < policy::kPerspectiveCosine * x.norm()) return false;
+    }
+  return true;
 }
 
-// The best candidate of the other kind of lens, if `best` is not better by strong evidence.
-const Candidate* rival_kind(const ModelLadder& ladder, const Candidate& best) {
-  const Candidate* rival = nullptr;
-  for (const Candidate& other : ladder.candidates)
-    if (other.is_fisheye() != best.is_fisheye() && other.is_usable() &&
-        score(other, ladder) < score(best, ladder) + policy::kStrongEvidence &&
-        (!rival || other.bic < rival->bic))
-      rival = &other;
-  return rival;
+// The share of chi-square that opencv5 explains beyond a fisheye that the user named, on at most
+// policy::kChoiceViews views; 0 if that is chance.
+double gain_of_perspective(const Posterior& named, const CalibrationInput& input,
+                           const CalibrateOptions& options) {
+  if (named.model().lens_type() != LensType::fisheye || !within_perspective_field(named.fit.bundle))
+    return 0;
+  const CalibrationInput few = spread_views(input, policy::kChoiceViews);
+  const auto fisheye = fit_posterior(named.model(), few, options);
+  const auto other = fit_posterior(input.models->named("opencv5"), few, options);
+  if (!fisheye || !other) return 0;
+  const double own = chi_square(fisheye->fit, *other), less = chi_square(other->fit, *other);
+  return own - less > policy::kOtherLensChiSquare ? (own - less) / own : 0;
 }
 
-std::optional<CalibrationFit> fit_from(const Candidate& start, const CalibrationInput& input,
-                                       CalibrateOptions options) {
-  options.start = Camera{start.bundle.lens(), input.image_size};
-  return fit_model(start.model(), input, options);
-}
-
-// Fits the winner of a few views to all of them, and those models that may still win. No value if
-// the few views determine no model, or all of them leave a doubt.
-std::optional<ModelChoice> choose_from_few_views(const CalibrationInput& input,
-                                                 const CalibrateOptions& options) {
-  const auto fits = fit_lenses(spread_views(input, policy::kChoiceViews), options);
-  if (!fits) return std::nullopt;
-  const ModelLadder few = fit_ladder(*fits, true, options);
-  const Candidate* best = lowest_score(few);
-  if (!best || better_but_undetermined(few, *best)) return std::nullopt;
-  const auto fit = fit_from(*best, input, options);
-  if (!fit) return std::nullopt;
-  const Candidate* rival = rival_kind(few, *best);
-  const auto rival_fit = rival ? fit_from(*rival, input, options) : std::nullopt;
-  ModelChoice choice = choose(
-      fit_contenders(few, *best, *fit, rival_fit ? &*rival_fit : nullptr, options), input, options);
-  if (choice.status != Status::ok) return std::nullopt;
-  choice.fit.start_seconds = start_seconds(*fits) + fit->start_seconds;
-  return choice;
+std::vector<std::size_t> spread_indices(std::size_t n, std::size_t count) {
+  std::vector<std::size_t> indices(std::min(n, count));
+  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i * n / indices.size();
+  return indices;
 }
 
 }  // namespace
 
+CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {
+  CalibrationInput few = input;
+  few.views.clear();
+  for (const std::size_t v : spread_indices(input.views.size(), count))
+    few.views.push_back(input.views[v]);
+  return few;
+}
+
+std::optional<ModelChoice> fit_named(const CalibrationInput& input,
+                                     const CalibrateOptions& options) {
+  auto posterior = fit_posterior(input.models->named(options.model), input, options);
+  if (!posterior) return std::nullopt;
+  ModelChoice choice;
+  choice.fit = without_squares(posterior->fit);
+  choice.other_lens_share = gain_of_perspective(*posterior, input, options);
+  const Eigen::MatrixXd& own = posterior->covariance.all;
+  choice.claim = claim_of(own + curvature_of(choice.fit, own, *posterior), *posterior);
+  choice.posterior = std::move(*posterior);
+  return choice;
+}
+
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options) {
-  const auto begin = Clock::now();
-  std::optional<ModelChoice> choice;
-  if (input.views.size() > policy::kChoiceViews) choice = choose_from_few_views(input, options);
-  if (!choice) choice = choose_on_all_views(input, options);
-  if (choice)
-    choice->fit.solve_seconds =
-        std::chrono::duration<double>(Clock::now() - begin).count() - choice->fit.start_seconds;
-  return choice;
+  const bool is_part = input.views.size() > policy::kChoiceViews;
+  const Kinds kinds =
+      fit_kinds(is_part ? spread_views(input, policy::kChoiceViews) : input, options);
+  const Posterior* best = best_of(kinds);
+  if (!best) return std::nullopt;
+  if (!is_part) return choose(*best, kinds, *best, options);
+  CalibrateOptions from = options;
+  from.start = Camera{best->fit.bundle.lens(), input.image_size};
+  auto all = fit_posterior(best->model(), input, from);
+  if (!all) return std::nullopt;
+  return choose(std::move(*all), kinds, *best, options);
 }
 
 }  // namespace tagcal::internal

@@ -4,40 +4,42 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/calibration/calibration_fit.hpp"
-#include "tagcal/estimate/calibration/supported_models.hpp"
+#include "tagcal/estimate/calibration/posterior.hpp"
 
 namespace tagcal::internal {
 
-// The choice of `auto`.
+// The answer of a calibration, and what the data and the priors say about it.
 struct ModelChoice {
-  CalibrationFit fit;          // of the chosen model; of `f` if that is `weak`
-  bool weak = false;           // only scaled orthographic projection is determined
-  Status status = Status::ok;  // focal_not_observable, degenerate: weak; not_observable: see reason
-  std::string reason;          // a sentence if status is not ok
-  std::vector<ModelStep> steps;
-  std::vector<SupportedModel> supported;  // other models, part of the standard deviations
+  CalibrationFit fit;   // of the answer's model
+  Posterior posterior;  // that carries the claim: of the largest model that the data need
+  // The covariance about the answer, by the posterior's parameters: the claim.
+  BundleCovariance claim;
+  std::vector<ModelStep> steps;  // empty for a model that was asked for by name
+  // The share of chi-square that another kind of lens explains beyond the one asked for; 0: none.
+  double other_lens_share = 0;
+
+  const Model& claim_model() const { return posterior.model(); }
 };
 
-// Chooses the model that the data support best. opencv5 and the fisheye are fitted with rejection
-// of outliers, then the nested perspective models on the same inliers, each from the next smaller
-// one.
-//   1. Excludes models that the data do not determine (`observability`); models that contain one
-//      without an observable focal length, unless their BIC is lower; and models with a pole inside
-//      the image.
-//   2. The lowest BIC wins: n scalar residuals, each counted up to the rejection bound (Torr, IJCV
-//      2002), with the noise of the best fit. The fisheye has a handicap
-//      (policy::kFisheyeHandicap).
-//   3. Takes the smallest perspective that agrees with the winner within the winner's standard
-//      deviation at every node of the image; or, with a tolerance, the smallest whose projection
-//      differs by less, RMS over the seen region at the median distance, after the best relative
-//      pose.
-// More than policy::kChoiceViews views are compared on that many first; then the three rules decide
-// on all views among the models that may still win (fit_contenders). The other models that the data
-// support are in `supported`. The status is not_observable if a model that the data do not
-// determine is better by policy::kStrongEvidence of BIC. No value if no view has a consensus.
+// Fits the model that the options name: it is the posterior as well. No value if no view has a
+// consensus, or a view does not determine its pose.
+std::optional<ModelChoice> fit_named(const CalibrationInput& input,
+                                     const CalibrateOptions& options);
+
+// Chooses the model (`auto`).
+//   1. Fits the largest perspective and the fisheye robustly, each with its priors, to at most
+//      policy::kChoiceViews views, evenly spread. The posterior is that of the better kind; of a
+//      polynomial instead of a rational lens where that explains the corners as well.
+//   2. The posterior of all views has a component for each nested model (nested_in) and each other
+//      kind (as_seen_by), with weights exp(-(chi-square + penalty) / 2). The claim is their
+//      mixture.
+//   3. The answer is the nested model of the lowest BIC, whose projection is within the claim's
+//      standard deviation of the posterior's mean wherever corners are; or, with a tolerance, the
+//      smallest one within it. It is refitted on the posterior's inliers.
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options);
+
+// The input with at most `count` of its views, evenly spread.
+CalibrationInput spread_views(const CalibrationInput& input, std::size_t count);
 
 }  // namespace tagcal::internal

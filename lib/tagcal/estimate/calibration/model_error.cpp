@@ -76,8 +76,9 @@ bool update_model_error(CalibrationInput& input, const CalibrationFit& fit) {
   // View by view, because the arrays of all views would be much of the memory.
   const auto corners = [&](const auto& part) {
     std::vector<Matrix2> covariances;
+    ViewProblem buffer;
     for (std::size_t v = 0; v < fit.bundle.views.size(); ++v) {
-      const ViewProblem& view = fit.bundle.views[v];
+      const ViewProblem& view = fit.bundle.corrected(v, buffer);
       covariances.clear();
       for (const Matrix2& whitening : view.whitening)
         covariances.push_back(covariance_of(whitening) - before * Matrix2::Identity());

@@ -20,6 +20,7 @@ using Eigen::Vector2d;
 struct FittedView {
   std::size_t view = 0;  // index in the input
   Pose camera_from_world;
+  Vector2d row_terms = Vector2d::Zero();
   std::vector<std::uint8_t> inlier;
   std::size_t num_inliers = 0;
   double rms = 0;                 // of the inliers' whitened residuals
@@ -60,6 +61,7 @@ std::vector<FittedView> fitted_views(const CalibrationInput& input, const Calibr
       next_outlier += outlier;
     }
     if (used == fit.views.size() || fit.views[used] != input.views[v].index) continue;
+    if (!fit.bundle.row_terms.empty()) view.row_terms = fit.bundle.row_terms[used];
     view.camera_from_world = fit.bundle.camera_from_target[used++];
     view.num_inliers =
         static_cast<std::size_t>(std::count(view.inlier.begin(), view.inlier.end(), 1));
@@ -73,9 +75,9 @@ std::vector<FittedView> fitted_views(const CalibrationInput& input, const Calibr
 
 std::vector<Vector2d> residuals_of(const FittedView& fitted, const CalibrationView& view,
                                    const Bundle& bundle) {
-  ViewProblem bent;
-  return residuals_px(bundle.bent(view.problem, bent).correspondences, bundle.lens(),
-                      fitted.camera_from_world);
+  ViewProblem buffer;
+  return residuals_px(bundle.corrected(view.problem, fitted.row_terms, buffer).correspondences,
+                      bundle.lens(), fitted.camera_from_world);
 }
 
 // The residuals of a view's inliers are spatially correlated.

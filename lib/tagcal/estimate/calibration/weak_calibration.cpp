@@ -195,7 +195,7 @@ std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOp
   const Vector2d centre = image_centre(input.image_size);
   const std::size_t n = input.views.size();
   std::vector<std::optional<WeakView>> views(n);
-  RobustState state{selection_of(*start, options), std::vector<std::vector<double>>(n), 0};
+  RobustState state{selection_of(*start, options), std::vector<std::vector<double>>(n), 0, 0};
   update_until_stable(state, input.whitened, options, [&] {
     for (std::size_t v = 0; v < n; ++v) {
       const ViewProblem& all = input.views[v].problem;

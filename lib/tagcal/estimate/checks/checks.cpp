@@ -13,11 +13,6 @@ namespace {
 
 using Result = std::optional<Finding>;
 
-Result finding_if(const FindingCode& code, std::optional<std::string> sentence) {
-  if (!sentence) return std::nullopt;
-  return finding(code, *std::move(sentence));
-}
-
 std::string number(double value) { return with_digits(value, 2); }
 
 // A standard deviation beyond the image's diagonal says nothing.
@@ -85,15 +80,6 @@ Result not_converged(const Solved& s) {
                  "minimum; try a smaller model");
 }
 
-// `auto` has compared the models itself.
-Result simpler_model(const Solved& s) {
-  if (is_auto(*s.solution.options)) return std::nullopt;
-  const auto refusal =
-      simpler_model_test(s.solution.fit->bundle, s.answer.covariance, s.answer.sigma_px);
-  if (!refusal) return std::nullopt;
-  return finding(refusal_code(refusal->status), refusal->reason);
-}
-
 // The target.
 
 Result tags_misplaced(const Solved& s) {
@@ -104,23 +90,39 @@ Result tag_scale(const Solved& s) {
   return s.evidence.target ? s.evidence.target->tag_scale : std::nullopt;
 }
 
-// The bend that the answer has, or else a significant one that the residuals show. A bend that is
-// in the answer is a finding only if it is impossible.
+// A term of the board, if it is significant: "bent by 0.9 +- 0.1 mm along x".
+void add_term(std::vector<std::string>& terms, const std::string& before, double value,
+              double sigma, const std::string& after) {
+  if (std::abs(value) > policy::kSignificant * sigma)
+    terms.push_back(before + number(value) + " +- " + number(sigma) + after);
+}
+
+// What the board differs by from its file. The answer has it.
 Result board_bent(const Solved& s) {
-  const auto& bend = s.answer.board_warp ? s.answer.board_warp : s.evidence.bend;
-  if (!s.answer.board_warp && !s.evidence.is_board_bent()) return std::nullopt;
-  const std::string by =
-      number(bend->bend_mm.x()) + " mm along x and " + number(bend->bend_mm.y()) + " mm along y";
-  if (is_impossible(*bend, *s.solution.board))
+  if (!s.evidence.board) return std::nullopt;
+  const BoardWarp& board = *s.evidence.board;
+  std::vector<std::string> terms;
+  add_term(terms, "bent by ", board.bend_mm.x(), board.sigma_mm.x(), " mm along x");
+  add_term(terms, "bent by ", board.bend_mm.y(), board.sigma_mm.y(), " mm along y");
+  add_term(terms, "twisted by ", board.twist_mm, board.sigma_twist_mm, " mm");
+  if (terms.empty()) return std::nullopt;
+  if (is_impossible(board, *s.solution.fit->bundle.board))
     return finding(code::board_bend_impossible,
-                   "the corners fit a board bent by " + by +
+                   "the corners fit a board " + listed(terms) +
                        ", more than a board can bend: the model is too small, or the target is "
                        "not as its file says");
-  if (s.answer.board_warp) return std::nullopt;
-  return finding(code::board_bent,
-                 "the corners fit a bent board better, by " + by +
-                     ": try --board-warp, or a larger model; the standard deviations include what "
-                     "the bend changes");
+  return finding(code::board_bent, "the board is " + listed(terms) + "; the answer includes it");
+}
+
+Result print_aspect(const Solved& s) {
+  if (!s.evidence.board) return std::nullopt;
+  const BoardWarp& board = *s.evidence.board;
+  std::vector<std::string> terms;
+  add_term(terms, "", 100 * board.aspect, 100 * board.sigma_aspect, " %");
+  if (terms.empty()) return std::nullopt;
+  return finding(code::print_aspect,
+                 "the board is longer along y than its file says, relative to x, by " + terms[0] +
+                     "; the answer includes it");
 }
 
 // The model.
@@ -134,32 +136,30 @@ Result model_too_small(const Solved& s) {
 }
 
 Result other_lens(const Solved& s) {
-  if (!s.solution.alternative) return std::nullopt;
-  return finding_if(code::other_lens,
-                    alternative_lens_test(*s.solution.alternative, *s.solution.options,
-                                          s.evidence.floored_sigma));
+  const double share = s.solution.choice->other_lens_share;
+  if (!(share > 0)) return std::nullopt;
+  return finding(code::other_lens, "opencv5, another kind of lens, would explain " +
+                                       percent(share) +
+                                       " of the sum of the squared residuals: take it, or auto");
 }
 
-std::string cause(const Solved& s, const char* of_board) {
-  return "the model is too small" +
-         (s.evidence.is_model_small() ? std::string()
-                                      : ", or the board is " + std::string(of_board)) +
-         "; all standard deviations are multiplied by " + number(std::sqrt(s.evidence.inflation()));
-}
+constexpr std::string_view kCause =
+    "; the model is too small, or the board moved or is bent; the standard deviations "
+    "include it as far as the views differ";
 
 Result residuals_biased(const Solved& s) {
   if (!s.evidence.bias.disagree) return std::nullopt;
   return finding(code::residuals_biased,
                  "the residuals differ from place to place in the image, by " +
-                     number(s.evidence.bias.rms_px) + " px RMS: " + cause(s, "bent"));
+                     number(s.evidence.bias.rms_px) + " px RMS" + std::string(kCause));
 }
 
 Result halves_disagree(const Solved& s) {
   const auto& halves = s.evidence.halves;
   if (!halves || !halves->disagree) return std::nullopt;
   return finding(code::halves_disagree,
-                 "two halves of the views disagree (difference " + percent(halves->ratio) +
-                     " of the expected noise): " + cause(s, "bent or moved"));
+                 "calibrations of two halves of the views differ by " + number(halves->ratio) +
+                     " times the expected standard deviation" + std::string(kCause));
 }
 
 Result pole_in_image(const Solved& s) {
@@ -191,10 +191,24 @@ Result corners_rejected(const Solved& s) {
                      "corners, or take a larger model");
 }
 
+// Coefficients of which the data say little more than their priors.
 Result coefficients_correlated(const Solved& s) {
-  if (s.evidence.observability.open.empty()) return std::nullopt;
+  const Bundle& bundle = s.solution.fit->bundle;
+  const auto information = s.solution.choice->posterior.information.prior.diagonal();
+  std::vector<std::string> names;
+  const Posterior& posterior = s.solution.choice->posterior;
+  for (int i = 0; i < posterior.model().num_free(); ++i) {
+    const FreeParameter& free = posterior.model().free()[static_cast<std::size_t>(i)];
+    const double prior = 1 / std::sqrt(information[i]);
+    const double sigma = std::sqrt(s.solution.choice->claim.parameters(i, i));
+    const bool is_free = std::ranges::find(bundle.model->free(), free.name, &FreeParameter::name) !=
+                         bundle.model->free().end();
+    if (is_free && free.kind() == ParameterKind::radial && sigma > policy::kLikePrior * prior)
+      names.emplace_back(free.name);
+  }
+  if (names.empty()) return std::nullopt;
   return finding(code::coefficients_correlated,
-                 listed(s.evidence.observability.open) +
+                 listed(names) +
                      " are correlated: the projection is determined, their single values are not; "
                      "a smaller model fits as well");
 }
@@ -209,28 +223,61 @@ Result direction_weak(const Solved& s) {
   return finding(code::direction_weak, std::move(sentence));
 }
 
-// Names the parts of the image without corners, and the models that the uncertainty there assumes.
+// Largest standard deviation of the projection at infinity over the image.
+double worst_px(const Solved& s) {
+  double worst = 0;
+  for (const double sigma : s.answer.projection.front().sigma_px.reshaped())
+    if (sigma > worst) worst = sigma;
+  return worst;
+}
+
+// Names the parts of the image without corners, and what is known there.
 Result extrapolated(const Solved& s) {
-  const auto& supported = s.solution.supported;
+  const ImageSize& size = s.answer.camera->image_size;
+  const double worst = worst_px(s);
+  const bool is_bad = worst > policy::kImageCornerShare * std::hypot(size.width, size.height);
   auto gaps = s.answer.seen.gaps();
-  if (gaps) {
-    std::vector<std::string> names = {s.answer.model};
-    for (const SupportedModel& other : supported)
-      if (other.weight > policy::kNamedModelWeight) names.emplace_back(other.bundle.model->name());
-    *gaps += "; the standard deviations there assume a lens of model " + listed(names);
-  } else if (!is_auto(*s.solution.options) && s.answer.covariance.size() > 0) {
-    const Bundle& bundle = s.solution.fit->bundle;
-    gaps = extrapolated_corners(bundle, s.answer.sigma_px,
-                                {bundle.model, s.answer.camera->lens, s.evidence.model_covariance},
-                                s.answer.seen.samples());
-  }
-  return finding_if(code::extrapolated, std::move(gaps));
+  if (!gaps && !is_bad) return std::nullopt;
+  std::string text = gaps ? *gaps : "the lens is extrapolated at the border of the image";
+  text +=
+      ": the projection is extrapolated there (sd up to " + number(worst) + " px, if the lens " +
+      (is_auto(*s.solution.options) ? "is like most" : "is one of model " + s.answer.model) + ")";
+  return finding(code::extrapolated, std::move(text));
 }
 
 Result principal_point_untested(const Solved& s) {
-  if (is_auto(*s.solution.options)) return std::nullopt;
-  return finding_if(code::principal_point_untested,
-                    untested_principal_point(s.solution.fit->bundle, s.answer.sigma_px));
+  if (!(s.evidence.open_centre >= policy::kMuchLargerSd)) return std::nullopt;
+  return finding(
+      code::principal_point_untested,
+      "the principal point is taken to be the centre of the image, and the views do not "
+      "determine it: with model f+c the standard deviation of the focal length would be " +
+          number(s.evidence.open_centre) + " times as large");
+}
+
+// Few views do not show what they share: bends of the board that look like the lens.
+Result few_views(const Solved& s) {
+  const std::size_t count = s.answer.views.size();
+  if (count > policy::kFewViews) return std::nullopt;
+  return finding(code::few_views,
+                 std::to_string(count) + (count == 1 ? " picture" : " pictures") +
+                     ": the standard deviations rest on what is usual for lenses and boards; take "
+                     "10, tilted in several directions");
+}
+
+// Rows of the pictures are displaced against one another.
+Result rows_displaced(const Solved& s) {
+  const Bundle& bundle = s.solution.fit->bundle;
+  if (!(bundle.row_sigma > 0) || std::ssize(bundle.views) < policy::kViewsToKnowRows)
+    return std::nullopt;
+  double square = 0;
+  for (const Eigen::Vector2d& rows : bundle.row_terms) square += rows.squaredNorm();
+  const double half = bundle.image_size.height / 2.0;
+  const double rms_px = half * std::sqrt(square / static_cast<double>(bundle.views.size()));
+  if (!(rms_px > policy::kLeastRowsPx)) return std::nullopt;
+  return finding(code::rows_displaced,
+                 "the upper and lower rows of the pictures are displaced by " + number(rms_px) +
+                     " px (RMS) against their middle, each picture by its own: a rolling shutter, "
+                     "or a camera or board that moved; hold both still, or use a global shutter");
 }
 
 // Model weak.
@@ -293,12 +340,13 @@ constexpr std::array kChecks = {
     Check{wrong_target},
     Check{unobservable},
     Check{not_converged},
-    Check{simpler_model, kAnswersOnly},
-    Check{choice_refused, kAnswersOnly},
     Check{noise_assumed},
     Check{noise_understated},
+    Check{few_views, kAnswersOnly},
     Check{model_too_small},
     Check{board_bent},
+    Check{print_aspect},
+    Check{rows_displaced},
     Check{corners_rejected, kAnswersOnly},
     Check{coefficients_correlated, kAnswersOnly},
     Check{direction_weak},
@@ -316,7 +364,7 @@ constexpr std::array kWeakChecks = {
     Check{too_few_corners},
     Check{choice_refused, kAnswersOnly},
     Check{noise_assumed},
-    Check{noise_understated},
+    Check{noise_understated, kAnswersOnly},
     Check{tilt_unknown, kAnswersOnly},
     Check{perspective_seen, kAnswersOnly},
 };

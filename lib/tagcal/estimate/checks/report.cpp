@@ -24,8 +24,8 @@ Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options
   c.outliers = fit.outliers;
   c.findings = fit.findings;
   c.num_iterations = fit.num_iterations;
-  c.sigma_px = evidence.sigma;
-  c.sigma_from_residuals = evidence.sigma_from_residuals;
+  c.sigma_px = evidence.noise.sigma;
+  c.sigma_from_residuals = evidence.noise.from_residuals;
   c.sigma_of_corners = fit.whitened && !(options.sigma_px > 0);
   c.seen = evidence.seen;
   c.seconds.start = fit.start_seconds;
@@ -33,28 +33,37 @@ Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options
   return c;
 }
 
-void fill_parameters(Calibration& c, const Model& model, const Evidence& evidence) {
+// The same with a model that holds nothing: what is held has no variance.
+UncertainLens without_held(const UncertainLens& lens) {
+  const Model& plain = Model::named(lens.model->name());
+  return {&plain, lens.lens, covariance_by(plain, lens)};
+}
+
+void fill_parameters(Calibration& c, const Model& model, const ModelChoice& choice) {
   for (const auto& [k, value] : model.held())
     c.fixed.emplace(parameter_names(c.camera->lens)[static_cast<std::size_t>(k)], value);
-  if (!evidence.observability.covariance) return;
-  c.covariance = evidence.observability.covariance->parameters;
-  c.variance_inflation = evidence.inflation();
+  const Posterior& posterior = choice.posterior;
+  const UncertainLens claim{&posterior.model(), c.camera->lens, choice.claim.parameters};
+  c.claim = without_held(claim);
+  c.covariance = covariance_by(model, claim);
+  c.variance_inflation = posterior.covariance.overdispersion;
+  c.row_sigma = posterior.fit.bundle.row_sigma;
   c.sigmas = lens_sigmas({&model, c.camera->lens, c.covariance});
 }
 
-void fill_views(Calibration& c, const CalibrationFit& fit,
-                const std::optional<BundleCovariance>& covariance) {
+void fill_views(Calibration& c, const CalibrationFit& fit, const BundleCovariance& covariance) {
   const Lens& lens = c.camera->lens;
+  ViewProblem buffer;
   double sum = 0;
   for (std::size_t i = 0; i < fit.bundle.views.size(); ++i) {
     CalibratedView view;
     view.image = fit.images[i];
     view.view = fit.views[i];
     view.camera_from_world = fit.bundle.camera_from_target[i];
-    if (covariance) view.covariance = covariance->poses[i];
+    view.covariance = covariance.poses[i];
     double view_sum = 0;
-    for (const auto& r :
-         residuals_px(fit.bundle.views[i].correspondences, lens, view.camera_from_world))
+    for (const auto& r : residuals_px(fit.bundle.corrected(i, buffer).correspondences, lens,
+                                      view.camera_from_world))
       view_sum += r.squaredNorm();
     view.num_corners = static_cast<int>(fit.bundle.views[i].correspondences.size());
     view.rms_px = std::sqrt(view_sum / view.num_corners);
@@ -70,15 +79,13 @@ void fill_projection(Calibration& c, const Solution& solution, const Evidence& e
   if (c.covariance.size() == 0) return;
   const Bundle& bundle = solution.fit->bundle;
   const std::vector<Eigen::Vector2d> samples = c.seen.samples();
-  const UncertainLens lens{bundle.model, c.camera->lens, evidence.model_covariance};
+  const UncertainLens& lens = *c.claim;
   c.weak_directions = weak_directions(lens, samples);
   if (evidence.observability.status != Status::ok) return;
   std::vector<double> distances = solution.options->distances_m;
   if (distances.empty()) distances = {kInfinitelyFar, evidence.distance_m};
-  for (const double distance : distances) {
+  for (const double distance : distances)
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
-    add_model_uncertainty(c.projection.back(), *c.camera, solution.supported, samples);
-  }
 }
 
 CalibratedView weak_view(const WeakView& weak, const ViewProblem& problem,
@@ -117,10 +124,10 @@ Calibration report(const Solution& solution, Evidence evidence) {
   Calibration& c = solved.answer;
   c = answer_of(fit, *solution.options, solved.evidence);
   c.camera = Camera{fit.bundle.lens(), fit.bundle.image_size};
-  fill_parameters(c, *fit.bundle.model, solved.evidence);
-  fill_views(c, fit, solved.evidence.observability.covariance);
+  fill_parameters(c, *fit.bundle.model, *solution.choice);
+  fill_views(c, fit, solution.choice->claim);
   fill_projection(c, solution, solved.evidence);
-  if (solution.options->board_warp) c.board_warp = solved.evidence.bend;
+  c.board_warp = solved.evidence.board;
   add_findings(checks(), solved);
   if (is_answer(c.status)) {
     c.halves = solved.evidence.halves;
@@ -141,7 +148,7 @@ Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options,
   solution.fit = &weak.fit;
   solution.options = &options;
   solution.refusal = std::move(refusal);
-  Solved solved{std::move(solution), noise_of(weak.fit, options), &weak, {}};
+  Solved solved{std::move(solution), evidence_of_noise(weak.fit, options), &weak, {}};
   Calibration& c = solved.answer;
   c = answer_of(weak.fit, options, solved.evidence);
   c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};

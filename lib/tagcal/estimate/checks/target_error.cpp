@@ -91,6 +91,7 @@ void add_view(Corners& corners, const CalibrationView& view, const ViewProblem& 
 }
 
 Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const Matrix3d& axes) {
+  const std::optional<FlatBoard>& board = fit.bundle.board;
   Corners corners;
   ViewProblem bent;
   std::set<std::pair<std::size_t, std::size_t>> outliers;
@@ -98,9 +99,14 @@ Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const 
   const Lens lens = fit.bundle.lens();
   std::size_t used = 0;
   for (const CalibrationView& view : input.views)
-    if (used < fit.views.size() && fit.views[used] == view.index)
-      add_view(corners, view, fit.bundle.bent(view.problem, bent), lens,
+    if (used < fit.views.size() && fit.views[used] == view.index) {
+      // Of several boards with the rows as they are: their terms take up what a board at a wrong
+      // place does to each view.
+      const bool has_rows = board && !fit.bundle.row_terms.empty();
+      const Vector2d rows = has_rows ? fit.bundle.row_terms[used] : Vector2d(0, 0);
+      add_view(corners, view, fit.bundle.corrected(view.problem, rows, bent), lens,
                fit.bundle.camera_from_target[used++], axes, outliers);
+    }
   return corners;
 }
 
@@ -223,9 +229,9 @@ double largest_chi_square(int k) { return chi_square_quantile(k, policy::kOutlie
 
 }  // namespace
 
-std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit,
-                                        const FlatBoard* board) {
+std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit) {
   if (std::ssize(fit.views) < policy::kFewestComparedViews) return std::nullopt;
+  const std::optional<FlatBoard>& board = fit.bundle.board;
   Matrix3d axes = Matrix3d::Identity();
   if (board) {
     axes = board->world_from_board.rotation().toRotationMatrix();

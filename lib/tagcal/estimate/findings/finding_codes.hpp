@@ -38,12 +38,14 @@ inline constexpr FindingCode corners_rejected{"corners_rejected", Severity::warn
 inline constexpr FindingCode covariance_missing{"covariance_missing", Severity::note};
 inline constexpr FindingCode noise_assumed{"noise_assumed", Severity::note};
 inline constexpr FindingCode noise_understated{"noise_understated", Severity::warning};
+inline constexpr FindingCode rows_displaced{"rows_displaced", Severity::warning};
 
 // The target.
 inline constexpr FindingCode tags_misplaced{"tags_misplaced", Severity::warning};
 inline constexpr FindingCode tag_scale{"tag_scale", Severity::warning};
-inline constexpr FindingCode board_bent{"board_bent", Severity::warning};
+inline constexpr FindingCode board_bent{"board_bent", Severity::note};
 inline constexpr FindingCode board_bend_impossible{"board_bend_impossible", Severity::warning};
+inline constexpr FindingCode print_aspect{"print_aspect", Severity::note};
 
 // The model.
 inline constexpr FindingCode model_too_small{"model_too_small", Severity::warning};
@@ -61,6 +63,7 @@ inline constexpr FindingCode coefficients_correlated{"coefficients_correlated", 
 inline constexpr FindingCode extrapolated{"extrapolated", Severity::warning};
 inline constexpr FindingCode principal_point_untested{"principal_point_untested",
                                                       Severity::warning};
+inline constexpr FindingCode few_views{"few_views", Severity::warning};
 inline constexpr FindingCode tilt_unknown{"tilt_unknown", Severity::warning};
 
 }  // namespace code

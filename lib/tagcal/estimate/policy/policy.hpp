@@ -24,6 +24,9 @@ inline constexpr double kOutlierSigmas = 5;
 // px. The floor of a standard deviation: below it the digits of a file decide, not noise (files
 // hold pixels with 2 to 6 digits after the point).
 inline constexpr double kLeastSigmaPx = 0.01;
+// px. The floor of the noise of a calibration's residuals: exact corners are exact to the solver's
+// convergence, which must not choose between models.
+inline constexpr double kLeastNoisePx = 1e-4;
 // Degrees of freedom from which residuals estimate a noise that is not stated: the standard
 // deviation of that estimate is 1 / sqrt(2 * 50) = 10 %. With fewer, kAssumedSigmaPx is assumed,
 // and a finding says so (docs/conventions.md).
@@ -109,7 +112,7 @@ inline constexpr double kPredictedDecreases = 1.5;
 inline constexpr double kSlidingDecrease = 0.003;
 // The test of the residuals (residual_test.hpp).
 // px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
-// failed the test in 3 % of exact views. Also the noise of exact corners in BIC.
+// failed the test in 3 % of exact views.
 inline constexpr double kLeastPoseSigmaPx = 1e-6;
 // Points from which the largest residual is compared with the median of all. Source: none; chosen
 // by hand.
@@ -150,7 +153,46 @@ inline constexpr double kShiftedTagScore = 3.5;
 inline constexpr double kShiftedTagFreedom = 10;
 inline constexpr std::size_t kTagsPerShiftedTag = 3;
 
+// ---- Priors of a calibration (bundle/lens_prior.hpp, bundle/bundle_adjustment.hpp)
+
+// Standard deviations of what is known before any picture. Distortion: the share of its radius by
+// which a coefficient moves the corner of the image. The 1,133 lenses of liblensfun-data-v1 have k1
+// and k2 of 7 and 4 % (RMS) below 35 degrees of half diagonal, 13 and up to 14 % beyond: these are
+// wider. Numerator and denominator of a rational lens have the same prior.
+inline constexpr double kPriorRadial[3] = {0.20, 0.10, 0.05};
+inline constexpr double kPriorFisheye[4] = {0.15, 0.08, 0.04, 0.02};
+inline constexpr double kPriorTangential = 0.005;
+// Radius of the image's corner, over the focal length, towards which that of wider lenses tends.
+inline constexpr double kPriorLargestRadius = 1.5;
+// Logarithm of the focal length about this many widths of the image: 13 to 128 degrees of view
+// within two of them.
+inline constexpr double kPriorFocal = 0.8;
+inline constexpr double kPriorLogFocal = 0.7;
+// log fy / fx, and the principal point about the centre over the width of the image.
+inline constexpr double kPriorAspect = 0.005;
+inline constexpr double kPriorCentre = 0.02;
+// Degrees of freedom of Student's t of a lens' prior: some lenses are unlike most.
+inline constexpr double kPriorFreedom = 4;
+// A board of paper on a plate: bend and twist over its diagonal, and the share by which its print
+// is longer along y than along x.
+inline constexpr double kPriorFlatness = 0.002;
+inline constexpr double kPriorPrint = 0.002;
+// Row terms (px a row) of views of which so few cannot tell: a rolling shutter. With more views the
+// data choose among kRowSigmas.
+inline constexpr double kLoneRowSigma = 0.004;
+inline constexpr double kRowSigmas[] = {0.0003, 0.001, 0.004};
+inline constexpr int kViewsToKnowRows = 4;
+
 // ---- Bundle adjustment, covariance, projection (bundle/, advice)
+
+// Views that the assumed overdispersion, and the scaled covariance beside the spread of the views,
+// weigh as much as (covariance.hpp).
+inline constexpr double kOverdispersionViews = 6;
+inline constexpr double kSpreadViews = 40;
+// The overdispersion that is assumed for uncorrelated residuals, and what a correlation of
+// neighbouring residuals adds, per unit.
+inline constexpr double kLeastOverdispersion = 1.2;
+inline constexpr double kOverdispersionByCorrelation = 20;
 
 // sigma^2. A Gauss-Newton step that would lower the cost by more starts from no minimum: correlated
 // coefficients reach 5, a solver that stopped at the fold of a lens hundreds. Source: study
@@ -160,14 +202,6 @@ inline constexpr double kLargestDecrement = 30;
 // less than this share of sigma^2 for each parameter: its corners have moved by less than a tenth
 // of their standard deviation. Source: none; chosen by hand.
 inline constexpr double kStationaryDecrease = 0.01;
-// An eigenvalue of the information below this is made of rounding (the scaled information has a
-// unit diagonal): its eigenvector is unobservable. Source: none; chosen by hand, some 1e5 times the
-// rounding of a double.
-inline constexpr double kUnobservableEigenvalue = 1e-11;
-// Added to the scaled information's diagonal where directions are unobservable: their standard
-// deviations become 1e6 times those of their parameters alone, so that any projection that depends
-// on them is refused. Source: none; chosen by hand.
-inline constexpr double kUnobservablePrecision = 1e-12;
 
 // The profile likelihood of a calibration (covariance.hpp).
 // Standard deviation over the focal length up to which a linear covariance is trusted. Source:
@@ -268,52 +302,47 @@ inline constexpr double kModelErrorQuantile = 4;
 inline constexpr double kModelErrorRatio = 1.1;
 inline constexpr double kModelErrorChange = 0.02;
 
+// Share by which the noise of a fit may differ from that which weighed its priors.
+inline constexpr double kNoiseChange = 0.1;
+
 // Fits are compared by their noise if each has at least this share of the other's inliers; with
 // fewer of all corners a finding gives the share that was rejected. Source: none; chosen by hand.
 inline constexpr Share kComparableInliers{9, 10};
-// Model f provides the common inliers, if opencv5 is not determined and f has at least this share
-// of its inliers. Source: none; chosen by hand.
-inline constexpr Share kSmallModelInliers{19, 20};
-// Standard deviations. Rejected corners that are nearer than this are tried with the rational lens.
-// Source: none; chosen by hand (study warnings: without it 6 of 500 good data sets get a false
-// warning, with it 2).
-inline constexpr double kGrossSigmas = 100;
 // Views on which models are compared first, evenly spread: a limit of work. Their evidence grows
 // with the number of views, so what has lost by kStrongEvidence there is not fitted to all. Source:
 // none; chosen by hand, checked by study model_confusion.
 inline constexpr std::size_t kChoiceViews = 20;
-// Parameters by which BIC is raised for a fisheye against polynomials: where both describe the same
-// images, the ordinary lens is meant. Source: study model_confusion (docs/how_sure.md).
-inline constexpr int kFisheyeHandicap = 3;
-// BIC difference that is very strong evidence (Kass & Raftery, JASA 1995).
-inline constexpr double kStrongEvidence = 10;
-// Akaike weights below this are dropped: such a model is wrong more surely than the rate of one
-// wrong claim in 1,000 requires.
-inline constexpr double kLeastModelWeight = 1e-4;
-// Models above this Akaike weight are named: sentences give whole per cents.
-inline constexpr double kNamedModelWeight = 0.005;
-// Standard deviation of a principal point about the image centre, over the diagonal, where the
-// views do not determine it. Source: none; chosen by hand (docs/how_sure.md).
-inline constexpr double kCentreSpread = 0.02;
+// Parameters by which BIC is raised for a fisheye against a polynomial: where both describe the
+// same images, the ordinary lens is meant. Source: study model_confusion (docs/how_sure.md).
+inline constexpr int kFisheyeCharge = 3;
+// Chi-square by which each parameter lowers the weight of a component: the prior odds of a term
+// whose size may be anything from nothing to its prior's width. 2 is Akaike's.
+inline constexpr double kComponentPenalty = 2;
+// Standard deviations of the claim by which the answer may differ from the posterior's mean. With
+// one the model that made the data would be refused by chance in a third of all sets.
+inline constexpr double kAgreeingSigmas = 3;
+// Divides the log odds of two kinds of lens. Source: study halves (with 1, the odds of EuRoC's
+// lenses change sides between halves of the views, and claims are 1.7 times too small).
+inline constexpr double kKindTemper = 4;
+// Weights below this are dropped: they are less than the claim's own accuracy.
+inline constexpr double kLeastModelWeight = 0.01;
 
-// A nested model explains the corners, and its squared distance to the estimate in standard
-// deviations is at least this many times (excess chi-square + this squared): the standard
-// deviations are too small. Source: none; chosen by hand (tests/estimate/honesty_test.cpp).
-inline constexpr double kCurvedCost = 4;
-// Cosine of the angle to the axis, 80 degrees, up to which a perspective lens can see a corner.
-// Source: none; chosen by hand.
-inline constexpr double kPerspectiveCosine = 0.17;
-// A corner at this many focal lengths from the principal point (42 degrees) tells a fisheye from a
-// perspective. Source: none; chosen by hand (map calibrate-wrong-lens has both).
-inline constexpr double kWideFocalLengths = 0.9;
-// Chi-square by which the other kind of lens explains the corners better: four standard deviations
-// of one parameter, p = 6e-5. Source: chosen by hand (docs/how_sure.md).
+// Chi-square by which the other kind of lens explains the corners better than the one that was
+// asked for: four standard deviations of one parameter, p = 6e-5.
 inline constexpr double kOtherLensChiSquare = 16;
 // Share of the sum of squares that opencv5 would explain, above which a wrong target is not blamed.
 // Source: none; chosen by hand (docs/real_corners.md has right and wrong targets).
 inline constexpr double kLargerLensShare = 0.1;
 
 // ---- Checks of a calibration (checks/)
+
+// Share of a prior's standard deviation above which a coefficient is hardly known from the data:
+// half of its variance would be the prior's.
+inline constexpr double kLikePrior = 0.7;
+// Views up to which what they share, as a bend of the board, may look like the lens.
+inline constexpr std::size_t kFewViews = 2;
+// px. Displacement of the upper and lower rows that is worth a warning: the noise of a good corner.
+inline constexpr double kLeastRowsPx = 0.1;
 
 // Factor by which a standard deviation is much larger: the residuals beyond the stated noise, or a
 // result without an untested assumption of its model (docs/how_sure.md). Source: none; chosen by
@@ -326,6 +355,7 @@ inline constexpr double kLargestBoardBend = 0.01;
 // Fewest views of a comparison: of a half, of the errors of a target and of its corners. Source:
 // none; chosen by hand.
 inline constexpr int kFewestComparedViews = 3;
+
 // The halves disagree if their difference exceeds this many of its standard deviations and the
 // chi-square of the parameters is beyond p = 0.001 (after mrcal's cross-validation;
 // docs/how_sure.md, study `warnings`).
@@ -358,6 +388,10 @@ inline constexpr double kOutlyingTagRatio = 4;
 inline constexpr double kLargestTagScale = 0.2;
 
 // ---- Fits between models of lenses (lens_fit.hpp)
+
+// Cosine of the angle to the axis, 80 degrees, up to which a perspective lens can see a corner.
+// Source: none; chosen by hand.
+inline constexpr double kPerspectiveCosine = 0.17;
 
 // px. A fitted lens replaces its source up to this difference over the region: about the noise of a
 // good corner. Source: none; chosen by hand (docs/models.md has differences of usual lenses).

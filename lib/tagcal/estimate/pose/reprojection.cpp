@@ -29,6 +29,15 @@ ViewArrays::ViewArrays(const ViewProblem& view) : whitening_(view.whitening) {
   }
 }
 
+void ViewArrays::displace(const ViewShapes& shapes, const Eigen::Vector4d& by) {
+  if (by.isZero()) return;
+  for (std::size_t i = 0; i < shapes.of_points.size(); ++i) {
+    const Eigen::Vector4d& shape = shapes.of_points[i];
+    points_[i] +=
+        shape.head<3>().dot(by.head<3>()) * shapes.normal + shape[3] * by[3] * shapes.across;
+  }
+}
+
 std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& lens,
                                          std::span<const FreeParameter> free,
                                          const Pose& camera_from_target) {

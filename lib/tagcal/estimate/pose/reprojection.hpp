@@ -26,6 +26,8 @@ class ViewArrays {
   explicit ViewArrays(const ViewProblem& view);
   ViewPoints view() const { return {points_, pixels_, whitening_}; }
   std::span<Eigen::Vector3d> points() { return points_; }
+  // Moves the points by the shapes of their board.
+  void displace(const ViewShapes& shapes, const Eigen::Vector4d& by);
 
  private:
   std::vector<Eigen::Vector3d> points_;

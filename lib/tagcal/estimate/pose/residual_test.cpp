@@ -50,24 +50,31 @@ ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
   return self_estimated ? ResidualTest::consistent : ResidualTest::noisy;
 }
 
-bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
-                          std::span<const Eigen::Vector2d> residuals) {
+void NeighbourCorrelation::add(std::span<const Eigen::Vector2d> pixels,
+                               std::span<const Eigen::Vector2d> residuals) {
   constexpr std::size_t kMany = 200;  // the search for neighbours is quadratic
   const std::size_t n = std::min(pixels.size(), kMany);
-  if (n < policy::kEnoughForCorrelation) return false;
-  double product = 0, square = 0;
+  if (n < 2) return;
+  num_points_ += n;
   for (std::size_t i = 0; i < n; ++i) {
     std::size_t nearest = i == 0 ? 1 : 0;
     for (std::size_t j = 0; j < n; ++j)
       if (j != i &&
           (pixels[j] - pixels[i]).squaredNorm() < (pixels[nearest] - pixels[i]).squaredNorm())
         nearest = j;
-    product += residuals[i].dot(residuals[nearest]);
-    square += residuals[i].squaredNorm();
+    product_ += residuals[i].dot(residuals[nearest]);
+    square_ += residuals[i].squaredNorm();
   }
-  const double limit = std::max(policy::kCorrelated,
-                                policy::kCorrelatedSigmas / std::sqrt(2 * static_cast<double>(n)));
-  return product > limit * square;
+}
+
+bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
+                          std::span<const Eigen::Vector2d> residuals) {
+  NeighbourCorrelation neighbours;
+  neighbours.add(pixels, residuals);
+  const auto n = static_cast<double>(neighbours.num_points());
+  return neighbours.num_points() >= policy::kEnoughForCorrelation &&
+         neighbours.correlation() >
+             std::max(policy::kCorrelated, policy::kCorrelatedSigmas / std::sqrt(2 * n));
 }
 
 std::vector<std::size_t> within(std::span<const double> squares, double sigma) {

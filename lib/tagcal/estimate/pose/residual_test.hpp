@@ -20,6 +20,18 @@ enum class ResidualTest {
 ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
                            std::span<const double> squares, int num_parameters);
 
+// The correlation of the residuals (not whitened) of neighbouring points in the image, over views.
+class NeighbourCorrelation {
+ public:
+  void add(std::span<const Eigen::Vector2d> pixels, std::span<const Eigen::Vector2d> residuals);
+  double correlation() const { return square_ > 0 ? product_ / square_ : 0; }
+  std::size_t num_points() const { return num_points_; }
+
+ private:
+  double product_ = 0, square_ = 0;
+  std::size_t num_points_ = 0;
+};
+
 // True if the residuals (not whitened) of neighbouring points in the image are correlated: the
 // error of a model whose lens or target is wrong, not noise. False for fewer than 12 points.
 bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,

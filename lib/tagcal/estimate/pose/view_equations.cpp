@@ -1,5 +1,7 @@
 #include "tagcal/estimate/pose/view_equations.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +10,9 @@
 
 namespace tagcal::internal {
 namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
 
 // Unpacks the upper triangle of [J | r]'[J | r], row by row.
 template <int N>
@@ -89,29 +94,73 @@ bool ViewSums::at(const ViewState& state, NormalEquations<7>& equations) {
 }
 
 ParameterSums::ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free,
-                             const ViewBend& bend)
-    : free_(free), normal_(bend.normal) {
+                             const ViewShapes& shapes, const ViewRowTerms& row_terms)
+    : free_(free), shapes_(shapes), row_terms_(row_terms) {
   set_view(view, job_);
   job_.num_columns = static_cast<int>(free.size());
-  job_.bend = bend.shapes.empty() ? nullptr : bend.shapes.data()->data();
+  job_.shape = shapes.of_points.empty() ? nullptr : shapes.of_points.data()->data();
+  job_.row_terms = row_terms.sigma > 0;
+  job_.middle_row = row_terms.middle_row;
 }
 
-bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram) {
-  constexpr int kMaxColumns = 6 + kMaxLensParameters + 2 + 1;
+bool ParameterSums::at(const Lens& lens, const Pose& camera_from_target, MatrixXd& gram) {
+  constexpr int kMaxColumns = 6 + kMaxLensParameters + kNumShapes + 2 + 1;
   double sums[kMaxColumns * (kMaxColumns + 1) / 2];
   std::fill_n(job_.columns, kMaxLensParameters, 0u);
   const unsigned wanted = set_columns(free_, parameters(lens).size(), job_.columns);
   const ProjectKernelKind kind = set_lens(lens, wanted, job_);
   set_state(state_of(camera_from_target), job_);
-  Eigen::Map<Eigen::Vector3d>(job_.bend_direction) = camera_from_target.rotation() * normal_;
+  Eigen::Map<Eigen::Vector3d>(job_.shape_directions[0]) =
+      camera_from_target.rotation() * shapes_.normal;
+  Eigen::Map<Eigen::Vector3d>(job_.shape_directions[1]) =
+      camera_from_target.rotation() * shapes_.across;
   job_.sums = sums;
   if (!fastest_kernels().sums_with_parameters[kind](job_)) return false;
-  const Eigen::Index n = num_columns();
-  gram.resize(n, n);
+  const Index n = 6 + static_cast<Index>(free_.size()) + (job_.shape ? kNumShapes : 0) +
+                  (job_.row_terms ? 2 : 0) + 1;
+  all_.resize(n, n);
   const double* sum = sums;
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = i; j < n; ++j) gram(i, j) = *sum++;
-  return std::isfinite(gram(n - 1, n - 1));
+  for (Index i = 0; i < n; ++i)
+    for (Index j = i; j < n; ++j) all_(i, j) = *sum++;
+  if (!std::isfinite(all_(n - 1, n - 1))) return false;
+  if (!job_.row_terms) {
+    gram = all_;
+    return true;
+  }
+  const Index at = n - 3;
+  all_.block<2, 2>(at, at).diagonal().array() += 1 / (row_terms_.sigma * row_terms_.sigma);
+  const Eigen::Matrix2d information = all_.block<2, 2>(at, at).selfadjointView<Eigen::Upper>();
+  MatrixXd by_rows(n - 2, 2);
+  by_rows << all_.block(0, at, at, 2), all_.block<2, 1>(at, n - 1).transpose();
+  gram.resize(n - 2, n - 2);
+  gram.topLeftCorner(at, at) = all_.topLeftCorner(at, at);
+  gram.topRightCorner(at, 1) = all_.topRightCorner(at, 1);
+  gram(at, at) = all_(n - 1, n - 1);
+  const MatrixXd explained = by_rows * information.inverse() * by_rows.transpose();
+  gram.triangularView<Eigen::Upper>() -= explained;
+  return true;
+}
+
+Eigen::Vector2d ParameterSums::row_terms() const {
+  if (!job_.row_terms) return Eigen::Vector2d::Zero();
+  const Index at = all_.cols() - 3;
+  const Eigen::Matrix2d information = all_.block<2, 2>(at, at).selfadjointView<Eigen::Upper>();
+  return -information.inverse() * all_.block<2, 1>(at, at + 2);
+}
+
+ParameterSums::RowEquations ParameterSums::row_equations() const {
+  const Index at = all_.cols() - 3;
+  const Eigen::Matrix<double, 6, 6> by_pose =
+      all_.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+  const Eigen::Matrix<double, 6, 2> cross = all_.block<6, 2>(0, at);
+  const Eigen::Matrix<double, 2, 6> explained =
+      Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(by_pose).solve(cross).transpose();
+  RowEquations rows;
+  rows.information = all_.block<2, 2>(at, at).selfadjointView<Eigen::Upper>();
+  rows.information.diagonal().array() -= 1 / (row_terms_.sigma * row_terms_.sigma);
+  rows.information -= explained * cross;
+  rows.gradient = all_.block<2, 1>(at, at + 2) - explained * all_.block<6, 1>(0, at + 2);
+  return rows;
 }
 
 void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r) {

@@ -100,33 +100,54 @@ class ViewSums {
   ProjectKernelKind kind_;
 };
 
-// Bends of a target: the displacement of each point by a unit of each of two bends (2 x n), and its
-// direction (target frame). No bend if `shapes` is empty.
-struct ViewBend {
-  std::span<const Eigen::Vector2d> shapes;
+// Shapes of a target: the displacement of each point by a unit of each of four shapes, the first
+// three along `normal`, the last one along `across` (target frame). No shapes if `of_points` is
+// empty.
+struct ViewShapes {
+  std::span<const Eigen::Vector4d> of_points;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d across = Eigen::Vector3d::Zero();
 };
 
-// Sums the normal equations of a view by its pose, the free parameters of a model and the bends.
+// Row terms of a view: the pixel of row y is displaced by (a, b) (y - middle_row), which a rolling
+// shutter does, and what acts like one. They have a normal prior about zero, of standard deviation
+// `sigma` in units of the (whitened) residuals.
+struct ViewRowTerms {
+  double middle_row = 0;
+  double sigma = 0;  // 0: none
+};
+
+// Sums the normal equations of a view by its pose, the free parameters of a model, the shapes of
+// the target and the row terms.
 class ParameterSums {
  public:
   // All must outlive it.
   ParameterSums(const ViewPoints& view, std::span<const FreeParameter> free,
-                const ViewBend& bend = {});
+                const ViewShapes& shapes = {}, const ViewRowTerms& row_terms = {});
 
   // [J | r]'[J | r] (its upper triangle) of the whitened residuals r, with J by (omega, tau) of
-  // `retract`, by the free parameters and by the bends. False if a point is outside the lens'
-  // domain.
+  // `retract`, by the free parameters and by the shapes. The row terms are linear, and are
+  // eliminated: the products are those of the residuals with the best row terms. False if a point
+  // is outside the lens' domain.
   bool at(const Lens& lens, const Pose& camera_from_target, Eigen::MatrixXd& gram);
 
-  Eigen::Index num_columns() const {
-    return 6 + static_cast<Eigen::Index>(free_.size()) + (job_.bend ? 2 : 0) + 1;
-  }
+  // The row terms (a, b) that are best at the last state; zero without any.
+  Eigen::Vector2d row_terms() const;
+
+  // Information of the row terms and their gradient (of half the cost) at the last state, with a
+  // free pose and all else held; without their prior.
+  struct RowEquations {
+    Eigen::Matrix2d information;
+    Eigen::Vector2d gradient;
+  };
+  RowEquations row_equations() const;
 
  private:
   std::span<const FreeParameter> free_;
-  Eigen::Vector3d normal_;
+  ViewShapes shapes_;
+  ViewRowTerms row_terms_;
   SumJob job_;
+  Eigen::MatrixXd all_;  // the last products, with the row terms before the residual
 };
 
 // Computes the upper triangular R with R'R = the gram matrix of rows [J | r] (its upper triangle):

@@ -151,22 +151,70 @@ void check_sigmas(const YamlValue& top, const Model& model, const CalibrationFil
                       file.sigmas[k]));
 }
 
-void read_covariance(const YamlValue& top, const YamlValue& covariance, CalibrationFile& file) {
-  if (file.model.empty()) covariance.fail_plainly("needs the key model, which is missing");
-  file.covariance = read_matrix(covariance);
+// The covariance of the free parameters of a model; `names`: the key of their names.
+MatrixX covariance_of(const YamlValue& top, const YamlValue& value, const Model& model,
+                      std::string_view names) {
+  MatrixX covariance = read_matrix(value);
+  const int n = model.num_free();
+  if (covariance.rows() != n || covariance.cols() != n)
+    value.fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
+                                   model.name(), covariance.rows(), covariance.cols()));
+  std::vector<std::string_view> of_model;
+  for (const FreeParameter& free : model.free()) of_model.push_back(free.name);
+  check_names(top, names, of_model, fmt::format(" with model {}", model.name()));
+  const std::string defect = covariance_defect(covariance);
+  if (!defect.empty()) value.fail_plainly(defect);
+  return covariance;
+}
+
+// Throws Error unless the covariance of the model is that of the claim, up to the rounding of
+// numbers with six digits: else one of the two is of another camera.
+void check_covariance(const YamlValue& covariance, const Model& model,
+                      const CalibrationFile& file) {
+  constexpr double kRounding = 1e-5;  // of two numbers, relative
+  const MatrixX expected = covariance_by(model, uncertain_lens(file));
+  const auto unit = [&](Eigen::Index i) {
+    return std::sqrt(std::max({file.covariance(i, i), expected(i, i), 0.0}));
+  };
+  const auto name = [&](Eigen::Index i) { return model.free()[static_cast<std::size_t>(i)].name; };
+  for (Eigen::Index i = 0; i < expected.rows(); ++i)
+    for (Eigen::Index j = 0; j < expected.cols(); ++j)
+      if (!(std::abs(file.covariance(i, j) - expected(i, j)) <= kRounding * unit(i) * unit(j)))
+        covariance.fail_plainly(fmt::format("must be {:.6g} for {} and {} by claim_covariance, "
+                                            "got {:.6g}",
+                                            expected(i, j), name(i), name(j),
+                                            file.covariance(i, j)));
+}
+
+void read_claim(const YamlValue& top, const YamlValue& covariance, const Model& answer,
+                CalibrationFile& file) {
+  const auto name = top.find("claim_model"), claim = top.find("claim_covariance");
+  if (name && !claim) name->fail_plainly("needs the key claim_covariance, which is missing");
+  if (!claim) return;
+  if (!name) claim->fail_plainly("needs the key claim_model, which is missing");
+  const Model& model = read_model(*name);
+  if (model.lens_type() != answer.lens_type())
+    name->fail_plainly(fmt::format("must have the kind of lens of model {}, got {}", answer.name(),
+                                   model.name()));
+  file.claim_model = model.name();
+  file.claim_covariance = covariance_of(top, *claim, model, "claim_names");
+  check_covariance(covariance, answer, file);
+}
+
+void read_covariance(const YamlValue& top, CalibrationFile& file) {
+  const auto covariance = top.find("covariance");
+  if (!covariance) {
+    for (const char* key : {"claim_covariance", "claim_model"})
+      if (const auto value = top.find(key))
+        value->fail_plainly("needs the key covariance, which is missing");
+    return;
+  }
+  if (file.model.empty()) covariance->fail_plainly("needs the key model, which is missing");
   const HeldModels models(file.fixed, Model::named(file.model).lens_type());
   const Model& model = models.named(file.model);
-  const int n = model.num_free();
-  if (file.covariance.rows() != n || file.covariance.cols() != n)
-    covariance.fail_plainly(fmt::format("must be {0} x {0} with model {1}, got {2} x {3}", n,
-                                        file.model, file.covariance.rows(),
-                                        file.covariance.cols()));
-  std::vector<std::string_view> names;
-  for (const FreeParameter& free : model.free()) names.push_back(free.name);
-  check_names(top, "covariance_names", names, " with model " + file.model);
-  const std::string defect = covariance_defect(file.covariance);
-  if (!defect.empty()) covariance.fail_plainly(defect);
+  file.covariance = covariance_of(top, *covariance, model, "covariance_names");
   if (!file.sigmas.empty()) check_sigmas(top, model, file);
+  read_claim(top, *covariance, model, file);
 }
 
 // Files of other programs may mean something else by a key: only a list of texts is taken.
@@ -207,7 +255,7 @@ void read_uncertainty(const YamlValue& top, CalibrationFile& file) {
       if (sigma < 0) sigmas->fail_plainly(fmt::format("must be >= 0, got {}", sigma));
     }
   }
-  if (const auto covariance = top.find("covariance")) read_covariance(top, *covariance, file);
+  read_covariance(top, file);
   if (const auto error = top.find("camera_error_px")) file.camera_error_px = error->not_negative();
   if (const auto region = top.find("seen_region")) {
     const Eigen::MatrixXd corners = read_matrix(*region);

@@ -15,6 +15,12 @@ Eigen::MatrixXd row_of(const std::vector<double>& values) {
   return Eigen::RowVectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
+std::vector<std::string_view> free_names(const Model& model) {
+  std::vector<std::string_view> names;
+  for (const FreeParameter& free : model.free()) names.push_back(free.name);
+  return names;
+}
+
 std::string fixed_yaml(const std::map<std::string, double>& fixed) {
   if (fixed.empty()) return "";
   std::string values;
@@ -44,13 +50,14 @@ std::string uncertainty_yaml(const CalibrationFile& calibration) {
             matrix_yaml("sigmas", row_of(calibration.sigmas));
   }
   if (calibration.covariance.size() > 0) {
-    std::vector<std::string_view> names;
     const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
-    for (const FreeParameter& free : models.named(calibration.model).free())
-      names.push_back(free.name);
-    text +=
-        texts_yaml("covariance_names", names) + matrix_yaml("covariance", calibration.covariance);
+    text += texts_yaml("covariance_names", free_names(models.named(calibration.model))) +
+            matrix_yaml("covariance", calibration.covariance);
   }
+  if (calibration.claim_covariance.size() > 0)
+    text += fmt::format("claim_model: {}\n", text_yaml(calibration.claim_model)) +
+            texts_yaml("claim_names", free_names(Model::named(calibration.claim_model))) +
+            matrix_yaml("claim_covariance", calibration.claim_covariance);
   return text;
 }
 

@@ -13,7 +13,8 @@ namespace tagcal::internal {
 // is no camera matrix that another program could read.
 std::string camera_yaml(const Camera& camera, std::string_view model);
 
-// fixed, parameter_names, sigmas, covariance_names, covariance: as far as known.
+// fixed, parameter_names, sigmas, covariance_names, covariance, claim_model, claim_names,
+// claim_covariance: as far as known.
 std::string uncertainty_yaml(const CalibrationFile& calibration);
 
 std::string seen_yaml(const SeenRegion& seen);

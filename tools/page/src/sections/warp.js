@@ -1,21 +1,26 @@
-// The bend of the board.
+// The shape of the board.
 import { chart, h, section } from "../dom.js";
 import { CIVIDIS } from "../colour.js";
 import { bySigma, digits, isNumber, range } from "../numbers.js";
 import { colourBar, colourScale, heatmap } from "../plot/heatmap.js";
 
-const SIGNIFICANT = 3;  // standard deviations from which on a bend is one
+const SIGNIFICANT = 2;  // standard deviations from which on a term is one, as on the terminal
 
-function bendText(warp) {
-  const axis = (i) => {
-    const [bend, sigma] = [warp.bend_mm?.[i], warp.sigma_mm?.[i]];
-    return isNumber(sigma) && sigma > 0
-      ? `${bySigma(bend, sigma)} ± ${bySigma(sigma, sigma)} mm` : `${digits(bend, 2)} mm`;
-  };
-  const flat = [0, 1].every((i) => isNumber(warp.sigma_mm?.[i]) &&
-    Math.abs(warp.bend_mm[i]) < SIGNIFICANT * warp.sigma_mm[i]);
-  return `The board is bent by ${axis(0)} along x and by ${axis(1)} along y (± 1 sd)` +
-    (flat ? ": no more than noise, so the board is flat as far as the pictures tell." : ".");
+function termText(value, sigma, unit) {
+  return isNumber(sigma) && sigma > 0
+    ? `${bySigma(value, sigma)} ± ${bySigma(sigma, sigma)} ${unit}` : `${digits(value, 2)} ${unit}`;
+}
+
+function boardText(warp) {
+  const [x, y] = [0, 1].map((i) => [warp.bend_mm?.[i], warp.sigma_mm?.[i], "mm"]);
+  const twist = [warp.twist_mm, warp.sigma_twist_mm, "mm"];
+  const print = [100 * warp.aspect, 100 * warp.sigma_aspect, "%"];
+  const flat = [x, y, twist].every(
+    ([value, sigma]) => isNumber(sigma) && Math.abs(value) < SIGNIFICANT * sigma);
+  return `The board is bent by ${termText(...x)} along x and by ${termText(...y)} along y, twisted ` +
+    `by ${termText(...twist)} and longer along y by ${termText(...print)} (± 1 sd)` +
+    (flat ? "; bends and twist are no more than noise, so the board is flat as far as the " +
+      "pictures tell." : ".");
 }
 
 export function warp(data) {
@@ -26,7 +31,7 @@ export function warp(data) {
   const { low, high } = range(values);
   const scale = values.length ? colourScale(values, CIVIDIS) : null;
   const size = (bend.size_mm ?? [0, 0]).map((x) => x + 1);
-  return section("warp", "Shape of the board", null, h("p", null, bendText(bend)),
+  return section("warp", "Shape of the board", null, h("p", null, boardText(bend)),
     scale ? chart({
       name: "warp", marks: values.length,
       label: `Height of the board, from ${digits(low)} to ${digits(high)} mm`,

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "tagcal/camera/model.hpp"
+
+namespace tagcal::internal {
+
+// Pseudo-observations of a lens, by the free parameters of a model: the cost of the prior is the
+// sum of the squared residuals, in units of variance.
+struct PriorRows {
+  Eigen::VectorXd residuals;
+  Eigen::MatrixXd by_parameters;
+};
+
+// What is known of a lens before any picture (policy.hpp has the widths and their sources):
+//   log f over the width of the image, log fy / fx, and the principal point about the centre;
+//   each distortion coefficient by the share of the radius by which it moves the image's corner:
+//     k_j s^p / width, with s = q / sqrt(1 + (q / kPriorLargestRadius)^2) and q = R / f for half
+//     the diagonal R.
+// A residual z counts as Student's t of policy::kPriorFreedom degrees of freedom, sqrt(n log(1 +
+// z^2 / n)), because some lenses are unlike most. Held parameters have no prior.
+PriorRows lens_prior(const Model& model, std::span<const double> free_values,
+                     const ImageSize& size);
+
+}  // namespace tagcal::internal
