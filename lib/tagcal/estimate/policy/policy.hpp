@@ -361,9 +361,6 @@ inline constexpr int kFewestComparedViews = 3;
 // docs/how_sure.md, study `warnings`).
 inline constexpr double kHalvesDisagree = 2;
 
-// px. Standard deviation of the projection at the corners of the image, without the assumption: up
-// to it the assumption is no finding (docs/how_sure.md, map calibrate-extrapolation).
-inline constexpr double kImageCornerPx = 0.5;
 // Standard deviation of the projection at the corners of the image, over its diagonal, above which
 // the lens is extrapolated there (docs/how_sure.md, map calibrate-extrapolation).
 inline constexpr double kImageCornerShare = 0.005;
