@@ -28,7 +28,7 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
                                               const Model& model, const Pose& camera_from_target,
                                               const ViewRowTerms& rows);
 
-// Of all views, and of the pseudo-observations.
+// The information of all views and of the pseudo-observations.
 struct BundleInformation {
   std::vector<ViewInformation> views;
   Eigen::MatrixXd prior;           // J'J of lens_prior and the board

@@ -14,7 +14,7 @@ struct PriorRows {
   Eigen::MatrixXd by_parameters;
 };
 
-// What is known of a lens before any picture (policy.hpp has the widths and their sources):
+// The prior of a lens (policy.hpp has the widths and their sources):
 //   log f over the width of the image, log fy / fx, and the principal point about the centre;
 //   each distortion coefficient by the share of the radius by which it moves the image's corner:
 //     k_j s^p / width, with s = q / sqrt(1 + (q / kPriorLargestRadius)^2) and q = R / f for half

@@ -18,10 +18,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Parameters x = P y + c of a model in which another one is nested, and the restrictions D x = d.
+// Parameters x = P y + c of a model in which another one is nested; the rows of D restrict x.
 struct Restriction {
   MatrixXd p, d;
-  VectorXd offset, value;
+  VectorXd offset;
 };
 
 // The value that a model holds a lens parameter at.
@@ -36,7 +36,7 @@ std::optional<Restriction> restriction(const Model& large, const Model& small,
   if (large.lens_type() != small.lens_type()) return std::nullopt;
   const Index n = large.num_free(), m = small.num_free();
   Restriction r{MatrixXd::Zero(n + num_shapes, m + num_shapes), MatrixXd::Zero(n, n + num_shapes),
-                VectorXd::Zero(n + num_shapes), VectorXd::Zero(n)};
+                VectorXd::Zero(n + num_shapes)};
   r.p.bottomRightCorner(num_shapes, num_shapes).setIdentity();
   std::vector<bool> used(static_cast<std::size_t>(m));
   std::vector<Index> first(static_cast<std::size_t>(m), -1);  // parameter that a free one sets
@@ -47,7 +47,7 @@ std::optional<Restriction> restriction(const Model& large, const Model& small,
       return std::ranges::count(f.lens_parameters, parameter) > 0;
     });
     if (free == small.free().end()) {
-      r.offset[i] = r.value[count] = held_value(small, parameter, size);
+      r.offset[i] = held_value(small, parameter, size);
       r.d(count++, i) = 1;
       continue;
     }
@@ -63,7 +63,6 @@ std::optional<Restriction> restriction(const Model& large, const Model& small,
   }
   if (std::ranges::count(used, false) > 0) return std::nullopt;
   r.d.conservativeResize(count, Eigen::NoChange);
-  r.value.conservativeResize(count);
   return r;
 }
 

@@ -48,7 +48,7 @@ struct Component {
   double weight = 0;
 };
 
-// What the fit of a model nested in the posterior's would give, from the posterior alone. The model
+// Predicts the fit of a model nested in the posterior's, from the posterior alone. The model
 // restricts the parameters to x = P y + c: with H the information and V the covariance,
 //   y = (P'HP)^-1 P'H (x - c),  covariance M V M' with M = P (P'HP)^-1 P'H,
 // chi-square = e'H e / phi with e = x - c - P y. No value if the model is not nested.
@@ -63,7 +63,7 @@ std::optional<Component> as_seen_by(const Posterior& other, const Posterior& to)
 // The same logarithm for all parameters of a posterior: what it pays for being free.
 double occam(const Posterior& posterior);
 
-// What the curvature of the likelihood about an answer adds to its covariance, by the posterior's
+// The increase of an answer's covariance by the curvature of the likelihood, by the posterior's
 // parameters (profile_covariance). `covariance`: of the answer, by the same.
 Eigen::MatrixXd curvature_of(const CalibrationFit& answer, const Eigen::MatrixXd& covariance,
                              const Posterior& posterior);

@@ -97,7 +97,7 @@ void add_term(std::vector<std::string>& terms, const std::string& before, double
     terms.push_back(before + number(value) + " +- " + number(sigma) + after);
 }
 
-// What the board differs by from its file. The answer has it.
+// Differences of the board from its file; the answer includes them.
 Result board_bent(const Solved& s) {
   if (!s.evidence.board) return std::nullopt;
   const BoardWarp& board = *s.evidence.board;

@@ -100,7 +100,7 @@ Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const 
   std::size_t used = 0;
   for (const CalibrationView& view : input.views)
     if (used < fit.views.size() && fit.views[used] == view.index) {
-      // Of several boards with the rows as they are: their terms take up what a board at a wrong
+      // With several boards the rows stay as observed: row terms take up what a board at a wrong
       // place does to each view.
       const bool has_rows = board && !fit.bundle.row_terms.empty();
       const Vector2d rows = has_rows ? fit.bundle.row_terms[used] : Vector2d(0, 0);
