@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string>
+#include <variant>
 
 #include "python/arrays.hpp"
 #include "python/boards.hpp"
@@ -17,6 +19,8 @@
 
 namespace tagcal::python {
 namespace {
+
+using NameOrShare = std::variant<double, std::string>;
 
 // Throws Error if the family lacks a tag or cannot have the border, and for positions beyond
 // double.
@@ -152,6 +156,34 @@ py::dict dict_of_points(const Board& board) {
   return py::dict("positions"_a = positions, "ids"_a = ids);
 }
 
+Tolerance tolerance_of(const NameOrShare& argument, const char* name) {
+  if (const double* const share = std::get_if<double>(&argument)) return *share;
+  const auto& word = std::get<std::string>(argument);
+  const auto material = material_named(word);
+  if (!material)
+    throw Error(std::string(name) + ": must be paper, aluminium, glass or a share, got \"" + word +
+                "\"");
+  return *material;
+}
+
+NameOrShare name_or_share(const Tolerance& tolerance) {
+  if (const double* const share = std::get_if<double>(&tolerance)) return *share;
+  return std::string(material_name(std::get<Material>(tolerance)));
+}
+
+Board made_of(Board board, const NameOrShare& flatness, const NameOrShare& print) {
+  board.substrate = {tolerance_of(flatness, "flatness"), tolerance_of(print, "print")};
+  check_substrate(board.substrate);
+  return board;
+}
+
+// Without defaults, as the files of targets.
+void add_substrate(const Substrate& substrate, py::dict& fields) {
+  if (substrate.flatness != Substrate().flatness)
+    fields["flatness"] = name_or_share(substrate.flatness);
+  if (substrate.print != Substrate().print) fields["print"] = name_or_share(substrate.print);
+}
+
 }  // namespace
 
 std::string board_kind(const Board& board) {
@@ -182,6 +214,7 @@ py::dict board_to_dict(const Board& board) {
   } else {
     fields = board.points.empty() ? dict_of_tags(board) : dict_of_points(board);
   }
+  add_substrate(board.substrate, fields);
   fields["kind"] = board_kind(board);
   return fields;
 }
@@ -204,7 +237,11 @@ Board board_from_dict(const py::dict& fields) {
     }
     arguments["board_from_tags"] = poses;
   }
-  return py::cast<Board>(py::type::of<Board>().attr(kind.c_str())(**arguments));
+  const py::dict substrate;
+  for (const char* key : {"flatness", "print"})
+    if (arguments.contains(key)) substrate[key] = arguments.attr("pop")(key);
+  const py::object board = py::type::of<Board>().attr(kind.c_str())(**arguments);
+  return py::cast<Board>(board.attr("made_of")(**substrate));
 }
 
 void define_board_constructors(py::class_<Board>& board) {
@@ -244,6 +281,16 @@ void define_board_constructors(py::class_<Board>& board) {
                   "metres, and the poses of the tags on the board: a list of N Pose, or (N, 4, 4).")
       .def_static("points", &points, py::arg("positions"), py::arg("ids") = py::none(),
                   "Measured points (N, 3), metres; ids (N,), by default 0, 1, ..")
+      .def("made_of", &made_of, py::arg("flatness") = "paper", py::arg("print") = "paper",
+           "This board of another make: standard deviations before any picture of its bends and "
+           "twist, as a share of its diagonal, and of the share by which its print is longer "
+           "along y than along x. Each is \"paper\", \"aluminium\", \"glass\" or a share.")
+      .def_property_readonly(
+          "flatness", [](const Board& b) { return name_or_share(b.substrate.flatness); },
+          "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
+      .def_property_readonly(
+          "print", [](const Board& b) { return name_or_share(b.substrate.print); },
+          "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
       .def_static("from_dict", &board_from_dict, py::arg("fields"), "The board of `to_dict()`.");
 }
 

@@ -3,6 +3,7 @@
 
 #include "cli_pose_fixture.hpp"
 #include "png_colours.hpp"
+#include "report/terminal.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/target_file.hpp"
 
@@ -274,6 +275,30 @@ TEST_F(PoseCli, NoiseComesFromTheCornersUnlessItIsStated) {
   // The error of lens and target is unknown: the covariances of the corners alone are too small.
   for (const Json& view : views_of(arguments)) EXPECT_TRUE(view["sigma_px"].is_number());
   for (const Json& view : views_of(arguments + " --sigma-px 0.7")) EXPECT_EQ(view["sigma_px"], 0.7);
+}
+
+// Corners that are moved by 1 px to and fro.
+TEST_F(PoseCli, ARaisedNoiseIsTheSameNumberEverywhere) {
+  std::string csv = slurp(root() / "set/observations_exact.csv");
+  std::size_t line = csv.find('\n') + 1;
+  for (int i = 0; line < csv.size(); ++i) {
+    const std::size_t end = csv.find('\n', line), comma = csv.rfind(',', end) + 1;
+    const double moved = std::stod(csv.substr(comma, end - comma)) + (i % 2 == 0 ? 1 : -1);
+    csv.replace(comma, end - comma, std::to_string(moved));
+    line = csv.find('\n', line) + 1;
+  }
+  spill(root() / "moved.csv", csv);
+  const std::string arguments =
+      set() + known() + " --observations " + path("moved.csv") + " --sigma-px 0.3";
+  const std::string text = run("pose " + arguments + " --verbose").out;
+  for (const Json& view : views_of(arguments)) {
+    ASSERT_EQ(view["findings"][0]["code"], "noise_understated");
+    const double sigma_px = view["sigma_px"];
+    EXPECT_NEAR(sigma_px, std::sqrt(0.5), 0.15);
+    const std::string number = two_digits(sigma_px) + " px";
+    EXPECT_NE(view["warnings"][0].get<std::string>().find(number), std::string::npos) << number;
+    EXPECT_NE(text.find("noise      " + number + " per coordinate"), std::string::npos) << number;
+  }
 }
 
 TEST_F(PoseCli, BadInputIsNamedAndNothingIsWritten) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "spoiled_worlds.hpp"
 #include "tagcal/error.hpp"
@@ -132,6 +133,92 @@ TEST(BoardWarp, TwistAndPrintAspectAreFound) {
     EXPECT_LT(std::abs(parameters(c.camera->lens)[0] - 900), 4 * c.sigmas[0]) << seed;
   }
   EXPECT_LT(sum, 33);  // chi-square of 12: p = 0.001
+}
+
+const Substrate kGlass = {Material::glass, Material::glass};
+
+Dataset made_of(Dataset world, const Substrate& substrate) {
+  world.boards[0].board.substrate = substrate;
+  return world;
+}
+
+bool says(const Calibration& c, const std::string& code) {
+  return std::ranges::count(c.findings, code, &Finding::code) > 0;
+}
+
+// The covariance comes from the residuals of the views: a narrower prior narrows the focal length's
+// on average, not with every noise.
+TEST(BoardWarp, AFlatBoardOfGlassIsKnownBetter) {
+  CalibrateOptions radial;
+  radial.model = "radial1";
+  WorldOptions options;
+  for (const int views : {2, 4, 10}) {
+    options.num_views = views;
+    double log_ratio = 0, sum = 0;
+    for (int seed = 1; seed <= 5; ++seed) {
+      const Dataset world = make_world(kLens, seed, options);
+      const Calibration paper = calibrate(world, radial);
+      const Calibration glass = calibrate(made_of(world, kGlass), radial);
+      ASSERT_TRUE(is_answer(paper.status) && is_answer(glass.status));
+      const BoardWarp &loose = *paper.board_warp, &tight = *glass.board_warp;
+      EXPECT_LT(tight.sigma_mm.x(), 0.9 * loose.sigma_mm.x()) << views << " " << seed;
+      EXPECT_LT(tight.sigma_mm.y(), 0.9 * loose.sigma_mm.y()) << views << " " << seed;
+      EXPECT_LT(tight.sigma_aspect, loose.sigma_aspect) << views << " " << seed;
+      EXPECT_LT(glass.sigmas[0], 1.1 * paper.sigmas[0]) << views << " " << seed;
+      log_ratio += std::log(glass.sigmas[0] / paper.sigmas[0]);
+      const double z = (parameters(glass.camera->lens)[0] - 900) / glass.sigmas[0];
+      sum += z * z;
+      EXPECT_FALSE(says(glass, "flatness_exceeded") || says(glass, "print_exceeded"));
+    }
+    EXPECT_LT(log_ratio, 0) << views;
+    EXPECT_LT(sum, 20.5) << views;  // chi-square of 5: p = 0.001
+  }
+}
+
+// A millimetre is usual for paper, and 21 standard deviations of glass: named. The prior holds the
+// board flatter than it is.
+TEST(BoardWarp, ABentBoardContradictsGlass) {
+  WorldOptions options;
+  for (const int views : {3, 4, 6, 10, 20})
+    for (int seed = 1; seed <= 4; ++seed) {
+      options.num_views = views;
+      const Dataset world = bent_world(kLens, seed, {1e-3, 0}, options);
+      const Calibration paper = calibrate(world), glass = calibrate(made_of(world, kGlass));
+      EXPECT_TRUE(tells_of_bend(paper) && !says(paper, "flatness_exceeded"))
+          << views << " " << seed;
+      EXPECT_TRUE(!tells_of_bend(glass) && says(glass, "flatness_exceeded"))
+          << views << " " << seed;
+      EXPECT_LT(std::abs(parameters(glass.camera->lens)[0] - 900), 5 * glass.sigmas[0])
+          << views << " " << seed;
+      for (const Finding& finding : glass.findings)
+        if (finding.code == "flatness_exceeded") {
+          EXPECT_EQ(finding.severity, Severity::warning);
+          EXPECT_NE(finding.sentence.find("more than a board of glass has (sd 0.047 mm)"),
+                    std::string::npos)
+              << finding.sentence;
+        }
+    }
+}
+
+TEST(BoardWarp, AMisprintContradictsPaper) {
+  WorldOptions options;
+  options.num_views = 10;
+  const double aspect = 0.02;
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Dataset world = seen_otherwise(
+        make_world(kLens, seed, options), options,
+        [&](TargetPoint& p) { p.position.y() *= 1 + aspect; }, seed);
+    const Calibration c = calibrate(world);
+    EXPECT_TRUE(says(c, "print_exceeded") && !says(c, "print_aspect")) << seed;
+  }
+}
+
+TEST(BoardWarp, ASubstrateHasARange) {
+  const Dataset world = make_world(kLens, 1);
+  for (const double share : {0.0, -0.001, 0.2, std::nan("")}) {
+    EXPECT_THROW(calibrate(made_of(world, {share, Material::paper})), Error) << share;
+    EXPECT_THROW(calibrate(made_of(world, {Material::paper, share})), Error) << share;
+  }
 }
 
 TEST(BoardWarp, NeedsOneFlatBoard) {

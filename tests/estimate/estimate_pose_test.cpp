@@ -105,6 +105,7 @@ TEST(EstimatePose, LargerResidualsRaiseTheNoiseThatIsStated) {
 TEST(EstimatePose, EachCornerCountsByItsCovariance) {
   Random random(34);
   double sum = 0, rms = 0;
+  int num_raised = 0;
   constexpr int kTrials = 400;
   for (int i = 0; i < kTrials; ++i) {
     const Pose pose = looking_at_board(Vector3d::Zero(), random.uniform(0.5, 0.8), 1.0, random);
@@ -122,12 +123,13 @@ TEST(EstimatePose, EachCornerCountsByItsCovariance) {
     }
     const PoseEstimate e = estimate_pose(corners, kCamera, {.covariance_px2 = covariances});
     ASSERT_TRUE(is_answer(e.status));
-    EXPECT_EQ(e.sigma_px, 1);  // of whitened residuals
+    num_raised += e.sigma_px != 1;  // of whitened residuals
     sum += normalised_squared_error(e.hypotheses.front(), pose);
     if (i % 2 == 1) rms += e.hypotheses.front().rms_px / std::sqrt(noise) / (kTrials / 2);
   }
   EXPECT_NEAR(sum / (6 * kTrials), 1, 0.12);
   EXPECT_NEAR(rms, 1, 0.05);  // in pixels, not whitened
+  EXPECT_LE(num_raised, 1);   // p = 0.0001 for each view
 }
 
 TEST(EstimatePose, CovariancesThatAreAllOneAreSigma) {

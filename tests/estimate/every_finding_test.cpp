@@ -40,6 +40,11 @@ Dataset bent(const Lens& lens, double by_m) {
   });
 }
 
+Dataset of_glass(Dataset world) {
+  world.boards[0].board.substrate = {Material::glass, Material::glass};
+  return world;
+}
+
 // Only corners that lie in the given part of the image.
 Dataset where(Dataset world, const std::function<bool(const Eigen::Vector2d&)>& is_kept) {
   for (View& view : world.views)
@@ -126,9 +131,9 @@ Dataset focused_anew() {
   return world;
 }
 
-Dataset printed_longer_in_y() {
+Dataset printed_longer_in_y(double share) {
   return seen_otherwise(make_world(opencv5_lens(), 5, views(12)), views(12),
-                        [](TargetPoint& p) { p.position.y() *= 1.004; });
+                        [&](TargetPoint& p) { p.position.y() *= 1 + share; });
 }
 
 // A denominator that vanishes at 711 px from the centre, inside of the image's corners.
@@ -226,10 +231,12 @@ std::vector<Case> cases_of_target_and_model() {
       {"tags_misplaced", calibrated(printed_with_moved_tag(), automatic)},
       {"tag_scale", calibrated(printed_with_larger_tags(), automatic)},
       {"board_bent", calibrated(bent(opencv5_lens(), 1e-3), automatic)},
+      {"flatness_exceeded", calibrated(of_glass(bent(opencv5_lens(), 1e-3)), automatic)},
       {"board_bend_impossible", calibrated(bent(opencv5_lens(), 20e-3), automatic)},
       {"residuals_biased", calibrated(waved(), automatic)},
       {"halves_disagree", calibrated(focused_anew(), keep_all)},
-      {"print_aspect", calibrated(printed_longer_in_y(), automatic)},
+      {"print_aspect", calibrated(printed_longer_in_y(0.004), automatic)},
+      {"print_exceeded", calibrated(printed_longer_in_y(0.02), automatic)},
       {"rows_displaced", calibrated(rolled(), automatic)},
       {"model_too_small", calibrated(make_world(opencv5_lens(), 3, views(10)), with_model("f+c"))},
       {"other_lens", calibrated(make_world(opencv5_lens(), 3, views(10)), with_model("fisheye4"))},

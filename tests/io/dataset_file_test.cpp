@@ -101,8 +101,7 @@ TEST_F(DatasetFile, BadDatasets) {
        {"seen.csv", "none.csv", "none.csv: no such file"},
        {"seen.csv", "images", "images: is a folder, not a file"},
        {"images: images", "images: none", "dataset.yaml: images: must be a folder of pictures (No"},
-       {"images: images", "images: empty",
-        "dataset.yaml: images: must be a folder with pictures"},
+       {"images: images", "images: empty", "dataset.yaml: images: must be a folder with pictures"},
        {"observations: seen.csv\nimages: images\n", "",
         "dataset.yaml: needs observations: FILE or"},
        {"truth.yaml", "none.yaml", "none.yaml: no such file"},
@@ -181,6 +180,12 @@ TEST_F(DatasetFile, WrittenDatasetsReadBack) {
   ASSERT_EQ(back.dataset.boards.size(), 2U);
   EXPECT_TRUE(same(back.dataset.boards[1].world_from_board, dataset.boards[1].world_from_board));
   EXPECT_EQ(back.dataset.boards[1].board.tags.back().id, 15);
+
+  dataset.boards[1].board.substrate = {Material::glass, 3e-4};
+  write_dataset(out, dataset, "", "../../seen.csv");
+  back = read_dataset(out);
+  EXPECT_EQ(back.dataset.boards[0].board.substrate, Substrate());
+  EXPECT_EQ(back.dataset.boards[1].board.substrate, dataset.boards[1].board.substrate);
 }
 
 TEST_F(DatasetFile, DepthsStandBesideTheImages) {

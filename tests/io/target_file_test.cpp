@@ -236,6 +236,56 @@ TEST_F(TargetFile, CharucoBoardsCountSquares) {
         ": first_marker_id: the ids must stay below 2^31"}});
 }
 
+const Substrate kAllPaper;
+
+TEST_F(TargetFile, BoardsAreOfPaperUnlessStated) {
+  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
+    EXPECT_EQ(read(kind).substrate, kAllPaper);
+    EXPECT_EQ(read(kind + "flatness: paper\nprint: paper\n").substrate, kAllPaper);
+    EXPECT_EQ(read(kind + "flatness: glass\nprint: aluminium\n").substrate,
+              (Substrate{Material::glass, Material::aluminium}));
+    EXPECT_EQ(read(kind + "print: 0.1\nflatness: 3e-4\n").substrate, (Substrate{3e-4, 0.1}));
+    EXPECT_TRUE(warnings_.empty());
+  }
+}
+
+TEST_F(TargetFile, BadSubstrates) {
+  const std::string must = ": must be paper, aluminium, glass or a share > 0 and at most 0.1, got ";
+  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCharuco})
+    for (const std::string key : {"flatness", "print"}) {
+      const auto wrong = [&](const std::string& value) {
+        return error(kind + key + ": " + value + "\n");
+      };
+      for (const std::string value : {"-0.001", "0", "-0.0", "0.11", "1e300", "nan", ".nan", "inf",
+                                      ".inf", "1e400", "bronze", "Glass", "0.1 %", "true"})
+        EXPECT_EQ(wrong(value), ": " + key + must + value);
+      EXPECT_EQ(wrong("'0.001'"), ": " + key + must + "\"0.001\"");
+      EXPECT_EQ(wrong("[glass]"), ": " + key + must + "a list of 1");
+      EXPECT_EQ(wrong("{of: glass}"), ": " + key + must + "a map");
+      EXPECT_EQ(wrong(""), ": " + key + must + "nothing");
+      EXPECT_EQ(wrong("''"), ": " + key + ": must be a text, got \"\"");
+    }
+}
+
+TEST_F(TargetFile, SubstratesAreWrittenIfNotOfPaper) {
+  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
+    Board board = read(kind);
+    const auto written = [&] {
+      write_target(folder_ / "t.yaml", board);
+      return read_text(folder_ / "t.yaml");
+    };
+    const std::string plain = written();
+    EXPECT_EQ(plain.find("flatness"), std::string::npos);
+    EXPECT_EQ(plain.find("print"), std::string::npos);
+    board.substrate = {Material::glass, Material::paper};
+    EXPECT_EQ(written(), plain + "flatness: glass\n");
+    board.substrate = {Material::aluminium, 0.1 / 3};
+    EXPECT_EQ(written(), plain + "flatness: aluminium\nprint: 0.03333333333333333\n");
+    EXPECT_EQ(read_target(folder_ / "t.yaml", {}, &warnings_).substrate, board.substrate);
+    EXPECT_TRUE(warnings_.empty());
+  }
+}
+
 TEST_F(TargetFile, WhatIsNoYamlAtAll) {
   EXPECT_EQ(error(""), ": is empty");
   EXPECT_EQ(error("# nothing\n\n"), ": is empty");
@@ -330,7 +380,7 @@ TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
 RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64_t seed)) {
   Random random(seed);
   for (const std::string& good : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
-    const std::string text = mutated(good, random);
+    const std::string text = mutated(good + "flatness: 0.001\nprint: glass\n", random);
     Board board;
     try {
       board = read(text);
@@ -339,6 +389,7 @@ RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64
       continue;
     }
     RC_ASSERT(board.charuco || board.tags.empty() != board.points.empty());
+    check_substrate(board.substrate);
     std::set<int> ids;
     for (const Tag& tag : board.tags) {
       RC_ASSERT(tag.size > 0 && tag.id >= 0 && ids.insert(tag.id).second);

@@ -51,7 +51,8 @@ def targets():
             f"first-{i}": GRID.format(c=9, r=9) + f"first_id: {n}\n",
             f"size-{i}": GRID.format(c=9, r=9).replace("0.01", n),
             f"spacing-{i}": GRID.format(c=9, r=9).replace("0.3", n),
-            f"bits-{i}": GRID.format(c=9, r=9) + f"border_bits: {n}\n"}
+            f"bits-{i}": GRID.format(c=9, r=9) + f"border_bits: {n}\n",
+            f"flatness-{i}": GRID.format(c=9, r=9) + f"flatness: {n}\nprint: {n}\n"}
     most = GRID.format(c=400, r=250)
     return files | {
         "most-tags": most, "most-in-a-row": GRID.format(c=100000, r=1),

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
@@ -18,6 +19,7 @@ BOARDS = [
     Board.tag(0.16, 3),
     Board.tags([5, 1], [0.1, 0.2], [tagcal.Pose(), TURNED]),
     Board.points([[0.0, 0, 0], [1, 0, 0], [0, 1, 0.5]], ids=[4, 2, 9]),
+    Board.grid(4, 3, 0.06, 0.3).made_of("glass", 0.001),
 ]
 
 
@@ -98,6 +100,7 @@ def test_boards_say_what_they_are() -> None:
         "<Board tag 3 of 0.16 m, tag36h11, border of 1 bit>",
         "<Board 2 tags of tag36h11, border of 1 bit>",
         "<Board 3 points>",
+        "<Board grid of 4 x 3 tags of 0.06 m, tag36h11, border of 2 bits>",
     ]
     placed = tagcal.PlacedBoard(BOARDS[4], TURNED)
     assert repr(placed) == (
@@ -105,6 +108,18 @@ def test_boards_say_what_they_are() -> None:
     )
     again = pickle.loads(pickle.dumps(placed))
     assert again.board == placed.board and again.world_from_board == TURNED
+
+
+def test_boards_are_of_paper_unless_stated(tmp_path: Path) -> None:
+    for board in BOARDS[:-1]:
+        assert (board.flatness, board.print) == ("paper", "paper")
+        assert "flatness" not in board.to_dict()
+        made = board.made_of(flatness=0.0003, print="aluminium")
+        assert (made.flatness, made.print) == (0.0003, "aluminium")
+        assert made != board and made.made_of() == board
+        tagcal.write_target(tmp_path / "target.yaml", made)
+        again = tagcal.read_target(tmp_path / "target.yaml")
+        assert (again.flatness, again.print) == (0.0003, "aluminium")
 
 
 def test_families_are_listed() -> None:
@@ -176,6 +191,18 @@ MISTAKES: list[tuple[Callable[[], Any], str]] = [
     ),
     (lambda: Board.points(EMPTY), "positions: must have 1 to 100000 rows, got 0"),
     (lambda: Board.points([[1, 2, np.inf]]), "positions: must be finite, got inf in row 0"),
+    (
+        lambda: BOARDS[0].made_of("bronze"),
+        'flatness: must be paper, aluminium, glass or a share, got "bronze"',
+    ),
+    (
+        lambda: BOARDS[0].made_of(print=-0.001),
+        "board: print: must be > 0 and at most 0.1, got -0.001",
+    ),
+    (
+        lambda: BOARDS[0].made_of(np.nan),
+        "board: flatness: must be > 0 and at most 0.1, got nan",
+    ),
     (lambda: Board.from_dict({"kind": "circles"}), "fields: kind: must be charuco, checkerboard, "),
     (
         lambda: tagcal.detect(np.zeros((9, 9), np.uint8), placed(BOARDS[0], BOARDS[0])),

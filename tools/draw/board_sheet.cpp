@@ -183,7 +183,10 @@ FittedBoard fitted_board(const Board& board, const TagFamilies& families, const 
   if (steps == 0)
     throw Error(fmt::format("--paper: {} is too small: tags or squares would have less than {} mm",
                             paper.name, kStepMm));
-  return {resized(board, steps * kStepMm / kMm), lying > upright ? paper.landscape() : paper};
+  FittedBoard fitted{resized(board, steps * kStepMm / kMm),
+                     lying > upright ? paper.landscape() : paper};
+  fitted.board.substrate = board.substrate;
+  return fitted;
 }
 
 }  // namespace tagcal::tools

@@ -35,8 +35,9 @@ std::string key_of_urgent(const Finding& finding) {
   if (is_one_of(finding, {code::view_rejected, code::view_repeated, code::view_unusable,
                           code::view_mirrored, code::board_moved}))
     return finding.sentence;
-  const bool is_of_all = is_one_of(finding, {code::tags_misplaced, code::tag_scale,
-                                             code::board_bend_impossible, code::rows_displaced});
+  const bool is_of_all =
+      is_one_of(finding, {code::tags_misplaced, code::tag_scale, code::flatness_exceeded,
+                          code::print_exceeded, code::board_bend_impossible, code::rows_displaced});
   return is_of_all ? finding.code : "";
 }
 

@@ -121,6 +121,11 @@ void add_poses_of_prior(std::span<const Correspondence> correspondences, const I
                         const PoseAndFocalOptions& options, PoseAndFocalEstimate& estimate) {
   const PoseEstimate prior =
       estimate_pose(correspondences, {plain_pinhole(options.prior_focal_px, size), size}, options);
+  // The noise is now that of these poses.
+  if (is_answer(prior.status))
+    std::erase_if(estimate.findings, [](const Finding& f) {
+      return f.code == code::noise_understated.name || f.code == code::noise_assumed.name;
+    });
   estimate.findings.insert(estimate.findings.end(), prior.findings.begin(), prior.findings.end());
   if (!is_answer(prior.status)) return;
   estimate.hypotheses = prior.hypotheses;

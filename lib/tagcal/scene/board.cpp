@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -12,6 +13,15 @@
 
 namespace tagcal {
 namespace {
+
+constexpr std::array<std::string_view, 3> kMaterialNames = {"paper", "aluminium", "glass"};
+
+void check(const Tolerance& tolerance, const char* key) {
+  const double* const share = std::get_if<double>(&tolerance);
+  if (share && !(*share > 0 && *share <= kMaxTolerance))
+    throw Error(
+        fmt::format("board: {}: must be > 0 and at most {}, got {}", key, kMaxTolerance, *share));
+}
 
 void require_positive(double value, const char* key) {
   if (!(value > 0) || !std::isfinite(value))
@@ -66,6 +76,21 @@ void check(const CharucoMarkers& markers, const Checkerboard& board) {
 }
 
 }  // namespace
+
+std::string_view material_name(Material material) {
+  return kMaterialNames[static_cast<std::size_t>(material)];
+}
+
+std::optional<Material> material_named(std::string_view name) {
+  const auto found = std::ranges::find(kMaterialNames, name);
+  if (found == kMaterialNames.end()) return std::nullopt;
+  return static_cast<Material>(found - kMaterialNames.begin());
+}
+
+void check_substrate(const Substrate& substrate) {
+  check(substrate.flatness, "flatness");
+  check(substrate.print, "print");
+}
 
 Board grid_board(const Grid& grid, std::string family, int border_bits, bool corner_squares) {
   check(grid, border_bits);

@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "tagcal/geometry/pose.hpp"
@@ -93,6 +95,26 @@ struct CharucoMarkers {
   int first_marker_id = 0;
 };
 
+enum class Material { paper, aluminium, glass };
+
+std::string_view material_name(Material material);
+std::optional<Material> material_named(std::string_view name);
+
+// A standard deviation before any picture: as is usual for a material, or a share, which is > 0 and
+// at most kMaxTolerance.
+using Tolerance = std::variant<Material, double>;
+constexpr double kMaxTolerance = 0.1;  // more is a mistake in the file
+
+// What a board is made of: how far it may differ from its file.
+struct Substrate {
+  Tolerance flatness = Material::paper;  // its bends and twist, over its diagonal
+  Tolerance print = Material::paper;     // the share by which it is longer along y than along x
+  bool operator==(const Substrate&) const = default;
+};
+
+// Throws Error for a share out of its range.
+void check_substrate(const Substrate& substrate);
+
 // A calibration target: tags, a checkerboard with or without markers, or measured points.
 struct Board {
   std::string family = "tag36h11";
@@ -104,6 +126,7 @@ struct Board {
   // Of a ChArUco board the markers; their corners are found, but not observed (target_points).
   std::vector<Tag> tags;
   std::vector<TargetPoint> points;  // of a `points` target or a checkerboard
+  Substrate substrate;
 };
 
 // The board of a grid. Throws Error unless the sizes are positive and the spacing is not negative,

@@ -21,6 +21,7 @@ constexpr std::string_view kAnyDefect = "bend twist aspect rows";
 constexpr Diagnosis kDiagnoses[] = {
     {"bent", code::board_bend_impossible, ""},
     {"bent", code::board_bent, "bend twist"},
+    {"bent", code::flatness_exceeded, "bend twist"},
     {"target", code::tags_misplaced, "bend twist aspect"},
     {"target", code::tag_scale, "pixels"},  // ink spreads
     {"moved", code::view_rejected, "rows bend twist", "during the exposure"},

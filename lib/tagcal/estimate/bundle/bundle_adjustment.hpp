@@ -33,11 +33,13 @@ struct FlatBoard {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();     // board frame, metres
   Eigen::Vector2d half_size = Eigen::Vector2d::Ones();  // metres
   BoardShape prior_sigma = BoardShape::Ones();          // of each shape, about zero
+  Substrate substrate;                                  // from which it follows
 
   BoardShapes shapes(std::span<const Eigen::Vector3d> x_in_world) const;
 };
 
-// No value if there are several boards, or if the board has thickness or no extent.
+// No value if there are several boards, or if the board has thickness or no extent. Throws Error
+// for a substrate out of its range.
 std::optional<FlatBoard> flat_board(const Dataset& dataset);
 
 struct RefinedPose {

@@ -39,7 +39,4 @@ std::optional<ModelChoice> fit_named(const CalibrationInput& input,
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options);
 
-// The input with at most `count` of its views, evenly spread.
-CalibrationInput spread_views(const CalibrationInput& input, std::size_t count);
-
 }  // namespace tagcal::internal

@@ -97,6 +97,25 @@ void add_term(std::vector<std::string>& terms, const std::string& before, double
     terms.push_back(before + number(value) + " +- " + number(sigma) + after);
 }
 
+// A significant shape beyond what a board of its substrate has.
+bool exceeds(double value, double sigma, double prior_sigma) {
+  return std::abs(value) > policy::kSignificant * std::max(sigma, prior_sigma);
+}
+
+std::string made_of(const char* key, const Tolerance& tolerance) {
+  if (const double* const share = std::get_if<double>(&tolerance))
+    return std::string("a board of ") + key + " " + short_number(*share);
+  return "a board of " + std::string(material_name(std::get<Material>(tolerance)));
+}
+
+// The end of a sentence about a board that contradicts its file.
+std::string contradiction(const char* key, const Tolerance& tolerance, double prior_sigma,
+                          const char* unit) {
+  return ", more than " + made_of(key, tolerance) + " has (sd " + number(prior_sigma) + unit +
+         "); the answer includes only what `" + key +
+         "` allows: correct it in the target file, or take another board";
+}
+
 // Differences of the board from its file; the answer includes them.
 Result board_bent(const Solved& s) {
   if (!s.evidence.board) return std::nullopt;
@@ -111,6 +130,14 @@ Result board_bent(const Solved& s) {
                    "the corners fit a board " + listed(terms) +
                        ", more than a board can bend: the model is too small, or the target is "
                        "not as its file says");
+  const FlatBoard& flat = *s.solution.fit->bundle.board;
+  const double prior_mm = 1e3 * flat.prior_sigma[0];  // of bends and twist
+  if (exceeds(board.bend_mm.x(), board.sigma_mm.x(), prior_mm) ||
+      exceeds(board.bend_mm.y(), board.sigma_mm.y(), prior_mm) ||
+      exceeds(board.twist_mm, board.sigma_twist_mm, prior_mm))
+    return finding(code::flatness_exceeded,
+                   "the board is " + listed(terms) +
+                       contradiction("flatness", flat.substrate.flatness, prior_mm, " mm"));
   return finding(code::board_bent, "the board is " + listed(terms) + "; the answer includes it");
 }
 
@@ -120,9 +147,14 @@ Result print_aspect(const Solved& s) {
   std::vector<std::string> terms;
   add_term(terms, "", 100 * board.aspect, 100 * board.sigma_aspect, " %");
   if (terms.empty()) return std::nullopt;
-  return finding(code::print_aspect,
-                 "the board is longer along y than its file says, relative to x, by " + terms[0] +
-                     "; the answer includes it");
+  const std::string sentence =
+      "the board is longer along y than its file says, relative to x, by " + terms[0];
+  const FlatBoard& flat = *s.solution.fit->bundle.board;
+  const double prior = flat.prior_sigma[3];
+  if (exceeds(board.aspect, board.sigma_aspect, prior))
+    return finding(code::print_exceeded,
+                   sentence + contradiction("print", flat.substrate.print, 100 * prior, " %"));
+  return finding(code::print_aspect, sentence + "; the answer includes it");
 }
 
 // The model.

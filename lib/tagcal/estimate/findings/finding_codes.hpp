@@ -45,7 +45,9 @@ inline constexpr FindingCode tags_misplaced{"tags_misplaced", Severity::warning}
 inline constexpr FindingCode tag_scale{"tag_scale", Severity::warning};
 inline constexpr FindingCode board_bent{"board_bent", Severity::note};
 inline constexpr FindingCode board_bend_impossible{"board_bend_impossible", Severity::warning};
+inline constexpr FindingCode flatness_exceeded{"flatness_exceeded", Severity::warning};
 inline constexpr FindingCode print_aspect{"print_aspect", Severity::note};
+inline constexpr FindingCode print_exceeded{"print_exceeded", Severity::warning};
 
 // The model.
 inline constexpr FindingCode model_too_small{"model_too_small", Severity::warning};

@@ -34,7 +34,8 @@ bool is_same_minimum(const PoseMinimum<N>& a, const PoseMinimum<N>& b, double si
 
 template <int N>
 std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens& lens,
-                                         const PoseOptions& options) {
+                                         const PoseOptions& options,
+                                         const std::optional<NoiseLevel>& noise) {
   ViewSums sums(lens, problem.view());
   InitialPoses<N> starts;
   if constexpr (N == 6)
@@ -60,10 +61,10 @@ std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens&
       for (auto* at = same; at > fit->poses.begin() && has_less_cost(*at, at[-1]); --at)
         std::swap(*at, at[-1]);
     }
-    fit->noise = noise_level(problem, options, fit->best().cost, N);
-    limit = fit->best().cost + policy::kAmbiguousCost * fit->noise.sigma_px * fit->noise.sigma_px;
+    fit->noise = noise ? *noise : noise_level(problem, options, fit->best().cost, N);
+    limit = fit->largest_cost();
     solver.ruled_out_cost = limit;
-    while (fit->poses[fit->poses.size() - 1].cost > limit) fit->poses.pop_back();
+    fit->prune();
   }
   if (fit->poses.empty()) return std::nullopt;
   return fit;
@@ -71,8 +72,10 @@ std::optional<PoseMinima<N>> pose_minima(const PoseProblem& problem, const Lens&
 
 template bool is_same_minimum(const PoseMinimum<6>&, const PoseMinimum<6>&, double);
 template std::optional<PoseMinima<6>> pose_minima<6>(const PoseProblem&, const Lens&,
-                                                     const PoseOptions&);
+                                                     const PoseOptions&,
+                                                     const std::optional<NoiseLevel>&);
 template std::optional<PoseMinima<7>> pose_minima<7>(const PoseProblem&, const Lens&,
-                                                     const PoseOptions&);
+                                                     const PoseOptions&,
+                                                     const std::optional<NoiseLevel>&);
 
 }  // namespace tagcal::internal

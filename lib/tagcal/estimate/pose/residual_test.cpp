@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 namespace tagcal::internal {
 namespace {
@@ -29,7 +33,7 @@ ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
   const double largest = *std::max_element(squares.begin(), squares.end());
   const double freedom = 2 * static_cast<double>(squares.size()) - num_parameters;
   const double variance = noise.sigma_px * noise.sigma_px;
-  const double largest_chi_square = chi_square_quantile(freedom, policy::kOutlierSigmas);
+  const double largest_chi_square = chi_square_quantile(freedom, policy::kSignificant);
   const bool self_estimated = !noise.known && !noise.assumed;  // noise from these very residuals
   if (!self_estimated && largest <= kOutlierSquare * variance &&
       cost <= largest_chi_square * variance)
@@ -41,6 +45,7 @@ ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
   const double margin =
       self_estimated ? 1 + policy::kMedianSigmas * kMedianSpread / std::sqrt(n) : 1;
   const bool no_outlier = squares.size() < policy::kEnoughForMedian ||
+                          (!self_estimated && largest <= kOutlierSquare * variance) ||
                           largest <= margin * kOutlierSquare * robust_variance(squares);
   const double rms = std::sqrt(cost / n);
   const bool is_small = noise.known
@@ -52,18 +57,28 @@ ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
 
 void NeighbourCorrelation::add(std::span<const Eigen::Vector2d> pixels,
                                std::span<const Eigen::Vector2d> residuals) {
-  constexpr std::size_t kMany = 200;  // the search for neighbours is quadratic
+  constexpr std::size_t kMany = 200;  // numeric: a limit of work
   const std::size_t n = std::min(pixels.size(), kMany);
   if (n < 2) return;
   num_points_ += n;
-  for (std::size_t i = 0; i < n; ++i) {
-    std::size_t nearest = i == 0 ? 1 : 0;
-    for (std::size_t j = 0; j < n; ++j)
-      if (j != i &&
-          (pixels[j] - pixels[i]).squaredNorm() < (pixels[nearest] - pixels[i]).squaredNorm())
-        nearest = j;
-    product_ += residuals[i].dot(residuals[nearest]);
-    square_ += residuals[i].squaredNorm();
+  // From left to right, so that the search ends where columns are farther than the nearest point.
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return std::pair(pixels[i].x(), i); });
+  for (std::size_t at = 0; at < n; ++at) {
+    const Eigen::Vector2d& pixel = pixels[order[at]];
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t nearest = 0;
+    const auto compare = [&](std::size_t i) {
+      const Eigen::Vector2d d = pixels[i] - pixel;
+      const double square = d.squaredNorm();
+      if (square < least) std::tie(least, nearest) = std::pair(square, i);
+      return d.x() * d.x() < least;
+    };
+    for (std::size_t i = at; i > 0 && compare(order[i - 1]);) --i;
+    for (std::size_t i = at + 1; i < n && compare(order[i]);) ++i;
+    product_ += residuals[order[at]].dot(residuals[nearest]);
+    square_ += residuals[order[at]].squaredNorm();
   }
 }
 

@@ -10,7 +10,7 @@ namespace tagcal::internal {
 // Agreement of the residuals of a least-squares fit with the noise.
 enum class ResidualTest {
   consistent,
-  noisy,  // up to kOutlierSigmas times as large as the stated or assumed noise, without outliers
+  noisy,  // larger than the stated or assumed noise, up to kOutlierSigmas times, without outliers
   inconsistent,  // with outliers, or too large for any noise
 };
 

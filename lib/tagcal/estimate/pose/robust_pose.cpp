@@ -15,6 +15,9 @@
 namespace tagcal::internal {
 namespace {
 
+constexpr const char* kNoCommonPose =
+    "the points do not agree on one pose: check the lens and the target";
+
 template <int N>
 RobustPose<N> no_fit(const FindingCode& code, const std::string& reason) {
   RobustPose<N> result;
@@ -25,26 +28,62 @@ RobustPose<N> no_fit(const FindingCode& code, const std::string& reason) {
 template <int N>
 ResidualTest residual_test_of(const PoseProblem& problem, const Lens& lens,
                               const PoseMinima<N>& fit) {
-  // If the sum of the squares is below the limit of one, none exceeds it.
+  // If the sum of the squares is below the limit of one, none exceeds it. The limit of the sum is
+  // the smaller one for few points.
+  const double freedom = 2 * static_cast<double>(problem.size()) - N;
+  const double limit = std::min(policy::kOutlierSigmas * policy::kOutlierSigmas,
+                                chi_square_quantile(freedom, policy::kSignificant));
   const double variance = fit.noise.sigma_px * fit.noise.sigma_px;
-  if (fit.best().cost <= policy::kOutlierSigmas * policy::kOutlierSigmas * variance)
-    return ResidualTest::consistent;
+  if (fit.best().cost <= limit * variance) return ResidualTest::consistent;
   ViewResiduals residuals(lens, problem.view());
   return residual_test(problem, fit.noise, residuals.at(fit.best().state), N);
 }
 
+// The noise is in units of the corners' covariances if the problem is whitened.
+std::string understated_sentence(const PoseProblem& problem, const NoiseLevel& stated,
+                                 double sigma_px) {
+  if (problem.whitened())
+    return fmt::format(
+        "the residuals are {:.1f} times as large as the corners' covariances say: pose and "
+        "standard deviations are for covariances scaled to that; check them, the lens and the "
+        "target",
+        sigma_px / stated.sigma_px);
+  return fmt::format(
+      "the residuals are {:.1f} times as large as the {} noise: pose and standard deviations are "
+      "for {:.2g} px; check the noise, the lens and the target",
+      sigma_px / stated.sigma_px, stated.assumed ? "assumed" : "stated", sigma_px);
+}
+
+// Tests the residuals of the inliers' fit. If they are even, but too large for the stated or
+// assumed noise, raises it and searches for the minima again: the smaller noise may have excluded a
+// pose that fits under the larger one.
 template <int N>
-void raise_noise(RobustPose<N>& result) {
-  NoiseLevel& noise = result.fit->noise;
-  const double freedom = 2 * static_cast<double>(result.problem->size()) - N;
-  const double sigma = std::sqrt(result.fit->best().cost / freedom);
-  if (!(sigma > noise.sigma_px)) return;
-  add(result.findings, code::noise_understated,
-      fmt::format("the residuals are {:.1f} times as large as the {} noise: the covariance is for "
-                  "{:.2g} px; check the noise, the lens and the target",
-                  sigma / noise.sigma_px, noise.assumed ? "assumed" : "stated", sigma));
-  noise.sigma_px = sigma;
-  noise.assumed = false;
+void test_and_raise_noise(const Lens& lens, const PoseOptions& options, RobustPose<N>& result) {
+  const PoseProblem& problem = *result.problem;
+  const NoiseLevel stated = result.fit->noise;
+  const auto shown_by = [&](const PoseMinima<N>& fit) {
+    const double freedom = 2 * static_cast<double>(problem.size()) - N;
+    return NoiseLevel{std::sqrt(fit.best().cost / freedom), stated.known, false};
+  };
+  result.residuals = residual_test_of(problem, lens, *result.fit);
+  if (result.residuals != ResidualTest::noisy ||
+      !(shown_by(*result.fit).sigma_px > stated.sigma_px))
+    return;
+  std::optional<PoseMinima<N>> fit = pose_minima<N>(problem, lens, options, shown_by(*result.fit));
+  if (!fit) {
+    result.residuals = ResidualTest::inconsistent;
+    return;
+  }
+  // The second search may find a better pose: then its residuals decide.
+  fit->noise = stated;
+  result.residuals = residual_test_of(problem, lens, *fit);
+  if (result.residuals == ResidualTest::noisy && shown_by(*fit).sigma_px > stated.sigma_px) {
+    fit->noise = shown_by(*fit);
+    add(result.findings, code::noise_understated,
+        understated_sentence(problem, stated, fit->noise.sigma_px));
+  }
+  fit->prune();
+  result.fit = std::move(fit);
 }
 
 // Adds a finding if the residuals are spatially correlated. Called if they exceed the known noise,
@@ -66,11 +105,12 @@ void test_model_error(const Lens& lens, RobustPose<N>& result) {
 }
 
 // Alternates least-squares fits and the selection of inliers, from the inliers of a consensus until
-// they stay the same. Points of a shifted tag stay rejected.
+// they stay the same. Points of a shifted tag stay rejected. With `may_raise`, the inliers of each
+// fit may raise the noise (test_and_raise_noise); no fit if they are inconsistent.
 template <int N>
 RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, const Lens& lens,
                              const PoseOptions& options, std::vector<std::size_t> chosen,
-                             const std::set<int>& shifted) {
+                             const std::set<int>& shifted, bool may_raise) {
   constexpr int kMaxRounds = 10;
   const PoseProblem all(correspondences, options);
   const Pose all_from_target = all.spread().plane_from_target_pose();
@@ -81,11 +121,15 @@ RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, co
   };
   for (int round = 0; round < kMaxRounds; ++round) {
     std::erase_if(chosen, is_shifted);
+    result = {};
     result.problem.emplace(correspondences, options, chosen);
     if (const std::string reason = defect(*result.problem); !reason.empty())
       return no_fit<N>(code::no_consensus, "the inliers do not determine a pose: " + reason);
     result.fit = pose_minima<N>(*result.problem, lens, options);
     if (!result.fit) break;
+    if (may_raise) test_and_raise_noise(lens, options, result);
+    if (may_raise && result.residuals == ResidualTest::inconsistent)
+      return no_fit<N>(code::no_consensus, kNoCommonPose);
     result.outliers = complement(chosen, correspondences.size());
     const ViewState& best = result.fit->best().state;
     const Pose camera_from_all = pose_of(best) * result.problem->spread().plane_from_target_pose() *
@@ -99,13 +143,30 @@ RobustPose<N> update_inliers(std::span<const Correspondence> correspondences, co
   return result;
 }
 
+// The inliers by the stated noise, and if they raise it, those by the raised one: the stated one
+// rejects good points, so that the others show too little. The inliers by the stated noise remain
+// if the raised one leads to residuals that are no longer even.
+template <int N>
+RobustPose<N> fit_inliers(std::span<const Correspondence> correspondences, const Lens& lens,
+                          const PoseOptions& options, const std::vector<std::size_t>& chosen,
+                          const std::set<int>& shifted) {
+  RobustPose<N> result = update_inliers<N>(correspondences, lens, options, chosen, shifted, false);
+  if (!result.fit) return result;
+  test_and_raise_noise(lens, options, result);
+  if (result.residuals != ResidualTest::noisy) return result;
+  RobustPose<N> raised =
+      update_inliers<N>(correspondences, lens, options,
+                        complement(result.outliers, correspondences.size()), shifted, true);
+  return raised.fit && raised.residuals == ResidualTest::noisy ? raised : result;
+}
+
 // The same, and rejects shifted tags. If more than one in kTagsPerShiftedTag is shifted, the lens
 // or the target is wrong, and all stay.
 template <int N>
 RobustPose<N> fit_without_shifted_tags(std::span<const Correspondence> correspondences,
                                        const Lens& lens, const PoseOptions& options,
                                        const std::vector<std::size_t>& chosen) {
-  const RobustPose<N> all = update_inliers<N>(correspondences, lens, options, chosen, {});
+  const RobustPose<N> all = fit_inliers<N>(correspondences, lens, options, chosen, {});
   if (!all.fit || options.groups.empty()) return all;
   const auto groups_of_inliers = [&](const RobustPose<N>& fit) {
     std::vector<int> groups;
@@ -122,7 +183,7 @@ RobustPose<N> fit_without_shifted_tags(std::span<const Correspondence> correspon
              shifted_tag<N>(*result.problem, groups, lens, result.fit->best().state)) {
     shifted.insert(*found);
     if (shifted.size() > most) return all;
-    result = update_inliers<N>(correspondences, lens, options, chosen, shifted);
+    result = fit_inliers<N>(correspondences, lens, options, chosen, shifted);
     if (!result.fit) return all;
     groups = groups_of_inliers(result);
   }
@@ -169,13 +230,11 @@ RobustPose<N> search(std::span<const Correspondence> correspondences, const Lens
   double sigma = options.sigma_px > 0 ? options.sigma_px : policy::kRansacSigmaPx;
   if (all.whitened()) sigma = 1;
   const auto consensus = pose_ransac<N>({lens, all.view(), options.groups, sigma, options.seed});
-  const std::string reason = "the points do not agree on one pose: check the lens and the target";
-  if (!consensus) return no_fit<N>(code::no_consensus, reason);
+  if (!consensus) return no_fit<N>(code::no_consensus, kNoCommonPose);
   RobustPose<N> result =
       fit_without_shifted_tags<N>(correspondences, lens, options, consensus->inliers);
-  if (!result.fit ||
-      residual_test_of(*result.problem, lens, *result.fit) == ResidualTest::inconsistent)
-    return no_fit<N>(code::no_consensus, reason);
+  if (!result.fit || result.residuals == ResidualTest::inconsistent)
+    return no_fit<N>(code::no_consensus, kNoCommonPose);
   if (has_rival<N>(correspondences, lens, options, result))
     return no_fit<N>(
         code::no_consensus,
@@ -196,9 +255,8 @@ RobustPose<N> fit_pose_robustly(std::span<const Correspondence> correspondences,
   if (const std::string reason = defect(*result.problem); !reason.empty())
     return no_fit<N>(code::degenerate, reason);
   result.fit = pose_minima<N>(*result.problem, lens, options);
-  ResidualTest residuals = result.fit ? residual_test_of(*result.problem, lens, *result.fit)
-                                      : ResidualTest::inconsistent;
-  if (residuals == ResidualTest::inconsistent) {
+  if (result.fit) test_and_raise_noise(lens, options, result);
+  if (result.residuals == ResidualTest::inconsistent) {
     const bool may_search = options.reject_outliers && correspondences.size() > 4;
     if (!may_search && !result.fit)
       return no_fit<N>(code::degenerate, "no pose puts the points in front of the camera");
@@ -207,10 +265,9 @@ RobustPose<N> fit_pose_robustly(std::span<const Correspondence> correspondences,
                        "the residuals of the best pose are too large or too uneven for noise");
     result = search<N>(correspondences, lens, options);
     if (!result.fit) return result;
-    residuals = residual_test_of(*result.problem, lens, *result.fit);
   }
-  if (residuals == ResidualTest::noisy) raise_noise(result);
-  if (residuals == ResidualTest::noisy || !result.fit->noise.known) test_model_error(lens, result);
+  if (result.residuals == ResidualTest::noisy || !result.fit->noise.known)
+    test_model_error(lens, result);
   if (result.fit->noise.assumed)
     add(result.findings, code::noise_assumed,
         fmt::format("no noise is stated, and there are too few residuals to estimate it: {} px is "

@@ -31,6 +31,19 @@ Pattern read_pattern(const YamlValue& top, int default_border_bits) {
   return pattern;
 }
 
+Tolerance read_tolerance(const YamlValue& top, const char* key) {
+  const auto value = top.find(key);
+  if (!value) return Material::paper;
+  if (value->is_number()) {
+    const double share = value->number();
+    if (share > 0 && share <= kMaxTolerance) return share;
+  } else if (value->is_scalar()) {
+    if (const auto material = material_named(value->text())) return *material;
+  }
+  value->fail(
+      fmt::format("must be paper, aluminium, glass or a share > 0 and at most {}", kMaxTolerance));
+}
+
 void check_last_id(const YamlValue& where, std::int64_t last_id, const char* key = "first_id") {
   if (last_id <= kMaxId) return;
   where.fail_plainly(fmt::format("{}: the ids must stay below 2^31, but end at {}", key, last_id));
@@ -40,7 +53,7 @@ Board read_grid(const YamlValue& top, std::optional<int> first_id,
                 std::vector<std::string>* warnings) {
   const std::vector<std::string> unknown =
       top.unknown_keys({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "first_id",
-                        "family", "border_bits", "corner_squares"});
+                        "family", "border_bits", "corner_squares", "flatness", "print"});
   Grid grid;
   grid.columns = top.at("tagCols").whole(1, kMaxBoardParts);
   grid.rows = top.at("tagRows").whole(1, kMaxBoardParts);
@@ -77,7 +90,8 @@ int read_new_id(const YamlValue& value, std::set<int>& ids) {
 }
 
 Board read_tags(const YamlValue& top, std::optional<int> first_id) {
-  top.allow_only({"target_type", "tags", "first_id", "family", "border_bits", "corner_squares"});
+  top.allow_only({"target_type", "tags", "first_id", "family", "border_bits", "corner_squares",
+                  "flatness", "print"});
   const Pattern pattern = read_pattern(top, 1);
   if (pattern.corner_squares && top.find("corner_squares")) {
     top.at("corner_squares").fail("must be false for target_type tags");
@@ -118,7 +132,7 @@ TargetPoint read_point(const YamlValue& value, std::set<int>& ids) {
 }
 
 Board read_points(const YamlValue& top, std::optional<int> first_id) {
-  top.allow_only({"target_type", "points", "first_id"});
+  top.allow_only({"target_type", "points", "first_id", "flatness", "print"});
   Board board;
   board.border_bits = 1;
   board.corner_squares = false;
@@ -163,7 +177,7 @@ Board read_checkerboard(const YamlValue& top, std::optional<int> first_id,
                         std::vector<std::string>* warnings) {
   const std::vector<std::string> unknown =
       top.unknown_keys({"target_type", "targetCols", "targetRows", "rowSpacingMeters",
-                        "colSpacingMeters", "first_id", "starts_black"});
+                        "colSpacingMeters", "first_id", "starts_black", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "targetCols", "targetRows", 2);
   Checkerboard board;
   board.columns = columns;
@@ -178,7 +192,7 @@ Board read_checkerboard(const YamlValue& top, std::optional<int> first_id,
 
 Board read_charuco(const YamlValue& top, std::optional<int> first_id) {
   top.allow_only({"target_type", "squareCols", "squareRows", "squareSize", "markerSize",
-                  "dictionary", "legacy", "first_id", "first_marker_id"});
+                  "dictionary", "legacy", "first_id", "first_marker_id", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "squareCols", "squareRows", 3);
   Checkerboard squares;
   squares.columns = columns - 1;
@@ -197,6 +211,18 @@ Board read_charuco(const YamlValue& top, std::optional<int> first_id) {
       read_first_id(top, "first_id", std::int64_t{squares.columns} * squares.rows, first_id);
   markers.first_marker_id = read_first_id(top, "first_marker_id", (num_squares + 1) / 2);
   return charuco_board(squares, markers);
+}
+
+Board read_kind(const YamlValue& type, const YamlValue& top, std::optional<int> first_id,
+                std::vector<std::string>* warnings) {
+  const std::string name = type.text();
+  if (name == "aprilgrid") return read_grid(top, first_id, warnings);
+  if (name == "tags") return read_tags(top, first_id);
+  if (name == "points") return read_points(top, first_id);
+  if (name == "checkerboard") return read_checkerboard(top, first_id, warnings);
+  if (name == "charuco") return read_charuco(top, first_id);
+  if (name == "circlegrid") type.fail(fmt::format("circlegrid is not supported: {}", kTypes));
+  type.fail(kTypes);
 }
 
 std::string pattern_yaml(const Board& board) {
@@ -220,25 +246,7 @@ std::string charuco_yaml(const Checkerboard& squares, const CharucoMarkers& mark
       text_yaml(markers.dictionary), markers.legacy, squares.first_id, markers.first_marker_id);
 }
 
-}  // namespace
-
-Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
-                      std::vector<std::string>* warnings, std::optional<double> tag_size_m) {
-  if (is_field_layout(top)) return read_field_layout(top, first_id, tag_size_m, warnings);
-  const YamlValue type = top.at("target_type");
-  if (tag_size_m)
-    top.fail_plainly("states the size of its tags: only a field layout of WPILib can be given one");
-  const std::string name = type.text();
-  if (name == "aprilgrid") return read_grid(top, first_id, warnings);
-  if (name == "tags") return read_tags(top, first_id);
-  if (name == "points") return read_points(top, first_id);
-  if (name == "checkerboard") return read_checkerboard(top, first_id, warnings);
-  if (name == "charuco") return read_charuco(top, first_id);
-  if (name == "circlegrid") type.fail(fmt::format("circlegrid is not supported: {}", kTypes));
-  type.fail(kTypes);
-}
-
-std::string board_yaml(const Board& board) {
+std::string kind_yaml(const Board& board) {
   if (board.grid) {
     const Grid& grid = *board.grid;
     return fmt::format(
@@ -264,6 +272,32 @@ std::string board_yaml(const Board& board) {
                         point.position.y(), point.position.z());
   }
   return text;
+}
+
+// Nothing for the default.
+std::string tolerance_yaml(const char* key, const Tolerance& tolerance) {
+  if (const double* const share = std::get_if<double>(&tolerance))
+    return fmt::format("{}: {}\n", key, *share);
+  const Material material = std::get<Material>(tolerance);
+  return material == Material::paper ? "" : fmt::format("{}: {}\n", key, material_name(material));
+}
+
+}  // namespace
+
+Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
+                      std::vector<std::string>* warnings, std::optional<double> tag_size_m) {
+  if (is_field_layout(top)) return read_field_layout(top, first_id, tag_size_m, warnings);
+  const YamlValue type = top.at("target_type");
+  if (tag_size_m)
+    top.fail_plainly("states the size of its tags: only a field layout of WPILib can be given one");
+  Board board = read_kind(type, top, first_id, warnings);
+  board.substrate = {read_tolerance(top, "flatness"), read_tolerance(top, "print")};
+  return board;
+}
+
+std::string board_yaml(const Board& board) {
+  return kind_yaml(board) + tolerance_yaml("flatness", board.substrate.flatness) +
+         tolerance_yaml("print", board.substrate.print);
 }
 
 }  // namespace tagcal::internal

@@ -165,11 +165,13 @@ std::vector<double> YamlValue::numbers(std::size_t least, std::size_t most) cons
   return values;
 }
 
+bool YamlValue::is_number() const {
+  return is_scalar() && !node_->quoted && parse_number(node_->scalar);
+}
+
 double YamlValue::number() const {
-  if (is_scalar() && !node_->quoted) {
-    if (const auto value = parse_number(node_->scalar)) return *value;
-  }
-  fail("must be a finite number");
+  if (!is_number()) fail("must be a finite number");
+  return *parse_number(node_->scalar);
 }
 
 double YamlValue::number_in(double low, double high) const {

@@ -53,6 +53,7 @@ class YamlValue {
   std::vector<double> numbers(std::size_t least, std::size_t most) const;
 
   // Scalars.
+  bool is_number() const;  // finite
   double number() const;
   double number_in(double low, double high) const;
   double positive() const;

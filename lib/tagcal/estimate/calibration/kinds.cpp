@@ -1,0 +1,151 @@
+#include "tagcal/estimate/calibration/kinds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tagcal/camera/kernels/parameter_index.hpp"
+#include "tagcal/estimate/bundle/lens_from_rays.hpp"
+#include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+// The number of independent residuals.
+double num_residuals(const Posterior& posterior) {
+  return 2.0 * posterior.fit.num_corners / posterior.covariance.overdispersion;
+}
+
+// The free values of a model whose lens is nearest to a solved one where the corners are.
+std::vector<double> nearest_values(const Model& model, const Bundle& solved) {
+  const Lens lens = solved.lens();
+  Sightings seen;
+  for (const Eigen::Vector2d& pixel : seen_region(solved).samples())
+    if (const auto ray = ray_in_camera(lens, pixel)) seen.add(pixel, ray->direction);
+  const auto p = parameters(lens);
+  const auto nearest = lens_from_rays(model, solved.image_size, seen,
+                                      Eigen::Vector2d(p[kCx], p[kCy]), {model.free_values(lens)});
+  return nearest ? nearest->free_values : model.free_values(lens);
+}
+
+// A perspective without the denominator of its distortion, on the same inliers.
+std::optional<Posterior> polynomial_of(const Posterior& rational, const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
+  const Model& model = input.models->named("opencv5");
+  return posterior_of(
+      fit_on_inliers(rational.fit, model, nearest_values(model, rational.fit.bundle), options),
+      options);
+}
+
+bool explains_better(const Posterior& a, const Posterior& b) {
+  return chi_square(a.fit, a) < chi_square(b.fit, a);
+}
+
+// The posterior of a model that starts at the lens of another one.
+std::optional<Posterior> fit_near(const Model& model, const Posterior& other,
+                                  const CalibrationInput& input, const CalibrateOptions& options) {
+  const auto lens = model.lens(nearest_values(model, other.fit.bundle), input.image_size);
+  if (!lens) return std::nullopt;
+  CalibrateOptions from = options;
+  from.start = Camera{*lens, input.image_size};
+  return fit_posterior(model, input, from);
+}
+
+// All corners are within 80 degrees of the axis, so a perspective lens can see them.
+bool within_perspective_field(const Bundle& bundle) {
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    for (const Correspondence& c : bundle.views[v].correspondences) {
+      const Eigen::Vector3d x = bundle.camera_from_target[v] * c.point;
+      if (x.z() < policy::kPerspectiveCosine * x.norm()) return false;
+    }
+  return true;
+}
+
+std::vector<std::size_t> spread_indices(std::size_t n, std::size_t count) {
+  std::vector<std::size_t> indices(std::min(n, count));
+  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i * n / indices.size();
+  return indices;
+}
+
+}  // namespace
+
+double chi_square(const CalibrationFit& fit, const Posterior& noise) {
+  const double sigma = noise.noise.sigma;
+  const double sum = fit.truncated_chi_square(sigma) + fit.summary.prior / (sigma * sigma);
+  return sum / noise.covariance.overdispersion + fit.summary.row_volume;
+}
+
+double bic(const Model& model, double chi_square, const Posterior& posterior) {
+  return chi_square + model.num_free() * std::log(num_residuals(posterior));
+}
+
+std::optional<Posterior> fit_posterior(const Model& model, const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
+  auto fit = fit_model(model, input, options);
+  return fit ? posterior_of(std::move(*fit), options) : std::nullopt;
+}
+
+std::vector<const Posterior*> Kinds::all() const {
+  std::vector<const Posterior*> result;
+  for (const auto* kind : {&polynomial, &rational, &fisheye})
+    if (*kind) result.push_back(&**kind);
+  return result;
+}
+
+Kinds fit_kinds(const CalibrationInput& input, const CalibrateOptions& options) {
+  Kinds kinds;
+  const Model& rational = input.models->named("opencv8");
+  kinds.rational = fit_posterior(rational, input, options);
+  kinds.fisheye = fit_posterior(input.models->named("fisheye4"), input, options);
+  if (kinds.fisheye && (!kinds.rational || explains_better(*kinds.fisheye, *kinds.rational))) {
+    auto again = fit_near(rational, *kinds.fisheye, input, options);
+    if (again && (!kinds.rational || explains_better(*again, *kinds.rational)))
+      kinds.rational = std::move(again);
+  }
+  kinds.polynomial = kinds.rational ? polynomial_of(*kinds.rational, input, options)
+                                    : fit_posterior(input.models->named("opencv5"), input, options);
+  return kinds;
+}
+
+const Posterior* best_of(const Kinds& kinds) {
+  const Posterior* noise = nullptr;
+  for (const Posterior* kind : kinds.all())
+    if (!noise || chi_square(kind->fit, *kind) < chi_square(noise->fit, *kind)) noise = kind;
+  if (!noise) return nullptr;
+  const auto score = [&](const std::optional<Posterior>& p) {
+    return p ? bic(p->model(), chi_square(p->fit, *noise), *noise)
+             : std::numeric_limits<double>::infinity();
+  };
+  const bool is_polynomial = score(kinds.polynomial) <= score(kinds.rational);
+  const std::optional<Posterior>& usual = is_polynomial ? kinds.polynomial : kinds.rational;
+  const double charge =
+      is_polynomial ? policy::kFisheyeCharge * std::log(num_residuals(*noise)) : 0;
+  if (kinds.fisheye && score(kinds.fisheye) + charge < score(usual)) return &*kinds.fisheye;
+  return usual ? &*usual : nullptr;
+}
+
+double gain_of_perspective(const Posterior& named, const CalibrationInput& input,
+                           const CalibrateOptions& options) {
+  if (named.model().lens_type() != LensType::fisheye || !within_perspective_field(named.fit.bundle))
+    return 0;
+  const bool is_part = input.views.size() > policy::kChoiceViews;
+  const CalibrationInput few = spread_views(input, policy::kChoiceViews);
+  const auto fisheye = is_part ? fit_posterior(named.model(), few, options) : std::nullopt;
+  const auto other = fit_posterior(input.models->named("opencv5"), few, options);
+  if ((is_part && !fisheye) || !other) return 0;
+  const double own = chi_square((is_part ? *fisheye : named).fit, *other);
+  const double less = chi_square(other->fit, *other);
+  return own - less > policy::kOtherLensChiSquare ? (own - less) / own : 0;
+}
+
+CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {
+  CalibrationInput few{input.image_size, input.models,   {},
+                       input.board,      input.whitened, input.model_error_px,
+                       input.findings,   input.rejected};
+  for (const std::size_t v : spread_indices(input.views.size(), count))
+    few.views.push_back(input.views[v]);
+  return few;
+}
+
+}  // namespace tagcal::internal
