@@ -221,8 +221,11 @@ std::optional<FlatBoard> flat_board(const Dataset& dataset) {
   if (!(size.x() > 0 && size.y() > 0) || size.z() > rounding_m) return std::nullopt;
   const double bend_m = share_of(substrate.flatness, policy::kPriorFlatness) * size.norm();
   const double print = share_of(substrate.print, policy::kPriorPrint);
-  return FlatBoard{dataset.boards[0].world_from_board, (low + high).head<2>() / 2,
-                   size.head<2>() / 2, {bend_m, bend_m, bend_m, print}, substrate};
+  return FlatBoard{dataset.boards[0].world_from_board,
+                   (low + high).head<2>() / 2,
+                   size.head<2>() / 2,
+                   {bend_m, bend_m, bend_m, print},
+                   substrate};
 }
 
 const ViewProblem& Bundle::corrected(const ViewProblem& observed, const Eigen::Vector2d& rows,
