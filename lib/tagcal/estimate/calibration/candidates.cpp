@@ -78,13 +78,12 @@ Eigen::MatrixXd projection_of(const Posterior& posterior, double distance_m) {
                           seen_region(posterior.fit.bundle).samples(), distance_m);
 }
 
-bool agrees(const Component& component, const VectorXd& mean, const Eigen::MatrixXd& covariance,
-            const Eigen::MatrixXd& projection) {
+bool agrees(const Component& component, const Mean& mean, const Eigen::MatrixXd& projection) {
   const Index k = projection.cols();
-  const VectorXd d = projection * (component.values - mean).head(k);
+  const VectorXd d = projection * (component.values - mean.values).head(k);
   for (Index row = 0; row + 1 < projection.rows(); row += 2) {
     const auto rows = projection.middleRows<2>(row);
-    const double variance = (rows * covariance.topLeftCorner(k, k)).cwiseProduct(rows).sum();
+    const double variance = (rows * mean.covariance.topLeftCorner(k, k)).cwiseProduct(rows).sum();
     if (!(d.segment<2>(row).norm() <= policy::kAgreeingSigmas * std::sqrt(variance))) return false;
   }
   return true;

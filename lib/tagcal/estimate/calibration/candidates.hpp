@@ -39,7 +39,6 @@ Mean mean_of(const std::vector<Candidate>& candidates);
 
 // The projections of a component and of the mean differ by at most policy::kAgreeingSigmas of the
 // claim over the region of the corners.
-bool agrees(const Component& component, const Eigen::VectorXd& mean,
-            const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& projection);
+bool agrees(const Component& component, const Mean& mean, const Eigen::MatrixXd& projection);
 
 }  // namespace tagcal::internal

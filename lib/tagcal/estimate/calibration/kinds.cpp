@@ -42,14 +42,11 @@ bool explains_better(const Posterior& a, const Posterior& b) {
   return chi_square(a.fit, a) < chi_square(b.fit, a);
 }
 
-// The posterior of a model that starts at the lens of another one.
+// The posterior of a model that starts near the lens of another one.
 std::optional<Posterior> fit_near(const Model& model, const Posterior& other,
                                   const CalibrationInput& input, const CalibrateOptions& options) {
   const auto lens = model.lens(nearest_values(model, other.fit.bundle), input.image_size);
-  if (!lens) return std::nullopt;
-  CalibrateOptions from = options;
-  from.start = Camera{*lens, input.image_size};
-  return fit_posterior(model, input, from);
+  return lens ? fit_posterior_from(*lens, model, input, options) : std::nullopt;
 }
 
 // All corners are within 80 degrees of the axis, so a perspective lens can see them.
@@ -86,6 +83,14 @@ std::optional<Posterior> fit_posterior(const Model& model, const CalibrationInpu
   return fit ? posterior_of(std::move(*fit), options) : std::nullopt;
 }
 
+std::optional<Posterior> fit_posterior_from(const Lens& start, const Model& model,
+                                            const CalibrationInput& input,
+                                            const CalibrateOptions& options) {
+  CalibrateOptions from = options;
+  from.start = Camera{start, input.image_size};
+  return fit_posterior(model, input, from);
+}
+
 std::vector<const Posterior*> Kinds::all() const {
   std::vector<const Posterior*> result;
   for (const auto* kind : {&polynomial, &rational, &fisheye})
@@ -111,7 +116,7 @@ Kinds fit_kinds(const CalibrationInput& input, const CalibrateOptions& options) 
 const Posterior* best_of(const Kinds& kinds) {
   const Posterior* noise = nullptr;
   for (const Posterior* kind : kinds.all())
-    if (!noise || chi_square(kind->fit, *kind) < chi_square(noise->fit, *kind)) noise = kind;
+    if (!noise || explains_better(*kind, *noise)) noise = kind;
   if (!noise) return nullptr;
   const auto score = [&](const std::optional<Posterior>& p) {
     return p ? bic(p->model(), chi_square(p->fit, *noise), *noise)
@@ -129,12 +134,15 @@ double gain_of_perspective(const Posterior& named, const CalibrationInput& input
                            const CalibrateOptions& options) {
   if (named.model().lens_type() != LensType::fisheye || !within_perspective_field(named.fit.bundle))
     return 0;
-  const bool is_part = input.views.size() > policy::kChoiceViews;
   const CalibrationInput few = spread_views(input, policy::kChoiceViews);
-  const auto fisheye = is_part ? fit_posterior(named.model(), few, options) : std::nullopt;
+  std::optional<Posterior> of_few;
+  if (few.views.size() < input.views.size()) {
+    of_few = fit_posterior(named.model(), few, options);
+    if (!of_few) return 0;
+  }
   const auto other = fit_posterior(input.models->named("opencv5"), few, options);
-  if ((is_part && !fisheye) || !other) return 0;
-  const double own = chi_square((is_part ? *fisheye : named).fit, *other);
+  if (!other) return 0;
+  const double own = chi_square((of_few ? *of_few : named).fit, *other);
   const double less = chi_square(other->fit, *other);
   return own - less > policy::kOtherLensChiSquare ? (own - less) / own : 0;
 }

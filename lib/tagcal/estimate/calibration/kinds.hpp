@@ -18,6 +18,10 @@ double bic(const Model& model, double chi_square, const Posterior& posterior);
 // pose.
 std::optional<Posterior> fit_posterior(const Model& model, const CalibrationInput& input,
                                        const CalibrateOptions& options);
+// The same from the lens `start`, without a search for one.
+std::optional<Posterior> fit_posterior_from(const Lens& start, const Model& model,
+                                            const CalibrationInput& input,
+                                            const CalibrateOptions& options);
 
 // The posteriors of the kinds of lens on the same views.
 struct Kinds {
@@ -41,7 +45,7 @@ const Posterior* best_of(const Kinds& kinds);
 double gain_of_perspective(const Posterior& named, const CalibrationInput& input,
                            const CalibrateOptions& options);
 
-// The input with at most `count` of its views, evenly spread.
+// The input with at most `count` of its views, evenly spread: all of them if it has no more.
 CalibrationInput spread_views(const CalibrationInput& input, std::size_t count);
 
 }  // namespace tagcal::internal

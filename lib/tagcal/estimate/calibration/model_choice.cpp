@@ -76,9 +76,7 @@ Answer answer_of(std::vector<Candidate>& candidates, const Posterior& posterior,
     if (c.component.model == &posterior.model() || is_tried[*i]) return answer;
     is_tried[*i] = true;
     set_weights(candidates);
-    const Mean mean = mean_of(candidates);
-    if (!answer.fit.summary.converged ||
-        !agrees(c.component, mean.values, mean.covariance, projection))
+    if (!answer.fit.summary.converged || !agrees(c.component, mean_of(candidates), projection))
       c.is_nested = false;
     else if (lowest_bic(candidates, posterior) == i)
       return answer;
@@ -168,15 +166,11 @@ std::optional<ModelChoice> fit_named(const CalibrationInput& input,
 
 std::optional<ModelChoice> choose_model(const CalibrationInput& input,
                                         const CalibrateOptions& options) {
-  const bool is_part = input.views.size() > policy::kChoiceViews;
-  const Kinds kinds =
-      fit_kinds(is_part ? spread_views(input, policy::kChoiceViews) : input, options);
+  const Kinds kinds = fit_kinds(spread_views(input, policy::kChoiceViews), options);
   const Posterior* best = best_of(kinds);
   if (!best) return std::nullopt;
-  if (!is_part) return choose(*best, kinds, *best, options);
-  CalibrateOptions from = options;
-  from.start = Camera{best->fit.bundle.lens(), input.image_size};
-  auto all = fit_posterior(best->model(), input, from);
+  if (input.views.size() <= policy::kChoiceViews) return choose(*best, kinds, *best, options);
+  auto all = fit_posterior_from(best->fit.bundle.lens(), best->model(), input, options);
   if (!all) return std::nullopt;
   return choose(std::move(*all), kinds, *best, options);
 }
