@@ -147,4 +147,9 @@ inline Dataset seen_otherwise(Dataset world, const WorldOptions& options,
   return world;
 }
 
+inline Dataset made_of(Dataset world, const Substrate& substrate) {
+  world.boards[0].board.substrate = substrate;
+  return world;
+}
+
 }  // namespace tagcal

@@ -137,11 +137,6 @@ TEST(BoardWarp, TwistAndPrintAspectAreFound) {
 
 const Substrate kGlass = {Material::glass, Material::glass};
 
-Dataset made_of(Dataset world, const Substrate& substrate) {
-  world.boards[0].board.substrate = substrate;
-  return world;
-}
-
 bool says(const Calibration& c, const std::string& code) {
   return std::ranges::count(c.findings, code, &Finding::code) > 0;
 }

@@ -101,7 +101,7 @@ double leading_size(const Board& board) {
   return board.tags.front().size;
 }
 
-Board resized(const Board& board, double size_m) {
+Board resized_kind(const Board& board, double size_m) {
   const double scale = size_m / leading_size(board);
   if (board.charuco) {
     Checkerboard squares = *board.checkerboard;
@@ -129,6 +129,12 @@ Board resized(const Board& board, double size_m) {
     tag.board_from_tag =
         Pose(tag.board_from_tag.rotation(), scale * tag.board_from_tag.translation());
   }
+  return result;
+}
+
+Board resized(const Board& board, double size_m) {
+  Board result = resized_kind(board, size_m);
+  result.substrate = board.substrate;
   return result;
 }
 
@@ -183,10 +189,7 @@ FittedBoard fitted_board(const Board& board, const TagFamilies& families, const 
   if (steps == 0)
     throw Error(fmt::format("--paper: {} is too small: tags or squares would have less than {} mm",
                             paper.name, kStepMm));
-  FittedBoard fitted{resized(board, steps * kStepMm / kMm),
-                     lying > upright ? paper.landscape() : paper};
-  fitted.board.substrate = board.substrate;
-  return fitted;
+  return {resized(board, steps * kStepMm / kMm), lying > upright ? paper.landscape() : paper};
 }
 
 }  // namespace tagcal::tools

@@ -105,7 +105,7 @@ std::optional<Material> material_named(std::string_view name);
 using Tolerance = std::variant<Material, double>;
 constexpr double kMaxTolerance = 0.1;  // more is a mistake in the file
 
-// What a board is made of: how far it may differ from its file.
+// The material of a board tells how far it may differ from its file.
 struct Substrate {
   Tolerance flatness = Material::paper;  // its bends and twist, over its diagonal
   Tolerance print = Material::paper;     // the share by which it is longer along y than along x

@@ -174,16 +174,16 @@ inline constexpr double kPriorAspect = 0.005;
 inline constexpr double kPriorCentre = 0.02;
 // Degrees of freedom of Student's t of a lens' prior: some lenses are unlike most.
 inline constexpr double kPriorFreedom = 4;
-// A board of each material (paper on a plate, a printed plate of aluminium or its composite,
-// chromium on glass or ceramic): bend and twist over its diagonal, and the share by which its print
-// is longer along y than along x. Paper: twice the bend of EuRoC's board (0.9 mm of 930:
-// docs/real_corners.md), whose make is not published. Source of the others: none that states
-// flatness; chosen by hand. Aluminium: Calib.io ("Calibration target substrates") sells its
-// composite as stiff and flat, but wants 6 mm, and a frame beyond 800 x 600 mm: half a millimetre
-// in a metre. Glass: ten times flatter, still far from the micrometres of an optical surface.
-// Print: CalibVision ("What is a camera calibration target?") states 1 um for glass and 5 um for
-// composite, NPL 0.8 um for its grid plates of 250 to 650 mm: these are at least ten times wider,
-// for heat and sheets that are not measured.
+// A board of each material, in the order of Material (paper on a plate, a printed plate of
+// aluminium or its composite, chromium on glass or ceramic): bend and twist over its diagonal, and
+// the share by which its print is longer along y than along x. Paper: twice the bend of EuRoC's
+// board (0.9 mm of 930: docs/real_corners.md), whose make is not published. Source of the others:
+// none that states flatness; chosen by hand. Aluminium: Calib.io ("Calibration target substrates")
+// sells its composite as stiff and flat, but wants 6 mm, and a frame beyond 800 x 600 mm: half a
+// millimetre in a metre. Glass: ten times flatter, still far from the micrometres of an optical
+// surface. Print: CalibVision ("What is a camera calibration target?") states 1 um for glass and 5
+// um for composite, NPL 0.8 um for its grid plates of 250 to 650 mm: these are at least ten times
+// wider, for heat and sheets that are not measured.
 inline constexpr double kPriorFlatness[] = {0.002, 0.0005, 0.00005};
 inline constexpr double kPriorPrint[] = {0.002, 0.0005, 0.0001};
 // Row terms (px a row) of views of which so few cannot tell: a rolling shutter. With more views the

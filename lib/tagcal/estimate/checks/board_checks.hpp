@@ -1,0 +1,15 @@
+#pragma once
+
+#include <optional>
+
+#include "tagcal/estimate/checks/evidence.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
+
+namespace tagcal::internal {
+
+// How the board differs from its file: notes of what the answer includes, warnings of a shape that
+// its substrate does not have, of which the priors let the answer include a part only.
+std::optional<Finding> check_bend(const BoardWarp& board, const FlatBoard& flat);
+std::optional<Finding> check_print(const BoardWarp& board, const FlatBoard& flat);
+
+}  // namespace tagcal::internal
