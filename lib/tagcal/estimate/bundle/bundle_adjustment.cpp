@@ -53,7 +53,7 @@ struct ViewRows {
     ParameterSums sums(arrays.view(), bundle.model->free(), shapes.view(), bundle.row_prior());
     Eigen::MatrixXd gram;
     valid = sums.at(lens, pose.at(step), gram);
-    if (valid) compressed_rows(gram, rows);
+    if (valid) compressed_rows(gram, 6, rows);
   }
 };
 
@@ -257,12 +257,15 @@ PriorRows prior_of(const Bundle& bundle) {
   if (!bundle.board) return rows;
   const Eigen::Index of_lens = rows.residuals.size(), k = rows.by_parameters.cols();
   const Eigen::Index n = bundle.num_shapes();
-  const BoardShape precision = bundle.board->prior_sigma.cwiseInverse();
   rows.residuals.conservativeResize(of_lens + n);
-  rows.residuals.tail(n) = bundle.shape.cwiseProduct(precision);
   Eigen::MatrixXd by_all = Eigen::MatrixXd::Zero(of_lens + n, k + n);
   by_all.topLeftCorner(of_lens, k) = rows.by_parameters;
-  by_all.bottomRightCorner(n, n) = precision.asDiagonal();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double sigma = bundle.board->prior_sigma[i];
+    const StudentResidual residual = student_residual(bundle.shape[i] / sigma);
+    rows.residuals[of_lens + i] = residual.value;
+    by_all(of_lens + i, k + i) = residual.by_z / sigma;
+  }
   rows.by_parameters = by_all;
   return rows;
 }

@@ -172,7 +172,7 @@ std::optional<ViewInformation> eliminated(const MatrixXd& gram) {
   // Triangular rows [J | r] with the same products. The rows below those of the pose are free of
   // it; S as their square stays positive semidefinite, which a difference would not.
   MatrixXd rows;
-  compressed_rows(gram, rows);
+  compressed_rows(gram, 6, rows);
   const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
   ViewInformation result;
   result.pose_inverse = *inverse;

@@ -111,6 +111,13 @@ class Parameters {
 
 }  // namespace
 
+StudentResidual student_residual(double z) {
+  const double tail = z * z / policy::kPriorFreedom;
+  // sqrt(n log(1 + z^2 / n)) / z, which is 1 at zero.
+  const double ratio = tail > 0 ? std::sqrt(std::log1p(tail) / tail) : 1;
+  return {z * ratio, 1 / (ratio * (1 + tail))};
+}
+
 PriorRows lens_prior(const Model& model, std::span<const double> free_values,
                      const ImageSize& size) {
   const std::vector<Term> terms = Parameters(model, free_values, size).terms();
@@ -118,11 +125,9 @@ PriorRows lens_prior(const Model& model, std::span<const double> free_values,
   PriorRows rows{VectorXd(n), Eigen::MatrixXd(n, static_cast<Index>(free_values.size()))};
   for (Index i = 0; i < n; ++i) {
     const Term& term = terms[static_cast<std::size_t>(i)];
-    const double tail = term.z * term.z / policy::kPriorFreedom;
-    // sqrt(n log(1 + z^2 / n)) / z, which is 1 at zero.
-    const double ratio = tail > 0 ? std::sqrt(std::log1p(tail) / tail) : 1;
-    rows.residuals[i] = term.z * ratio;
-    rows.by_parameters.row(i) = term.gradient.transpose() / (ratio * (1 + tail));
+    const StudentResidual residual = student_residual(term.z);
+    rows.residuals[i] = residual.value;
+    rows.by_parameters.row(i) = residual.by_z * term.gradient.transpose();
   }
   return rows;
 }

@@ -14,13 +14,21 @@ struct PriorRows {
   Eigen::MatrixXd by_parameters;
 };
 
+// A deviation z from what is usual, in standard deviations, as a pseudo-observation: the residual
+// of Student's t of policy::kPriorFreedom degrees of freedom, sqrt(n log(1 + z^2 / n)), because
+// some lenses and boards are unlike most; and its derivative.
+struct StudentResidual {
+  double value = 0;
+  double by_z = 1;
+};
+StudentResidual student_residual(double z);
+
 // The prior of a lens (policy.hpp has the widths and their sources):
 //   log f over the width of the image, log fy / fx, and the principal point about the centre;
 //   each distortion coefficient by the share of the radius by which it moves the image's corner:
 //     k_j s^p / width, with s = q / sqrt(1 + (q / kPriorLargestRadius)^2) and q = R / f for half
 //     the diagonal R.
-// A residual z counts as Student's t of policy::kPriorFreedom degrees of freedom, sqrt(n log(1 +
-// z^2 / n)), because some lenses are unlike most. Held parameters have no prior.
+// each by its student_residual. Held parameters have no prior.
 PriorRows lens_prior(const Model& model, std::span<const double> free_values,
                      const ImageSize& size);
 

@@ -35,8 +35,8 @@ std::string made_of(const char* key, const Tolerance& tolerance) {
 std::string contradiction(const char* key, const Tolerance& tolerance, double prior_sigma,
                           const char* unit) {
   return ", more than " + made_of(key, tolerance) + " has (sd " + number(prior_sigma) + unit +
-         "); the answer includes only what `" + key +
-         "` allows: correct it in the target file, or take another board";
+         "); the answer includes it, but correct `" + key +
+         "` in the target file, or take another board";
 }
 
 }  // namespace

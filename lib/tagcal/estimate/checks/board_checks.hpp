@@ -8,7 +8,7 @@
 namespace tagcal::internal {
 
 // How the board differs from its file: notes of what the answer includes, warnings of a shape that
-// its substrate does not have, of which the priors let the answer include a part only.
+// its substrate does not have, which the answer includes, too.
 std::optional<Finding> check_bend(const BoardWarp& board, const FlatBoard& flat);
 std::optional<Finding> check_print(const BoardWarp& board, const FlatBoard& flat);
 

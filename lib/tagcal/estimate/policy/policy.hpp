@@ -172,7 +172,8 @@ inline constexpr double kPriorLogFocal = 0.7;
 // log fy / fx, and the principal point about the centre over the width of the image.
 inline constexpr double kPriorAspect = 0.005;
 inline constexpr double kPriorCentre = 0.02;
-// Degrees of freedom of Student's t of a lens' prior: some lenses are unlike most.
+// Degrees of freedom of Student's t of the priors of lens and board: some lenses are unlike most,
+// and some boards are not what their file says.
 inline constexpr double kPriorFreedom = 4;
 // A board of each material, in the order of Material (paper on a plate, a printed plate of
 // aluminium or its composite, chromium on glass or ceramic): bend and twist over its diagonal, and

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #include "tagcal/camera/kernels/parameter_index.hpp"
 
@@ -163,16 +165,35 @@ ParameterSums::RowEquations ParameterSums::row_equations() const {
   return rows;
 }
 
-void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r) {
-  constexpr double kRounding = 1e-14;  // numeric: rounding of a pivot
-  const Eigen::Index n = gram.cols();
+void compressed_rows(const MatrixXd& gram, Index first, MatrixXd& r) {
+  constexpr double kRounding = 1e-13;  // numeric: of a pivot, over the square of its column
+  const Index n = gram.cols();
+  Eigen::VectorXd pivots = gram.diagonal();
+  const auto is_rounding = [&](Index i) { return !(pivots[i] > kRounding * gram(i, i)); };
+  const auto is_less = [&](Index i, Index j) {
+    return pivots[i] * gram(j, j) < pivots[j] * gram(i, i);
+  };
+  std::vector<Index> columns(static_cast<std::size_t>(n));  // without a row yet
+  std::iota(columns.begin(), columns.end(), 0);
   r.setZero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double pivot = gram(i, i) - r.col(i).head(i).squaredNorm();
-    if (!(pivot > kRounding * gram(i, i))) continue;
-    r(i, i) = std::sqrt(pivot);
-    for (Eigen::Index j = i + 1; j < n; ++j)
-      r(i, j) = (gram(i, j) - r.col(i).head(i).dot(r.col(j).head(i))) / r(i, i);
+  for (Index row = 0; row < n; ++row) {
+    const auto last = std::prev(columns.end());
+    auto next = columns.begin();
+    if (row >= first) next = std::max_element(columns.begin(), last, is_less);
+    if (row >= first && is_rounding(*next)) next = last;
+    const Index i = *next;
+    columns.erase(next);
+    if (i == n - 1) {
+      r(row, i) = std::sqrt(std::max(0.0, pivots[i]));
+      return;
+    }
+    if (is_rounding(i)) continue;
+    r(row, i) = std::sqrt(pivots[i]);
+    for (const Index j : columns) {
+      const double product = gram(std::min(i, j), std::max(i, j));
+      r(row, j) = (product - r.col(i).head(row).dot(r.col(j).head(row))) / r(row, i);
+      pivots[j] -= r(row, j) * r(row, j);
+    }
   }
 }
 

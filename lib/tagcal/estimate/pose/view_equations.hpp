@@ -150,9 +150,13 @@ class ParameterSums {
   Eigen::MatrixXd all_;  // the last products, with the row terms before the residual
 };
 
-// Computes the upper triangular R with R'R = the gram matrix of rows [J | r] (its upper triangle):
-// the same cost, gradient and J'J in as many rows as columns. A column that depends on earlier ones
-// gives a row of zeros.
-void compressed_rows(const Eigen::MatrixXd& gram, Eigen::MatrixXd& r);
+// Computes rows R with R'R = the gram matrix of rows [J | r] (its upper triangle): the same cost,
+// gradient and J'J in as many rows as columns. The rows after the first `first` ones are free of
+// the first `first` columns. Cholesky's decomposition, which takes the other columns in the order
+// of what the earlier ones leave of them (Higham, Accuracy and Stability of Numerical Algorithms,
+// 2002, 10.3): in a fixed order the numerators and denominators of a rational lens, which one view
+// hardly separates, lose a quarter of a gradient to rounding. A column that depends on earlier ones
+// gives no row; r is the last column.
+void compressed_rows(const Eigen::MatrixXd& gram, Eigen::Index first, Eigen::MatrixXd& r);
 
 }  // namespace tagcal::internal
