@@ -133,6 +133,22 @@ int run(const Arguments& arguments) {
   return kAnswer;
 }
 
+std::vector<std::string> names_of_formats() {
+  std::vector<std::string> names;
+  for (const CameraFormat& format : camera_formats()) names.emplace_back(format.name);
+  return names;
+}
+
+// The endings of names that stand for a format.
+std::string known_names() {
+  std::string names;
+  for (const CameraFormat& format : camera_formats())
+    if (!format.ending.empty())
+      names += fmt::format("{}{}{}", names.empty() ? "" : ", ", format.ending[0] == '.' ? "x" : "",
+                           format.ending);
+  return names;
+}
+
 std::string footer() {
   std::string text =
       "The format of IN is recognised by its content. IN:NAME chooses one of several cameras. "
@@ -159,10 +175,8 @@ Command add_convert(CLI::App& app) {
       .text(" ")
       .required();
   add_option(*command, "--to", arguments->format,
-             "the format of OUT; default: the one that its name stands for (x.cameramodel, "
-             "x.xml, x.tum, camchain.yaml, cameras.txt, transforms.json)")
-      .one_of(
-          {"tagcal", "opencv", "kalibr", "ros", "colmap", "mrcal", "nerfstudio", "basalt", "tum"})
+             "the format of OUT; default: the one that its name stands for (" + known_names() + ")")
+      .one_of(names_of_formats())
       .text("FORMAT");
   add_option(*command, "--image-size", arguments->image_size,
              "pixels of the pictures, where IN does not say")

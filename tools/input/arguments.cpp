@@ -40,8 +40,8 @@ Option& Option::excludes(const Option& other) {
   return *this;
 }
 
-Option& Option::one_of(std::initializer_list<std::string> values) {
-  option_->check(CLI::IsMember(std::vector<std::string>(values)));
+Option& Option::one_of(std::vector<std::string> values) {
+  option_->check(CLI::IsMember(std::move(values)));
   return *this;
 }
 

@@ -23,7 +23,7 @@ class Option {
   Option& text(const std::string& text);  // what --help shows behind the name
   Option& required();
   Option& excludes(const Option& other);
-  Option& one_of(std::initializer_list<std::string> values);
+  Option& one_of(std::vector<std::string> values);
   Option& separated_by(char separator);
   Option& repeatable();  // one value each time
   Option& description(const std::string& text);

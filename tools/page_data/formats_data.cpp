@@ -36,21 +36,6 @@ class TemporaryFolder {
   std::string path_;
 };
 
-struct Copied {
-  std::string_view format;
-  const char* title;
-  const char* file;
-};
-
-constexpr Copied kCopied[] = {
-    {"tagcal", "tagcal (read by OpenCV too)", "camera.yaml"},
-    {"opencv", "OpenCV YAML", "camera_opencv.yaml"},
-    {"ros", "ROS camera_info", "camera_info.yaml"},
-    {"kalibr", "Kalibr camchain", "camchain.yaml"},
-    {"colmap", "COLMAP cameras.txt", "cameras.txt"},
-    {"mrcal", "mrcal cameramodel", "camera.cameramodel"},
-};
-
 }  // namespace
 
 PageJson formats_json(const Calibration& calibration, std::vector<std::string>& notes) {
@@ -63,17 +48,18 @@ PageJson formats_json(const Calibration& calibration, std::vector<std::string>& 
   camera.cameras.push_back({"camera", std::move(known)});
   try {
     const TemporaryFolder folder;
-    for (const Copied& copied : kCopied) {
-      const fs::path file = folder.path() / copied.file;
+    for (const CameraFormat& format : camera_formats()) {
+      if (format.only_poses) continue;
+      const fs::path file = folder.path() / format.file;
+      const std::string title = fmt::format("{} ({})", format.name, format.file);
       try {
-        write_camera_file(file, camera, copied.format);
-        list.push_back({{"name", copied.title}, {"text", read_text(file)}});
+        write_camera_file(file, camera, format.name);
+        list.push_back({{"name", title}, {"text", read_text(file)}});
       } catch (const Error& error) {
         std::string reason = error.what();
         if (const std::size_t at = reason.find(file.string() + ": "); at == 0)
           reason.erase(0, file.string().size() + 2);
-        notes.push_back(
-            fmt::format("Not among the formats to copy: {} ({}).", copied.title, reason));
+        notes.push_back(fmt::format("Not among the formats to copy: {}: {}.", title, reason));
       }
     }
   } catch (const Error& error) {

@@ -14,12 +14,6 @@
 
 namespace tagcal {
 
-struct CameraFormat {
-  std::string_view name;     // tagcal, opencv, kalibr, ros, colmap, mrcal, nerfstudio, basalt, tum
-  std::string_view program;  // and file
-  std::string_view lenses;   // that are read and written
-  bool several;              // holds several cameras
-};
 std::span<const CameraFormat> camera_formats();
 
 // Reads all cameras of a file, whose format is recognised by its content, and the poses of its
@@ -45,8 +39,7 @@ std::vector<ImagePose> read_poses(const std::filesystem::path& file);
 // Throws Error if it cannot be read or is not YAML, JSON or XML.
 bool is_camera_file(const std::filesystem::path& file);
 
-// The format that a name of a file stands for: "x.cameramodel" (mrcal), "transforms.json",
-// "camchain.yaml" in the end of the name, "cameras.txt", "x.tum", "x.xml" (opencv); "" for others.
+// The format whose `endings` the name of a file has; "" for others.
 std::string_view format_of_name(const std::filesystem::path& file);
 
 // Writes the cameras and poses in a format by name, whole or not at all; colmap writes a folder

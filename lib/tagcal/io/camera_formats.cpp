@@ -1,41 +1,194 @@
-#include <array>
+#include <algorithm>
+#include <ranges>
 
+#include "tagcal/camera/model.hpp"
 #include "tagcal/io/camera_file.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/formats/basalt_format.hpp"
+#include "tagcal/io/formats/colmap_format.hpp"
+#include "tagcal/io/formats/format_table.hpp"
+#include "tagcal/io/formats/kalibr_format.hpp"
+#include "tagcal/io/formats/mrcal_format.hpp"
+#include "tagcal/io/formats/nerfstudio_format.hpp"
+#include "tagcal/io/formats/opencv_format.hpp"
+#include "tagcal/io/formats/opencv_xml.hpp"
+#include "tagcal/io/formats/tagcal_format.hpp"
+#include "tagcal/io/formats/tum_format.hpp"
+#include "tagcal/io/text/text_file.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
-constexpr std::array<CameraFormat, 9> kFormats = {{
-    {"tagcal", "tagcal's calibration; truth.yaml is read too", "all of tagcal", false},
-    {"opencv", "cv::FileStorage: YAML, .xml, .json; intrinsics.yml of a stereo pair is read too",
-     "4, 5 or 8 coefficients, fisheye (12 and 14 are read if the rest is 0)", false},
-    {"kalibr", "camchain.yaml; sensor.yaml of EuRoC is read too",
-     "pinhole with radtan or equidistant (ds, eucm, omni without distortion: read only)", true},
-    {"ros", "camera_info YAML", "plumb_bob, rational_polynomial, equidistant", false},
-    {"colmap", "a folder with cameras.txt, images.txt, points3D.txt; or cameras.txt",
-     "PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE (SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL and "
-     "their _FISHEYE are read too)",
-     true},
-    {"mrcal", "x.cameramodel", "PINHOLE, OPENCV4, 5, 8 (12 is read without thin prism)", false},
-    {"nerfstudio", "transforms.json, of instant-ngp too", "OPENCV, OPENCV_FISHEYE", false},
-    {"basalt", "calibration.json", "pinhole, pinhole-radtan8, kb4 (ds, eucm, ucm: read only)",
-     true},
-    {"tum", "a trajectory; written only", "none: poses only", false},
-}};
+namespace fs = std::filesystem;
+
+bool is_truth(const YamlValue& top) {
+  const auto camera = top.find("camera");
+  return camera && camera->is_map() && camera->find("model") && camera->find("image_width") &&
+         !top.find("target") && !top.find("boards");
+}
+
+// Numbers of pinhole cameras that differ from view to view have no place in a camera.
+CameraFile read_truth_camera(const fs::path& path) {
+  const Truth truth = read_truth(path);
+  CameraFile file;
+  file.format = "tagcal";
+  FileCamera camera = file_camera("", truth.camera.lens, truth.camera.image_size);
+  const bool is_model =
+      std::ranges::any_of(Model::all(), [&](const Model& m) { return m.name() == truth.model; });
+  if (is_model) camera.calibration.model = truth.model;
+  file.cameras.push_back(std::move(camera));
+  for (const auto& [image, pose] : truth.camera_from_world) file.poses.push_back({image, 0, pose});
+  if (!truth.lenses.empty())
+    file.notes.emplace_back("dropped: the lenses of single views, which differ in this file");
+  return file;
+}
+
+CameraFile read_colmap_beside_images(const CameraText& cameras) {
+  const fs::path images = cameras.path.parent_path() / "images.txt";
+  std::optional<ColmapText> poses;
+  std::error_code error;
+  if (fs::is_regular_file(images, error)) poses = {images.string(), read_text(images)};
+  return read_colmap({cameras.path.string(), cameras.text}, poses);
+}
+
+template <CameraFile (*Read)(const YamlValue&)>
+CameraFile by_keys(const CameraText& file) {
+  return Read(*file.top);
+}
+
+template <FormatOutput (*Write)(const CameraFile&)>
+FormatOutput by_content(const CameraFile& file, const fs::path& /*out*/) {
+  return Write(file);
+}
+
+// The files of tagcal, OpenCV and ROS have the same keys, and one reader, in the row of OpenCV.
+constexpr FormatRow kRows[] = {
+    {.format = {.name = "tagcal",
+                .program = "tagcal's calibration; truth.yaml is read too",
+                .lenses = "all of tagcal",
+                .file = "camera.yaml"},
+     .key = "camera",
+     .readers = {{{.has_keys = is_truth,
+                   .read = [](const CameraText& file) { return read_truth_camera(file.path); }}}},
+     .write = by_content<write_tagcal>},
+    {.format =
+         {.name = "opencv",
+          .program =
+              "cv::FileStorage: YAML, .xml, .json; intrinsics.yml of a stereo pair is read too",
+          .lenses = "4, 5 or 8 coefficients, fisheye (12 and 14 are read if the rest is 0)",
+          .file = "camera_opencv.yaml",
+          .ending = ".xml"},
+     .key = "camera_matrix",
+     .readers = {{{.has_keys = has_opencv_keys, .read = by_keys<read_opencv>}}},
+     .write =
+         [](const CameraFile& file, const fs::path& out) {
+           return write_opencv(file, storage_kind(out.extension().string()));
+         }},
+    {.format =
+         {.name = "kalibr",
+          .program = "camchain.yaml; sensor.yaml of EuRoC is read too",
+          .lenses =
+              "pinhole with radtan or equidistant (ds, eucm, omni without distortion: read only)",
+          .several = true,
+          .file = "camchain.yaml",
+          .ending = "camchain.yaml"},
+     .key = "cam0",
+     .readers = {{{.has_keys = has_kalibr_keys, .read = by_keys<read_kalibr>},
+                  {.has_keys = has_euroc_keys, .read = by_keys<read_euroc>}}},
+     .write = by_content<write_kalibr>},
+    {.format = {.name = "ros",
+                .program = "camera_info YAML",
+                .lenses = "plumb_bob, rational_polynomial, equidistant",
+                .file = "camera_info.yaml"},
+     .write = by_content<write_ros>},
+    {.format = {.name = "colmap",
+                .program = "a folder with cameras.txt, images.txt, points3D.txt; or cameras.txt",
+                .lenses = "PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE (SIMPLE_PINHOLE, "
+                          "SIMPLE_RADIAL, RADIAL and their _FISHEYE are read too)",
+                .several = true,
+                .file = "cameras.txt",
+                .ending = "cameras.txt"},
+     .readers = {{{.has_text = is_colmap_cameras, .read = read_colmap_beside_images}}},
+     .write =
+         [](const CameraFile& file, const fs::path& out) {
+           return write_colmap(file, out.string().ends_with("cameras.txt"));
+         }},
+    {.format = {.name = "mrcal",
+                .program = "x.cameramodel",
+                .lenses = "PINHOLE, OPENCV4, 5, 8 (12 is read without thin prism)",
+                .file = "camera.cameramodel",
+                .ending = ".cameramodel"},
+     .readers = {{{.has_text = is_mrcal_model,
+                   .read =
+                       [](const CameraText& file) {
+                         return read_mrcal(file.text, file.path.string());
+                       }}}},
+     .write = by_content<write_mrcal>},
+    {.format = {.name = "nerfstudio",
+                .program = "transforms.json, of instant-ngp too",
+                .lenses = "OPENCV, OPENCV_FISHEYE",
+                .file = "transforms.json",
+                .ending = "transforms.json"},
+     .key = "fl_x",
+     .readers = {{{.has_keys = has_nerfstudio_keys, .read = by_keys<read_nerfstudio>}}},
+     .write = by_content<write_nerfstudio>},
+    {.format = {.name = "basalt",
+                .program = "calibration.json",
+                .lenses = "pinhole, pinhole-radtan8, kb4 (ds, eucm, ucm: read only)",
+                .several = true,
+                .file = "calibration.json"},
+     .key = "value0",
+     .readers = {{{.has_keys = has_basalt_keys, .read = by_keys<read_basalt>}}},
+     .write = by_content<write_basalt>},
+    {.format = {.name = "tum",
+                .program = "a trajectory; written only",
+                .lenses = "none: poses only",
+                .only_poses = true,
+                .file = "poses.tum",
+                .ending = ".tum"},
+     .write = by_content<write_tum>},
+};
+
+bool is_xml(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string_view::npos && text[first] == '<';
+}
 
 }  // namespace
 
-std::span<const CameraFormat> camera_formats() { return kFormats; }
+namespace internal {
 
-std::string_view format_of_name(const std::filesystem::path& file) {
+std::span<const FormatRow> format_rows() { return kRows; }
+
+const FormatReader* reader_of(CameraText& file) {
+  for (const FormatRow& row : format_rows())
+    for (const FormatReader& reader : row.readers)
+      if (reader.has_text && reader.has_text(file.text)) return &reader;
+  const std::string name = file.path.string();
+  file.top = is_xml(file.text) ? YamlValue::of(parse_opencv_xml(file.text, name), name)
+                               : YamlValue::parse(file.text, name);
+  for (const FormatRow& row : std::views::reverse(format_rows()))
+    for (const FormatReader& reader : row.readers)
+      if (reader.has_keys && reader.has_keys(*file.top)) return &reader;
+  return nullptr;
+}
+
+}  // namespace internal
+
+std::span<const CameraFormat> camera_formats() {
+  static const std::vector<CameraFormat> formats = [] {
+    std::vector<CameraFormat> all;
+    for (const FormatRow& row : format_rows()) all.push_back(row.format);
+    return all;
+  }();
+  return formats;
+}
+
+std::string_view format_of_name(const fs::path& file) {
   const std::string name = file.filename().string();
-  const std::string extension = file.extension().string();
-  if (extension == ".cameramodel") return "mrcal";
-  if (extension == ".tum") return "tum";
-  if (extension == ".xml") return "opencv";
-  if (name == "cameras.txt") return "colmap";
-  if (name == "transforms.json") return "nerfstudio";
-  if (name.ends_with("camchain.yaml")) return "kalibr";
+  for (const CameraFormat& format : camera_formats())
+    if (!format.ending.empty() && name.ends_with(format.ending)) return format.name;
   return "";
 }
 

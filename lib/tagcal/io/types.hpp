@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tagcal/camera/foreign_lens.hpp"
@@ -61,6 +62,17 @@ struct ImagePose {
   std::string image;
   std::size_t camera = 0;  // index in CameraFile::cameras
   Pose camera_from_world;
+};
+
+// A format of files of cameras.
+struct CameraFormat {
+  std::string_view name;     // tagcal, opencv, kalibr, ros, colmap, mrcal, nerfstudio, basalt, tum
+  std::string_view program;  // and file
+  std::string_view lenses;   // that are read and written
+  bool several = false;      // holds several cameras
+  bool only_poses = false;
+  std::string_view file;    // its usual name
+  std::string_view ending;  // of names that stand for the format; "": none
 };
 
 struct CameraFile {

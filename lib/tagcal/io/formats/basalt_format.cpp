@@ -96,6 +96,8 @@ std::string pose_json(const Pose& pose) {
 
 }  // namespace
 
+bool has_basalt_keys(const YamlValue& top) { return top.find("value0").has_value(); }
+
 CameraFile read_basalt(const YamlValue& top) {
   const YamlValue value = top.at("value0");
   const std::vector<YamlValue> intrinsics = value.at("intrinsics").items(1, 1000);

@@ -6,6 +6,7 @@
 
 namespace tagcal::internal {
 
+bool has_basalt_keys(const YamlValue& top);
 CameraFile read_basalt(const YamlValue& top);
 FormatOutput write_basalt(const CameraFile& file);
 

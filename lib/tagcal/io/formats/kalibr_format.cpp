@@ -130,6 +130,15 @@ std::vector<YamlValue> cameras_of(const YamlValue& top) {
 
 }  // namespace
 
+bool has_kalibr_keys(const YamlValue& top) {
+  const auto cam0 = top.find("cam0");
+  return cam0 && cam0->is_map();
+}
+
+bool has_euroc_keys(const YamlValue& top) {
+  return top.find("camera_model") && top.find("intrinsics");
+}
+
 CameraFile read_kalibr(const YamlValue& top) {
   CameraFile file;
   file.format = "kalibr";

@@ -138,6 +138,14 @@ std::size_t camera_of(const YamlValue& frame, LensKind kind, CamerasByNumbers& k
 
 }  // namespace
 
+bool has_nerfstudio_keys(const YamlValue& top) {
+  if (top.find("fl_x") || top.find("camera_angle_x")) return true;
+  const auto frames = top.find("frames");
+  if (!frames || !frames->is_list()) return false;
+  const std::vector<YamlValue> items = frames->items(0, limits::kMaxListedPoses);
+  return !items.empty() && items[0].is_map() && items[0].find("transform_matrix");
+}
+
 CameraFile read_nerfstudio(const YamlValue& top) {
   CameraFile file;
   file.format = "nerfstudio";

@@ -7,6 +7,7 @@
 
 namespace tagcal::internal {
 
+bool has_nerfstudio_keys(const YamlValue& top);
 CameraFile read_nerfstudio(const YamlValue& top);
 FormatOutput write_nerfstudio(const CameraFile& file);
 

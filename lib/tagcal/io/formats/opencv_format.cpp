@@ -180,10 +180,10 @@ void check_covariance(const YamlValue& covariance, const Model& model,
   for (Eigen::Index i = 0; i < expected.rows(); ++i)
     for (Eigen::Index j = 0; j < expected.cols(); ++j)
       if (!(std::abs(file.covariance(i, j) - expected(i, j)) <= kRounding * unit(i) * unit(j)))
-        covariance.fail_plainly(fmt::format("must be {:.6g} for {} and {} by claim_covariance, "
-                                            "got {:.6g}",
-                                            expected(i, j), name(i), name(j),
-                                            file.covariance(i, j)));
+        covariance.fail_plainly(
+            fmt::format("must be {:.6g} for {} and {} by claim_covariance, "
+                        "got {:.6g}",
+                        expected(i, j), name(i), name(j), file.covariance(i, j)));
 }
 
 void read_claim(const YamlValue& top, const YamlValue& covariance, const Model& answer,
@@ -194,8 +194,8 @@ void read_claim(const YamlValue& top, const YamlValue& covariance, const Model& 
   if (!name) claim->fail_plainly("needs the key claim_model, which is missing");
   const Model& model = read_model(*name);
   if (model.lens_type() != answer.lens_type())
-    name->fail_plainly(fmt::format("must have the kind of lens of model {}, got {}", answer.name(),
-                                   model.name()));
+    name->fail_plainly(
+        fmt::format("must have the kind of lens of model {}, got {}", answer.name(), model.name()));
   file.claim_model = model.name();
   file.claim_covariance = covariance_of(top, *claim, model, "claim_names");
   check_covariance(covariance, answer, file);
@@ -385,6 +385,18 @@ Eigen::MatrixXd read_matrix(const YamlValue& value) {
   const std::vector<double> numbers = data.numbers(static_cast<std::size_t>(rows) * per_row);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   return RowMajor::Map(numbers.data(), rows, static_cast<Eigen::Index>(per_row));
+}
+
+bool has_opencv_keys(const YamlValue& top) {
+  constexpr std::string_view kKeys[] = {"camera_matrix",
+                                        "Camera_Matrix",
+                                        "cameraMatrix",
+                                        "image_width",
+                                        "image_height",
+                                        "distortion_coefficients",
+                                        "M1"};
+  return std::ranges::any_of(kKeys,
+                             [&](std::string_view key) { return top.find(key).has_value(); });
 }
 
 CameraFile read_opencv(const YamlValue& top) {
