@@ -49,7 +49,7 @@ Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions
                            std::optional<Finding> refusal = {}) {
   const std::optional<WeakFit> weak = fit_weak(input, options);
   if (!weak) return no_answer(input, "weak");
-  return report_weak(*weak, options, std::move(refusal));
+  return report_weak(*weak, input, options, std::move(refusal));
 }
 
 // Fits the model that the user named, or chooses one.

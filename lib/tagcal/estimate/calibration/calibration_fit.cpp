@@ -186,16 +186,13 @@ std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
     solve_robustly(state, input, options);
     if (state.bundle.views.empty()) return std::nullopt;
   }
-  CalibrationFit fit{state.bundle, {}, {}, input.whitened, state.summary};
-  fit.findings = input.findings;
+  CalibrationFit fit;
+  fit.bundle = state.bundle;
+  fit.used = state.used;
+  fit.whitened = input.whitened;
+  fit.summary = state.summary;
   fit.num_iterations = state.num_iterations;
-  for (const std::size_t v : state.used) {
-    fit.views.push_back(input.views[v].index);
-    fit.images.push_back(input.views[v].image);
-  }
-  const Lens lens = fit.bundle.lens();
-  list_outliers(
-      input, state, [&](std::size_t) { return lens; }, fit);
+  take_selection(input, std::move(state), fit);
   return fit;
 }
 
@@ -205,8 +202,9 @@ int CalibrationFit::num_inliers() const { return internal::num_corners(bundle); 
 
 double CalibrationFit::truncated_chi_square(double sigma) const {
   double sum = more_cost / (sigma * sigma);
-  for (const double square : squares)
-    sum += std::min(square / (sigma * sigma), policy::kOutlierSigmas * policy::kOutlierSigmas);
+  for (const auto& of_view : squares)
+    for (const double square : of_view)
+      sum += std::min(square / (sigma * sigma), policy::kOutlierSigmas * policy::kOutlierSigmas);
   return sum;
 }
 
@@ -240,28 +238,45 @@ void update_until_stable(RobustState& state, bool whitened, const CalibrateOptio
   }
 }
 
-void list_outliers(const CalibrationInput& input, const RobustState& state,
-                   const std::function<Lens(std::size_t)>& lens, CalibrationFit& fit) {
+void take_selection(const CalibrationInput& input, RobustState state, CalibrationFit& fit) {
+  fit.selection = std::move(state.selection);
+  fit.squares = std::move(state.squares);
+  fit.findings = input.findings;
+  for (std::size_t v = 0; v < input.views.size(); ++v) {
+    fit.num_corners += static_cast<int>(input.views[v].ids.size());
+    if (!std::ranges::binary_search(fit.used, v))
+      add(fit.findings, code::view_rejected,
+          input.views[v].name() + ": rejected, its corners are not consistent with one pose");
+  }
+}
+
+std::vector<Outlier> outliers_of(const CalibrationInput& input, const CalibrationFit& fit,
+                                 const std::function<Lens(std::size_t)>& lens_of_view) {
+  const Selection& selection = fit.selection;
+  std::vector<Outlier> outliers;
   ViewProblem buffer;
+  std::size_t next = 0;
   for (std::size_t v = 0; v < input.views.size(); ++v) {
     const CalibrationView& view = input.views[v];
-    const bool is_used = state.selection.uses(v);
-    const std::optional<Pose>& pose = state.selection.pose[v];
-    fit.num_corners += static_cast<int>(view.ids.size());
-    fit.squares.insert(fit.squares.end(), state.squares[v].begin(), state.squares[v].end());
-    if (!is_used)
-      add(fit.findings, code::view_rejected,
-          view.name() + ": rejected, its corners are not consistent with one pose");
+    const bool is_used = next < fit.used.size() && fit.used[next] == v;
+    std::optional<Pose> pose = selection.pose[v];
+    Vector2d rows = selection.row_terms[v];
+    if (is_used) {
+      pose = fit.bundle.camera_from_target[next];
+      if (!fit.bundle.row_terms.empty()) rows = fit.bundle.row_terms[next];
+      ++next;
+    }
+    if (is_used && selection.num_inliers(v) == std::ssize(view.ids)) continue;
     std::vector<Vector2d> residuals(view.ids.size(), Vector2d::Constant(std::nan("")));
     if (pose)
-      residuals = residuals_px(
-          fit.bundle.corrected(view.problem, state.selection.row_terms[v], buffer).correspondences,
-          lens(v), *pose);
+      residuals = residuals_px(fit.bundle.corrected(view.problem, rows, buffer).correspondences,
+                               lens_of_view(v), *pose);
     for (std::size_t i = 0; i < view.ids.size(); ++i)
-      if (!is_used || !state.selection.inlier[v][i])
-        fit.outliers.push_back(
+      if (!is_used || !selection.inlier[v][i])
+        outliers.push_back(
             {view.image, view.ids[i], residuals[i].norm(), view.index, view.corners[i]});
   }
+  return outliers;
 }
 
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,

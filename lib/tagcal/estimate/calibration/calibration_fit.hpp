@@ -18,28 +18,6 @@ inline double least_sigma(bool whitened, const CalibrateOptions& options) {
   return whitened ? 1 : std::max(policy::kLeastSigmaPx, options.sigma_px);
 }
 
-// One model, solved on its inliers.
-struct CalibrationFit {
-  Bundle bundle;                    // inliers only
-  std::vector<std::size_t> views;   // per view of the bundle: its index in the data set
-  std::vector<std::string> images;  // and its name
-  bool whitened = false;
-  BundleSummary summary;
-  int num_corners = 0;  // inliers and outliers
-  int num_iterations = 0;
-  std::vector<double> squares;  // squared whitened residual per corner; infinite outside the domain
-  double more_cost = 0;         // of the inliers, above that of the fit that `squares` belong to
-  std::vector<Outlier> outliers;
-  std::vector<Finding> findings;
-  double bic = 0;
-  double start_seconds = 0;
-  double solve_seconds = 0;
-
-  int num_inliers() const;
-  // Sum over all corners of min(square / sigma^2, policy::kOutlierSigmas^2).
-  double truncated_chi_square(double sigma) const;
-};
-
 // The inliers, the pose of each view (none: the view is not used), and its row terms.
 struct Selection {
   std::vector<std::optional<Pose>> pose;
@@ -48,6 +26,28 @@ struct Selection {
 
   std::ptrdiff_t num_inliers(std::size_t view) const;
   bool uses(std::size_t view) const;
+};
+
+// One model, solved on its inliers.
+struct CalibrationFit {
+  Bundle bundle;                  // inliers only
+  std::vector<std::size_t> used;  // per view of the bundle: its index in the input
+  Selection selection;            // of the input's views
+  // Squared whitened residuals of all corners of the input's views; infinite outside the domain.
+  std::vector<std::vector<double>> squares;
+  bool whitened = false;
+  BundleSummary summary;
+  int num_corners = 0;  // inliers and outliers
+  int num_iterations = 0;
+  double more_cost = 0;  // of the inliers, above that of the fit that `squares` belong to
+  std::vector<Finding> findings;
+  double bic = 0;
+  double start_seconds = 0;
+  double solve_seconds = 0;
+
+  int num_inliers() const;
+  // Sum over all corners of min(square / sigma^2, policy::kOutlierSigmas^2).
+  double truncated_chi_square(double sigma) const;
 };
 
 // The selection of a start. It has all corners if options.reject_outliers is false.
@@ -67,9 +67,12 @@ struct RobustState {
 void update_until_stable(RobustState& state, bool whitened, const CalibrateOptions& options,
                          const std::function<bool()>& solve);
 
-// Lists in `fit` the corners and views that it does not use. `lens`: of a view.
-void list_outliers(const CalibrationInput& input, const RobustState& state,
-                   const std::function<Lens(std::size_t)>& lens, CalibrationFit& fit);
+// Takes over the selection of a state. Adds a finding for each view that the fit does not use.
+void take_selection(const CalibrationInput& input, RobustState state, CalibrationFit& fit);
+
+// The corners that a fit does not use, with their residuals under the lens of their view.
+std::vector<Outlier> outliers_of(const CalibrationInput& input, const CalibrationFit& fit,
+                                 const std::function<Lens(std::size_t)>& lens_of_view);
 
 // Finds a start, then solves and updates the inliers in turn until they are stable: first without
 // row terms, then with those that the views show. Views that lost corners, or all of them, get

@@ -35,10 +35,9 @@ std::optional<std::size_t> lowest_bic(const std::vector<Candidate>& candidates,
 
 // The squares of all corners, which the posterior's fit keeps, are much of the memory.
 CalibrationFit without_squares(const CalibrationFit& fit) {
-  CalibrationFit copy{fit.bundle, fit.views, fit.images, fit.whitened, fit.summary};
+  CalibrationFit copy{fit.bundle, fit.used, fit.selection, {}, fit.whitened, fit.summary};
   copy.num_corners = fit.num_corners;
   copy.num_iterations = fit.num_iterations;
-  copy.outliers = fit.outliers;
   copy.findings = fit.findings;
   copy.bic = fit.bic;
   copy.start_seconds = fit.start_seconds;

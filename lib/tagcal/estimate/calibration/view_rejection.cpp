@@ -40,33 +40,21 @@ struct FittedView {
   }
 };
 
-bool is_outlier(const std::vector<Outlier>& outliers, std::size_t next, std::size_t view,
-                std::size_t corner) {
-  return next < outliers.size() && outliers[next].view == view && outliers[next].corner == corner;
-}
-
-// The views that a fit uses. Its squares and outliers have the order of the input's corners.
 std::vector<FittedView> fitted_views(const CalibrationInput& input, const CalibrationFit& fit) {
   std::vector<FittedView> result;
-  std::size_t square = 0, next_outlier = 0, used = 0;
-  for (std::size_t v = 0; v < input.views.size(); ++v) {
+  for (std::size_t i = 0; i < fit.used.size(); ++i) {
     FittedView view;
-    view.view = v;
+    view.view = fit.used[i];
+    view.inlier = fit.selection.inlier[view.view];
+    view.camera_from_world = fit.bundle.camera_from_target[i];
+    if (!fit.bundle.row_terms.empty()) view.row_terms = fit.bundle.row_terms[i];
+    view.num_inliers = static_cast<std::size_t>(fit.selection.num_inliers(view.view));
+    view.seed = input.views[view.view].seed.size();
+    for (const std::size_t corner : input.views[view.view].seed)
+      view.seed_rejected += !view.inlier[corner];
     double sum = 0;
-    for (const std::size_t corner : input.views[v].corners) {
-      const bool outlier = is_outlier(fit.outliers, next_outlier, input.views[v].index, corner);
-      view.inlier.push_back(!outlier);
-      if (!outlier) sum += fit.squares[square];
-      ++square;
-      next_outlier += outlier;
-    }
-    if (used == fit.views.size() || fit.views[used] != input.views[v].index) continue;
-    if (!fit.bundle.row_terms.empty()) view.row_terms = fit.bundle.row_terms[used];
-    view.camera_from_world = fit.bundle.camera_from_target[used++];
-    view.num_inliers =
-        static_cast<std::size_t>(std::count(view.inlier.begin(), view.inlier.end(), 1));
-    view.seed = input.views[v].seed.size();
-    for (const std::size_t i : input.views[v].seed) view.seed_rejected += !view.inlier[i];
+    for (std::size_t k = 0; k < view.inlier.size(); ++k)
+      if (view.inlier[k]) sum += fit.squares[view.view][k];
     view.rms = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, view.num_inliers)));
     result.push_back(std::move(view));
   }

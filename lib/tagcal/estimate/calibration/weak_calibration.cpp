@@ -214,20 +214,19 @@ std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOp
   CalibrationFit& fit = weak.fit;
   fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
   fit.whitened = input.whitened;
-  fit.findings = input.findings;
   fit.summary.converged = true;
   for (std::size_t v = 0; v < n; ++v) {
     if (!state.selection.uses(v)) continue;
     fit.bundle.views.push_back(chosen(input.views[v].problem, state.selection.inlier[v]));
     fit.bundle.camera_from_target.push_back(views[v]->camera_from_target);
-    fit.views.push_back(input.views[v].index);
-    fit.images.push_back(input.views[v].image);
+    fit.used.push_back(v);
     fit.summary.cost += views[v]->cost;
     weak.views.push_back(*views[v]);
   }
   if (weak.views.empty()) return std::nullopt;
-  list_outliers(
-      input, state, [&](std::size_t v) { return lens_of(*views[v], centre); }, fit);
+  take_selection(input, std::move(state), fit);
+  weak.outliers =
+      outliers_of(input, fit, [&](std::size_t v) { return lens_of(*views[v], centre); });
   fit.solve_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return weak;

@@ -29,6 +29,7 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Eigen::Vect
 struct WeakFit {
   CalibrationFit fit;  // of model weak, with the poses of the views
   std::vector<WeakView> views;
+  std::vector<Outlier> outliers;
 };
 
 // Starts from calibration_seed, then solves and updates the inliers in turn until they are stable.

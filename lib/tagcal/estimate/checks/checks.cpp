@@ -263,7 +263,7 @@ Result too_few_corners(const Solved& s) {
   if (degrees_of_freedom(fit.bundle) >= policy::kFewestDegreesOfFreedom) return std::nullopt;
   return finding(code::degenerate,
                  "too few corners for the parameters: " + std::to_string(fit.num_inliers()) +
-                     " corners in " + std::to_string(fit.views.size()) + " views");
+                     " corners in " + std::to_string(fit.used.size()) + " views");
 }
 
 // A board that faces the camera moves its corners with the square of its tilt only. The two

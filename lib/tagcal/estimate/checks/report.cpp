@@ -21,7 +21,6 @@ Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options
                       const Evidence& evidence) {
   Calibration c;
   c.model = fit.bundle.model->name();
-  c.outliers = fit.outliers;
   c.findings = fit.findings;
   c.num_iterations = fit.num_iterations;
   c.sigma_px = evidence.noise.sigma;
@@ -51,14 +50,19 @@ void fill_parameters(Calibration& c, const Model& model, const ModelChoice& choi
   c.sigmas = lens_sigmas({&model, c.camera->lens, c.covariance});
 }
 
-void fill_views(Calibration& c, const CalibrationFit& fit, const BundleCovariance& covariance) {
+void set_identity(CalibratedView& view, const CalibrationView& of_input) {
+  view.image = of_input.image;
+  view.view = of_input.index;
+}
+
+void fill_views(Calibration& c, const CalibrationInput& input, const CalibrationFit& fit,
+                const BundleCovariance& covariance) {
   const Lens& lens = c.camera->lens;
   ViewProblem buffer;
   double sum = 0;
   for (std::size_t i = 0; i < fit.bundle.views.size(); ++i) {
     CalibratedView view;
-    view.image = fit.images[i];
-    view.view = fit.views[i];
+    set_identity(view, input.views[fit.used[i]]);
     view.camera_from_world = fit.bundle.camera_from_target[i];
     view.covariance = covariance.poses[i];
     double view_sum = 0;
@@ -70,6 +74,7 @@ void fill_views(Calibration& c, const CalibrationFit& fit, const BundleCovarianc
     sum += view_sum;
     c.views.push_back(view);
   }
+  c.outliers = outliers_of(input, fit, [&](std::size_t) { return lens; });
   c.num_corners = fit.num_inliers();
   c.rms_px = std::sqrt(sum / c.num_corners);
 }
@@ -125,7 +130,7 @@ Calibration report(const Solution& solution, Evidence evidence) {
   c = answer_of(fit, *solution.options, solved.evidence);
   c.camera = Camera{fit.bundle.lens(), fit.bundle.image_size};
   fill_parameters(c, *fit.bundle.model, *solution.choice);
-  fill_views(c, fit, solution.choice->claim);
+  fill_views(c, *solution.input, fit, solution.choice->claim);
   fill_projection(c, solution, solved.evidence);
   c.board_warp = solved.evidence.board;
   add_findings(checks(), solved);
@@ -140,8 +145,8 @@ Calibration report(const Solution& solution, Evidence evidence) {
   return std::move(solved.answer);
 }
 
-Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options,
-                        std::optional<Finding> refusal) {
+Calibration report_weak(const WeakFit& weak, const CalibrationInput& input,
+                        const CalibrateOptions& options, std::optional<Finding> refusal) {
   const Bundle& bundle = weak.fit.bundle;
   const Eigen::Vector2d centre = image_centre(bundle.image_size);
   Solution solution;
@@ -151,14 +156,14 @@ Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options,
   Solved solved{std::move(solution), evidence_of_noise(weak.fit, options), &weak, {}};
   Calibration& c = solved.answer;
   c = answer_of(weak.fit, options, solved.evidence);
+  c.outliers = weak.outliers;
   c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};
   c.sigmas.assign(Parallel::kNumParameters, 0.0);
   double sum = 0;
   for (std::size_t v = 0; v < weak.views.size(); ++v) {
     c.views.push_back(weak_view(weak.views[v], bundle.views[v], centre, c.sigma_px));
     CalibratedView& view = c.views.back();
-    view.image = weak.fit.images[v];
-    view.view = weak.fit.views[v];
+    set_identity(view, input.views[weak.fit.used[v]]);
     sum += view.rms_px * view.rms_px * view.num_corners;
     c.num_corners += view.num_corners;
   }

@@ -10,7 +10,7 @@ Calibration report(const Solution& solution, Evidence evidence);
 
 // Returns the answer of model weak: every view has its own scale, and the lens only the centre of
 // the image. `refusal`: of a model with perspective, or none.
-Calibration report_weak(const WeakFit& weak, const CalibrateOptions& options,
-                        std::optional<Finding> refusal = {});
+Calibration report_weak(const WeakFit& weak, const CalibrationInput& input,
+                        const CalibrateOptions& options, std::optional<Finding> refusal = {});
 
 }  // namespace tagcal::internal

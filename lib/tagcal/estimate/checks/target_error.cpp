@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "tagcal/camera/batch.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
@@ -65,7 +64,7 @@ using Corners = std::map<CornerId, Corner>;
 // Adds a view, whose pose is that of the fit, to the sums of its corners.
 void add_view(Corners& corners, const CalibrationView& view, const ViewProblem& problem,
               const Lens& lens, const Pose& camera_from_world, const Matrix3d& axes,
-              const std::set<std::pair<std::size_t, std::size_t>>& outliers) {
+              const std::vector<std::uint8_t>& inlier) {
   const ViewArrays arrays(problem);
   const std::size_t n = view.ids.size();
   std::vector<Vector2d> pixels(n);
@@ -80,11 +79,10 @@ void add_view(Corners& corners, const CalibrationView& view, const ViewProblem& 
     const Vector3d& point = view.problem.correspondences[i].point;
     hint = corners.try_emplace(hint, view.ids[i], Corner{point});
     Corner& corner = hint++->second;
-    const bool out = outliers.contains({view.index, view.corners[i]});
     // The last three of six columns are by the translation. Observed minus projected, so that the
     // shifts are the target's.
     const Eigen::Map<const Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> rows(&by_pose[12 * i]);
-    (out ? corner.outliers : corner.inliers)
+    (inlier[i] ? corner.inliers : corner.outliers)
         .add(rows.rightCols<3>() * turned, arrays.view().pixels[i] - pixels[i],
              problem.whitening.empty() ? nullptr : &problem.whitening[i]);
   }
@@ -94,19 +92,16 @@ Corners sums_of(const CalibrationInput& input, const CalibrationFit& fit, const 
   const std::optional<FlatBoard>& board = fit.bundle.board;
   Corners corners;
   ViewProblem bent;
-  std::set<std::pair<std::size_t, std::size_t>> outliers;
-  for (const Outlier& o : fit.outliers) outliers.emplace(o.view, o.corner);
   const Lens lens = fit.bundle.lens();
-  std::size_t used = 0;
-  for (const CalibrationView& view : input.views)
-    if (used < fit.views.size() && fit.views[used] == view.index) {
-      // With several boards the rows stay as observed: row terms take up what a board at a wrong
-      // place does to each view.
-      const bool has_rows = board && !fit.bundle.row_terms.empty();
-      const Vector2d rows = has_rows ? fit.bundle.row_terms[used] : Vector2d(0, 0);
-      add_view(corners, view, fit.bundle.corrected(view.problem, rows, bent), lens,
-               fit.bundle.camera_from_target[used++], axes, outliers);
-    }
+  // With several boards the rows stay as observed: row terms take up what a board at a wrong place
+  // does to each view.
+  const bool has_rows = board && !fit.bundle.row_terms.empty();
+  for (std::size_t i = 0; i < fit.used.size(); ++i) {
+    const CalibrationView& view = input.views[fit.used[i]];
+    const Vector2d rows = has_rows ? fit.bundle.row_terms[i] : Vector2d(0, 0);
+    add_view(corners, view, fit.bundle.corrected(view.problem, rows, bent), lens,
+             fit.bundle.camera_from_target[i], axes, fit.selection.inlier[fit.used[i]]);
+  }
   return corners;
 }
 
@@ -230,7 +225,7 @@ double largest_chi_square(int k) { return chi_square_quantile(k, policy::kOutlie
 }  // namespace
 
 std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit) {
-  if (std::ssize(fit.views) < policy::kFewestComparedViews) return std::nullopt;
+  if (std::ssize(fit.used) < policy::kFewestComparedViews) return std::nullopt;
   const std::optional<FlatBoard>& board = fit.bundle.board;
   Matrix3d axes = Matrix3d::Identity();
   if (board) {
@@ -244,7 +239,7 @@ std::optional<TargetError> target_error(const CalibrationInput& input, const Cal
   Total total;
   std::vector<TagShift> tags = tags_of(corners, total);
   const int k = dimensions * total.shifted;
-  const double rest = 2 * total.count - k - 6.0 * static_cast<double>(fit.views.size());
+  const double rest = 2 * total.count - k - 6.0 * static_cast<double>(fit.used.size());
   if (tags.empty() || rest < k) return std::nullopt;
   const double least_noise = input.whitened ? 1 : policy::kLeastSigmaPx;
   const double variance =
