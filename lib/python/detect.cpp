@@ -88,21 +88,15 @@ class Batch {
 
 // Without the GIL.
 DetectedViews detect_batch(const std::vector<ImageSource>& sources,
-                           const std::vector<PlacedBoard>& boards, DetectOptions options) {
+                           const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
   DetectedViews found;
-  found.views.resize(sources.size());
-  const EarlierResults keeper = {[](std::size_t) { return std::nullopt; },
-                                 [&](std::size_t i, const DetectedPicture& picture) {
-                                   found.views[i].warnings = picture.warnings;
-                                 }};
-  options.earlier = &keeper;
   DetectResult result = detect_all(sources, boards, options);
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    static_cast<View&>(found.views[i]) = std::move(result.views[i]);
-    found.views[i].unfitted = std::move(result.unfitted[i]);
-    found.views[i].unreadable = std::move(result.unreadable[i]);
-  }
   found.warnings = std::move(result.warnings);
+  for (DetectedPicture& picture : result.pictures) {
+    found.warnings.insert(found.warnings.end(), picture.warnings.begin(), picture.warnings.end());
+    found.views.push_back({std::move(picture.view), std::move(picture.unfitted),
+                           std::move(picture.warnings), std::move(picture.unreadable)});
+  }
   return found;
 }
 

@@ -9,10 +9,9 @@ int main() {
   const tagcal::PlacedBoard board{tagcal::grid_board(grid, "tag36h11", 1, false), tagcal::Pose()};
   const tagcal::Image8 image = tagcal::read_image("board.png");
 
-  std::vector<std::string> warnings;
-  const tagcal::View view = tagcal::detect(image, {board}, {}, "board.png", &warnings);
-  for (const std::string& warning : warnings) std::cerr << warning << "\n";
-  for (const tagcal::Observation& seen : view.observations) {
+  const tagcal::DetectedPicture found = tagcal::detect(image, {board}, {}, "board.png");
+  for (const std::string& warning : found.warnings) std::cerr << warning << "\n";
+  for (const tagcal::Observation& seen : found.view.observations) {
     std::cout << seen.id.tag_id << ":" << seen.id.corner << " " << seen.pixel.transpose();
     if (seen.covariance_px2) std::cout << " sd " << std::sqrt(seen.covariance_px2->trace() / 2);
     std::cout << "\n";

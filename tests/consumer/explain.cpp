@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   std::cout << why.reported.size() << " tags reported, " << why.not_reported.size() << " not\n";
   // detect/refine_tag.hpp: the corners of one tag, from AprilTag's own
   const tagcal::View view =
-      tagcal::detect(image, scene.boards, {.refinement = tagcal::Refinement::stock});
+      tagcal::detect(image, scene.boards, {.refinement = tagcal::Refinement::stock}).view;
   if (view.observations.size() < 4) return 1;
   std::array<Eigen::Vector2d, 4> start;
   for (std::size_t i = 0; i < 4; ++i) start[i] = view.observations[i].pixel;

@@ -18,7 +18,7 @@ int main() {
   const std::vector<tagcal::PlacedBoard> boards = {
       {tagcal::grid_board(grid, "tag36h11", 1, false), tagcal::Pose()}};
 
-  const tagcal::View view = tagcal::detect(image, boards);
+  const tagcal::View view = tagcal::detect(image, boards).view;
   const tagcal::PoseEstimate pose =
       tagcal::estimate_pose(tagcal::view_correspondences(view, boards, camera_error_px), camera);
   if (!tagcal::is_answer(pose.status)) return 1;

@@ -61,7 +61,7 @@ TEST(AllFamilies, BoardsAreFoundAtTheirExactCorners) {
     for (const double noise : {0.0, 2.0}) {
       const Sight sight(family, noise);
       ASSERT_EQ(sight.exact.size(), 24u);
-      const View view = detect(sight.picture, sight.scene.boards);
+      const View view = detect(sight.picture, sight.scene.boards).view;
       EXPECT_EQ(view.observations.size(), 24u) << family;
       Errors errors;
       for (const Observation& seen : view.observations) {
@@ -143,8 +143,8 @@ TEST(ImageView, OfAPartOfAPictureIsSearchedInPlace) {
   Image8 larger({700, 500}, 90);
   for (int y = 0; y < 480; ++y) std::copy_n(sight.picture.row(y), 640, larger.row(y + 15) + 30);
   const ImageView8 part(larger.row(15) + 30, {640, 480}, larger.width());
-  const View expected = detect(sight.picture, sight.scene.boards);
-  const View found = detect(part, sight.scene.boards);
+  const View expected = detect(sight.picture, sight.scene.boards).view;
+  const View found = detect(part, sight.scene.boards).view;
   ASSERT_EQ(found.observations.size(), expected.observations.size());
   for (std::size_t i = 0; i < found.observations.size(); ++i)
     EXPECT_EQ(found.observations[i].pixel, expected.observations[i].pixel);

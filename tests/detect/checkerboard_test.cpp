@@ -31,8 +31,8 @@ Board checkers(int columns, int rows, bool starts_black = true) {
                              .starts_black = starts_black});
 }
 
-View found(const CheckerView& view, std::vector<std::string>* warnings = nullptr) {
-  return detect(view.image, {{view.board, Pose()}}, {}, "a.png", warnings);
+DetectedPicture found(const CheckerView& view) {
+  return detect(view.image, {{view.board, Pose()}}, {}, "a.png");
 }
 
 // Mean square error in claimed variances.
@@ -55,7 +55,7 @@ TEST(Checkerboards, AreFoundWithTheirCovariances) {
                                            random.uniform(.5, 1.4), 2, random.uniform(-1, 1)},
                                           random);
     ASSERT_TRUE(view.is_whole) << i;
-    const View seen = found(view);
+    const View seen = found(view).view;
     ASSERT_EQ(seen.observations.size(), 40U) << i;
     sum += nees(seen, view) / 6;
   }
@@ -70,11 +70,10 @@ TEST(Checkerboards, HalfATurnIsResolvedByTheColours) {
     for (const double roll : {0.0, std::numbers::pi}) {
       const CheckerView view =
           checker_view(checkers(8, 5, starts_black), camera(0), {20, 30, .8, 2, roll}, random);
-      std::vector<std::string> warnings;
-      const View seen = found(view, &warnings);
-      ASSERT_EQ(seen.observations.size(), 40U);
-      EXPECT_LT(nees(seen, view), 2);
-      EXPECT_TRUE(warnings.empty());
+      const DetectedPicture picture = found(view);
+      ASSERT_EQ(picture.view.observations.size(), 40U);
+      EXPECT_LT(nees(picture.view, view), 2);
+      EXPECT_TRUE(picture.warnings.empty());
     }
   }
 }
@@ -93,14 +92,14 @@ TEST(Checkerboards, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
     ASSERT_EQ(result.warnings.size(), 1U);
     EXPECT_NE(result.warnings[0].find(turn), std::string::npos) << result.warnings[0];
     const auto last = static_cast<std::size_t>(columns * rows);
-    ASSERT_EQ(result.views[0].observations.size(), last);
-    EXPECT_LT(nees(result.views[0], upright), 2);
-    ASSERT_EQ(result.views[1].observations.size(), last);
+    ASSERT_EQ(result.pictures[0].view.observations.size(), last);
+    EXPECT_LT(nees(result.pictures[0].view, upright), 2);
+    ASSERT_EQ(result.pictures[1].view.observations.size(), last);
     // The board on its head is numbered from its other end.
-    EXPECT_LT(
-        (result.views[1].observations[0].pixel - turned.corners.at({static_cast<int>(last) - 1, 0}))
-            .norm(),
-        0.3);
+    EXPECT_LT((result.pictures[1].view.observations[0].pixel -
+               turned.corners.at({static_cast<int>(last) - 1, 0}))
+                  .norm(),
+              0.3);
   }
 }
 
@@ -108,11 +107,11 @@ TEST(Checkerboards, PartsAndOtherBoardsAreNotReported) {
   Random random(6);
   CheckerView view = checker_view(checkers(8, 5), camera(0), {20, 10, .8, 2, .1}, random);
   view.board = checkers(9, 6);
-  std::vector<std::string> warnings;
-  EXPECT_TRUE(found(view, &warnings).observations.empty());
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("is not seen whole: the largest grid has"), std::string::npos)
-      << warnings[0];
+  const DetectedPicture picture = found(view);
+  EXPECT_TRUE(picture.view.observations.empty());
+  ASSERT_EQ(picture.warnings.size(), 1U);
+  EXPECT_NE(picture.warnings[0].find("is not seen whole: the largest grid has"), std::string::npos)
+      << picture.warnings[0];
   const Explanation why = explain(view.image, {{view.board, Pose()}});
   ASSERT_EQ(why.checkerboards.size(), 1U);
   EXPECT_NE(why.checkerboards[0].find("not seen whole"), std::string::npos);
@@ -132,8 +131,7 @@ TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
       expose(render_light(scene, {{"tag36h11", tag_family("tag36h11", 2)}}, pose), scene.sensor, 1);
   for (const Image8* image : {static_cast<const Image8*>(&noise), &tags})
     for (const auto& [columns, rows] : {std::pair(2, 2), {3, 3}, {4, 3}, {8, 5}})
-      EXPECT_TRUE(
-          detect(*image, {{checkers(columns, rows), Pose()}}, {}, "", nullptr).observations.empty())
+      EXPECT_TRUE(detect(*image, {{checkers(columns, rows), Pose()}}).view.observations.empty())
           << columns << " x " << rows;
 }
 
@@ -148,7 +146,7 @@ TEST(CharucoBoards, AreFoundInPart) {
           charuco_board(squares, {.size = .022, .dictionary = "DICT_5X5_100", .legacy = legacy});
       const CheckerView view = checker_view(
           board, camera(i), {i == 1 ? 110.0 : 34.0, 30, .8, 2, random.uniform(-3, 3)}, random);
-      const View seen = found(view);
+      const View seen = found(view).view;
       // Corners whose squares are cut by the picture's edge may be missing.
       EXPECT_GE(seen.observations.size() * 10, view.corners.size() * (i == 1 ? 8 : 10)) << i;
       EXPECT_EQ(view.corners.size() < 30, i == 1);
@@ -172,7 +170,7 @@ TEST(CharucoBoards, AreOpenCvs) {
   const Board board =
       charuco_board({.columns = 5, .rows = 4, .column_spacing = 1, .row_spacing = 1},
                     {.size = .7, .dictionary = "DICT_4X4_50"});
-  const View seen = detect(image, {{board, Pose()}}, {}, "", nullptr);
+  const View seen = detect(image, {{board, Pose()}}).view;
   // A drawing without any blur is no picture of a camera: a corner of it may be refused.
   EXPECT_GE(seen.observations.size(), 18U);
   for (const Observation& one : seen.observations) {

@@ -165,8 +165,8 @@ TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
   for (const Board& board : {kalibr_board(), grid_board({6, 6, 0.04, 1, 0}, "tag36h11", 1, false),
                              grid_board({5, 5, 0.04, 1, 0}, "tag25h9", 1, false),
                              grid_board({6, 5, 0.04, 1.2, 0}, "tag16h5", 1, false)}) {
-    for (const View& view : detect_all(images, {{board, Pose()}}, {}).views)
-      EXPECT_TRUE(view.observations.empty()) << view.image;
+    for (const DetectedPicture& picture : detect_all(images, {{board, Pose()}}, {}).pictures)
+      EXPECT_TRUE(picture.view.observations.empty()) << picture.view.image;
   }
 }
 
@@ -181,7 +181,7 @@ TEST(CompleteBoard, RealPhotographs) {
   const PlacedBoard board{grid_board({6, 6, 0.088, 0.3, 0}), Pose()};
   const PlacedBoard second{grid_board({6, 6, 0.088, 0.3, 36}), Pose()};
   const auto found = [&](const char* name, const std::vector<PlacedBoard>& boards) {
-    return detect(read_image(folder / name), name, boards, {}, nullptr).observations.size() / 4;
+    return detect(read_image(folder / name), boards, {}, name).view.observations.size() / 4;
   };
   EXPECT_EQ(found("000.jpg", {board}), 36u);
   EXPECT_EQ(found("004.jpg", {board}), 21u);  // all that are whole

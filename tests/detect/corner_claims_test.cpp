@@ -47,8 +47,8 @@ TEST(CornerClaims, HoldWhereALensBendsTags) {
         expose(render_light(scene, families, poses[i]), scene.sensor, Random(5, i).next());
     DetectOptions sides;
     sides.refinement = Refinement::edges;
-    read += detect(picture, "", scene.boards, sides, nullptr).observations.size();
-    for (const Observation& seen : detect(picture, "", scene.boards, {}, nullptr).observations) {
+    read += detect(picture, scene.boards, sides).view.observations.size();
+    for (const Observation& seen : detect(picture, scene.boards).view.observations) {
       ASSERT_TRUE(seen.covariance_px2.has_value());
       const auto truth = project(scene.camera.lens, poses[i] * points.at(seen.id));
       ASSERT_TRUE(truth.has_value());
@@ -92,7 +92,7 @@ TEST(CornerClaims, OfEachCornerAreItsScatter) {
   for (std::uint64_t i = 0; i < kPictures; ++i) {
     DetectOptions options;
     options.camera = &scene.camera;  // else the claims allow for lenses that bend tags
-    const View view = detect(expose(light, scene.sensor, i), "", scene.boards, options, nullptr);
+    const View view = detect(expose(light, scene.sensor, i), scene.boards, options).view;
     ASSERT_EQ(view.observations.size(), 4u);
     for (std::size_t k = 0; k < 4; ++k) {
       const Eigen::Vector2d error = view.observations[k].pixel - truth[k];

@@ -55,7 +55,7 @@ class Exposure {
 
   // The picture of the light, and what is found in it.
   Outcome outcome() const {
-    const View view = detect(expose(light, scene_.sensor, 3), "", {{board_, Pose()}}, {}, nullptr);
+    const View view = detect(expose(light, scene_.sensor, 3), {{board_, Pose()}}).view;
     std::map<int, Quad> seen;
     for (const Observation& o : view.observations)
       seen[o.id.tag_id][static_cast<std::size_t>(o.id.corner)] = o.pixel;

@@ -58,7 +58,7 @@ Offsets offsets_of(const DetectResult& result, const std::vector<Patch>& patches
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const auto& corners = patches[i].corners;
     const Eigen::Vector2d centre = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
-    for (const Observation& seen : result.views[i].observations) {
+    for (const Observation& seen : result.pictures[i].view.observations) {
       EXPECT_EQ(seen.id.tag_id, static_cast<int>(i));
       const Eigen::Vector2d& truth = corners[static_cast<std::size_t>(seen.id.corner)];
       const Eigen::Vector2d error = seen.pixel - truth;
@@ -172,9 +172,9 @@ TEST(Detector, TwoBoardsInOnePicture) {
   const TwoBoards scene;
   const std::vector<PlacedBoard> boards = {board_of("tag25h9", 2, 5, 2),
                                            board_of("tag36h11", 1, 0, 5)};
-  std::vector<std::string> warnings;
-  const View view = detect(scene.image, "two.png", boards, {}, &warnings);
-  EXPECT_TRUE(warnings.empty());
+  const DetectedPicture found = detect(scene.image, boards, {}, "two.png");
+  const View& view = found.view;
+  EXPECT_TRUE(found.warnings.empty());
   EXPECT_EQ(view.image, "two.png");
   ASSERT_EQ(view.observations.size(), 8u);
   for (int i = 0; i < 8; ++i) {
@@ -189,21 +189,19 @@ TEST(Detector, TwoBoardsInOnePicture) {
 
 TEST(Detector, StrangeAndRepeatedTagsAreLeftOut) {
   const TwoBoards scene;
-  std::vector<std::string> warnings;
-  View view = detect(scene.image, "a.png", {board_of("tag36h11", 1, 10, 5)}, {}, &warnings);
-  EXPECT_TRUE(view.observations.empty());
-  ASSERT_EQ(warnings.size(), 2u);
-  EXPECT_EQ(warnings[0], "a.png: tag36h11 tags on no board are not reported: 3");
-  EXPECT_EQ(warnings[1], "a.png: no tag of the boards found");
+  DetectedPicture found = detect(scene.image, {board_of("tag36h11", 1, 10, 5)}, {}, "a.png");
+  EXPECT_TRUE(found.view.observations.empty());
+  ASSERT_EQ(found.warnings.size(), 2u);
+  EXPECT_EQ(found.warnings[0], "a.png: tag36h11 tags on no board are not reported: 3");
+  EXPECT_EQ(found.warnings[1], "a.png: no tag of the boards found");
 
   Image8 twice({260, 130}, 200);
   paste(scene.left.image, 10, 10, twice);
   paste(scene.left.image, 140, 10, twice);
-  warnings.clear();
-  view = detect(twice, "b.png", {board_of("tag36h11", 1, 0, 5)}, {}, &warnings);
-  EXPECT_TRUE(view.observations.empty());
-  ASSERT_EQ(warnings.size(), 2u);
-  EXPECT_EQ(warnings[0], "b.png: tag36h11 tags seen more than once are not reported: 3");
+  found = detect(twice, {board_of("tag36h11", 1, 0, 5)}, {}, "b.png");
+  EXPECT_TRUE(found.view.observations.empty());
+  ASSERT_EQ(found.warnings.size(), 2u);
+  EXPECT_EQ(found.warnings[0], "b.png: tag36h11 tags seen more than once are not reported: 3");
 }
 
 // A tag whose corner lies on the picture's edge may be a cut one.
@@ -220,7 +218,7 @@ TEST(Detector, TagsAtTheEdgeOfThePictureAreLeftOut) {
     for (int y = 0; y < image.height(); ++y) {
       std::copy_n(patch.image.row(y) + skip, image.width(), image.row(y));
     }
-    return !detect(image, "a", {board_of("tag36h11", 1, 0, 1)}, {}, nullptr).observations.empty();
+    return !detect(image, {board_of("tag36h11", 1, 0, 1)}).view.observations.empty();
   };
   EXPECT_TRUE(found_with_margin(6));
   EXPECT_FALSE(found_with_margin(0));
@@ -241,7 +239,7 @@ TEST(Detector, WhatIsLeftOfATagThatTheEdgeCutsIsNoTag) {
       Image8 image({patch.image.width() - skip, patch.image.height()});
       for (int y = 0; y < image.height(); ++y)
         std::copy_n(patch.image.row(y) + skip, image.width(), image.row(y));
-      const View view = detect(image, "a", {board_of("tag36h11", 1, 0, 1)}, {}, nullptr);
+      const View view = detect(image, {board_of("tag36h11", 1, 0, 1)}).view;
       found += !view.observations.empty();
       for (const Observation& o : view.observations) {
         const Eigen::Vector2d truth =
@@ -261,8 +259,8 @@ TEST(Detector, ThreadsDoNotChangeTheAnswer) {
   DetectOptions options;
   options.threads = 1;
   const DetectResult one = detect_all(sources_of(patches), boards, options);
-  EXPECT_EQ(one.views[3].observations.size(), 4u);
-  EXPECT_TRUE(one.views[4].observations.empty());
+  EXPECT_EQ(one.pictures[3].view.observations.size(), 4u);
+  EXPECT_TRUE(one.pictures[4].view.observations.empty());
   for (const int threads : {2, 5, 0}) {
     options.threads = threads;
     int calls = 0;
@@ -276,11 +274,12 @@ TEST(Detector, ThreadsDoNotChangeTheAnswer) {
         });
     EXPECT_EQ(calls, 12);
     EXPECT_EQ(many.warnings, one.warnings);
-    ASSERT_EQ(many.views.size(), one.views.size());
-    for (std::size_t i = 0; i < one.views.size(); ++i) {
-      const auto& a = one.views[i].observations;
-      const auto& b = many.views[i].observations;
-      EXPECT_EQ(many.views[i].image, one.views[i].image);
+    ASSERT_EQ(many.pictures.size(), one.pictures.size());
+    for (std::size_t i = 0; i < one.pictures.size(); ++i) {
+      const auto& a = one.pictures[i].view.observations;
+      const auto& b = many.pictures[i].view.observations;
+      EXPECT_EQ(many.pictures[i].view.image, one.pictures[i].view.image);
+      EXPECT_EQ(many.pictures[i].warnings, one.pictures[i].warnings);
       EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end(),
                              [](const Observation& p, const Observation& q) {
                                return p.id == q.id && p.pixel == q.pixel;
@@ -308,7 +307,7 @@ TEST(Detector, AnErrorOfAPictureIsTheFirstOne) {
     }
   }
   EXPECT_THROW(detect_all({}, {board_of("tag99", 1, 0, 5)}, {}), Error);
-  EXPECT_TRUE(detect_all({}, {board_of("tag36h11", 1, 0, 5)}, {}).views.empty());
+  EXPECT_TRUE(detect_all({}, {board_of("tag36h11", 1, 0, 5)}, {}).pictures.empty());
 }
 
 enum class Filling { black, white, noise, checker };
@@ -344,18 +343,19 @@ TEST(Detector, SmallAndEmptyPicturesHoldNothing) {
   }
   const DetectResult result =
       detect_all(sources, {board_of("tag36h11", 2, 0, 587), board_of("tag25h9", 1, 0, 35)}, {});
-  for (const View& view : result.views) EXPECT_TRUE(view.observations.empty());
-  EXPECT_GE(result.warnings.size(), sources.size());  // each says why
+  for (const DetectedPicture& picture : result.pictures) {
+    EXPECT_TRUE(picture.view.observations.empty());
+    EXPECT_FALSE(picture.warnings.empty());  // each says why
+  }
 }
 
 // AprilTag ends the program at 32768 px; tags of such a picture are found at half its size.
 TEST(Detector, PicturesMayBeWiderThanAprilTagTakes) {
   const std::vector<PlacedBoard> boards = {{grid_board({2, 2, 0.1, 0.3}), {}}};
   for (const ImageSize& size : {ImageSize{32768, 100}, ImageSize{100, 40000}}) {
-    std::vector<std::string> warnings;
-    const View view = detect(Image8(size, 200), "wide.png", boards, {}, &warnings);
-    EXPECT_TRUE(view.observations.empty());
-    EXPECT_TRUE(std::ranges::any_of(warnings, [](const std::string& warning) {
+    const DetectedPicture found = detect(Image8(size, 200), boards, {}, "wide.png");
+    EXPECT_TRUE(found.view.observations.empty());
+    EXPECT_TRUE(std::ranges::any_of(found.warnings, [](const std::string& warning) {
       return warning.find("wider or higher than 32767 pixels") != std::string::npos;
     }));
   }
@@ -364,7 +364,7 @@ TEST(Detector, PicturesMayBeWiderThanAprilTagTakes) {
 TEST(Detector, TagsThatTheirFamilyDoesNotHaveAreAnError) {
   const std::vector<PlacedBoard> boards = {{grid_board({30, 20, 0.1, 0.3}), {}}};
   try {
-    detect(Image8({100, 100}, 200), "a.png", boards, {});
+    detect(Image8({100, 100}, 200), boards, {}, "a.png").view;
     FAIL();
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(), "board: tag id: must be in 0..586 of tag36h11, got 587");
@@ -373,7 +373,7 @@ TEST(Detector, TagsThatTheirFamilyDoesNotHaveAreAnError) {
 
 TEST(Detector, NoBoardsNoTags) {
   const TwoBoards scene;
-  EXPECT_TRUE(detect(scene.image, "a", {}, {}, nullptr).observations.empty());
+  EXPECT_TRUE(detect(scene.image, {}).view.observations.empty());
 }
 
 // Photographs that are not part of the project.
@@ -385,10 +385,9 @@ TEST(Detector, RealPhotographs) {
     GTEST_SKIP() << "no photographs beside the project";
   }
   const Image8 image = read_image(folder / "two_boards.png");
-  std::vector<std::string> warnings;
-  const View view = detect(image, "two", {board_of("tag36h11", 2, 0, 72)}, {}, &warnings);
-  EXPECT_GE(view.observations.size(), 4 * 60u);
-  EXPECT_TRUE(warnings.empty());
+  const DetectedPicture found = detect(image, {board_of("tag36h11", 2, 0, 72)}, {}, "two");
+  EXPECT_GE(found.view.observations.size(), 4 * 60u);
+  EXPECT_TRUE(found.warnings.empty());
 }
 
 }  // namespace

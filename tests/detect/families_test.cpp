@@ -112,7 +112,7 @@ TEST(Families, DictionariesAreReadByAprilTag) {
       placed.board.tags.push_back({11, 1.0, Pose()});
       DetectOptions options;
       options.refinement = Refinement::stock;
-      const View view = detect(image, "", {placed}, options, nullptr);
+      const View view = detect(image, {placed}, options).view;
       ASSERT_EQ(view.observations.size(), 4u) << name << " " << turn;
       const double near = 20 + kCell - 0.5, far = near + (cells - 2) * kCell;
       const std::array<Eigen::Vector2d, 4> corners = {

@@ -76,7 +76,7 @@ TEST(ImageFilters, TagsAreReadDownToTwelvePixels) {
     for (std::uint64_t seed = 0; seed < 15; ++seed) {
       Random random(seed);
       const CornerTask task = draw_corner_task(spec, random);
-      const View view = detect(task.view.image, "tag", {task.board}, {.threads = 1}, nullptr);
+      const View view = detect(task.view.image, {task.board}, {.threads = 1}).view;
       if (view.observations.size() != 4) continue;
       ++found;
       double largest = 0;

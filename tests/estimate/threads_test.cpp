@@ -40,8 +40,7 @@ std::vector<double> posed(const Camera& camera) {
 
 std::vector<double> detected(const Image8& image, const std::vector<PlacedBoard>& boards) {
   std::vector<double> numbers;
-  for (const Observation& o :
-       detect(image, "a.png", boards, {.threads = 2}, nullptr).observations) {
+  for (const Observation& o : detect(image, boards, {.threads = 2}, "a.png").view.observations) {
     numbers.push_back(o.pixel.x());
     numbers.push_back(o.pixel.y());
   }

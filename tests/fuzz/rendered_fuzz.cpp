@@ -71,7 +71,8 @@ void check_stride(const Image8& image, const std::vector<PlacedBoard>& boards,
   const int stride = image.width() + 7;
   Image8 wide({stride, image.height()}, 77);
   for (int y = 0; y < image.height(); ++y) std::copy_n(image.row(y), image.width(), wide.row(y));
-  const View seen = detect(ImageView8(wide.pixels().data(), image.size(), stride), boards, options);
+  const View seen =
+      detect(ImageView8(wide.pixels().data(), image.size(), stride), boards, options).view;
   fuzz::require(seen.observations.size() == expected.observations.size(),
                 "a stride changes nothing");
   for (std::size_t i = 0; i < seen.observations.size(); ++i)
@@ -148,7 +149,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const bool is_searched = fuzz::is_accepted([&] {
     const ImageSource source{"picture", [&] { return image; }};
     const DetectResult result = detect_all({source}, boards, options);
-    const View& view = result.views.at(0);
+    const View& view = result.pictures.at(0).view;
     fuzz::check_view(view, image_size);
     if (more == 1) explain(image, boards);
     if (more == 2 && !board.family.empty())

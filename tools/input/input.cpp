@@ -248,13 +248,16 @@ void save(CornerCache& cache, Input& input, bool says_so) {
 void take_over(DetectResult result, Input& input) {
   input.dataset.views.clear();
   input.unfitted.clear();
-  for (std::size_t i = 0; i < result.views.size(); ++i) {
-    if (!result.unreadable[i].empty()) continue;
-    input.dataset.views.push_back(std::move(result.views[i]));
-    input.unfitted.push_back(std::move(result.unfitted[i]));
+  std::vector<std::string> unreadable, warnings = std::move(result.warnings);
+  for (DetectedPicture& picture : result.pictures) {
+    unreadable.push_back(picture.unreadable);
+    warnings.insert(warnings.end(), picture.warnings.begin(), picture.warnings.end());
+    if (!picture.unreadable.empty()) continue;
+    input.dataset.views.push_back(std::move(picture.view));
+    input.unfitted.push_back(std::move(picture.unfitted));
   }
-  leave_out_unreadable(input, result.unreadable);
-  input.warnings.insert(input.warnings.end(), result.warnings.begin(), result.warnings.end());
+  leave_out_unreadable(input, unreadable);
+  input.warnings.insert(input.warnings.end(), warnings.begin(), warnings.end());
 }
 
 }  // namespace

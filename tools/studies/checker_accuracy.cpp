@@ -31,7 +31,7 @@ cv::Mat as_mat(const Image8& image) {
 View found_in(const Image8& image, const CheckerView& view, const Camera* camera) {
   DetectOptions options;
   options.camera = camera;
-  return detect(image, {{view.board, Pose()}}, options, "", nullptr);
+  return detect(image, {{view.board, Pose()}}, options).view;
 }
 
 class Errors {

@@ -35,11 +35,10 @@ struct Row {
   double edge_bound_px;  // Cramer-Rao bound from step edges along the border alone
 };
 
-const Row kRows[] = {
-    {{20, 30, .8, 2}, .0122}, {{30, 30, .8, 2}, .0081},  {{40, 30, .8, 2}, .0066},
-    {{80, 30, .8, 2}, .0045}, {{160, 30, .8, 2}, .0032}, {{40, 0, .8, 2}, .0062},
-    {{40, 60, .8, 2}, .0098}, {{40, 30, .3, 2}, .0044},  {{40, 30, 1.5, 2}, .0107},
-    {{40, 30, .8, 0}, .0009}, {{40, 30, .8, 8}, .026}};
+const Row kRows[] = {{{20, 30, .8, 2}, .0122}, {{30, 30, .8, 2}, .0081},  {{40, 30, .8, 2}, .0066},
+                     {{80, 30, .8, 2}, .0045}, {{160, 30, .8, 2}, .0032}, {{40, 0, .8, 2}, .0062},
+                     {{40, 60, .8, 2}, .0098}, {{40, 30, .3, 2}, .0044},  {{40, 30, 1.5, 2}, .0107},
+                     {{40, 30, .8, 0}, .0009}, {{40, 30, .8, 8}, .026}};
 
 class Errors {
  public:
@@ -116,7 +115,7 @@ void detect_with(Refinement refinement, const TagView& view, Errors& errors) {
   placed.board.tags.push_back({view.id, 1.0, Pose()});
   DetectOptions options;
   options.refinement = refinement;
-  const View found = detect(view.image, "", {placed}, options, nullptr);
+  const View found = detect(view.image, {placed}, options).view;
   if (found.observations.size() != 4) return;
   Corners corners;
   for (std::size_t i = 0; i < 4; ++i) corners[i] = found.observations[i].pixel;

@@ -105,9 +105,8 @@ Line detected(const Picture& picture, int runs, const std::string& name,
   const Image8& image = picture.image;
   const std::vector<PlacedBoard> boards = BoardScene(image.size(), picture.is_plain).scene.boards;
   Line line{name, {}, 0};
-  line.seconds = timed(runs, [&] {
-    line.tags = detect(image, "", boards, options, nullptr).observations.size() / 4;
-  });
+  line.seconds =
+      timed(runs, [&] { line.tags = detect(image, boards, options).view.observations.size() / 4; });
   return line;
 }
 

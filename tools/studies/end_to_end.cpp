@@ -100,7 +100,7 @@ int run(int argc, char** argv) {
     for (const Refinement refinement : {Refinement::stock, Refinement::edges, Refinement::fit}) {
       DetectOptions detect;
       detect.refinement = refinement;
-      dataset.views = detect_all(set.sources, scene.boards, detect).views;
+      dataset.views = detect_all(set.sources, scene.boards, detect).views();
       c = calibrate(dataset, options);
       add(sums[static_cast<int>(refinement)], set, dataset.views, c, scene);
     }

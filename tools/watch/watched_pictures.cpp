@@ -134,7 +134,7 @@ void WatchedPictures::find_size(const std::vector<Search>& pictures, const Detec
   std::map<std::pair<int, int>, int> counts;
   int most = 0;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (found.views[i].observations.empty()) continue;
+    if (found.pictures[i].view.observations.empty()) continue;
     const ImageSize& size = pictures[i].size;
     if (++counts[{size.width, size.height}] <= most) continue;
     most = counts[{size.width, size.height}];
@@ -150,32 +150,24 @@ std::vector<PictureNews> WatchedPictures::search(const std::vector<Search>& pict
   int explained = 0;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const Search& picture = pictures[i];
-    if (!found.unreadable[i].empty()) {
+    DetectedPicture& seen = found.pictures[i];
+    if (!seen.unreadable.empty()) {
       news.push_back({picture.name,
                       Fate::unreadable,
                       0,
                       "",
-                      without_path(found.unreadable[i], folder_ / picture.name),
+                      without_path(seen.unreadable, folder_ / picture.name),
                       {}});
       continue;
     }
-    std::vector<std::string> warnings = warnings_of(picture.name, found.warnings);
-    PictureNews told = keep(picture, std::move(found.views[i]), std::move(warnings));
+    std::vector<std::string> warnings = warnings_of(picture.name, seen.warnings);
+    PictureNews told = keep(picture, std::move(seen.view), std::move(warnings));
     if (told.fate == Fate::no_board && explained++ < kMostExplained)
       told.why = reason(folder_ / picture.name, boards_);
     news.push_back(std::move(told));
   }
-  keep_general(pictures, found.warnings);
+  general_.insert(found.warnings.begin(), found.warnings.end());
   return news;
-}
-
-void WatchedPictures::keep_general(const std::vector<Search>& pictures,
-                                   const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) {
-    const bool has_name = std::ranges::any_of(
-        pictures, [&](const Search& p) { return warning.starts_with(p.name + ": "); });
-    if (!has_name) general_.insert(warning);
-  }
 }
 
 PictureNews WatchedPictures::keep(const Search& picture, View view,

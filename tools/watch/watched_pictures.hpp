@@ -82,7 +82,6 @@ class WatchedPictures {
   std::vector<PictureNews> search(const std::vector<Search>& pictures);
   DetectResult detect(const std::vector<Search>& pictures);
   void find_size(const std::vector<Search>& pictures, const DetectResult& found);
-  void keep_general(const std::vector<Search>& pictures, const std::vector<std::string>& warnings);
   PictureNews keep(const Search& picture, View view, std::vector<std::string> warnings);
   std::optional<PictureNews> forget(const std::string& name);
 

@@ -17,13 +17,6 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// Messages about a picture, besides its corners.
-struct PictureReport {
-  std::vector<std::string> warnings;
-  std::vector<UnfittedTag> unfitted;
-  TagCount count;
-};
-
 // The state of one thread.
 class Worker {
  public:
@@ -32,37 +25,41 @@ class Worker {
         finders_(board_finders(boards, options)),
         checkers_(boards, options) {}
 
-  View detect(const ImageView8& image, const std::string& name, PictureReport& report) {
+  DetectedPicture detect(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
-    View view{name, {}};
+    DetectedPicture found;
+    found.view.image = name;
     constexpr int kMinSide = policy::kTagMinPictureSidePx;
     if (image.width() < kMinSide || image.height() < kMinSide) {
-      report.warnings.push_back(
+      found.warnings.push_back(
           fmt::format("{}: smaller than {}x{} pixels, was not searched", name, kMinSide, kMinSide));
-      return view;
+      return found;
     }
     if (!finders_.empty() && std::max(image.width(), image.height()) > policy::kTagMaxPictureSidePx)
-      report.warnings.push_back(
+      found.warnings.push_back(
           fmt::format("{}: wider or higher than {} pixels, is not searched "
                       "for tags at its full size",
                       name, policy::kTagMaxPictureSidePx));
+    TagCount count;
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);
-      warn_of(seen, finder->wanted().family, name, report.warnings);
+      warn_of(seen, finder->wanted().family, name, found.warnings);
       for (const Completion& completion : seen.completions) {
-        for (const FoundTag& tag : completion.tags) add_corners(tag, view);
-        report.count.add(image, completion, finder->family());
+        for (const FoundTag& tag : completion.tags) add_corners(tag, found.view);
+        count.add(image, completion, finder->family());
         for (const MissingTag& tag : completion.missing)
           if (tag.why == WhyNot::no_fit && tag.expected)
-            report.unfitted.push_back({tag.id, *tag.expected});
+            found.unfitted.push_back({tag.id, *tag.expected});
       }
     }
-    add_checkers(image, name, view, report);
-    std::sort(view.observations.begin(), view.observations.end(),
+    found.num_sure = static_cast<int>(count.sure);
+    found.num_unread = static_cast<int>(count.unread);
+    add_checkers(image, name, found);
+    std::sort(found.view.observations.begin(), found.view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (view.observations.empty() && !finders_.empty())
-      report.warnings.push_back(name + ": no tag of the boards found");
-    return view;
+    if (found.view.observations.empty() && !finders_.empty())
+      found.warnings.push_back(name + ": no tag of the boards found");
+    return found;
   }
 
  private:
@@ -78,14 +75,13 @@ class Worker {
     }
   }
 
-  void add_checkers(const ImageView8& image, const std::string& name, View& view,
-                    PictureReport& report) {
+  void add_checkers(const ImageView8& image, const std::string& name, DetectedPicture& found) {
+    std::vector<Observation>& corners = found.view.observations;
     const std::vector<SeenChecker> seen = checkers_.find(image);
     for (std::size_t i = 0; i < seen.size(); ++i) {
-      view.observations.insert(view.observations.end(), seen[i].corners.begin(),
-                               seen[i].corners.end());
+      corners.insert(corners.end(), seen[i].corners.begin(), seen[i].corners.end());
       if (seen[i].answer == CheckerAnswer::found) continue;
-      report.warnings.push_back(name + ": " + why_not_text(seen[i], *checkers_.boards()[i]));
+      found.warnings.push_back(name + ": " + why_not_text(seen[i], *checkers_.boards()[i]));
     }
   }
 
@@ -104,41 +100,31 @@ class Worker {
 
 }  // namespace
 
-View detect(const ImageView8& image, const std::string& name,
-            const std::vector<PlacedBoard>& boards, const DetectOptions& options,
-            std::vector<std::string>* warnings) {
-  return detect(image, boards, options, name, warnings);
+std::vector<View> DetectResult::views() const {
+  std::vector<View> all;
+  for (const DetectedPicture& picture : pictures) all.push_back(picture.view);
+  return all;
 }
 
-View detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
-            const DetectOptions& options, const std::string& name,
-            std::vector<std::string>* warnings) {
-  PictureReport report;
-  View view = Worker(boards, options).detect(image, name, report);
-  if (warnings) warnings->insert(warnings->end(), report.warnings.begin(), report.warnings.end());
-  return view;
+DetectedPicture detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
+                       const DetectOptions& options, const std::string& name) {
+  return Worker(boards, options).detect(image, name);
 }
 
 namespace {
 
 DetectedPicture search(Worker& worker, const ImageSource& source, const DetectOptions& options) {
-  DetectedPicture found;
   Image8 image;
   try {
     image = source.load();
   } catch (const Error& error) {
     if (!options.skip_unreadable) throw;
-    found.view.image = source.name;
-    found.unreadable = error.what();
-    return found;
+    DetectedPicture none;
+    none.view.image = source.name;
+    none.unreadable = error.what();
+    return none;
   }
-  PictureReport report;
-  found.view = worker.detect(image, source.name, report);
-  found.unfitted = std::move(report.unfitted);
-  found.warnings = std::move(report.warnings);
-  found.num_sure = static_cast<int>(report.count.sure);
-  found.num_unread = static_cast<int>(report.count.unread);
-  return found;
+  return worker.detect(image, source.name);
 }
 
 DetectedPicture find_or_search(Worker& worker, std::size_t i, const ImageSource& source,
@@ -161,7 +147,9 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   const int num_workers =
       std::clamp(static_cast<int>(images.size()), 1, threads_of(options.threads));
   for (int i = 0; i < num_workers; ++i) workers.emplace_back(boards, options);
-  std::vector<DetectedPicture> pictures(images.size());
+  DetectResult result;
+  std::vector<DetectedPicture>& pictures = result.pictures;
+  pictures.resize(images.size());
   parallel_for(
       images.size(), workers,
       [&](Worker& worker, std::size_t i) {
@@ -172,16 +160,9 @@ DetectResult detect_all(const std::vector<ImageSource>& images,
   for (const DetectedPicture& p : pictures)
     counts.push_back(
         {static_cast<std::size_t>(p.num_sure), static_cast<std::size_t>(p.num_unread)});
-  DetectResult result;
   result.warnings = symmetry_warnings(boards);
   for (std::string& warning : wrong_border_warnings(images, counts, boards, options))
     result.warnings.push_back(std::move(warning));
-  for (DetectedPicture& p : pictures) {
-    result.warnings.insert(result.warnings.end(), p.warnings.begin(), p.warnings.end());
-    result.views.push_back(std::move(p.view));
-    result.unfitted.push_back(std::move(p.unfitted));
-    result.unreadable.push_back(std::move(p.unreadable));
-  }
   return result;
 }
 

@@ -63,10 +63,10 @@ struct DetectOptions {
 };
 
 struct DetectResult {
-  std::vector<View> views;  // in the order of the images; corners ordered by id
-  std::vector<std::vector<UnfittedTag>> unfitted;  // for each view
-  std::vector<std::string> unreadable;  // for each view: why its picture could not be loaded, or ""
-  std::vector<std::string> warnings;    // those of one image begin with its name
+  std::vector<DetectedPicture> pictures;  // in the order of the images
+  std::vector<std::string> warnings;      // of the boards, and of all pictures together
+
+  std::vector<View> views() const;  // of a data set
 };
 
 // A family of tags with the width of its black border: 1 as generated, 2 as on Kalibr's boards.

@@ -187,7 +187,7 @@ std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
     if (state.bundle.views.empty()) return std::nullopt;
   }
   CalibrationFit fit;
-  fit.bundle = state.bundle;
+  fit.bundle = std::move(state.bundle);
   fit.used = state.used;
   fit.whitened = input.whitened;
   fit.summary = state.summary;
