@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "tagcal/estimate/calibrate.hpp"
@@ -19,6 +20,8 @@ WorldOptions few_views() {
   options.sigma_px = 0.3;
   return options;
 }
+
+Lens wide_pinhole() { return pinhole(400, 400, 651, 392); }
 
 // The largest error over the image at infinity, in claimed standard deviations.
 double worst_in_image(const Camera& truth, const Calibration& c) {
@@ -90,6 +93,26 @@ TEST(SupportedModels, RoundingOfTheCornersChangesNoClaim) {
     }
   }
   EXPECT_GT(rational, 0);
+}
+
+// A plain lens leaves the numerator and denominator of a rational one free along a valley: its
+// covariance, nearly singular, is one all the same.
+TEST(SupportedModels, ARationalLensOfPlainDataHasACovariance) {
+  WorldOptions options;
+  options.num_views = 29;
+  options.sigma_px = 0.012;
+  for (int seed = 1; seed <= 20; ++seed) {
+    CalibrateOptions rational;
+    rational.model = "opencv8";
+    const Calibration c = calibrate(make_world(wide_pinhole(), seed, options), rational);
+    ASSERT_EQ(c.status, Status::ok) << seed;
+    const Eigen::VectorXd sigmas = c.covariance.diagonal().cwiseSqrt();
+    ASSERT_TRUE((sigmas.array() > 0).all()) << seed;
+    const Eigen::MatrixXd unit =
+        sigmas.cwiseInverse().asDiagonal() * c.covariance * sigmas.cwiseInverse().asDiagonal();
+    EXPECT_LT((unit - unit.transpose()).cwiseAbs().maxCoeff(), 1e-12) << seed;
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit).eigenvalues()[0], -1e-12) << seed;
+  }
 }
 
 TEST(HasPole, WhereTheDenominatorVanishesWithinTheImage) {

@@ -176,8 +176,8 @@ std::optional<std::string> refusal_of(const LensFit& result, const LensFitSource
   if (result.seen.share_without > 0)
     return "model " + model + " has no projection for " + percent(result.seen.share_without) +
            " of " + where;
-  const double most = options.max_difference_px > 0 ? options.max_difference_px
-                                                    : policy::kLargestLensFitDifferencePx;
+  const double most =
+      options.max_difference_px > 0 ? options.max_difference_px : policy::kGoodCornerPx;
   if (result.seen.max_px > most)
     return "model " + model + " differs from the lens by up to " + px(result.seen.max_px) +
            " over " + where + ", more than " + px(most);

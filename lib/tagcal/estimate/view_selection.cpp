@@ -98,9 +98,11 @@ ViewSelection select_views(const Dataset& dataset, const Calibration& calibratio
   for (const Candidate& candidate : left) all += candidate.information;
   ViewSelection selection;
   selection.all_px = std::sqrt(variance_of(effect, all));
+  // Stands in for what the first views do not determine, and decides nothing once they do.
+  constexpr double kLittle = 1e-6;  // numeric: of the information of all views
   MatrixXd sum = MatrixXd::Zero(all.rows(), all.cols());
   while (!left.empty() && selection.views.size() < static_cast<std::size_t>(count)) {
-    const std::size_t best = best_of(left, sum + policy::kSelectionPrior * all, effect);
+    const std::size_t best = best_of(left, sum + kLittle * all, effect);
     sum += left[best].information;
     left[best].view.projection_px = std::sqrt(variance_of(effect, sum));
     selection.views.push_back(std::move(left[best].view));

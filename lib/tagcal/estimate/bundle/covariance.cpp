@@ -124,44 +124,44 @@ class BundleLikelihood {
   const BundleInformation& information_;  // of the solved bundle
 };
 
+// What the views' gradients show, in the coordinates W p of the parameters p, in which the
+// information of lens, board and priors is I (H^-1 = W'W).
+struct Spread {
+  double overdispersion = 1;  // phi
+  MatrixXd covariance;        // of the views' steps, each raised by its leverage
+};
+
 // phi: the mean square of the views' gradients over that of independent residuals, weighed by their
 // effect on the parameters, and shrunk to `independent`.
-double overdispersion_of(const BundleInformation& information, const MatrixXd& a, double variance,
-                         double independent) {
+// Steps: d_v = (I - S_v)^-1/2 g_v has the mean square S_v for independent residuals. The root is
+// its Pade approximation (I - S_v / 4) (I - 3 S_v / 4)^-1, which stays bounded where one view alone
+// determines a parameter.
+Spread spread_of_views(const BundleInformation& information, const MatrixXd& w, double variance,
+                       double independent) {
+  constexpr double kLeast = 0.25, kMost = 0.75;  // numeric: the approximation's coefficients
+  const Index n = w.rows();
+  const MatrixXd identity = MatrixXd::Identity(n, n);
+  Spread spread{1, MatrixXd::Zero(n, n)};
   double observed = 0, expected = 0, squares = 0;
   for (const ViewInformation& view : information.views) {
-    const MatrixXd as = a * view.schur / variance;
-    const double part = as.trace() - (as * as).trace();
-    observed += view.gradient.dot(a * view.gradient) / (variance * variance);
+    const MatrixXd s = w * view.schur * w.transpose() / variance;
+    const VectorXd g = w * view.gradient / variance;
+    const double part = s.trace() - s.squaredNorm();
+    observed += g.squaredNorm();
     expected += part;
     squares += part * part;
+    const VectorXd step =
+        (identity - kLeast * s) * Eigen::LDLT<MatrixXd>(identity - kMost * s).solve(g);
+    spread.covariance += step * step.transpose();
   }
-  if (!(expected > 0)) return independent;
+  spread.overdispersion = independent;
+  if (!(expected > 0)) return spread;
   // Views that matter little count less: the effective number of views.
   const double freedom = std::max(0.0, expected * expected / squares - 1);
   const double prior = policy::kOverdispersionViews;
-  return std::max(1.0, (prior * independent + freedom * observed / expected) / (prior + freedom));
-}
-
-// The covariance of the views' steps, each raised by its leverage: d_v = A (I - S_v A)^-1/2 g_v has
-// the mean square A S_v A for independent residuals. The root is its Pade approximation
-// (I - S_v A / 4) (I - 3 S_v A / 4)^-1, which stays bounded where one view alone determines a
-// parameter.
-MatrixXd spread_of_views(const BundleInformation& information, const MatrixXd& total,
-                         const MatrixXd& a, double variance) {
-  const Index n = total.cols();
-  // The parameters have different units.
-  const VectorXd unit = total.diagonal().cwiseSqrt().cwiseInverse();
-  constexpr double kLeast = 0.25, kMost = 0.75;  // numeric: the approximation's coefficients
-  MatrixXd sum = MatrixXd::Zero(n, n);
-  for (const ViewInformation& view : information.views) {
-    const MatrixXd s = view.schur / variance;
-    const Eigen::LDLT<MatrixXd> most(unit.asDiagonal() * (total - kMost * s) * unit.asDiagonal());
-    const VectorXd x = unit.cwiseProduct(most.solve(unit.cwiseProduct(view.gradient / variance)));
-    const VectorXd step = a * ((total - kLeast * s) * x);
-    sum += step * step.transpose();
-  }
-  return sum;
+  spread.overdispersion =
+      std::max(1.0, (prior * independent + freedom * observed / expected) / (prior + freedom));
+  return spread;
 }
 
 std::optional<ViewInformation> eliminated(const MatrixXd& gram) {
@@ -199,17 +199,30 @@ double row_evidence(std::span<const ParameterSums::RowEquations> views, double v
 
 }  // namespace
 
-std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
+namespace {
+
+// W with W'W = H^-1: a covariance that is computed as W'XW stays positive semidefinite, although
+// the numerator and denominator of a rational lens make H nearly singular. No value if H is
+// singular up to rounding.
+std::optional<MatrixXd> inverse_root(const MatrixXd& information) {
   const VectorXd diagonal = information.diagonal();
   if (!(diagonal.array() > 0).all() || !information.allFinite()) return std::nullopt;
   const VectorXd scale = diagonal.cwiseSqrt().cwiseInverse();
-  const MatrixXd unit = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::LDLT<MatrixXd> ldlt(unit);
+  const Eigen::LDLT<MatrixXd> ldlt(scale.asDiagonal() * information * scale.asDiagonal());
   constexpr double kRounding = 1e-15;  // numeric: a few times that of a double
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > kRounding).all())
     return std::nullopt;
-  const MatrixXd inverse = ldlt.solve(MatrixXd::Identity(unit.rows(), unit.cols()));
-  return MatrixXd(scale.asDiagonal() * inverse * scale.asDiagonal());
+  const MatrixXd scaled = ldlt.transpositionsP() * MatrixXd(scale.asDiagonal());
+  MatrixXd root = ldlt.matrixL().solve(scaled);
+  root.array().colwise() /= ldlt.vectorD().array().sqrt();
+  return root;
+}
+
+}  // namespace
+
+std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
+  const std::optional<MatrixXd> root = inverse_root(information);
+  return root ? std::optional(MatrixXd(root->transpose() * *root)) : std::nullopt;
 }
 
 std::optional<ViewInformation> information_of(const Bundle& bundle, std::size_t view,
@@ -265,22 +278,22 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
                                               const BundleInformation& information, double sigma,
                                               double independent) {
   const double variance = sigma * sigma;
-  const MatrixXd data = information.data() / variance, total = data + information.prior;
   BundleCovariance covariance;
-  const Index n = total.cols();
+  const Index n = information.prior.cols();
   if (n > 0) {
-    const std::optional<MatrixXd> a = exact_inverse(total);
-    if (!a) return std::nullopt;
+    const std::optional<MatrixXd> w = inverse_root(information.total(sigma));
+    if (!w) return std::nullopt;
     // By the noise that weighed the priors of the solution.
-    const auto solved = exact_inverse(information.total(bundle.sigma));
-    const VectorXd gradient = information.gradient(bundle.sigma);
-    if (solved) covariance.decrement = gradient.dot(*solved * gradient);
-    covariance.overdispersion = overdispersion_of(information, *a, variance, independent);
+    const auto solved = inverse_root(information.total(bundle.sigma));
+    if (solved) covariance.decrement = (*solved * information.gradient(bundle.sigma)).squaredNorm();
+    const Spread spread = spread_of_views(information, *w, variance, independent);
+    covariance.overdispersion = spread.overdispersion;
     const auto count = static_cast<double>(information.views.size());
     const double share = count / (count + policy::kSpreadViews);
-    const MatrixXd of_data = share * spread_of_views(information, total, *a, variance) +
-                             (1 - share) * covariance.overdispersion * *a * data * *a;
-    covariance.all = of_data + *a * information.prior * *a;
+    const MatrixXd prior = *w * information.prior * w->transpose();
+    const MatrixXd scaled = spread.overdispersion * (MatrixXd::Identity(n, n) - prior);
+    covariance.all =
+        w->transpose() * (share * spread.covariance + (1 - share) * scaled + prior) * *w;
   }
   for (const ViewInformation& view : information.views) {
     MatrixXd c = variance * view.pose_inverse;
@@ -327,7 +340,7 @@ BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance) {
 }
 
 double row_sigma_of(const Bundle& solved, double sigma) {
-  if (std::ssize(solved.views) < policy::kViewsToKnowRows) return policy::kLoneRowSigma;
+  if (std::ssize(solved.views) < policy::kFewestTellingViews) return policy::kLoneRowSigma;
   const Lens lens = solved.lens();
   std::vector<ParameterSums::RowEquations> views;
   // Weak enough to leave the sums as they are.

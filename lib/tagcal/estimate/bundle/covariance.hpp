@@ -82,7 +82,7 @@ BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance);
 
 // The standard deviation of the row terms (px a row) that the views show: the one of kRowSigmas, or
 // 0, of the highest evidence, with lens and board held; policy::kLoneRowSigma for fewer than
-// policy::kViewsToKnowRows views.
+// policy::kFewestTellingViews views.
 double row_sigma_of(const Bundle& solved, double sigma);
 
 // The inverse of a symmetric positive definite matrix of any scale; no value if the matrix is

@@ -64,6 +64,7 @@ Observability observability(const Bundle& bundle, const Model& model,
 
 void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_iterations) {
   constexpr int kMaxRounds = 10;
+  constexpr double kStationary = 0.01;  // numeric: corners move by a tenth of their deviation
   const double k = bundle.num_parameters(), freedom = std::max(1, degrees_of_freedom(bundle));
   for (int round = 0; round < kMaxRounds && !summary.converged; ++round) {
     const BundleSummary more = solve(bundle, max_iterations);
@@ -71,7 +72,7 @@ void continue_until_converged(Bundle& bundle, BundleSummary& summary, int max_it
     const int iterations = summary.num_iterations + more.num_iterations;
     summary = more;
     summary.num_iterations = iterations;
-    summary.converged |= decrease < policy::kStationaryDecrease * k * more.cost / freedom;
+    summary.converged |= decrease < kStationary * k * more.cost / freedom;
   }
 }
 

@@ -200,7 +200,8 @@ Lens search_lens(const Model& model, const ImageSize& size, const std::vector<Se
     candidates.push_back(plain_lens(model, size, f));
   if (!fisheye) {
     const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
-    if (f && *f > policy::kShortestSeedFocal * extent && *f < policy::kLongestSeedFocal * extent)
+    constexpr double kShortest = 0.05, kLongest = 1000;  // numeric: of a closed form that ends
+    if (f && *f > kShortest * extent && *f < kLongest * extent)
       candidates.push_back(plain_lens(model, size, *f));
     if (has_radial_distortion(model))
       for (const double g : focal_grid(extent, 3))

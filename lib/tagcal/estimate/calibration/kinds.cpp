@@ -144,7 +144,7 @@ double gain_of_perspective(const Posterior& named, const CalibrationInput& input
   if (!other) return 0;
   const double own = chi_square((of_few ? *of_few : named).fit, *other);
   const double less = chi_square(other->fit, *other);
-  return own - less > policy::kOtherLensChiSquare ? (own - less) / own : 0;
+  return own - less > policy::kAmbiguousCost ? (own - less) / own : 0;
 }
 
 CalibrationInput spread_views(const CalibrationInput& input, std::size_t count) {

@@ -44,8 +44,8 @@ double excess_px(const Corners& corners, double degrees_of_freedom) {
   };
   if (!(degrees_of_freedom > 0)) return 0;
   const double at_zero = chi_square(0);
-  if (at_zero < policy::kModelErrorRatio * degrees_of_freedom ||
-      at_zero < chi_square_quantile(degrees_of_freedom, policy::kModelErrorQuantile))
+  if (at_zero < (1 + policy::kNoiseChange) * degrees_of_freedom ||
+      at_zero < chi_square_quantile(degrees_of_freedom, policy::kSignificant))
     return 0;
   double high = 0;  // upper bound: the model error makes all of the residuals
   corners([&](auto residuals, auto) {
@@ -86,7 +86,7 @@ bool update_model_error(CalibrationInput& input, const CalibrationFit& fit) {
     }
   };
   const double excess = excess_px(corners, freedom);
-  if (std::abs(excess - input.model_error_px) <= policy::kModelErrorChange * excess) return false;
+  if (std::abs(excess - input.model_error_px) <= policy::kNoiseChange * excess) return false;
   for (CalibrationView& view : input.views)
     for (Matrix2& whitening : view.problem.whitening.own())
       whitening =

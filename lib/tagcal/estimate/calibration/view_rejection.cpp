@@ -34,9 +34,8 @@ struct FittedView {
   std::size_t others_rejected() const { return inlier.size() - num_inliers - seed_rejected; }
   // The boards beside the largest one have moved against it.
   bool has_moved_board() const {
-    return others() >= policy::kLeastViewCorners &&
-           policy::is_above(others_rejected(), policy::kMovedBoardRejected, others()) &&
-           policy::is_below(seed_rejected, policy::kStillBoardRejected, seed);
+    return others() >= policy::kLeastViewCorners && 2 * others_rejected() > others() &&
+           policy::is_below(seed_rejected, policy::kMinority, seed);
   }
 };
 
@@ -111,21 +110,19 @@ bool is_model_wrong(const std::vector<FittedView>& views, const CalibrationInput
   const auto count = std::count_if(views.begin(), views.end(), [&](const FittedView& v) {
     return is_spatially_correlated(v, input.views[v.view], bundle);
   });
-  return policy::is_above(static_cast<std::size_t>(count), policy::kMostOutlyingViews,
-                          views.size());
+  return policy::is_above(static_cast<std::size_t>(count), policy::kMinority, views.size());
 }
 
 // The outlying views, in ascending order.
 std::vector<const FittedView*> outlying_views(const std::vector<FittedView>& views,
                                               const CalibrationInput& input, const Bundle& bundle,
                                               double least_sigma) {
-  if (views.size() < policy::kLeastComparedViews) return {};
+  if (std::ssize(views) < policy::kFewestTellingViews) return {};
   const MedianView usual = median_view(views, least_sigma);
   std::vector<const FittedView*> outlying;
   for (const FittedView& view : views)
     if (is_outlying(view, input.views[view.view], bundle, usual)) outlying.push_back(&view);
-  if (outlying.empty() ||
-      policy::is_above(outlying.size(), policy::kMostOutlyingViews, views.size()) ||
+  if (outlying.empty() || policy::is_above(outlying.size(), policy::kMinority, views.size()) ||
       is_model_wrong(views, input, bundle))
     return {};
   return outlying;

@@ -243,13 +243,13 @@ Result few_views(const Solved& s) {
 // Rows of the pictures are displaced against one another.
 Result rows_displaced(const Solved& s) {
   const Bundle& bundle = s.solution.fit->bundle;
-  if (!(bundle.row_sigma > 0) || std::ssize(bundle.views) < policy::kViewsToKnowRows)
+  if (!(bundle.row_sigma > 0) || std::ssize(bundle.views) < policy::kFewestTellingViews)
     return std::nullopt;
   double square = 0;
   for (const Eigen::Vector2d& rows : bundle.row_terms) square += rows.squaredNorm();
   const double half = bundle.image_size.height / 2.0;
   const double rms_px = half * std::sqrt(square / static_cast<double>(bundle.views.size()));
-  if (!(rms_px > policy::kLeastRowsPx)) return std::nullopt;
+  if (!(rms_px > policy::kGoodCornerPx)) return std::nullopt;
   return finding(code::rows_displaced,
                  "the upper and lower rows of the pictures are displaced by " + number(rms_px) +
                      " px (RMS) against their middle, each picture by its own: a rolling shutter, "

@@ -28,6 +28,9 @@ inline constexpr double kLeastSigmaPx = 0.01;
 // px. The floor of the noise of a calibration's residuals: exact corners are exact to the solver's
 // convergence, which must not choose between models.
 inline constexpr double kLeastNoisePx = 1e-4;
+// px. The noise of a good corner: a smaller displacement of rows is no finding, and a lens within
+// it stands for another one (docs/models.md has differences of usual lenses).
+inline constexpr double kGoodCornerPx = 0.1;
 // Degrees of freedom from which residuals estimate a noise that is not stated: the standard
 // deviation of that estimate is 1 / sqrt(2 * 50) = 10 %. With fewer, kAssumedSigmaPx is assumed,
 // and a finding says so (docs/conventions.md).
@@ -61,6 +64,8 @@ inline constexpr double kExcludedCost = 25;
 // the images of two poses are d sigma apart, the wrong one is better by T sigma^2 with the
 // probability Q((d^2 + T) / 2 d), at most Q(sqrt T): 3e-5 for T = 16. (With T = 9 it is 1.3e-3, as
 // map tag-tilt-distance measured.)
+// It is also the chi-square by which the other kind of lens must explain the corners better than
+// the one that was asked for.
 inline constexpr double kAmbiguousCost = 16;
 // sigma^2. Two minima whose costs and squared Mahalanobis distances differ by less are one, at
 // which the solver stopped twice. Source: none; chosen by hand.
@@ -187,11 +192,10 @@ inline constexpr double kPriorFreedom = 4;
 // wider, for heat and sheets that are not measured.
 inline constexpr double kPriorFlatness[] = {0.002, 0.0005, 0.00005};
 inline constexpr double kPriorPrint[] = {0.002, 0.0005, 0.0001};
-// Row terms (px a row) of views of which so few cannot tell: a rolling shutter. With more views the
-// data choose among kRowSigmas.
+// Row terms (px a row) of fewer than kFewestTellingViews views: a rolling shutter. With more views
+// the data choose among kRowSigmas.
 inline constexpr double kLoneRowSigma = 0.004;
 inline constexpr double kRowSigmas[] = {0.0003, 0.001, 0.004};
-inline constexpr int kViewsToKnowRows = 4;
 
 // ---- Bundle adjustment, covariance, projection (bundle/, advice)
 
@@ -208,11 +212,6 @@ inline constexpr double kOverdispersionByCorrelation = 20;
 // coefficients reach 5, a solver that stopped at the fold of a lens hundreds. Source: study
 // focal_refusal.
 inline constexpr double kLargestDecrement = 30;
-// A bundle without convergence has ended all the same if a round of iterations lowers its cost by
-// less than this share of sigma^2 for each parameter: its corners have moved by less than a tenth
-// of their standard deviation. Source: none; chosen by hand.
-inline constexpr double kStationaryDecrease = 0.01;
-
 // The profile likelihood of a calibration (covariance.hpp).
 // Standard deviation over the focal length up to which a linear covariance is trusted. Source:
 // none; chosen by hand (study calibration_nees confirms that covariance).
@@ -235,11 +234,6 @@ inline constexpr double kCornerInset = 0.2;
 // The advised view (advice.cpp). Of views that leave at most this many times the least variance,
 // the one that fills most gaps. Source: none; chosen by hand (docs/how_sure.md).
 inline constexpr double kNearlyLeastVariance = 2;
-
-// The share of the information of all views that stands in for what the first selected views do not
-// determine (view_selection.cpp): so small that it decides nothing once they do. Source: none;
-// chosen by hand.
-inline constexpr double kSelectionPrior = 1e-6;
 
 // ---- Calibration: start, rejection, choice of the model (calibration/)
 
@@ -272,11 +266,6 @@ inline constexpr Share kMostOutsideImage{1, 20};
 // view, or 143 of a fisheye. Source: none; chosen by hand.
 inline constexpr double kNominalFocal = 1.0;
 inline constexpr double kNominalFisheyeFocal = 0.4;
-// Zhang's closed form is tried as a start if its focal length over the longer side of the image is
-// within these bounds. Source: none; chosen by hand.
-inline constexpr double kShortestSeedFocal = 0.05;
-inline constexpr double kLongestSeedFocal = 1000;
-
 // Least median of squares (projective_lmeds.hpp). A ray is an inlier within kLmedsSigmas robust
 // standard deviations plus kLmedsLensRad (rad), which allows for the distortion within a view.
 // Source of both: none; chosen by hand.
@@ -291,28 +280,21 @@ inline constexpr double kLmedsGoodMedianRad = 0.01;
 // (tests/estimate/weak_calibration_test.cpp).
 inline constexpr double kWeakResidualShare = 0.04;
 
-// A board beside the largest one of a view has moved if more than the first share of its corners
-// are rejected, and less than the second one of the largest board's. Source: none; chosen by hand.
-inline constexpr Share kMovedBoardRejected{1, 2};
-inline constexpr Share kStillBoardRejected{1, 3};
+// A minority: of views that are outlying, so that the model or the target is not to blame, and of
+// rejected corners of a board that stands still where another one moved. x 0.7 and x 1.4 change no
+// answer of study sensitivity.
+inline constexpr Share kMinority{1, 3};
 // A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
 // by this share of rejected corners above the median share. Source: none; chosen by hand
 // (docs/how_sure.md).
 inline constexpr double kOutlyingRms = 1.3;
 inline constexpr double kOutlyingRejected = 0.4;
-// Views that a median needs, and the share of outlying or correlated views above which the model or
-// the target is wrong, not the views. Source: none; chosen by hand.
-inline constexpr std::size_t kLeastComparedViews = 4;
-inline constexpr Share kMostOutlyingViews{1, 3};
+// Views that tell of one another: which one is outlying, or how large the row terms are.
+inline constexpr int kFewestTellingViews = 4;
 
-// Noise beyond the corners' covariances counts if chi-square exceeds this quantile (p = 3e-5) and
-// this many times its mean; it is final once it changes by less than the last factor. Source: none;
-// chosen by hand.
-inline constexpr double kModelErrorQuantile = 4;
-inline constexpr double kModelErrorRatio = 1.1;
-inline constexpr double kModelErrorChange = 0.02;
-
-// Share by which the noise of a fit may differ from that which weighed its priors.
+// Share by which a noise may differ from another one that stands for it: the noise that weighed the
+// priors of a fit, and that of the corners' covariances if lens and target add to it. x 0.7 and x
+// 1.4 change the answers of 0.5 % of the worlds.
 inline constexpr double kNoiseChange = 0.1;
 
 // Fits are compared by their noise if each has at least this share of the other's inliers; with
@@ -337,9 +319,6 @@ inline constexpr double kKindTemper = 4;
 // Weights below this are dropped: they are less than the claim's own accuracy.
 inline constexpr double kLeastModelWeight = 0.01;
 
-// Chi-square by which the other kind of lens explains the corners better than the one that was
-// asked for: four standard deviations of one parameter, p = 6e-5.
-inline constexpr double kOtherLensChiSquare = 16;
 // Share of the sum of squares that opencv5 would explain, above which a wrong target is not blamed.
 // Source: none; chosen by hand (docs/real_corners.md has right and wrong targets).
 inline constexpr double kLargerLensShare = 0.1;
@@ -351,9 +330,6 @@ inline constexpr double kLargerLensShare = 0.1;
 inline constexpr double kLikePrior = 0.7;
 // Views up to which what they share, as a bend of the board, may look like the lens.
 inline constexpr std::size_t kFewViews = 2;
-// px. Displacement of the upper and lower rows that is worth a warning: the noise of a good corner.
-inline constexpr double kLeastRowsPx = 0.1;
-
 // Factor by which a standard deviation is much larger: the residuals beyond the stated noise, or a
 // result without an untested assumption of its model (docs/how_sure.md). Source: none; chosen by
 // hand.
@@ -399,9 +375,5 @@ inline constexpr double kLargestTagScale = 0.2;
 // Cosine of the angle to the axis, 80 degrees, up to which a perspective lens can see a corner.
 // Source: none; chosen by hand.
 inline constexpr double kPerspectiveCosine = 0.17;
-
-// px. A fitted lens replaces its source up to this difference over the region: about the noise of a
-// good corner. Source: none; chosen by hand (docs/models.md has differences of usual lenses).
-inline constexpr double kLargestLensFitDifferencePx = 0.1;
 
 }  // namespace tagcal::internal::policy
