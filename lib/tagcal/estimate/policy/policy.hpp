@@ -282,7 +282,7 @@ inline constexpr double kWeakResidualShare = 0.04;
 
 // A minority: of views that are outlying, so that the model or the target is not to blame, and of
 // rejected corners of a board that stands still where another one moved. x 0.7 and x 1.4 change no
-// answer of study sensitivity.
+// world (docs/sensitivity.md).
 inline constexpr Share kMinority{1, 3};
 // A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
 // by this share of rejected corners above the median share. Source: none; chosen by hand
@@ -294,7 +294,7 @@ inline constexpr int kFewestTellingViews = 4;
 
 // Share by which a noise may differ from another one that stands for it: the noise that weighed the
 // priors of a fit, and that of the corners' covariances if lens and target add to it. x 0.7 and x
-// 1.4 change the answers of 0.5 % of the worlds.
+// 1.4 change 3.5 % of the worlds and up to 5 % of the halves by 1 % (docs/sensitivity.md).
 inline constexpr double kNoiseChange = 0.1;
 
 // Fits are compared by their noise if each has at least this share of the other's inliers; with
