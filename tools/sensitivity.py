@@ -12,6 +12,7 @@ interrupted is continued, and results of other sources are not used.
 import argparse
 import csv
 import hashlib
+import math
 import os
 import pathlib
 import re
@@ -77,9 +78,13 @@ def variable(text):
 def prepare():
   """Copies the sources, with variable policies; says which sources they are."""
   digest = hashlib.sha256()
-  files = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True,
-                         check=True).stdout
-  for name in filter(None, files.split("\0")):
+  listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+                          cwd=ROOT, capture_output=True, text=True, check=True).stdout
+  names = {name for name in listed.split("\0") if name and (ROOT / name).is_file()}
+  for path in (TREE / "lib").rglob("*.?pp"):
+    if str(path.relative_to(TREE)) not in names:
+      path.unlink()  # of an earlier version
+  for name in sorted(names):
     text = (ROOT / name).read_bytes()
     if name.startswith(("lib/", "tools/studies/")):
       digest.update(name.encode() + text)
@@ -110,7 +115,7 @@ def build(jobs):
 
 
 def rows_of(study, programs, constant=None, factor=1):
-  """The rows of a study as lists of texts, without times."""
+  """The rows of a study as lists of texts, without times; None if it fails with the constant."""
   out = WORK / "run"
   shutil.rmtree(out, ignore_errors=True)
   out.mkdir(parents=True)
@@ -129,8 +134,10 @@ def rows_of(study, programs, constant=None, factor=1):
     environment |= {"TAGCAL_CONSTANT": constant, "TAGCAL_FACTOR": str(factor)}
   done = subprocess.run(command, env=environment, stdout=subprocess.DEVNULL,
                         stderr=subprocess.PIPE, text=True)
+  if done.returncode != 0 and not constant:
+    sys.exit(f"sensitivity.py: {study} failed: {done.stderr[-500:]}")
   if done.returncode != 0:
-    sys.exit(f"sensitivity.py: {constant} x {factor}: {study} failed: {done.stderr[-500:]}")
+    return None
   rows = []
   for path in sorted(out.glob("*.csv")):
     with path.open() as file:
@@ -150,7 +157,9 @@ def differs(a, b):
 
 
 def changed(before, after):
-  """Percentage of the rows that differ."""
+  """Percentage of the rows that differ; no number if the study failed."""
+  if after is None:
+    return math.nan
   if len(before) != len(after):
     return 100.0
   count = sum(any(differs(x, y) for x, y in zip(a, b)) for a, b in zip(before, after))

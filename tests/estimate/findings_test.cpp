@@ -44,6 +44,8 @@ TEST(Findings, EveryStatusThatIsNoAnswerHasACode) {
                               Status::degenerate, Status::no_consensus, Status::not_converged}) {
     EXPECT_TRUE(documented_codes().contains(std::string(refusal_code(status).name)));
     EXPECT_EQ(refusal_code(status).severity, Severity::refusal);
+    const Finding refusal = finding(refusal_code(status), "");
+    EXPECT_EQ(judge({&refusal, 1}), status);
   }
 }
 

@@ -9,7 +9,6 @@
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
-#include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
 #include "tagcal/estimate/checks/report.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"

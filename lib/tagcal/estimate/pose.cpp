@@ -1,4 +1,5 @@
 #include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/findings/finding_codes.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"

@@ -345,8 +345,6 @@ constexpr std::array kWeakChecks = {
     Check{perspective_seen, kAnswersOnly},
 };
 
-bool is_refusal(const Finding& finding) { return finding.severity == Severity::refusal; }
-
 }  // namespace
 
 std::span<const Check> checks() { return kChecks; }
@@ -362,15 +360,6 @@ void run_checks(std::span<const Check> table, const Solved& solved,
     is_refused |= is_refusal(*result);
     findings.push_back(*std::move(result));
   }
-}
-
-Status judge(std::span<const Finding> findings) {
-  const auto refusal = std::ranges::find_if(findings, is_refusal);
-  if (refusal == findings.end()) return Status::ok;
-  for (const Status status : {Status::focal_not_observable, Status::not_observable,
-                              Status::degenerate, Status::no_consensus, Status::not_converged})
-    if (refusal->code == status_name(status)) return status;
-  return Status::degenerate;
 }
 
 }  // namespace tagcal::internal

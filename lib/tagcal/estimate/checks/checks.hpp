@@ -31,8 +31,4 @@ std::span<const Check> weak_checks();
 // calibration.
 void run_checks(std::span<const Check> table, const Solved& solved, std::vector<Finding>& findings);
 
-// The status that findings mean: that of the first refusal, or ok. Every status without an answer
-// is the code of a refusal (refusal_code).
-Status judge(std::span<const Finding> findings);
-
 }  // namespace tagcal::internal

@@ -1,30 +1,35 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tagcal/estimate/types.hpp"
 
-// Every code of a finding, with its severity. docs/findings.md explains each code; a test keeps
-// that list complete.
+// Every code of a finding, with its severity and the status that it causes. docs/findings.md
+// explains each code; a test keeps that list complete.
 
 namespace tagcal::internal {
 
 struct FindingCode {
   std::string_view name;
   Severity severity = Severity::warning;
+  Status status = Status::ok;  // of a refusal
 };
 
 namespace code {
 
 // No answer.
-inline constexpr FindingCode degenerate{"degenerate", Severity::refusal};
-inline constexpr FindingCode no_consensus{"no_consensus", Severity::refusal};
-inline constexpr FindingCode not_converged{"not_converged", Severity::refusal};
-inline constexpr FindingCode focal_not_observable{"focal_not_observable", Severity::refusal};
-inline constexpr FindingCode not_observable{"not_observable", Severity::refusal};
-inline constexpr FindingCode target_unseen{"target_unseen", Severity::refusal};
+inline constexpr FindingCode degenerate{"degenerate", Severity::refusal, Status::degenerate};
+inline constexpr FindingCode no_consensus{"no_consensus", Severity::refusal, Status::no_consensus};
+inline constexpr FindingCode not_converged{"not_converged", Severity::refusal,
+                                           Status::not_converged};
+inline constexpr FindingCode focal_not_observable{"focal_not_observable", Severity::refusal,
+                                                  Status::focal_not_observable};
+inline constexpr FindingCode not_observable{"not_observable", Severity::refusal,
+                                            Status::not_observable};
+inline constexpr FindingCode target_unseen{"target_unseen", Severity::refusal, Status::degenerate};
 
 // The data.
 inline constexpr FindingCode input{"input", Severity::warning};  // from a reader or the detector
@@ -78,7 +83,12 @@ inline void add(std::vector<Finding>& findings, const FindingCode& code, std::st
   findings.push_back(finding(code, std::move(sentence)));
 }
 
-// Code of a status without an answer. Precondition: !is_answer(status).
-inline FindingCode refusal_code(Status status) { return {status_name(status), Severity::refusal}; }
+// The code of a status without an answer. Precondition: !is_answer(status).
+FindingCode refusal_code(Status status);
+
+inline bool is_refusal(const Finding& finding) { return finding.severity == Severity::refusal; }
+
+// The status that findings mean: that of the first refusal, or ok.
+Status judge(std::span<const Finding> findings);
 
 }  // namespace tagcal::internal
