@@ -1,7 +1,6 @@
 #include "tagcal/estimate/calibrate.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "tagcal/error.hpp"
@@ -13,17 +12,12 @@
 #include "tagcal/estimate/checks/report.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 using namespace internal;
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // The result if there is no fit.
 Calibration no_answer(const CalibrationInput& input, std::string_view model) {
@@ -116,7 +110,7 @@ void check_options(const CalibrateOptions& options) {
 }
 
 Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
-  const auto begin = Clock::now();
+  const Stopwatch stopwatch;
   check_options(options);
   if (options.start && options.start->image_size != dataset.image_size)
     throw Error("start: must have the image size of the data set");
@@ -130,7 +124,7 @@ Calibration calibrate(const Dataset& dataset, const CalibrateOptions& options) {
       is_weak_asked ? calibrate_weak(input, options) : calibrate_input(input, options);
   result.model_error_px = input.model_error_px;
   result.outliers.insert(result.outliers.end(), input.rejected.begin(), input.rejected.end());
-  result.seconds.total = seconds_since(begin);
+  result.seconds.total = stopwatch.seconds();
   return result;
 }
 

@@ -1,7 +1,6 @@
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -13,21 +12,17 @@
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
+#include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Eigen::Vector2d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRounds = 15;
 constexpr int kRowRounds = 3;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 double robust_sigma(const RobustState& state) {
   std::vector<double> of_inliers;
@@ -281,10 +276,10 @@ std::vector<Outlier> outliers_of(const CalibrationInput& input, const Calibratio
 
 std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInput& input,
                                         const CalibrateOptions& options) {
-  const auto begin = Clock::now();
+  const Stopwatch stopwatch;
   const auto start = calibration_seed(model, input.image_size, input.views, seed_options(options));
   if (!start) return std::nullopt;
-  const double start_seconds = seconds_since(begin);
+  const double start_seconds = stopwatch.seconds();
   Bundle bundle;
   bundle.model = &model;
   bundle.image_size = input.image_size;
@@ -293,20 +288,20 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
   auto fit = fit_from(bundle, selection_of(*start, options), input, options);
   if (!fit) return std::nullopt;
   fit->start_seconds = start_seconds;
-  fit->solve_seconds = seconds_since(begin) - start_seconds;
+  fit->solve_seconds = stopwatch.seconds() - start_seconds;
   return fit;
 }
 
 CalibrationFit fit_on_inliers(const CalibrationFit& fit, const Model& model,
                               std::vector<double> free_values, const CalibrateOptions& options) {
-  const auto begin = Clock::now();
+  const Stopwatch stopwatch;
   CalibrationFit result = fit;
   result.bundle.model = &model;
   result.bundle.free_values = std::move(free_values);
   result.summary = solve(result.bundle, options.max_iterations, options.num_threads);
   result.more_cost += result.summary.cost - fit.summary.cost;
   result.num_iterations += result.summary.num_iterations;
-  result.solve_seconds += seconds_since(begin);
+  result.solve_seconds += stopwatch.seconds();
   return result;
 }
 

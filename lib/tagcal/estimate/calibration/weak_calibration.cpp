@@ -2,12 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
+#include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/solvers/weak_perspective.hpp"
 
 namespace tagcal::internal {
@@ -188,7 +188,7 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
 }
 
 std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   const auto start = calibration_seed(input.models->named("f"), input.image_size, input.views,
                                       seed_options(options));
   if (!start) return std::nullopt;
@@ -227,8 +227,7 @@ std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOp
   take_selection(input, std::move(state), fit);
   weak.outliers =
       outliers_of(input, fit, [&](std::size_t v) { return lens_of(*views[v], centre); });
-  fit.solve_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  fit.solve_seconds = stopwatch.seconds();
   return weak;
 }
 

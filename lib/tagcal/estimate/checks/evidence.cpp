@@ -1,10 +1,10 @@
 #include "tagcal/estimate/checks/evidence.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -66,7 +66,7 @@ Evidence evidence_of_noise(const CalibrationFit& fit, const CalibrateOptions& op
 }
 
 Evidence gather_evidence(const Solution& solution) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   const CalibrationFit& fit = *solution.fit;
   const Posterior& posterior = solution.choice->posterior;
   const BundleCovariance& claim = solution.choice->claim;
@@ -86,8 +86,7 @@ Evidence gather_evidence(const Solution& solution) {
   }
   if (fit.bundle.board) evidence.board = board_warp(fit.bundle, claim);
   evidence.target = find_target_error(evidence, solution);
-  evidence.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  evidence.seconds = stopwatch.seconds();
   return evidence;
 }
 

@@ -1,6 +1,5 @@
 #include "tagcal/estimate/checks/report.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -10,11 +9,10 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
 #include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/internal/stopwatch.hpp"
 
 namespace tagcal::internal {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // Fills in the parts of an answer that need the fit only.
 Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options,
@@ -123,7 +121,7 @@ void add_findings(std::span<const Check> table, Solved& solved) {
 }  // namespace
 
 Calibration report(const Solution& solution, Evidence evidence) {
-  const auto begin = Clock::now();
+  const Stopwatch stopwatch;
   const CalibrationFit& fit = *solution.fit;
   Solved solved{solution, std::move(evidence), nullptr, {}};
   Calibration& c = solved.answer;
@@ -140,8 +138,7 @@ Calibration report(const Solution& solution, Evidence evidence) {
     c.projection.clear();
     c.board_warp.reset();
   }
-  c.seconds.covariance =
-      solved.evidence.seconds + std::chrono::duration<double>(Clock::now() - begin).count();
+  c.seconds.covariance = solved.evidence.seconds + stopwatch.seconds();
   return std::move(solved.answer);
 }
 
