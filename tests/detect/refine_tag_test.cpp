@@ -10,8 +10,8 @@
 #include "rendered_tag.hpp"
 #include "tag_patch.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
-#include "tagcal/detect/tag_fit/refine_edges.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/image.hpp"
 
 // AprilTag's own detector. Private to study.

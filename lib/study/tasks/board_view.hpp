@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "tagcal/detect/tag_fit/refine_edges.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/render.hpp"
 
 // Pictures of a board of 6 x 6 tags. Private to study.

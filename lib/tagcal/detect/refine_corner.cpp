@@ -5,7 +5,7 @@
 
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {

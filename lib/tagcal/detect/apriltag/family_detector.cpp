@@ -12,6 +12,7 @@
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/detect/tag_fit/refine_edges.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::internal {

@@ -11,7 +11,7 @@
 #include "tagcal/detect/refine_tag.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
-#include "tagcal/detect/tag_fit/refine_edges.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/detect/types.hpp"
 #include "tagcal/scene/image.hpp"
 

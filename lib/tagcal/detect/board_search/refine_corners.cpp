@@ -10,7 +10,7 @@
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/refine_tag_lens.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/tag_lens.hpp"
+#include "tagcal/detect/tag_fit/tag_model.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/refine_edges.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/board.hpp"
 #include "tagcal/scene/image.hpp"
 

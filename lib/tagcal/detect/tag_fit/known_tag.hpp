@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "tagcal/detect/refine_tag.hpp"
-#include "tagcal/detect/tag_fit/refine_edges.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
 
 // Private to detect.
 namespace tagcal::internal {

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+
 #include "tagcal/detect/policy/policy.hpp"
-#include "tagcal/detect/tag_fit/refine_edges.hpp"
 #include "tagcal/scene/image.hpp"
 
-// Private to detect: functions of a tag's four corners.
 namespace tagcal::internal {
+
+// A tag's four corners: 0..3, pixel centres at whole numbers.
+using Quad = std::array<Eigen::Vector2d, 4>;
 
 // True if every corner is at least `margin_px` inside the picture's edge: a nearer tag may be cut.
 bool is_inside(const Quad& quad, const ImageSize& size,

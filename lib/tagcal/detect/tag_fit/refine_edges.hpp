@@ -1,14 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
 #include <optional>
 
+#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/image.hpp"
 
 namespace tagcal::internal {
-
-using Quad = std::array<Eigen::Vector2d, 4>;  // corners 0..3, pixel centres at whole numbers
 
 // The shape of a tag, as far as the fit of its sides needs it.
 struct QuadShape {

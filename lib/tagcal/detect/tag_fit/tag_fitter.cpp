@@ -1,4 +1,4 @@
-#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

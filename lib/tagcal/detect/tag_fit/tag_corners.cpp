@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
 
 namespace tagcal::internal {
 

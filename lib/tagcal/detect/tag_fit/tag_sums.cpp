@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "tagcal/detect/policy/policy.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
 
 namespace tagcal::internal {
 

@@ -1,10 +1,10 @@
-// Compiled with -mavx2 -mfma on x86-64 (lib/CMakeLists.txt); refine_tag_kernels.hpp lists the
+// Compiled with -mavx2 -mfma on x86-64 (lib/CMakeLists.txt); tag_kernels.hpp lists the
 // headers that may be included here. On other processors these kernels do not exist.
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
 
 #if defined(__AVX2__) && defined(__FMA__)
 
-#include "tagcal/detect/tag_fit/refine_tag_kernel_loops.hpp"
+#include "tagcal/detect/tag_fit/tag_kernel_loops.hpp"
 
 namespace tagcal::internal {
 

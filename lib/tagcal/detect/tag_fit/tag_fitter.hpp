@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/refine_tag_lens.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_region.hpp"
+#include "tagcal/detect/tag_fit/tag_lens.hpp"
+#include "tagcal/detect/tag_fit/tag_model.hpp"
+#include "tagcal/detect/tag_fit/tag_region.hpp"
 #include "tagcal/detect/types.hpp"
 
 // Private to detect: the least squares behind refine_tag().

@@ -4,8 +4,8 @@
 
 // Private to detect: the loops over pixels of refine_tag(), for the processor at hand. Files of
 // kernels are compiled for one kind of processor and include only this header, internal/pack.hpp,
-// refine_tag_packs.hpp, refine_tag_felt_lines.hpp, refine_tag_border_shifts.hpp and
-// refine_tag_kernel_loops.hpp: the linker could take an inline function of another header from
+// tag_packs.hpp, nearby_lines.hpp, border_shifts.hpp and
+// tag_kernel_loops.hpp: the linker could take an inline function of another header from
 // there for programs on other processors.
 namespace tagcal::internal {
 

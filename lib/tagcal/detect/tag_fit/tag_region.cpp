@@ -1,4 +1,4 @@
-#include "tagcal/detect/tag_fit/refine_tag_region.hpp"
+#include "tagcal/detect/tag_fit/tag_region.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "tagcal/detect/tag_fit/refine_tag_border_shifts.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_felt_lines.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_packs.hpp"
+#include "tagcal/detect/tag_fit/border_shifts.hpp"
+#include "tagcal/detect/tag_fit/nearby_lines.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_packs.hpp"
 
-// The loops of refine_tag_kernels.hpp. Included by the files of kernels only.
+// The loops of tag_kernels.hpp. Included by the files of kernels only.
 namespace tagcal::internal {
 namespace {
 

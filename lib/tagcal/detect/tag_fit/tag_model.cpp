@@ -1,4 +1,4 @@
-#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/tag_model.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/refine_tag_model.hpp"
+#include "tagcal/detect/tag_fit/tag_model.hpp"
 
 // Private to detect: the part of a tag that is fitted at once.
 namespace tagcal::internal {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tagcal/detect/tag_fit/refine_tag_felt_lines.hpp"
+#include "tagcal/detect/tag_fit/nearby_lines.hpp"
 
 // Shifts of the borders between black and white, by ink and bloom, in the share of white. Included
 // by the files of kernels only.

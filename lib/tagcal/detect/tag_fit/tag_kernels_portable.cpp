@@ -1,6 +1,6 @@
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
 
-#include "tagcal/detect/tag_fit/refine_tag_kernel_loops.hpp"
+#include "tagcal/detect/tag_fit/tag_kernel_loops.hpp"
 #include "tagcal/internal/processor.hpp"
 
 namespace tagcal::internal {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <variant>
 
-#include "tagcal/detect/tag_fit/refine_tag_fitter.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 // The start of a fit: its pixels and its first parameters.

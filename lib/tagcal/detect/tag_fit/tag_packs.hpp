@@ -1,9 +1,9 @@
 #pragma once
 
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
 #include "tagcal/internal/pack.hpp"
 
-// Functions of packs for the loops of refine_tag_kernels.hpp. Included by the files of kernels
+// Functions of packs for the loops of tag_kernels.hpp. Included by the files of kernels
 // only.
 namespace tagcal::internal {
 namespace {

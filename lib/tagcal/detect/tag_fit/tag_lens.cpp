@@ -1,4 +1,4 @@
-#include "tagcal/detect/tag_fit/refine_tag_lens.hpp"
+#include "tagcal/detect/tag_fit/tag_lens.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
 #include "tagcal/geometry/pose.hpp"
 
 namespace tagcal::internal {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "tagcal/detect/tag_fit/refine_tag_kernels.hpp"
-#include "tagcal/detect/tag_fit/refine_tag_packs.hpp"
+#include "tagcal/detect/tag_fit/tag_kernels.hpp"
+#include "tagcal/detect/tag_fit/tag_packs.hpp"
 
 // Share of white at a pack of pixels from the lines near them. A line is felt at a pixel within
 // kTagReach spreads of it. Included by the files of kernels only.
