@@ -33,8 +33,10 @@ SETS = "bouguet_left bouguet_right opencv_left visp_circles euroc_cam0".split()
 TIMES = ("render_s", "detect_s", "calibrate_s", "own_s", "time_us")
 STUDIES = {"estimate": ("corners", "halves", "maps"), "detect": ("pixels",)}
 
-READER = """
+READER_NAME = "tagcal/internal/policy_factor.hpp"
+READER = """#pragma once
 #include <cmath>
+#include <cstddef>
 #include <cstdlib>
 #include <string_view>
 namespace tagcal::internal::policy {
@@ -72,7 +74,7 @@ def variable(text):
   text = SCALAR.sub(r'inline const \1 \2 = scaled(\1{\3}, factor_of("\2"));', text)
   text = LIST.sub(elements, text)
   text = SHARE.sub(r'inline const Share \1{scaled(100 * \2, factor_of("\1")), 100 * \3};', text)
-  return re.sub(r"(#include <cstddef>\n)", lambda m: m[1] + READER, text, count=1)
+  return text.replace("#include <cstddef>\n", f'#include "{READER_NAME}"\n', 1)
 
 
 def prepare():
@@ -82,8 +84,9 @@ def prepare():
                           cwd=ROOT, capture_output=True, text=True, check=True).stdout
   names = {name for name in listed.split("\0") if name and (ROOT / name).is_file()}
   for path in (TREE / "lib").rglob("*.?pp"):
-    if str(path.relative_to(TREE)) not in names:
+    if str(path.relative_to(TREE)) not in names | {f"lib/{READER_NAME}"}:
       path.unlink()  # of an earlier version
+  write(TREE / "lib" / READER_NAME, READER.encode())
   for name in sorted(names):
     text = (ROOT / name).read_bytes()
     if name.startswith(("lib/", "tools/studies/")):

@@ -292,17 +292,17 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
   return fit;
 }
 
-CalibrationFit fit_on_inliers(const CalibrationFit& fit, const Model& model,
+CalibrationFit fit_on_inliers(CalibrationFit fit, const Model& model,
                               std::vector<double> free_values, const CalibrateOptions& options) {
   const Stopwatch stopwatch;
-  CalibrationFit result = fit;
-  result.bundle.model = &model;
-  result.bundle.free_values = std::move(free_values);
-  result.summary = solve(result.bundle, options.max_iterations, options.num_threads);
-  result.more_cost += result.summary.cost - fit.summary.cost;
-  result.num_iterations += result.summary.num_iterations;
-  result.solve_seconds += stopwatch.seconds();
-  return result;
+  const double before = fit.summary.cost;
+  fit.bundle.model = &model;
+  fit.bundle.free_values = std::move(free_values);
+  fit.summary = solve(fit.bundle, options.max_iterations, options.num_threads);
+  fit.more_cost += fit.summary.cost - before;
+  fit.num_iterations += fit.summary.num_iterations;
+  fit.solve_seconds += stopwatch.seconds();
+  return fit;
 }
 
 }  // namespace tagcal::internal

@@ -83,7 +83,7 @@ std::optional<CalibrationFit> fit_model(const Model& model, const CalibrationInp
 
 // The same bundle with another model, whose lens is the nearest to the solved one, solved on the
 // same inliers, with the same row terms' prior. `free_values`: where it starts.
-CalibrationFit fit_on_inliers(const CalibrationFit& fit, const Model& model,
+CalibrationFit fit_on_inliers(CalibrationFit fit, const Model& model,
                               std::vector<double> free_values, const CalibrateOptions& options);
 
 }  // namespace tagcal::internal
