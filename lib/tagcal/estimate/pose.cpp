@@ -1,5 +1,4 @@
 #include "tagcal/estimate/pose.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
 
 #include <fmt/format.h>
 
@@ -7,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "tagcal/estimate/findings/finding_codes.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"

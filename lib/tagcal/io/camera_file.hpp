@@ -14,6 +14,7 @@
 
 namespace tagcal {
 
+// The formats that are read or written.
 std::span<const CameraFormat> camera_formats();
 
 // Reads all cameras of a file, whose format is recognised by its content, and the poses of its
@@ -39,7 +40,7 @@ std::vector<ImagePose> read_poses(const std::filesystem::path& file);
 // Throws Error if it cannot be read or is not YAML, JSON or XML.
 bool is_camera_file(const std::filesystem::path& file);
 
-// The format whose `endings` the name of a file has; "" for others.
+// The format whose `ending` the name of a file has; "" for others.
 std::string_view format_of_name(const std::filesystem::path& file);
 
 // Writes the cameras and poses in a format by name, whole or not at all; colmap writes a folder

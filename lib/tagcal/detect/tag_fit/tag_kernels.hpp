@@ -4,9 +4,8 @@
 
 // Private to detect: the loops over pixels of refine_tag(), for the processor at hand. Files of
 // kernels are compiled for one kind of processor and include only this header, internal/pack.hpp,
-// tag_packs.hpp, nearby_lines.hpp, border_shifts.hpp and
-// tag_kernel_loops.hpp: the linker could take an inline function of another header from
-// there for programs on other processors.
+// tag_packs.hpp, nearby_lines.hpp, border_shifts.hpp and tag_kernel_loops.hpp: the linker could
+// take an inline function of another header from there for programs on other processors.
 namespace tagcal::internal {
 
 constexpr int kTagPack = 8;       // largest number of pixels in a vector

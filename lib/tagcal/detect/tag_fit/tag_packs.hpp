@@ -3,8 +3,7 @@
 #include "tagcal/detect/tag_fit/tag_kernels.hpp"
 #include "tagcal/internal/pack.hpp"
 
-// Functions of packs for the loops of tag_kernels.hpp. Included by the files of kernels
-// only.
+// Functions of packs for the loops of tag_kernels.hpp. Included by the files of kernels only.
 namespace tagcal::internal {
 namespace {
 

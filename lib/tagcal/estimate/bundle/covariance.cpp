@@ -124,8 +124,8 @@ class BundleLikelihood {
   const BundleInformation& information_;  // of the solved bundle
 };
 
-// What the views' gradients show, in the coordinates W p of the parameters p, in which the
-// information of lens, board and priors is I (H^-1 = W'W).
+// The spread of the views' gradients in the coordinates W p of the parameters p. The information of
+// lens, board and priors is I there (H^-1 = W'W).
 struct Spread {
   double overdispersion = 1;  // phi
   MatrixXd covariance;        // of the views' steps, each raised by its leverage
@@ -196,10 +196,6 @@ double row_evidence(std::span<const ParameterSums::RowEquations> views, double v
   }
   return sum;
 }
-
-}  // namespace
-
-namespace {
 
 // W with W'W = H^-1: a covariance that is computed as W'XW stays positive semidefinite, although
 // the numerator and denominator of a rational lens make H nearly singular. No value if H is

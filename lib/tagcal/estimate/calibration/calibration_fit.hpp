@@ -67,7 +67,7 @@ struct RobustState {
 void update_until_stable(RobustState& state, bool whitened, const CalibrateOptions& options,
                          const std::function<bool()>& solve);
 
-// Takes over the selection of a state. Adds a finding for each view that the fit does not use.
+// Takes over the selection of a state, and adds a finding for each view that is not in fit.used.
 void take_selection(const CalibrationInput& input, RobustState state, CalibrationFit& fit);
 
 // The corners that a fit does not use, with their residuals under the lens of their view.

@@ -1,10 +1,7 @@
 #include "tagcal/estimate/calibration/view_rejection.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
-#include <map>
 
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"

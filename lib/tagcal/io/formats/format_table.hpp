@@ -28,7 +28,7 @@ struct FormatReader {
   CameraFile (*read)(const CameraText& file) = nullptr;
 };
 
-// What the library knows of a format, beside the file that reads and writes it.
+// A format: its description, its readers and its writer.
 struct FormatRow {
   CameraFormat format;
   std::string_view key;  // that its files must have, for messages; "": another row names it
