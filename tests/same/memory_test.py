@@ -78,7 +78,8 @@ def main():
             print(row)
             if found > MOST_BYTES:
                 mistakes.append(f"calibrate, model {model}: {found} bytes a corner, more than {MOST_BYTES}")
-    (few, few_mb, _), (many, many_mb, _) = detect_peaks((640, 480), (20, 100), 2)
+    # On one thread: of two, a busy machine may let one find all of the few pictures, in one heap.
+    (few, few_mb, _), (many, many_mb, _) = detect_peaks((640, 480), (20, 100), 1)
     print(f"detect: {few_mb:.0f} MB for {few} pictures, {many_mb:.0f} MB for {many}")
     if many_mb > MOST_GROWTH * few_mb:
         mistakes.append(f"detect: {many_mb:.0f} MB for {many} pictures, {few_mb:.0f} MB for {few}")
