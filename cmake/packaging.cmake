@@ -1,6 +1,6 @@
 # `cpack` in a build folder makes a Debian package of what is built there (tools/package.sh,
-# docs/package.md). One package: the command, the library with its headers, and the Python module
-# where it was built.
+# docs/reference/package.md). One package: the command, the library with its headers, and the Python
+# module where it was built.
 set(TAGCAL_PACKAGE_MAINTAINER "the tagcal authors" CACHE STRING
     "Maintainer that the Debian package names: NAME <ADDRESS>")
 

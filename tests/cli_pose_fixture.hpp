@@ -57,7 +57,8 @@ class PoseCli : public Cli {
     return Json::parse(outcome.out)["views"];
   }
 
-  // The command that docs/pose.md shows, and the text below it there; drawings go to `drawings`.
+  // The command that docs/tasks/pose.md shows, and the text below it there; drawings go to
+  // `drawings`.
   struct OnThePage {
     std::string arguments;
     std::string text;
@@ -66,7 +67,7 @@ class PoseCli : public Cli {
     const std::string source = TAGCAL_SOURCE_DIR;
     const std::string scene = source + "/data-synthetic/scenes/tabletop.yaml";
     EXPECT_EQ(run("render " + scene + " --force --out " + path("tabletop")).exit_code, 0);
-    const std::string page = slurp(source + "/docs/pose.md");
+    const std::string page = slurp(source + "/docs/tasks/pose.md");
     const std::string prompt = "\n$ tagcal ";
     const std::size_t begin = page.find(prompt + "pose") + prompt.size();
     const std::size_t end = page.find('\n', begin);

@@ -67,31 +67,34 @@ if(match_1 LESS 0.019 OR match_1 GREATER 0.021 OR match_2 LESS -0.031 OR match_2
    match_3 LESS 0.54 OR match_3 GREATER 0.56)
   message(FATAL_ERROR "tag_pose: the tag must be at (0.02, -0.03, 0.55) m, got ${match_1} ${match_2} ${match_3}")
 endif()
-check_program(render docs/library.md "^48 corners, the first at 105\\.454 323\\.745\n$")
-check_program(detect docs/library.md "^0:0 105\\.4[0-9]* 323\\.7[0-9]* sd 0\\.00[0-9]*\n.*\n11:3 ")
-check_program(robot docs/library.md
+check_program(render docs/tasks/library.md "^48 corners, the first at 105\\.454 323\\.745\n$")
+check_program(detect docs/tasks/library.md
+              "^0:0 105\\.4[0-9]* 323\\.7[0-9]* sd 0\\.00[0-9]*\n.*\n11:3 ")
+check_program(robot docs/tasks/library.md
               "^camera at 0\\.(199|2)[0-9]* -0\\.(199|2)[0-9]* 0\\.(399|4)[0-9]* m.*\ntag 0 at .*\ntag 11 at .*\ntagcal [0-9]+\\.[0-9]+\\.[0-9]+\n$")
-check_program(calibrate docs/library.md "ok, opencv4\nfx 902\\.[0-9]* \\+- 0\\.0" ${golden})
-check_program(project docs/library.md
+check_program(calibrate docs/tasks/library.md "ok, opencv4\nfx 902\\.[0-9]* \\+- 0\\.0" ${golden})
+check_program(project docs/tasks/library.md
               "^349\\.5 239\\.5, du/dtx 300, du/dfx 0\\.05\nno pixel: behind the camera\n$")
-check_program(solvers docs/library.md "pnp ${number} rad off\n.*plane, unknown focal length ${number} rad")
+check_program(solvers docs/tasks/library.md
+              "pnp ${number} rad off\n.*plane, unknown focal length ${number} rad")
 if(match_1 GREATER 1e-7 OR match_2 GREATER 1e-7)
   message(FATAL_ERROR "solvers: exact rays, but rotations are ${match_1} and ${match_2} rad off")
 endif()
-check_program(viewing docs/library.md "lens (336[0-9. ]+)\nmatrices (336[0-9. ]+)\nhalf the size: f 300")
+check_program(viewing docs/tasks/library.md
+              "lens (336[0-9. ]+)\nmatrices (336[0-9. ]+)\nhalf the size: f 300")
 if(NOT match_1 STREQUAL match_2)
   message(FATAL_ERROR "viewing: lens and matrices must agree: ${match_1}, ${match_2}")
 endif()
-check_program(reproject docs/reproject.md
+check_program(reproject docs/tasks/reproject.md
               "^f 580\\.[0-9]*, corner 200, seen 255\npixel 438\\.[0-9]* 298\\.[0-9]*, variances 0\\.375")
 foreach(part IN ITEMS chain frames windows depth clip)
-  check_program(viewing_${part} docs/viewing.md ".")
-  check_shown(docs/viewing.md "```\n${output}```\n")
+  check_program(viewing_${part} docs/course/viewing.md ".")
+  check_shown(docs/course/viewing.md "```\n${output}```\n")
 endforeach()
-check_program(examine docs/library.md
+check_program(examine docs/tasks/library.md
               "seen 8[0-9.]+ %.*sd at 1 m 0\\.00.*off the truth by 0\\.00.*show the board.*OpenCV agrees"
               ${golden})
-check_program(explain docs/library.md
+check_program(explain docs/tasks/library.md
               "[0-9]+ tags reported, [0-9]+ not\ntag [0-9]+ corner 0 at .*, blur (0\\.[67][0-9]*) px"
               ${source}/data-synthetic/scenes/desk.yaml)
 run("program of other flags" ${build}/calibrate_desk ${golden})
@@ -124,12 +127,12 @@ file(GLOB_RECURSE license ${prefix}/*/LICENSE)
 if(NOT license)
   message(FATAL_ERROR "the licence is not installed")
 endif()
-file(READ ${source}/docs/library.md page)
+file(READ ${source}/docs/tasks/library.md page)
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include/tagcal ${prefix}/include/tagcal/*.hpp)
 foreach(header IN LISTS headers)
   string(FIND "${page}" "`${header}`" place)
   if(place EQUAL -1)
-    message(FATAL_ERROR "docs/library.md does not name the public header ${header}")
+    message(FATAL_ERROR "docs/tasks/library.md does not name the public header ${header}")
   endif()
 endforeach()
 file(REMOVE_RECURSE ${SCRATCH})

@@ -44,7 +44,7 @@ TEST_F(PoseCli, DrawsTheAxesWhereTheyAre) {
 
 TEST_F(PoseCli, ThePageShowsWhatTheCommandDraws) {
   ASSERT_EQ(run(on_the_page(path("page-drawings")).arguments).exit_code, 0);
-  const auto shown = png_colours(fs::path(TAGCAL_SOURCE_DIR) / "docs" / "pose.png");
+  const auto shown = png_colours(fs::path(TAGCAL_SOURCE_DIR) / "docs/tasks/pose.png");
   const auto drawn = png_colours(root() / "page-drawings" / "002-pose.png");
   ASSERT_EQ(shown.size(), drawn.size());
   int others = 0;  // rounding moves an edge by a little

@@ -1,4 +1,4 @@
-// tagcal view, and the numbers of docs/viewing.md, all of which come from it.
+// tagcal view, and the numbers of docs/course/viewing.md, all of which come from it.
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 const std::string kSource = TAGCAL_SOURCE_DIR;
 
 TEST_F(Cli, ThePageOnTheViewingPipelineShowsWhatTheCommandPrints) {
-  const std::string page = slurp(kSource + "/docs/viewing.md");
+  const std::string page = slurp(kSource + "/docs/course/viewing.md");
   int shown = 0;
   for (std::size_t at = page.find("```\n$ tagcal "); at != std::string::npos;
        at = page.find("```\n$ tagcal ", at + 1), ++shown) {
@@ -38,13 +38,14 @@ TEST_F(Cli, ThePageOnTheViewingPipelineShowsWhatTheCommandPrints) {
 }
 
 TEST_F(Cli, ThePicturesOnThePageAreTheCommands) {
-  const std::string script = "sh " + kSource + "/docs/viewing/pictures.sh ";
+  const std::string script = "sh " + kSource + "/docs/course/viewing/pictures.sh ";
   ASSERT_EQ(std::system((script + TAGCAL_COMMAND + " " + path("pictures")).c_str()), 0);
   int pictures = 0;
   for (const auto& entry : fs::directory_iterator(root() / "pictures")) {
     SCOPED_TRACE(entry.path().filename());
     const Image8 made = read_image(entry.path());
-    const Image8 shown = read_image(fs::path(kSource) / "docs/viewing" / entry.path().filename());
+    const Image8 shown =
+        read_image(fs::path(kSource) / "docs/course/viewing" / entry.path().filename());
     ASSERT_EQ(made.pixels().size(), shown.pixels().size());
     int most = 0;  // rounding differs between machines
     for (std::size_t i = 0; i < made.pixels().size(); ++i)
@@ -56,7 +57,7 @@ TEST_F(Cli, ThePicturesOnThePageAreTheCommands) {
 }
 
 TEST_F(Cli, ThePageWritesOneCameraInThreeWays) {
-  const std::string page = slurp(kSource + "/docs/viewing.md");
+  const std::string page = slurp(kSource + "/docs/course/viewing.md");
   const std::string scene = slurp(kSource + "/data-synthetic/scenes/viewing/turned.yaml");
   std::vector<Eigen::Matrix4d> cameras;
   for (const std::string type : {"look_at", "orbit", "roll_pitch_yaw"}) {
@@ -75,7 +76,7 @@ TEST_F(Cli, TheDrawingOnThePageIsTheCommands) {
   const Outcome outcome = run(
       "view " + kSource + "/data-synthetic/scenes/doorway.yaml --at 0:2 --near 1 --far 10 --svg");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const std::string page = slurp(kSource + "/docs/viewing.svg");
+  const std::string page = slurp(kSource + "/docs/course/viewing.svg");
   // Rounding differs between machines; the drawn elements do not.
   EXPECT_EQ(std::count(page.begin(), page.end(), '\n'),
             std::count(outcome.out.begin(), outcome.out.end(), '\n'));

@@ -1,4 +1,4 @@
-// The point of docs/viewing.md that is worked by hand: from its tag to the raster.
+// The point of docs/course/viewing.md that is worked by hand: from its tag to the raster.
 #include <cmath>
 #include <cstdio>
 #include <tagcal/geometry/viewpoint.hpp>

@@ -12,7 +12,7 @@ using namespace internal;
 namespace {
 
 std::set<std::string> documented_codes() {
-  std::ifstream page(TAGCAL_SOURCE_DIR "/docs/findings.md");
+  std::ifstream page(TAGCAL_SOURCE_DIR "/docs/reference/findings.md");
   std::stringstream text;
   text << page.rdbuf();
   const std::string all = text.str();

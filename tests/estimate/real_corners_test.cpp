@@ -1,5 +1,6 @@
-// Corners of real cameras, collected by others (tests/data/real_corners, docs/real_corners.md),
-// against the answers that others published and against mrcal's on the same corners.
+// Corners of real cameras, collected by others (tests/data/real_corners,
+// docs/trust/real_corners.md), against the answers that others published and against mrcal's on the
+// same corners.
 
 #include <gtest/gtest.h>
 
@@ -218,7 +219,7 @@ TEST(RealCorners, TheAdvisedViewFillsTheGaps) {
 }
 
 // Paper is not flat: with its shape the answer is nearer to the published one than that of a flat
-// board. (Not so where the noise decides: docs/real_corners.md.)
+// board. (Not so where the noise decides: docs/trust/real_corners.md.)
 TEST(RealCorners, TheShapeBringsTheAnswerNearer) {
   for (const std::string set : {"bouguet_left", "euroc_cam0"}) {
     const Camera published = answer(set, "published.yaml");

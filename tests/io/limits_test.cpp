@@ -1,4 +1,5 @@
-// Each limit of docs/limits.md: what is at the limit is read, what is beyond it is refused.
+// Each limit of docs/reference/limits.md: what is at the limit is read, what is beyond it is
+// refused.
 #include "tagcal/io/text/limits.hpp"
 
 #include <fmt/format.h>
@@ -159,7 +160,7 @@ TEST_F(Limits, BytesOfPictures) {
 
 // The page names each constant with its value.
 TEST(LimitsPage, StatesEachLimit) {
-  std::ifstream file(TAGCAL_SOURCE_DIR "/docs/limits.md");
+  std::ifstream file(TAGCAL_SOURCE_DIR "/docs/reference/limits.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   const std::pair<const char*, double> all[] = {
       {"kMaxTextBytes", limits::kMaxTextBytes},

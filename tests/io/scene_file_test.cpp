@@ -318,9 +318,9 @@ TEST_F(SceneFile, TheDeskShowsItsBoardAllOverTheImage) {
   for (const int n : in_corner) EXPECT_GE(n, 10);
 }
 
-// The fenced blocks of docs/formats.md, by the name in the comment before each.
+// The fenced blocks of docs/reference/formats.md, by the name in the comment before each.
 std::vector<std::pair<std::string, std::string>> documented_examples() {
-  const std::string text = read_text(fs::path(TAGCAL_SOURCE_DIR) / "docs/formats.md");
+  const std::string text = read_text(fs::path(TAGCAL_SOURCE_DIR) / "docs/reference/formats.md");
   const std::string mark = "<!-- example: ";
   std::vector<std::pair<std::string, std::string>> examples;
   for (std::size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at + 1)) {

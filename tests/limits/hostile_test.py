@@ -1,7 +1,8 @@
 """Hostile small files through every command that reads their kind.
 
 hostile_test.py          each file through one command (in the suite)
-hostile_test.py --all    every file through every command; prints the table of docs/limits.md
+hostile_test.py --all    every file through every command; prints the table of
+                         docs/reference/limits.md
 """
 
 import sys

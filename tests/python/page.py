@@ -1,4 +1,4 @@
-"""Runs the programs of a page (docs/python.md) in order, as the cells of a notebook.
+"""Runs the programs of a page (docs/tasks/python.md) in order, as the cells of a notebook.
 
     page.py PAGE FOLDER    # runs the page in FOLDER, where it leaves its pictures
 

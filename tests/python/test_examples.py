@@ -1,4 +1,4 @@
-"""Every program of docs/python.md runs and prints what the page shows."""
+"""Every program of docs/tasks/python.md runs and prints what the page shows."""
 
 import re
 import struct
@@ -14,7 +14,7 @@ import page  # noqa: E402
 import pytest  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 
-PAGE = page.ROOT / "docs/python.md"
+PAGE = page.ROOT / "docs/tasks/python.md"
 PICTURES = re.findall(r"!\[[^\]]+\]\(python/(\w+\.png)\)", PAGE.read_text())
 
 
@@ -38,7 +38,7 @@ def test_the_picture_of_the_tag_is_the_one_that_the_page_renders(
     first, second = list(page.cells(PAGE))[:2]
     shown = cv2.imread(str(PAGE.parent / "python/tag.png"), cv2.IMREAD_GRAYSCALE)
     names = {"__name__": "page"}
-    exec(first.program.replace("docs/python", str(PAGE.parent / "python")), names)
+    exec(first.program.replace("docs/tasks/python", str(PAGE.parent / "python")), names)
     exec(second.program, names)
     assert np.array_equal(shown, names["picture"])
 

@@ -72,7 +72,7 @@ TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
       }
     }
     EXPECT_GT(num_black, 1000);
-    // The ids and the frame of OpenCV's corners, as docs/formats.md says.
+    // The ids and the frame of OpenCV's corners, as docs/reference/formats.md says.
     const int columns = layout.columns - 1;
     for (const TargetPoint& point : board.points) {
       const int i = point.id.tag_id;

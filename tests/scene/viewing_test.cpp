@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A tag on a wall 4 m away, seen through a doorway, another beside it; by hand in docs/viewing.md.
+// A tag on a wall 4 m away, seen through a doorway, another beside it; by hand in
+// docs/course/viewing.md.
 Scene doorway() {
   const auto rectangle = [](double left, double right, double low, double high) {
     return Occluder{{{left, 2, low}, {right, 2, low}, {right, 2, high}, {left, 2, high}}, 0.5};

@@ -8,7 +8,8 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
-// `tagcal convert --model`: another lens model for the cameras of a file (docs/models.md).
+// `tagcal convert --model`: another lens model for the cameras of a file
+// (docs/reference/models.md).
 
 namespace tagcal::tools {
 

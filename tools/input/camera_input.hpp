@@ -6,8 +6,8 @@
 
 namespace tagcal::tools {
 
-// The camera of an option, "FILE" or "FILE:NAME" of any format (docs/convert.md). Prints on stderr
-// what reading changed or dropped. Throws Error for a lens that only `tagcal convert` takes.
+// The camera of an option, "FILE" or "FILE:NAME" of any format (docs/tasks/convert.md). Prints on
+// stderr what reading changed or dropped. Throws Error for a lens that only `tagcal convert` takes.
 CalibrationFile read_camera(const std::string& file_and_name);
 
 // Prints notes of a conversion of `name` on stderr, one a line.

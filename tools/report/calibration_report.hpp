@@ -7,8 +7,9 @@
 
 namespace tagcal::tools {
 
-// Returns one JSON object (docs/formats.md). Unknown values are null: the camera without an
-// estimate, and every free parameter without an answer. A `name` that is not empty is its data_set.
+// Returns one JSON object (docs/reference/formats.md). Unknown values are null: the camera without
+// an estimate, and every free parameter without an answer. A `name` that is not empty is its
+// data_set.
 std::string calibration_json(const CalibrationAnswer& answer, const std::string& name = "");
 
 // Returns the JSON object of a data set that could not be read.

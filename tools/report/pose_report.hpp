@@ -31,7 +31,7 @@ struct PoseReport {
 PoseReport reported(const PoseEstimate& estimate);
 PoseReport reported(const PoseAndFocalEstimate& estimate, const PoseAndFocalOptions& options);
 
-// Returns one JSON object (docs/pose.md). Unknown values are null.
+// Returns one JSON object (docs/tasks/pose.md). Unknown values are null.
 std::string pose_json(const std::vector<PoseReport>& views);
 
 // Returns the report for a person: for each view the verdict, warnings, where the camera is,

@@ -1,4 +1,4 @@
-// Measures the memory and the time of calibrate() with many views (docs/reliability.md).
+// Measures the memory and the time of calibrate() with many views (docs/trust/reliability.md).
 //   big_data [MODEL, default auto [THREADS, default 1 [VIEWS, default 1000 and 10000]..]]
 // The environment variable OUTLIERS is the share of wrong corners, default 0. A board of 36 tags
 // from all sides, about 140 corners a view, each with its covariance, as detect() gives them.

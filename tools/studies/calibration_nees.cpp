@@ -1,5 +1,5 @@
 // Compares claimed covariances of calibrations with their errors, with the true model
-// (docs/how_sure.md).
+// (docs/trust/how_sure.md).
 //   calibration_nees [SEEDS, default 2000 [FIRST_SEED, default 1]]
 // Every seed has its own views and noise. sqrt(NEES / p), 1 where the covariance is that of the
 // errors: of the p free parameters, of the first view's pose, and of the projection at infinity

@@ -1,5 +1,6 @@
-// Measures the corners of rendered checkerboards (docs/corners.md) on the same pixels: the fit of
-// detect(), cv::cornerSubPix and cv::findChessboardCornersSB, beside the Cramer-Rao bound of noise.
+// Measures the corners of rendered checkerboards (docs/trust/corners.md) on the same pixels: the
+// fit of detect(), cv::cornerSubPix and cv::findChessboardCornersSB, beside the Cramer-Rao bound of
+// noise.
 //   checker_accuracy [views per row, default 12 [row]]
 // The share of boards that are found, over sizes, tilts to 60 degrees, blur, noise and lenses,
 // beside cv::findChessboardCornersSB:

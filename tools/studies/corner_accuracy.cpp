@@ -1,5 +1,5 @@
-// Measures the errors of the corners of single tags (docs/corners.md), on the same rendered pixels:
-// the fit of the whole tag (refine_tag), without and with bends, the fit of the sides, and
+// Measures the errors of the corners of single tags (docs/trust/corners.md), on the same rendered
+// pixels: the fit of the whole tag (refine_tag), without and with bends, the fit of the sides, and
 // AprilTag's own corners, beside the Cramer-Rao bound of each fitted model.
 //   corner_accuracy [tags per row, default 200 [row]]
 // The same for tags of all sizes anywhere in the picture, with the lens unknown and known to the

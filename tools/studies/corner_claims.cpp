@@ -1,5 +1,5 @@
 // Compares the errors of detected corners with their covariances, on rendered data sets
-// (docs/corners.md).
+// (docs/trust/corners.md).
 //   corner_claims [--worst N] [--edges] [--camera] DATASET...
 // Each DATASET is a folder that `tagcal render` made, with its truth; `--camera` fits the tags
 // under the true lens, `--edges` fits their sides only, `--worst` lists the N worst corners. Per

@@ -1,5 +1,5 @@
 // Measures the effect of the refinement of corners on the calibration, from pictures to the camera
-// (docs/corners.md).
+// (docs/trust/corners.md).
 //   end_to_end SCENE.yaml [SEEDS, default 10 [FIRST_SEED, default 1 [VIEWS]]]
 // For every seed the scene is rendered, its tags are detected with each refinement, and the camera
 // is calibrated with the model of the scene; `fit+lens` fits the corners again under the lens that

@@ -1,5 +1,5 @@
 // Counts how often calibrations refuse the focal length of data sets that do not determine it, and
-// answer for those that do (docs/how_sure.md).
+// answer for those that do (docs/trust/how_sure.md).
 //   focal_refusal [SEEDS, default 1000 [FIRST_SEED, default 1]]
 // Sets that may be answered take a fifth of the seeds. `beyond 5 sd`: an answer whose focal length
 // is off by more than 5 standard deviations; `warned of`: a finding gives a reason for it.

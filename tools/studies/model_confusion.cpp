@@ -1,4 +1,4 @@
-// Compares the model that `auto` chooses with the one that made the data (docs/how_sure.md).
+// Compares the model that `auto` chooses with the one that made the data (docs/trust/how_sure.md).
 //   model_confusion [SETS, default 500 [FIRST_SEED, default 1]]
 // A set counts if its model is needed (LensWorld::needs_model). Two tables: lenses as drawn, and
 // lenses whose last step is scaled by a factor of 0.01 to 1.

@@ -1,5 +1,5 @@
 // Compares the predicted uncertainty of the projection with solves with fresh noise
-// (docs/how_sure.md).
+// (docs/trust/how_sure.md).
 //   projection_sd [SOLVES, default 5000]
 
 #include <cstdio>

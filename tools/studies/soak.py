@@ -4,10 +4,10 @@
     python3 tools/studies/soak.py table
 
 A piece is one process that renders, detects, calibrates and estimates poses again and again in the
-same few random worlds (docs/worlds.md), each time with new noise; so its memory must stay and its
-times may be compared. After each round it also sends one new world through the commands `render`,
-`detect` and `calibrate`, each a process of its own, which may end with an answer (0) or without
-one (3) and with nothing on stderr but lines of its own. A world whose pictures show fewer than 12
+same few random worlds (docs/trust/worlds.md), each time with new noise; so its memory must stay and
+its times may be compared. After each round it also sends one new world through the commands
+`render`, `detect` and `calibrate`, each a process of its own, which may end with an answer (0) or
+without one (3) and with nothing on stderr but lines of its own. A world whose pictures show fewer than 12
 corners (its tags are too small or too blurred) must be refused as bad input (2). The rounds of all
 pieces are in build/soak/rounds.csv; a later piece goes on with the next seeds. `table` ends with 1
 if a bound is broken.

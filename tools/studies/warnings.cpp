@@ -1,4 +1,4 @@
-// Counts the findings of calibrations of good and of bad data sets (docs/how_sure.md).
+// Counts the findings of calibrations of good and of bad data sets (docs/trust/how_sure.md).
 //   warnings [SETS, default 500 [FIRST_SEED, default 1]]
 // Good sets are calibrated with the model that made them and with `auto`. Bad sets have a board
 // that is bent by 0.5 mm, or are calibrated with a model that is one step too small.

@@ -1,5 +1,5 @@
 // Renders random worlds and finds their tags, or projects their corners; calibrates their cameras
-// with `auto`, and compares every number that is claimed with the truth (docs/worlds.md).
+// with `auto`, and compares every number that is claimed with the truth (docs/trust/worlds.md).
 //   worlds run --first N --count N --out FILE.csv [--threads T] [--seed S] [--corners-only]
 //              [--with DEFECTS] [--without DEFECTS]
 //   worlds merge FILE.csv... [--out FILE.csv] [--page FILE.md] [--against FILE.csv]
@@ -208,7 +208,7 @@ void add_options(CLI::App& on_run, CLI::App& on_merge, CLI::App& on_worst, CLI::
 
 int command(int argc, char** argv) {
   Arguments a;
-  CLI::App app("Random worlds, from pixels or corners to the calibration (docs/worlds.md).");
+  CLI::App app("Random worlds, from pixels or corners to the calibration (docs/trust/worlds.md).");
   app.require_subcommand(1);
   CLI::App* on_run = app.add_subcommand("run", "judge the worlds that are missing in a file");
   CLI::App* on_merge = app.add_subcommand("merge", "print the tables of files of worlds");

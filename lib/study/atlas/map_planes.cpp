@@ -16,9 +16,9 @@ constexpr double kTagSide = 0.088, kTagSigmaPx = 0.5;
 
 double normal_tail(double x) { return 0.5 * std::erfc(x / std::sqrt(2.0)); }
 
-// The closed form of docs/how_sure.md and its reference: the residuals of the flipped pose over the
-// eight coordinates are ||d|| = c(tilt) f L^2 / Z^2, and the flipped pose wins if the noise along d
-// exceeds half of that.
+// The closed form of docs/trust/how_sure.md and its reference: the residuals of the flipped pose
+// over the eight coordinates are ||d|| = c(tilt) f L^2 / Z^2, and the flipped pose wins if the
+// noise along d exceeds half of that.
 std::optional<double> expected_flips(double tilt_deg, double distance_m) {
   if (tilt_deg < 20) return std::nullopt;  // the second minimum merges with the first
   const double s = std::sin(tilt_deg * kDegree);

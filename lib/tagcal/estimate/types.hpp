@@ -41,7 +41,8 @@ enum class Severity {
 };
 std::string_view severity_name(Severity severity);  // "note", "warning" or "refusal"
 
-// A fact that an estimate reports about its data, target, model or solver (docs/findings.md).
+// A fact that an estimate reports about its data, target, model or solver
+// (docs/reference/findings.md).
 struct Finding {
   std::string code;  // such as "direction_weak"; stable between versions
   Severity severity = Severity::warning;

@@ -8,9 +8,10 @@
 
 #include "tagcal/io/types.hpp"
 
-// Cameras in the files of tagcal and of other programs (docs/convert.md has the formats and their
-// conventions). Inside the library all of them mean the same: pixel (0, 0) is the centre of the
-// upper left pixel, the camera looks along z with y down, poses are camera_from_world, in metres.
+// Cameras in the files of tagcal and of other programs (docs/tasks/convert.md has the formats and
+// their conventions). Inside the library all of them mean the same: pixel (0, 0) is the centre of
+// the upper left pixel, the camera looks along z with y down, poses are camera_from_world, in
+// metres.
 
 namespace tagcal {
 

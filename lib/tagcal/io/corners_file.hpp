@@ -7,8 +7,8 @@
 
 #include "tagcal/scene/dataset.hpp"
 
-// Corners in the files of other programs (docs/convert.md). read_observations of dataset_file.hpp
-// reads all of them.
+// Corners in the files of other programs (docs/tasks/convert.md). read_observations of
+// dataset_file.hpp reads all of them.
 
 namespace tagcal {
 

@@ -10,7 +10,7 @@
 
 namespace tagcal {
 
-// A data set on disk (DATASET is a folder with dataset.yaml; docs/formats.md).
+// A data set on disk (DATASET is a folder with dataset.yaml; docs/reference/formats.md).
 struct DatasetFolder {
   Dataset dataset;                            // without views if there are only images
   std::filesystem::path observations;         // the file with the views; empty: none

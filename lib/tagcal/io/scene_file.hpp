@@ -8,9 +8,10 @@
 
 namespace tagcal {
 
-// A scene recipe (docs/formats.md): camera, frames, boards, occluders, path, sensor. Angles in the
-// file are degrees (keys end in _deg). Throws Error: unknown or missing keys, wrong types, values
-// out of range. Unknown keys in the aprilgrid files of its boards go to `warnings` (may be null).
+// A scene recipe (docs/reference/formats.md): camera, frames, boards, occluders, path, sensor.
+// Angles in the file are degrees (keys end in _deg). Throws Error: unknown or missing keys, wrong
+// types, values out of range. Unknown keys in the aprilgrid files of its boards go to `warnings`
+// (may be null).
 MovingScene read_moving_scene(const std::filesystem::path& file,
                               std::vector<std::string>* warnings = nullptr);
 

@@ -9,8 +9,8 @@
 
 namespace tagcal {
 
-// A target file (docs/formats.md): Kalibr's YAML `target_type: aprilgrid` (tagCols, tagRows,
-// tagSize, tagSpacing; further keys: first_id, family, border_bits, corner_squares) and
+// A target file (docs/reference/formats.md): Kalibr's YAML `target_type: aprilgrid` (tagCols,
+// tagRows, tagSize, tagSpacing; further keys: first_id, family, border_bits, corner_squares) and
 // `checkerboard` (targetCols, targetRows, rowSpacingMeters, colSpacingMeters; further keys:
 // first_id, starts_black), or `charuco` (a ChArUco board), `tags` (a list of single tags) or
 // `points` (a list of points). `first_id`, if given, overrides the file's. Throws Error. Unknown

@@ -10,7 +10,8 @@
 #include "tagcal/viewing/canonical.hpp"
 
 // The steps of the viewing pipeline of one camera of a scene: object -> world -> camera -> eye ->
-// clip -> normalised device -> raster, and the coordinates of a point in each (docs/viewing.md).
+// clip -> normalised device -> raster, and the coordinates of a point in each
+// (docs/course/viewing.md).
 
 namespace tagcal {
 

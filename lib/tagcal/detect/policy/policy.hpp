@@ -143,7 +143,7 @@ inline constexpr double kTagMinSpreadPx = 0.3;
 inline constexpr double kTagMaxSpreadPx = 6;
 // Prior standard deviation of the shift of borders, px, each of ink and of bloom. Source: ink
 // spreads by up to about 0.15 px; whites at 2.5 times the full exposure grow by 0.6 px, beyond this
-// prior (docs/corners.md).
+// prior (docs/trust/corners.md).
 inline constexpr double kTagShiftSdPx = 0.1;
 // Standard deviations of the prior. A single corner hardly tells a shift of its borders from its
 // own place; a shift beyond this, 1 in 16,000 by a normal distribution, is a second minimum.

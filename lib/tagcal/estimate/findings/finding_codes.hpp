@@ -7,8 +7,8 @@
 
 #include "tagcal/estimate/types.hpp"
 
-// Every code of a finding, with its severity and the status that it causes. docs/findings.md
-// explains each code; a test keeps that list complete.
+// Every code of a finding, with its severity and the status that it causes.
+// docs/reference/findings.md explains each code; a test keeps that list complete.
 
 namespace tagcal::internal {
 

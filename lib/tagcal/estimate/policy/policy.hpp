@@ -29,19 +29,19 @@ inline constexpr double kLeastSigmaPx = 0.01;
 // convergence, which must not choose between models.
 inline constexpr double kLeastNoisePx = 1e-4;
 // px. The noise of a good corner: a smaller displacement of rows is no finding, and a lens within
-// it stands for another one (docs/models.md has differences of usual lenses). Source: none; chosen
-// by hand. For the lens x 0.7 and x 1.4 change no answer of docs/sensitivity.md.
+// it stands for another one (docs/reference/models.md has differences of usual lenses). Source:
+// none; chosen by hand. For the lens x 0.7 and x 1.4 change no answer of docs/trust/sensitivity.md.
 inline constexpr double kGoodCornerPx = 0.1;
 // Degrees of freedom from which residuals estimate a noise that is not stated: the standard
 // deviation of that estimate is 1 / sqrt(2 * 50) = 10 %. With fewer, kAssumedSigmaPx is assumed,
-// and a finding says so (docs/conventions.md).
+// and a finding says so (docs/reference/conventions.md).
 inline constexpr int kEnoughDegreesOfFreedom = 50;
 // px. Source: none; chosen by hand.
 inline constexpr double kAssumedSigmaPx = 0.5;
 
 // ---- What the data determine
 
-// sd(f) / f above which a focal length is refused (the design's rule: docs/how_sure.md).
+// sd(f) / f above which a focal length is refused (the design's rule: docs/trust/how_sure.md).
 inline constexpr double kFocalRefused = 0.10;
 // Standard deviation of the projection at infinity, over half the diagonal of the image, from which
 // a model is refused. Source: none; chosen by hand (study focal_refusal counts what it lets pass).
@@ -184,13 +184,13 @@ inline constexpr double kPriorFreedom = 4;
 // A board of each material, in the order of Material (paper on a plate, a printed plate of
 // aluminium or its composite, chromium on glass or ceramic): bend and twist over its diagonal, and
 // the share by which its print is longer along y than along x. Paper: twice the bend of EuRoC's
-// board (0.9 mm of 930: docs/real_corners.md), whose make is not published. Source of the others:
-// none that states flatness; chosen by hand. Aluminium: Calib.io ("Calibration target substrates")
-// sells its composite as stiff and flat, but wants 6 mm, and a frame beyond 800 x 600 mm: half a
-// millimetre in a metre. Glass: ten times flatter, still far from the micrometres of an optical
-// surface. Print: CalibVision ("What is a camera calibration target?") states 1 um for glass and 5
-// um for composite, NPL 0.8 um for its grid plates of 250 to 650 mm: these are at least ten times
-// wider, for heat and sheets that are not measured.
+// board (0.9 mm of 930: docs/trust/real_corners.md), whose make is not published. Source of the
+// others: none that states flatness; chosen by hand. Aluminium: Calib.io ("Calibration target
+// substrates") sells its composite as stiff and flat, but wants 6 mm, and a frame beyond 800 x 600
+// mm: half a millimetre in a metre. Glass: ten times flatter, still far from the micrometres of an
+// optical surface. Print: CalibVision ("What is a camera calibration target?") states 1 um for
+// glass and 5 um for composite, NPL 0.8 um for its grid plates of 250 to 650 mm: these are at least
+// ten times wider, for heat and sheets that are not measured.
 inline constexpr double kPriorFlatness[] = {0.002, 0.0005, 0.00005};
 inline constexpr double kPriorPrint[] = {0.002, 0.0005, 0.0001};
 // Row terms (px a row) of fewer than kFewestTellingViews views: a rolling shutter. With more views
@@ -234,7 +234,7 @@ inline constexpr double kLeastBiasPx = 0.02;
 inline constexpr double kCornerInset = 0.2;
 
 // The advised view (advice.cpp). Of views that leave at most this many times the least variance,
-// the one that fills most gaps. Source: none; chosen by hand (docs/how_sure.md).
+// the one that fills most gaps. Source: none; chosen by hand (docs/trust/how_sure.md).
 inline constexpr double kNearlyLeastVariance = 2;
 
 // ---- Calibration: start, rejection, choice of the model (calibration/)
@@ -285,21 +285,21 @@ inline constexpr double kWeakResidualShare = 0.04;
 
 // A minority: of views that are outlying, so that the model or the target is not to blame, and of
 // rejected corners of a board that stands still where another one moved. x 0.7 and x 1.4 change no
-// world (docs/sensitivity.md).
+// world (docs/trust/sensitivity.md).
 inline constexpr Share kMinority{1, 3};
 // A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
 // by this share of rejected corners above the median share. Source: none; chosen by hand
-// (docs/how_sure.md).
+// (docs/trust/how_sure.md).
 inline constexpr double kOutlyingRms = 1.3;
 inline constexpr double kOutlyingRejected = 0.4;
 // Number of views from which a median of them shows which one is outlying, and their spread shows
 // how large the row terms are. Source: none; chosen by hand. Times 1.4 changes 0.5 % of the
-// worlds (docs/sensitivity.md).
+// worlds (docs/trust/sensitivity.md).
 inline constexpr int kFewestTellingViews = 4;
 
 // Share by which a noise may differ from another one that stands for it: the noise that weighed the
 // priors of a fit, and that of the corners' covariances if lens and target add to it. x 0.7 and x
-// 1.4 change 3.5 % of the worlds and up to 5 % of the halves by 1 % (docs/sensitivity.md).
+// 1.4 change 3.5 % of the worlds and up to 5 % of the halves by 1 % (docs/trust/sensitivity.md).
 inline constexpr double kNoiseChange = 0.1;
 
 // Fits are compared by their noise if each has at least this share of the other's inliers; with
@@ -310,7 +310,7 @@ inline constexpr Share kComparableInliers{9, 10};
 // none; chosen by hand, checked by study model_confusion.
 inline constexpr std::size_t kChoiceViews = 20;
 // Parameters by which BIC is raised for a fisheye against a polynomial: where both describe the
-// same images, the ordinary lens is meant. Source: study model_confusion (docs/how_sure.md).
+// same images, the ordinary lens is meant. Source: study model_confusion (docs/trust/how_sure.md).
 inline constexpr int kFisheyeCharge = 3;
 // Chi-square by which each parameter lowers the weight of a component: the prior odds of a term
 // whose size may be anything from nothing to its prior's width. 2 is Akaike's.
@@ -325,7 +325,7 @@ inline constexpr double kKindTemper = 4;
 inline constexpr double kLeastModelWeight = 0.01;
 
 // Share of the sum of squares that opencv5 would explain, above which a wrong target is not blamed.
-// Source: none; chosen by hand (docs/real_corners.md has right and wrong targets).
+// Source: none; chosen by hand (docs/trust/real_corners.md has right and wrong targets).
 inline constexpr double kLargerLensShare = 0.1;
 
 // ---- Checks of a calibration (checks/)
@@ -337,12 +337,12 @@ inline constexpr double kLikePrior = 0.7;
 inline constexpr std::size_t kFewViews = 2;
 
 // Factor by which a standard deviation is much larger: the residuals beyond the stated noise, or a
-// result without an untested assumption of its model (docs/how_sure.md). Source: none; chosen by
-// hand.
+// result without an untested assumption of its model (docs/trust/how_sure.md). Source: none; chosen
+// by hand.
 inline constexpr double kMuchLargerSd = 1.5;
 
-// Share of a board's diagonal by which no board bends (docs/how_sure.md). In docs/real_corners.md a
-// model that is too small fits a bend of 15 mm to a flat board.
+// Share of a board's diagonal by which no board bends (docs/trust/how_sure.md). In
+// docs/trust/real_corners.md a model that is too small fits a bend of 15 mm to a flat board.
 inline constexpr double kLargestBoardBend = 0.01;
 // Fewest views of a comparison: of a half, of the errors of a target and of its corners. Source:
 // none; chosen by hand.
@@ -350,16 +350,16 @@ inline constexpr int kFewestComparedViews = 3;
 
 // The halves disagree if their difference exceeds this many of its standard deviations and the
 // chi-square of the parameters is beyond p = 0.001 (after mrcal's cross-validation;
-// docs/how_sure.md, study `warnings`).
+// docs/trust/how_sure.md, study `warnings`).
 inline constexpr double kHalvesDisagree = 2;
 
 // Standard deviation of the projection at the corners of the image, over its diagonal, above which
-// the lens is extrapolated there (docs/how_sure.md, map calibrate-extrapolation).
+// the lens is extrapolated there (docs/trust/how_sure.md, map calibrate-extrapolation).
 inline constexpr double kImageCornerShare = 0.005;
 
-// Errors of the target (checks/target_error.hpp, docs/how_sure.md).
+// Errors of the target (checks/target_error.hpp, docs/trust/how_sure.md).
 // The target is wrong if shifts explain this share of the squared residuals (boards of paper: 0.25
-// to 0.33) and this much in px RMS (boards of paper: 0.10 to 0.12; docs/real_corners.md).
+// to 0.33) and this much in px RMS (boards of paper: 0.10 to 0.12; docs/trust/real_corners.md).
 inline constexpr double kTargetShareFound = 0.2;
 inline constexpr double kTargetShiftFoundPx = 0.125;
 // The answer is refused if they explain this share, and twice kTargetShiftFoundPx. One shift must

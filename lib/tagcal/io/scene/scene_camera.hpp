@@ -3,7 +3,7 @@
 #include "tagcal/io/yaml/yaml_reader.hpp"
 #include "tagcal/scene/scene.hpp"
 
-// Private to io: the camera of a scene (docs/formats.md).
+// Private to io: the camera of a scene (docs/reference/formats.md).
 
 namespace tagcal::internal {
 

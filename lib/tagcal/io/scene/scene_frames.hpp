@@ -5,7 +5,8 @@
 #include "tagcal/io/yaml/yaml_reader.hpp"
 #include "tagcal/scene/moving_scene.hpp"
 
-// Private to io: frames, their motion, and the placement of parts on them (docs/formats.md).
+// Private to io: frames, their motion, and the placement of parts on them
+// (docs/reference/formats.md).
 
 namespace tagcal::internal {
 

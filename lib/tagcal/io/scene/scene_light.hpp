@@ -3,7 +3,7 @@
 #include "tagcal/io/yaml/yaml_reader.hpp"
 #include "tagcal/scene/scene.hpp"
 
-// Private to io: the light of a scene and what the sensor makes of it (docs/formats.md).
+// Private to io: the light of a scene and what the sensor makes of it (docs/reference/formats.md).
 
 namespace tagcal::internal {
 

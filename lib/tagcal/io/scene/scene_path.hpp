@@ -3,7 +3,7 @@
 #include "tagcal/io/yaml/yaml_reader.hpp"
 #include "tagcal/scene/scene.hpp"
 
-// Private to io: the path of a scene's camera, and single viewpoints (docs/formats.md).
+// Private to io: the path of a scene's camera, and single viewpoints (docs/reference/formats.md).
 
 namespace tagcal::internal {
 

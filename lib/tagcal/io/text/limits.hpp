@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 
-// Private to io: the limits of inputs. docs/limits.md states each of them, and a test compares the
-// page with this file. A limit is far beyond what a camera, a board or a scene needs; beyond it a
-// file is damaged, or made to take the memory. Boards have two limits of their own: kMaxBoardParts
-// (scene/board.hpp) and kMaxPolygonCorners (scene/visibility/polygon.hpp).
+// Private to io: the limits of inputs. docs/reference/limits.md states each of them, and a test
+// compares the page with this file. A limit is far beyond what a camera, a board or a scene needs;
+// beyond it a file is damaged, or made to take the memory. Boards have two limits of their own:
+// kMaxBoardParts (scene/board.hpp) and kMaxPolygonCorners (scene/visibility/polygon.hpp).
 
 namespace tagcal::internal::limits {
 

@@ -9,7 +9,7 @@
 
 namespace tagcal::internal {
 
-// A target (docs/formats.md), as read_target.
+// A target (docs/reference/formats.md), as read_target.
 Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
                       std::vector<std::string>* warnings, std::optional<double> tag_size_m = {});
 std::string board_yaml(const Board& board);

@@ -1,4 +1,4 @@
-# The plot of depth in docs/viewing.md: gnuplot docs/viewing/depth.gp > docs/viewing/depth.png
+# The plot of depth in docs/course/viewing.md: gnuplot docs/course/viewing/depth.gp > docs/course/viewing/depth.png
 # The curves are opengl_depth, phigs_depth and depth_resolution_m of tagcal/viewing/canonical.hpp.
 near = 0.6
 far = 3.0

@@ -1,9 +1,9 @@
 #!/bin/sh
-# Makes the pictures of docs/viewing.md: docs/viewing/pictures.sh [TAGCAL=tagcal] [FOLDER=docs/viewing]
+# Makes the pictures of docs/course/viewing.md: docs/course/viewing/pictures.sh [TAGCAL=tagcal] [FOLDER=docs/course/viewing]
 set -eu
-root=$(cd "$(dirname "$0")/../.." && pwd)
+root=$(cd "$(dirname "$0")/../../.." && pwd)
 tagcal=${1:-tagcal}
-out=${2:-$root/docs/viewing}
+out=${2:-$root/docs/course/viewing}
 scenes=$root/data-synthetic/scenes/viewing
 work=$(mktemp -d)
 mkdir -p "$out"
