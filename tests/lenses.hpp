@@ -41,6 +41,20 @@ inline Parallel random_lens(Random& random) {
                    random.uniform(200, 800), random.uniform(-1, 1), random.uniform(-1, 1)});
 }
 
+template <>
+inline DoubleSphere random_lens(Random& random) {
+  const double f = random.uniform(200, 1000);
+  return DoubleSphere({f, f * random.uniform(0.9, 1.1), random.uniform(200, 800),
+                       random.uniform(200, 800), random.uniform(-0.6, 0.5), random.uniform(0, 1)});
+}
+
+template <>
+inline ExtendedUnified random_lens(Random& random) {
+  const double f = random.uniform(200, 1000);
+  return ExtendedUnified({f, f * random.uniform(0.9, 1.1), random.uniform(200, 800),
+                          random.uniform(200, 800), random.uniform(0, 1), random.uniform(0.5, 2)});
+}
+
 // A point at an angle from the axis that is inside the domain of the lens, the border included.
 inline Eigen::Vector3d point_inside(const Perspective& lens, Random& random) {
   const double radius = std::min(lens.max_radius() * (1 - 1e-6), 2.5) * random.uniform();
@@ -49,7 +63,8 @@ inline Eigen::Vector3d point_inside(const Perspective& lens, Random& random) {
          Eigen::Vector3d(radius * std::cos(turn), radius * std::sin(turn), 1);
 }
 
-inline Eigen::Vector3d point_inside(const Fisheye& lens, Random& random) {
+template <typename L>
+Eigen::Vector3d point_inside(const L& lens, Random& random) {
   const double theta = lens.max_angle() * (1 - 1e-6) * random.uniform();
   const double turn = random.uniform(0, 2 * std::numbers::pi);
   return random.uniform(0.1, 20) * Eigen::Vector3d(std::sin(theta) * std::cos(turn),

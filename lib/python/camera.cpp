@@ -71,10 +71,17 @@ Camera camera_from_matrix(const ArrayLike& matrix, const ArrayLike& size,
   return make(k(0, 0), k(1, 1), k(0, 2), k(1, 2), size, py::reinterpret_borrow<ArrayLike>(flat));
 }
 
-const char* lens_name(const Camera& camera) {
-  constexpr std::array<const char*, 3> kNames = {"perspective", "fisheye", "parallel"};
-  return kNames[camera.lens.index()];
+Camera double_sphere_camera(double fx, double fy, double cx, double cy, const ArrayLike& size,
+                            double xi, double alpha) {
+  return {DoubleSphere({fx, fy, cx, cy, xi, alpha}), size_of_argument(size, "size")};
 }
+
+Camera extended_unified_camera(double fx, double fy, double cx, double cy, const ArrayLike& size,
+                               double alpha, double beta) {
+  return {ExtendedUnified({fx, fy, cx, cy, alpha, beta}), size_of_argument(size, "size")};
+}
+
+std::string lens_name(const Camera& camera) { return std::string(kind_of(camera.lens).name); }
 
 NumbersByName parameter_values(const Camera& camera) {
   return numbers_by_name(parameter_names(camera.lens), parameters(camera.lens));
@@ -149,7 +156,7 @@ std::pair<Directions, Directions> rays_of_pixels(const Camera& camera, const Arr
 }
 
 Directions unproject_pixels(const Camera& camera, const ArrayLike& pixels) {
-  if (std::holds_alternative<Parallel>(camera.lens))
+  if (!kind_of(camera.lens).is_central)
     throw Error("unproject: the rays of a parallel lens have no common centre; use rays");
   return rays_of_pixels(camera, pixels).second;
 }
@@ -159,7 +166,7 @@ std::vector<FreeParameter> free_parameters(const Camera& camera,
                                            const std::optional<std::string>& model) {
   if (model) {
     const Model& named = Model::named(*model);
-    if (static_cast<std::size_t>(named.lens_type()) != camera.lens.index())
+    if (&named.kind() != &kind_of(camera.lens))
       throw Error("model: \"" + *model + "\" is no model of a " + lens_name(camera) + " lens");
     return named.free();
   }
@@ -195,7 +202,7 @@ std::tuple<Pixels, Derivatives, Derivatives> jacobians(const Camera& camera,
 }
 
 std::string representation(const Camera& camera) {
-  std::string text = std::string("<Camera ") + lens_name(camera) + " " +
+  std::string text = "<Camera " + lens_name(camera) + " " +
                      std::to_string(camera.image_size.width) + " x " +
                      std::to_string(camera.image_size.height);
   const auto names = parameter_names(camera.lens);
@@ -210,8 +217,8 @@ void define_constructors(py::class_<Camera>& camera) {
   camera
       .def(py::init([](const py::args&, const py::kwargs&) -> Camera {
              throw Error(
-                 "Camera: is made by Camera.pinhole, perspective, fisheye, parallel or "
-                 "from_matrix");
+                 "Camera: is made by Camera.pinhole, perspective, fisheye, double_sphere, "
+                 "extended_unified, parallel or from_matrix");
            }),
            "Raises Error: cameras are made by `pinhole` and the others.")
       .def_static("pinhole", &pinhole_camera, py::arg("fx"), py::arg("fy"), py::arg("cx"),
@@ -225,6 +232,13 @@ void define_constructors(py::class_<Camera>& camera) {
       .def_static("fisheye", &camera_with_distortion<Fisheye>, py::arg("fx"), py::arg("fy"),
                   py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("distortion") = none,
                   "An equidistant fisheye (Kannala-Brandt): k1, k2, k3, k4.")
+      .def_static("double_sphere", &double_sphere_camera, py::arg("fx"), py::arg("fy"),
+                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("xi"), py::arg("alpha"),
+                  "A double sphere (Usenko et al. 2018), as Basalt and Kalibr have it.")
+      .def_static("extended_unified", &extended_unified_camera, py::arg("fx"), py::arg("fy"),
+                  py::arg("cx"), py::arg("cy"), py::arg("size"), py::arg("alpha"),
+                  py::arg("beta") = 1.0,
+                  "An extended unified lens (EUCM); with beta = 1 the unified one (UCM).")
       .def_static("parallel", &parallel_camera, py::arg("sx"), py::arg("sy"), py::arg("cx"),
                   py::arg("cy"), py::arg("size"), py::arg("ox") = 0.0, py::arg("oy") = 0.0,
                   "A parallel projection with scales in pixels per metre; ox and oy make it "
@@ -240,7 +254,10 @@ void define_state(py::class_<Camera>& camera) {
           "size",
           [](const Camera& c) { return std::pair(c.image_size.width, c.image_size.height); },
           "(width, height), pixels.")
-      .def_property_readonly("lens", &lens_name, "\"perspective\", \"fisheye\" or \"parallel\".")
+      .def_property_readonly(
+          "lens", &lens_name,
+          "\"perspective\", \"fisheye\", \"parallel\", \"double sphere\" or \"extended "
+          "unified\".")
       .def_property_readonly("parameters", &parameter_values,
                              "The lens parameters by name: fx, fy, cx, cy, k1, ..")
       .def_property_readonly("matrix", &camera_matrix, "OpenCV's camera matrix (3, 3).")
@@ -276,16 +293,11 @@ void define_state(py::class_<Camera>& camera) {
             if (state.size() != 4) throw Error("not the state of a camera");
             const auto values = py::cast<std::vector<double>>(state[1]);
             const ImageSize size = {py::cast<int>(state[2]), py::cast<int>(state[3])};
-            const auto lens = [&]<typename L>(L*) -> Camera {
-              typename L::Parameters p{};
-              if (values.size() != p.size()) throw Error("not the state of a camera");
-              std::copy(values.begin(), values.end(), p.begin());
-              return {L(p), size};
-            };
             const auto index = py::cast<std::size_t>(state[0]);
-            if (index == 0) return lens(static_cast<Perspective*>(nullptr));
-            if (index == 1) return lens(static_cast<Fisheye*>(nullptr));
-            return lens(static_cast<Parallel*>(nullptr));
+            if (index >= lens_kinds().size() ||
+                values.size() != lens_kinds()[index].parameters.size())
+              throw Error("not the state of a camera");
+            return Camera{make_lens(lens_kinds()[index], values), size};
           }));
 }
 

@@ -10,7 +10,6 @@
 #include "python/arrays.hpp"
 #include "python/camera.hpp"
 #include "python/files.hpp"
-#include "python/foreign_camera.hpp"
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "python/uncertain_camera.hpp"
@@ -130,16 +129,6 @@ std::string yaml_of(const Calibration& calibration) {
   return calibration_yaml(calibration);
 }
 
-std::optional<CalibrationFile> own_camera(const FileCamera& camera) {
-  if (camera.foreign_lens) return std::nullopt;
-  return camera.calibration;
-}
-
-std::optional<ForeignCamera> foreign_of(const FileCamera& camera) {
-  if (!camera.foreign_lens) return std::nullopt;
-  return ForeignCamera{*camera.foreign_lens, camera.calibration.camera.image_size};
-}
-
 FileCamera with_size(const FileCamera& camera, const ArrayLike& size) {
   FileCamera changed = camera;
   changed.calibration.camera.image_size = size_of_argument(size, "size");
@@ -147,25 +136,20 @@ FileCamera with_size(const FileCamera& camera, const ArrayLike& size) {
 }
 
 std::string file_camera_text(const FileCamera& camera) {
+  const Lens& lens = camera.calibration.camera.lens;
   const ImageSize& size = camera.calibration.camera.image_size;
-  const SourceLens source = camera.lens();  // whose parameters the spans below refer to
-  const auto names = std::visit([](const auto& lens) { return parameter_names(lens); }, source);
-  const auto values = std::visit([](const auto& lens) { return parameters(lens); }, source);
-  return "\"" + camera.name + "\" " +
-         (camera.foreign_lens ? std::string(lens_name(*camera.foreign_lens)) + ", " : "") +
+  return "\"" + camera.name + "\" " + std::string(kind_of(lens).name) + ", " +
          (size == ImageSize{} ? "size unknown"
                               : std::to_string(size.width) + " x " + std::to_string(size.height)) +
-         ", " + std::string(names[0]) + " " + number(values[0]);
+         ", " + std::string(parameter_names(lens)[0]) + " " + number(parameters(lens)[0]);
 }
 
 void bind_file_camera(py::module_& m) {
   Record<FileCamera>(m, "FileCamera", "One camera of a file of any program.")
       .field("name", &FileCamera::name, "In the file, such as \"cam0\"; may be empty.")
-      .field("calibration", &own_camera,
+      .field("calibration", &FileCamera::calibration,
              "The UncertainCamera, which has what the file knows of it; its size is (0, 0) if that "
-             "is not in the file. None for a lens of other tools.")
-      .field("foreign_camera", &foreign_of,
-             "The ForeignCamera, for `fit_lens`, if the lens is one of other tools; else None.")
+             "is not in the file.")
       .field("camera_from_rig", &FileCamera::camera_from_rig,
              "The Pose of the camera in its rig; None: not in the file.")
       .representation(&file_camera_text)

@@ -26,8 +26,8 @@ void check_view(const MovingScene& scene, int view) {
 namespace {
 
 std::string model_of(const Camera& camera) {
-  if (std::holds_alternative<Parallel>(camera.lens)) return kParallelModel;
-  // opencv8 and fisheye4 have all parameters.
+  if (!kind_of(camera.lens).is_central) return kParallelModel;
+  // One has all parameters of the lens.
   return std::string(std::ranges::find_if(Model::all(), [&](const Model& model) {
                        return model.contains(camera);
                      })->name());

@@ -181,13 +181,12 @@ CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::
     return known;
   }
   const Model& named = Model::named(*model);
-  if (static_cast<std::size_t>(named.lens_type()) != camera.lens.index())
+  if (&named.kind() != &kind_of(camera.lens))
     throw Error("model: " + *model + " has another kind of lens than the camera");
-  const HeldModels held(fixed, named.lens_type());
+  const HeldModels held(fixed, named.kind());
   if (!covariance) return known;
   const Model& of_model = held.named(*model);
-  known.covariance =
-      covariance_matrices(covariance, "covariance", 1, of_model.num_free()).front();
+  known.covariance = covariance_matrices(covariance, "covariance", 1, of_model.num_free()).front();
   known.sigmas = lens_sigmas({&of_model, camera.lens, known.covariance});
   return known;
 }
@@ -222,8 +221,7 @@ void bind_claim(py::module_& m) {
           "covariance", [](const UncertainLens& c) { return matrix_array(c.covariance); },
           "(K, K); zero for parameters that were held.")
       .representation([](const UncertainLens& c) {
-        return std::string(c.model->name()) + ", " +
-               counted(c.model->free().size(), "parameter");
+        return std::string(c.model->name()) + ", " + counted(c.model->free().size(), "parameter");
       });
 }
 

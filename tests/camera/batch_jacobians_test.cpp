@@ -76,8 +76,10 @@ TEST(BatchJacobians, ColumnsAreThoseOfTheModelsTiedOnesSummed) {
   for (const ProjectKernels* kernels : all_kernels()) {
     for (const Model& model : Model::all()) {
       Lens lens = random_lens<Perspective>(random);
-      if (model.lens_type() == LensType::fisheye) lens = random_lens<Fisheye>(random);
-      if (model.lens_type() == LensType::parallel) lens = random_lens<Parallel>(random);
+      if (&model.kind() == &kind_of<Fisheye>()) lens = random_lens<Fisheye>(random);
+      if (&model.kind() == &kind_of<Parallel>()) lens = random_lens<Parallel>(random);
+      if (&model.kind() == &kind_of<DoubleSphere>()) lens = random_lens<DoubleSphere>(random);
+      if (&model.kind() == &kind_of<ExtendedUnified>()) lens = random_lens<ExtendedUnified>(random);
       std::vector<Vector3d> points;
       for (int i = 0; i < 11; ++i) points.push_back(some_point(lens, random));
       std::vector<FreeParameter> free = model.free();

@@ -57,6 +57,21 @@ double spread(const Parallel& lens, const Vector3d& x) {
   return std::max(p[0], p[1]) * (1 + std::abs(p[4]) + std::abs(p[5])) * x.norm();
 }
 
+// (X, Y) over a denominator whose terms cancel behind the camera.
+double spread(const DoubleSphere& lens, const Vector3d& x) {
+  const auto& p = lens.parameters();
+  const double d1 = x.norm(), z = p[4] * d1 + x.z(), d2 = std::hypot(x.x(), x.y(), z);
+  const double terms = p[5] * d2 + std::abs(p[4]) * d1 + std::abs(x.z());
+  const double sum = p[5] * d2 + (1 - p[5]) * z;
+  return std::max(p[0], p[1]) * x.head<2>().norm() / sum * (1 + terms / sum);
+}
+double spread(const ExtendedUnified& lens, const Vector3d& x) {
+  const auto& p = lens.parameters();
+  const double d = std::hypot(std::sqrt(p[5]) * x.x(), std::sqrt(p[5]) * x.y(), x.z());
+  const double terms = p[4] * d + std::abs(x.z()), sum = p[4] * d + (1 - p[4]) * x.z();
+  return std::max(p[0], p[1]) * x.head<2>().norm() / sum * (1 + terms / sum);
+}
+
 double rounding_px(const Lens& lens, const Vector3d& x) {
   const std::span<const double> p = parameters(lens);
   return 8 * kEpsilon *
@@ -66,7 +81,7 @@ double rounding_px(const Lens& lens, const Vector3d& x) {
 
 template <typename L>
 class BatchProject : public testing::Test {};
-using Lenses = testing::Types<Perspective, Fisheye, Parallel>;
+using Lenses = testing::Types<Perspective, Fisheye, Parallel, DoubleSphere, ExtendedUnified>;
 TYPED_TEST_SUITE(BatchProject, Lenses);
 
 TYPED_TEST(BatchProject, AgreesWithOnePointToRounding) {

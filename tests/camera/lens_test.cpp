@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 template <typename L>
 class LensContract : public testing::Test {};
-using Lenses = testing::Types<Perspective, Fisheye, Parallel>;
+using Lenses = testing::Types<Perspective, Fisheye, Parallel, DoubleSphere, ExtendedUnified>;
 TYPED_TEST_SUITE(LensContract, Lenses);
 
 TYPED_TEST(LensContract, RayInvertsProjectOverTheWholeDomain) {
@@ -69,7 +69,7 @@ TYPED_TEST(LensContract, JacobiansAgreeWithDifferences) {
       if (!ahead || !behind) continue;
       const Vector2d difference = (*ahead - *behind) / (2 * h);
       EXPECT_LT((difference - by_parameters.col(k)).norm(), 1e-6 * (1 + by_parameters.norm()))
-          << i << " " << TypeParam::kParameterNames[k];
+          << i << " " << TypeParam::kParameters[k].name;
     }
   }
 }

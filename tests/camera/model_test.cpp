@@ -56,7 +56,7 @@ TEST(Model, WhatIsNoLensHasNoValue) {
 }
 
 TEST(Model, HeldParametersAreNotFree) {
-  const HeldModels models({{"cx", 300}, {"k3", 0.1}}, LensType::perspective);
+  const HeldModels models({{"cx", 300}, {"k3", 0.1}}, kind_of<Perspective>());
   const Model& model = models.named("opencv5");
   EXPECT_EQ(model.num_free(), 7);
   const auto lens = model.lens(model.free_values(pinhole(500, 510, 1, 2)), {640, 480});
@@ -71,7 +71,7 @@ TEST(Model, HeldParametersAreNotFree) {
 }
 
 TEST(Model, SquarePixelsStaySquare) {
-  const HeldModels models({{"fx", 500}}, LensType::perspective);
+  const HeldModels models({{"fx", 500}}, kind_of<Perspective>());
   const Model& square = models.named("radial1");
   const auto lens = square.lens(std::vector<double>{320, 240, 0}, {640, 480});
   ASSERT_TRUE(lens.has_value());
@@ -82,12 +82,13 @@ TEST(Model, SquarePixelsStaySquare) {
 }
 
 TEST(Model, TheHeldLadderHasNothingEmptyAndNothingTwice) {
-  const HeldModels centre({{"cx", 320}, {"cy", 240}}, LensType::perspective);
+  const HeldModels centre({{"cx", 320}, {"cy", 240}}, kind_of<Perspective>());
   std::vector<std::string_view> names;
   for (const Model* model : centre.all()) names.push_back(model->name());
-  EXPECT_EQ(names, (std::vector<std::string_view>{"weak", "f", "pinhole", "radial1", "radial2",
-                                                  "opencv4", "fisheye4", "opencv5", "opencv8"}));
-  const HeldModels focal({{"f", 500}}, LensType::perspective);
+  EXPECT_EQ(names,
+            (std::vector<std::string_view>{"weak", "f", "pinhole", "radial1", "radial2", "ds",
+                                           "eucm", "opencv4", "fisheye4", "opencv5", "opencv8"}));
+  const HeldModels focal({{"f", 500}}, kind_of<Perspective>());
   EXPECT_EQ(focal.named("f").name(), "f+c");  // nothing is free in f itself
   EXPECT_EQ(focal.all().front()->name(), "weak");
 }

@@ -44,6 +44,22 @@ TEST_F(ConvertModel, ADoubleSphereBecomesAFisheye) {
   EXPECT_TRUE(slurp(root() / "d.png").starts_with("\x89PNG"));
 }
 
+// Through the formats that have it, and back.
+TEST_F(ConvertModel, ADoubleSphereIsKept) {
+  ASSERT_EQ(run(convert("ds.yaml", "ours.yaml", "")).exit_code, 0);
+  EXPECT_NE(slurp(root() / "ours.yaml").find("model: \"ds\""), std::string::npos);
+  const std::string there = "convert " + path("ours.yaml") + " ";
+  ASSERT_EQ(run(there + path("b.json") + " --to basalt").exit_code, 0);
+  EXPECT_NE(slurp(root() / "b.json").find("\"camera_type\": \"ds\""), std::string::npos);
+  ASSERT_EQ(run("convert " + path("b.json") + " " + path("k.yaml") + " --to kalibr").exit_code, 0);
+  const Outcome same = run("diff " + path("k.yaml") + " " + path("ds.yaml"));
+  EXPECT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_NE(slurp(root() / "k.yaml")
+                .find("intrinsics: [-0.17213086034353243, 0.5931177593944744, "
+                      "158.28600034966977"),
+            std::string::npos);
+}
+
 TEST_F(ConvertModel, ALensThatTheModelDoesNotDescribeIsAFailedCheck) {
   fs::remove(root() / "five.yaml");
   const Outcome outcome =
@@ -99,7 +115,8 @@ TEST_F(ConvertModel, BadOptions) {
   bad("--picture a.svg", {"--picture: needs --model"});
   bad("--model f --picture a.gif", {"a.gif", ".svg or .png"});
   bad("--model f --max-difference-px 0", {"--max-difference-px"});
-  bad("", {"double sphere", "--model"});
+  expect_bad_input("convert " + path("ds.yaml") + " " + path("no.yaml") + " --to ros",
+                   {"ros has no double sphere lens", "--model fisheye4 or opencv8"});
 }
 
 }  // namespace

@@ -17,11 +17,11 @@ using Eigen::VectorXd;
 
 const ImageSize kSize{1280, 800};
 
-LensFitSource source_of(const SourceLens& lens, const ImageSize& size = kSize) {
+LensFitSource source_of(const Lens& lens, const ImageSize& size = kSize) {
   return {{lens, size}, {}, {}, {}};
 }
 
-LensFit fitted(const SourceLens& lens, const char* model) {
+LensFit fitted(const Lens& lens, const char* model) {
   return fit_lens(source_of(lens), Model::named(model));
 }
 
@@ -71,7 +71,7 @@ TEST(LensFit, NestedModelsAreExact) {
 
 // Unified lenses with alpha = 0 are pinholes: no start is at the answer.
 TEST(LensFit, FindsALensFromAnotherType) {
-  const LensFit pin = fitted(Unified({900, 898, 651, 392, 0}), "opencv5");
+  const LensFit pin = fitted(ExtendedUnified({900, 898, 651, 392, 0, 1}), "opencv5");
   EXPECT_LT(pin.image.max_px, 1e-6);
   EXPECT_NEAR(parameters(pin.camera.lens)[0], 900, 1e-6);
   EXPECT_NEAR(parameters(pin.camera.lens)[1], 898, 1e-6);
@@ -219,8 +219,7 @@ TEST(LensFit, CovarianceAgreesWithMonteCarlo) {
     VectorXd z(8);
     for (double& value : z) value = random.normal();
     const VectorXd step = root * z;
-    Perspective::Parameters p =
-        std::get<Perspective>(std::get<Lens>(source.camera.lens)).parameters();
+    Perspective::Parameters p = std::get<Perspective>(source.camera.lens).parameters();
     for (int k = 0; k < 8; ++k) p[k] += step[k];
     LensFitSource drawn = source_of(Perspective(p));
     drawn.seen = source.seen;

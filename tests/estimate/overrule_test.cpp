@@ -120,7 +120,7 @@ TEST(Overrule, AStartLeadsToTheSameMinimum) {
 TEST(Overrule, AStartMustFit) {
   CalibrateOptions options = options_of("opencv5");
   options.start = Camera{fisheye_lens(), {1280, 800}};
-  EXPECT_NE(error_of(options).find("start: is a fisheye, model opencv5"), std::string::npos);
+  EXPECT_NE(error_of(options).find("start: is a fisheye lens, model opencv5"), std::string::npos);
   options.start->lens = opencv5_lens();
   EXPECT_EQ(error_of(options), "");
   options.start->image_size = {640, 480};

@@ -55,7 +55,7 @@ TEST(ResidualTest, WhitenedDerivativesAreThoseOfWhitenedResiduals) {
     view.whitening.push_back(w);
   }
   std::vector<FreeParameter> free;
-  for (int k = 0; k < 9; ++k) free.push_back({Perspective::kParameterNames[k], {k}});
+  for (int k = 0; k < 9; ++k) free.push_back({Perspective::kParameters[k].name, {k}});
   const auto at = [&](int k, double h) {
     auto parameters = lens.parameters();
     parameters[k] += h;

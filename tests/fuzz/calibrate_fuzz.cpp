@@ -9,8 +9,9 @@ namespace {
 
 using namespace tagcal;
 
-constexpr const char* kModels[] = {"",        "weak",    "f",        "radial1", "radial2",
-                                   "opencv4", "opencv5", "fisheye4", "auto",    "no such model"};
+constexpr const char* kModels[] = {"",        "weak",    "f",       "radial1",
+                                   "radial2", "opencv4", "opencv5", "fisheye4",
+                                   "ds",      "eucm",    "auto",    "no such model"};
 
 View view_of(fuzz::Bytes& bytes, const Camera& camera, const std::vector<TargetPoint>& points,
              int index) {

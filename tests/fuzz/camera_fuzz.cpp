@@ -11,7 +11,6 @@ namespace {
 using namespace tagcal;
 
 void check_camera(const FileCamera& camera) {
-  if (camera.foreign_lens) return;
   for (const double value : parameters(camera.calibration.camera.lens))
     fuzz::require(std::isfinite(value), "parameters are finite");
   if (camera.camera_from_rig)

@@ -30,10 +30,7 @@ std::vector<double> numbers(const FileCamera& camera) {
 }
 
 std::vector<double> first_numbers(const FileCamera& camera, std::size_t count) {
-  std::vector<double> p = camera.foreign_lens
-                              ? std::vector<double>(parameters(*camera.foreign_lens).begin(),
-                                                    parameters(*camera.foreign_lens).end())
-                              : numbers(camera);
+  std::vector<double> p = numbers(camera);
   p.resize(count);
   return p;
 }
@@ -108,7 +105,7 @@ TEST_F(CameraFileTest, KalibrsChain) {
       read(replaced(replaced(kKalibr, "cam0:\n", "cam0:\n" + imu), "cam1:\n", "cam1:\n" + imu));
   EXPECT_EQ(with_imu.cameras[0].camera_from_rig->translation(), Vector3d(0.5, 0, 0));
   const CameraFile sphere = read(kKalibrSphere);
-  EXPECT_TRUE(std::holds_alternative<DoubleSphere>(*sphere.cameras[0].foreign_lens));
+  EXPECT_TRUE(std::holds_alternative<DoubleSphere>(sphere.cameras[0].calibration.camera.lens));
   EXPECT_EQ(first_numbers(sphere.cameras[0], 6),
             (Numbers{158.3, 158.4, 254.9, 256.9, -0.17, 0.59}));
   EXPECT_EQ(numbers(read(kEuroc).cameras[0]), numbers(file.cameras[0]));

@@ -73,7 +73,8 @@ class LocaleTest : public FileTest {
   static std::string numbers_of(const CameraFile& file) {
     std::string text;
     for (const FileCamera& camera : file.cameras)
-      for (const double p : parameters(camera.calibration.camera.lens)) text += fmt::format("{}\n", p);
+      for (const double p : parameters(camera.calibration.camera.lens))
+        text += fmt::format("{}\n", p);
     return text;
   }
 
@@ -90,9 +91,12 @@ class LocaleTest : public FileTest {
 
   std::string messages() const {
     const Camera camera{Fisheye({420, 419, 633, 405, 0, 0, 0, 0}), {1280, 800}};
-    return error_of([] { pinhole(-1.5, 1, 0, 0); }) +
-           error_of([] { HeldModels({{"fx", -2.5}}, LensType::perspective); }) +
-           error_of([&] { pinhole_of_focal_length(camera, -0.5, {100, 100}); }) +
+    return error_of([] { pinhole(-1.5, 1, 0, 0); }) + error_of([] {
+             HeldModels({{"fx", -2.5}}, kind_of<Perspective>());
+           }) +
+           error_of([&] {
+             pinhole_of_focal_length(camera, -0.5, {100, 100});
+           }) +
            error_of([] { calibrate(Dataset(), {.tolerance_px = -0.25}); });
   }
 };

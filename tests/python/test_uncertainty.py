@@ -1,6 +1,7 @@
 """Uncertainty of the projection, points with covariances, comparisons, advice, fits of lenses."""
 
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -198,10 +199,10 @@ def test_lenses_of_other_models_project_alike(calibration: tagcal.Calibration) -
     )  # fmt: skip
 
 
-def test_lenses_of_other_tools_are_sources() -> None:
-    values = {"fx": 400, "fy": 401, "cx": 320, "cy": 240, "xi": -0.2, "alpha": 0.55}
-    source = tagcal.ForeignCamera("double sphere", values, (640, 480))
-    assert source.parameters == values and repr(source).startswith("<ForeignCamera double sphere 6")
+def test_a_double_sphere_is_a_camera() -> None:
+    source = tagcal.Camera.double_sphere(400, 401, 320, 240, (640, 480), -0.2, 0.55)
+    assert source.parameters["xi"] == -0.2 and repr(source).startswith("<Camera double sphere 640")
+    assert pickle.loads(pickle.dumps(source)) == source
     pixels = np.array([[100.0, 200.0], [320, 240]])
     np.testing.assert_allclose(source.project(3 * source.unproject(pixels)), pixels, atol=1e-9)
     fit = tagcal.fit_lens(source, "fisheye4")
@@ -280,8 +281,8 @@ def grid(columns: int, rows: int) -> tagcal.ImageGrid:
         (lambda c, u: tagcal.UncertainCamera(c.camera, "f", np.eye(2)), r"covariance: must have t"),
         (lambda c, u: tagcal.UncertainCamera(c.camera, "fisheye4"), "model: fisheye4 has another "),
         (lambda c, u: tagcal.UncertainCamera(c.camera, camera_error_px=-1), "camera_error_px: mus"),
-        (lambda c, u: tagcal.ForeignCamera("x", {}, SIZE), 'lens: must be "double sphere", "exten'),
-        (lambda c, u: tagcal.ForeignCamera("unified", {"fx": 1}, SIZE), "parameters: must be fx, "),
+        (lambda c, u: tagcal.Camera.double_sphere(1, 1, 0, 0, SIZE, 1, 0.5), "lens: xi must be "),
+        (lambda c, u: tagcal.Camera.extended_unified(1, 1, 0, 0, SIZE, 2), "lens: alpha must be f"),
         (lambda c, u: tagcal.SeenRegion(SIZE, [[1, np.inf]]), "pixels: must be finite, got inf in"),
     ],
 )

@@ -18,7 +18,7 @@ GOLDEN = SOURCE / "data-synthetic/golden/desk"
 SCENES = {"desk": 6, "checkerboard": 6, "charuco": 6, "fisheye_room": 6, "tabletop": 3}  # views
 # Models by name on the golden data set; its truth is opencv4. opencv8 is not among them: the minimum
 # of a rational lens that such data do not determine is a valley (docs/reference/models.md).
-MODELS = ("weak", "f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "fisheye4")
+MODELS = ("weak", "f", "f+c", "pinhole", "radial1", "radial2", "opencv4", "opencv5", "fisheye4", "ds", "eucm")
 
 # What two programs may differ by: kernels with and without AVX2, libraries with and without AVX2
 # and AVX-512, other compilers and other optimisation. They round differently in the last bits, and

@@ -20,8 +20,7 @@ namespace {
 
 LensFitSource source_of(const FileCamera& camera) {
   const CalibrationFile& known = camera.calibration;
-  LensFitSource source{{camera.lens(), known.camera.image_size}, {}, {}, known.seen};
-  if (camera.foreign_lens) return source;
+  LensFitSource source{known.camera, {}, {}, known.seen};
   const UncertainLens claim = uncertain_lens(known);
   if (claim.model) source.free = claim.model->free();
   source.covariance = claim.covariance;
@@ -29,10 +28,8 @@ LensFitSource source_of(const FileCamera& camera) {
 }
 
 std::string lens_of(const FileCamera& camera) {
-  if (camera.foreign_lens) return std::string(lens_name(*camera.foreign_lens)) + " lens";
   if (!camera.calibration.model.empty()) return "lens of model " + camera.calibration.model;
-  return std::holds_alternative<Fisheye>(camera.calibration.camera.lens) ? "fisheye"
-                                                                         : "perspective";
+  return std::string(kind_of(camera.calibration.camera.lens).name) + " lens";
 }
 
 std::string difference_line(const char* where, const LensFitDifference& d) {
@@ -80,7 +77,6 @@ void replace_lens(FileCamera& camera, const LensFit& fit) {
   known.claim_covariance.resize(0, 0);
   if (known.camera_error_px)
     known.camera_error_px = std::hypot(*known.camera_error_px, fit.seen.rms_px / std::sqrt(2.0));
-  camera.foreign_lens.reset();
 }
 
 }  // namespace
@@ -88,7 +84,7 @@ void replace_lens(FileCamera& camera, const LensFit& fit) {
 void add_model_options(CLI::App& command, ModelArguments& arguments) {
   add_option(command, "--model", arguments.model,
              "the lens of this model that projects as the one of IN does: f, f+c, pinhole, "
-             "radial1, radial2, opencv4, opencv5, opencv8 or fisheye4")
+             "radial1, radial2, opencv4, opencv5, opencv8, fisheye4, ds or eucm")
       .text("NAME");
   add_positive(command, "--max-difference-px", arguments.max_difference_px,
                "the largest difference that --model may leave over the region of the corners (the "
@@ -105,8 +101,7 @@ void check_usage(const ModelArguments& arguments) {
     if (!arguments.picture.empty()) throw Error("--picture: needs --model");
     return;
   }
-  if (naming_options([&] { return Model::named(arguments.model).lens_type(); }) ==
-      LensType::parallel)
+  if (!naming_options([&] { return &Model::named(arguments.model).kind(); })->is_central)
     throw Error("--model: weak has parallel rays, as no other lens has");
   if (arguments.picture.empty()) return;
   const auto extension = std::filesystem::path(arguments.picture).extension();

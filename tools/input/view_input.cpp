@@ -37,9 +37,8 @@ ViewInput scene_input(const ViewChoice& choice) {
 }
 
 void set_camera(ViewInput& input, const Camera& camera, const std::string& model) {
-  const bool fisheye = std::holds_alternative<Fisheye>(camera.lens);
   input.scene.settings.camera = camera;
-  input.scene.settings.model = !model.empty() ? model : fisheye ? "fisheye" : "perspective";
+  input.scene.settings.model = model.empty() ? std::string(kind_of(camera.lens).name) : model;
 }
 
 void look_by_truth(const Input& input, const ViewChoice& choice, ViewInput& result) {

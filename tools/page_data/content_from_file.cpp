@@ -18,20 +18,12 @@ namespace {
 
 using Eigen::Vector2d;
 
-// The name of the smallest model with all coefficients of a lens, for files without one.
-std::string model_of(const Lens& lens) {
-  if (std::holds_alternative<Fisheye>(lens)) return "fisheye4";
-  if (std::holds_alternative<Parallel>(lens)) return "weak";
-  const std::span<const double> p = parameters(lens);
-  const bool is_rational = std::any_of(p.begin() + 9, p.end(), [](double k) { return k != 0; });
-  return is_rational ? "opencv8" : "opencv5";
-}
-
 Calibration calibration_of(const CalibrationFile& file) {
   Calibration calibration;
   calibration.status = Status::ok;
   calibration.camera = file.camera;
-  calibration.model = file.model.empty() ? model_of(file.camera.lens) : file.model;
+  calibration.model =
+      file.model.empty() ? std::string(full_model(file.camera.lens).name()) : file.model;
   calibration.covariance = file.covariance;
   if (const UncertainLens claim = uncertain_lens(file); claim.model) calibration.claim = claim;
   calibration.fixed = file.fixed;

@@ -35,13 +35,10 @@ std::string pose_yaml(const char* indent, const Pose& pose, bool with_translatio
 
 // The smallest model that contains the lens.
 std::string model_of(const Lens& lens) {
-  if (std::holds_alternative<Fisheye>(lens)) return "fisheye4";
   const auto p = parameters(lens);
-  const auto has = [&](std::size_t from) {
-    return std::any_of(p.begin() + static_cast<std::ptrdiff_t>(from), p.end(),
-                       [](double k) { return k != 0; });
-  };
-  return has(9) ? "opencv8" : has(4) ? "opencv5" : "pinhole";
+  const bool is_plain = std::all_of(p.begin() + 4, p.end(), [](double k) { return k == 0; });
+  const bool is_pinhole = is_plain && &kind_of(lens) == &kind_of<Perspective>();
+  return is_pinhole ? "pinhole" : std::string(full_model(lens).name());
 }
 
 std::string camera_yaml(const Camera& camera) {

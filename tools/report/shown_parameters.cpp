@@ -21,15 +21,15 @@ bool is_free(const Model& model, int lens_parameter) {
 std::vector<Shown> shown_parameters(const Calibration& calibration) {
   const Lens& lens = calibration.camera->lens;
   const std::span<const double> values = parameters(lens);
-  const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
+  const HeldModels models(calibration.fixed, Model::named(calibration.model).kind());
   const Model& model = models.named(calibration.model);
-  const bool parallel = std::holds_alternative<Parallel>(lens);
+  const bool parallel = !kind_of(lens).is_central;
   std::vector<Shown> shown;
   for (std::size_t i = 0; i < values.size(); ++i) {
     Shown parameter;
     const bool free = is_free(model, static_cast<int>(i));
     const bool scale_of_a_view = parallel && i < 2;  // sx, sy: every view has its own
-    parameter.name = scale_of_a_view ? Perspective::kParameterNames[i] : parameter_names(lens)[i];
+    parameter.name = scale_of_a_view ? Perspective::kParameters[i].name : parameter_names(lens)[i];
     if (!scale_of_a_view && (!free || is_answer(calibration.status))) {
       parameter.value = values[i];
       if (i < calibration.sigmas.size()) parameter.sigma = calibration.sigmas[i];
@@ -43,9 +43,10 @@ std::vector<Shown> shown_parameters(const Calibration& calibration) {
 std::size_t num_shown(const Calibration& calibration) {
   const std::size_t all = parameters(calibration.camera->lens).size();
   const Lens& lens = calibration.camera->lens;
-  if (std::holds_alternative<Parallel>(lens)) return all - 2;  // a calibrated one is not oblique
-  return std::holds_alternative<Perspective>(lens) && calibration.model != "opencv8" ? all - 3
-                                                                                     : all;
+  if (!kind_of(lens).is_central) return all - 2;  // a calibrated one is not oblique
+  const Model& model = Model::named(calibration.model);
+  if (model.role() == ModelRole::largest) return all;
+  return static_cast<std::size_t>(model.sibling(model.kind(), ModelRole::usual).num_free());
 }
 
 double largest_px(const ProjectionUncertainty& projection) {

@@ -53,10 +53,10 @@ Json symmetric_json(const ViewingPipeline& p) {
 
 std::string distortion_note(const ViewReport& report) {
   const Camera& camera = report.pipeline.camera;
-  if (std::holds_alternative<Fisheye>(camera.lens))
+  if (kind_of(camera.lens).reaches_behind)
     return "the lens is a fisheye: draw with this matrix, then distort the picture; it reaches "
            "less than 180 deg";
-  if (std::holds_alternative<Parallel>(camera.lens)) return "parallel rays: a matrix has all of it";
+  if (!kind_of(camera.lens).is_central) return "parallel rays: a matrix has all of it";
   for (const double k : parameters(camera.lens).subspan(4))
     if (k != 0)
       return "the lens has distortion, which no matrix can represent: draw with this matrix, then "

@@ -110,7 +110,7 @@ std::string planes_beyond(const ViewReport& report) {
 std::string pinhole_note(const ViewReport& report) {
   const Camera& camera = report.pipeline.camera;
   const auto pinhole = field_of_view(undistorted(camera)), lens = field_of_view(camera);
-  if (!std::holds_alternative<Fisheye>(camera.lens) || !pinhole) return "";
+  if (!kind_of(camera.lens).reaches_behind || !pinhole) return "";
   return fmt::format(
              "rows clip, ndc, raster: of the pinhole with the same focal length on the axis, "
              "{:.0f} "

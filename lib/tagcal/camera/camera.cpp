@@ -13,7 +13,8 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// The angle between the rays through two pixels; for a fisheye, via the optical axis.
+// The angle between the rays through two pixels; of a lens that reaches behind, via the optical
+// axis.
 std::optional<double> angle_between_rad(const Lens& lens, const Eigen::Vector2d& a,
                                         const Eigen::Vector2d& b) {
   const std::optional<Ray> ray_a = ray_in_camera(lens, a), ray_b = ray_in_camera(lens, b);
@@ -22,7 +23,7 @@ std::optional<double> angle_between_rad(const Lens& lens, const Eigen::Vector2d&
     return std::atan2(p.cross(q).norm(), p.dot(q));
   };
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-  if (std::holds_alternative<Fisheye>(lens))
+  if (kind_of(lens).reaches_behind)
     return angle(ray_a->direction, axis) + angle(axis, ray_b->direction);
   return angle(ray_a->direction, ray_b->direction);
 }
@@ -54,7 +55,7 @@ double field_of_view_rad(double field_of_view_rad, double from_extent, double to
 }
 
 std::optional<FieldOfView> field_of_view(const Camera& camera) {
-  if (std::holds_alternative<Parallel>(camera.lens)) return std::nullopt;
+  if (!kind_of(camera.lens).is_central) return std::nullopt;
   const Eigen::Vector2d c(parameters(camera.lens)[2], parameters(camera.lens)[3]);
   const double right = camera.image_size.width - 0.5, bottom = camera.image_size.height - 0.5;
   const auto across = angle_between_rad(camera.lens, {-0.5, c.y()}, {right, c.y()});

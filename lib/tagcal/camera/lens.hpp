@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -13,12 +14,17 @@
 // A lens projects a point in the camera frame (x right, y down, z forward; metres) to a pixel
 // ((0, 0) is the centre of the top-left pixel). Every lens has the same interface:
 //
-//   kNumParameters, kParameterNames         its parameters in OpenCV's order
-//   Lens(parameters)                        throws Error unless all are finite and the scales > 0
+//   kParameters                             its parameters as data, in OpenCV's order
+//   Lens(parameters)                        throws Error unless all are finite and in their ranges
 //   project(x)                              the pixel, or no value outside the domain
 //   project(x, by_point, by_parameters)     the same with analytic Jacobians (either may be null)
 //   ray_in_camera(pixel)                    the inverse, or no value where no point projects there
 //   in_domain(x)                            true if project has a value
+//   max_angle()                             the domain's, from the axis, radians (a lens of rays
+//                                           from one centre)
+//
+// Each kind is one class here, one file in lenses/ and one kernel in kernels/, which has the
+// formulas. What algorithms ask about a kind is data: LensKind.
 //
 // The domain is the set of points on which the model is one-to-one. `project` tests it before it
 // projects, because the image of a point behind the camera, or beyond the fold of the distortion,
@@ -34,6 +40,47 @@ struct Ray {
 
 using PointJacobian = Eigen::Matrix<double, 2, 3>;
 
+// What a parameter does: `radial` coefficients multiply powers of the squared radius and vanish
+// without distortion; `shape` ones describe the curve from angle to radius itself.
+enum class ParameterRole { focal_length, principal_point, radial, tangential, shape };
+
+struct LensParameter {
+  std::string_view name;
+  ParameterRole role = ParameterRole::radial;
+  // Of a radial coefficient: the power of the squared radius that it multiplies, negative in a
+  // denominator. 0 for others.
+  int power = 0;
+  // The standard deviation before any picture. Of distortion: the share of its radius by which a
+  // coefficient moves the corner of the image. Of a shape: of the parameter about `plain`. The
+  // scales and the principal point have theirs over the size of the image (estimate/policy).
+  double prior_sigma = 0;
+  // The value without distortion, or that of a usual lens of this shape, for a focal length of 1 on
+  // the axis at the pixel (0, 0).
+  double plain = 0;
+  // The range; with its ends, or without.
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool has_ends = false;
+
+  bool holds(double value) const {
+    return (least < value && value < most) || (has_ends && (value == least || value == most));
+  }
+};
+
+// The scales along x and y and the principal point of every lens, before its other parameters.
+template <std::size_t N>
+constexpr std::array<LensParameter, N + 4> with_scales(std::string_view sx, std::string_view sy,
+                                                       const std::array<LensParameter, N>& more,
+                                                       double plain_scale = 1) {
+  using enum ParameterRole;
+  std::array<LensParameter, N + 4> all = {{{sx, focal_length, 0, 0, plain_scale, 0},
+                                           {sy, focal_length, 0, 0, plain_scale, 0},
+                                           {"cx", principal_point},
+                                           {"cy", principal_point}}};
+  for (std::size_t i = 0; i < N; ++i) all[i + 4] = more[i];
+  return all;
+}
+
 // Pinhole with Brown-Conrady distortion, polynomial or rational (Brown 1971; OpenCV calib3d), with
 // (x, y) = (X/Z, Y/Z), s = x^2 + y^2:
 //   L  = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)
@@ -44,9 +91,22 @@ using PointJacobian = Eigen::Matrix<double, 2, 3>;
 // radius is the fold itself: the smallest r with d(r L)/dr = 0 or a pole of L.
 class Perspective {
  public:
+  static constexpr std::string_view kName = "perspective";
+  static constexpr bool kIsCentral = true, kReachesBehind = false;
+  // The 1,133 lenses of liblensfun-data-v1 have k1 and k2 of 7 and 4 % (RMS) of the radius below 35
+  // degrees of half diagonal, 13 and up to 14 % beyond: these priors are wider. Numerator and
+  // denominator have the same.
+  static constexpr auto kParameters =
+      with_scales("fx", "fy",
+                  std::array<LensParameter, 8>{{{"k1", ParameterRole::radial, 1, 0.20},
+                                                {"k2", ParameterRole::radial, 2, 0.10},
+                                                {"p1", ParameterRole::tangential, 0, 0.005},
+                                                {"p2", ParameterRole::tangential, 0, 0.005},
+                                                {"k3", ParameterRole::radial, 3, 0.05},
+                                                {"k4", ParameterRole::radial, -1, 0.20},
+                                                {"k5", ParameterRole::radial, -2, 0.10},
+                                                {"k6", ParameterRole::radial, -3, 0.05}}});
   static constexpr int kNumParameters = 12;
-  static constexpr std::array<std::string_view, kNumParameters> kParameterNames = {
-      "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
   using Parameters = std::array<double, kNumParameters>;
   using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
@@ -54,6 +114,7 @@ class Perspective {
 
   const Parameters& parameters() const { return p_; }
   double max_radius() const { return max_radius_; }  // of (X/Z, Y/Z); infinite without a fold
+  double max_angle() const;
 
   bool in_domain(const Eigen::Vector3d& x_in_camera) const;
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
@@ -75,16 +136,22 @@ class Perspective {
 // The domain includes points beside and behind the camera (Z <= 0) up to that angle.
 class Fisheye {
  public:
+  static constexpr std::string_view kName = "fisheye";
+  static constexpr bool kIsCentral = true, kReachesBehind = true;
+  static constexpr auto kParameters =
+      with_scales("fx", "fy",
+                  std::array<LensParameter, 4>{{{"k1", ParameterRole::radial, 1, 0.15},
+                                                {"k2", ParameterRole::radial, 2, 0.08},
+                                                {"k3", ParameterRole::radial, 3, 0.04},
+                                                {"k4", ParameterRole::radial, 4, 0.02}}});
   static constexpr int kNumParameters = 8;
-  static constexpr std::array<std::string_view, kNumParameters> kParameterNames = {
-      "fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"};
   using Parameters = std::array<double, kNumParameters>;
   using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
   explicit Fisheye(const Parameters& parameters);
 
   const Parameters& parameters() const { return p_; }
-  double max_angle() const { return max_angle_; }  // radians
+  double max_angle() const { return max_angle_; }
 
   bool in_domain(const Eigen::Vector3d& x_in_camera) const;
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
@@ -105,9 +172,12 @@ class Fisheye {
 // and run along (-ox, -oy, 1).
 class Parallel {
  public:
+  static constexpr std::string_view kName = "parallel";
+  static constexpr bool kIsCentral = false, kReachesBehind = false;
+  static constexpr auto kParameters = with_scales(
+      "sx", "sy",
+      std::array<LensParameter, 2>{{{"ox", ParameterRole::shape}, {"oy", ParameterRole::shape}}});
   static constexpr int kNumParameters = 6;
-  static constexpr std::array<std::string_view, kNumParameters> kParameterNames = {
-      "sx", "sy", "cx", "cy", "ox", "oy"};
   using Parameters = std::array<double, kNumParameters>;
   using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
 
@@ -127,7 +197,112 @@ class Parallel {
   Parameters p_;
 };
 
-using Lens = std::variant<Perspective, Fisheye, Parallel>;
+// Double sphere (Usenko, Demmel & Cremers, The Double Sphere Camera Model, 3DV 2018), as Basalt and
+// Kalibr (`ds`) write it. With d1 = |(X, Y, Z)| and d2 = |(X, Y, xi d1 + Z)|:
+//   (u, v) = (fx X, fy Y) / (alpha d2 + (1 - alpha) (xi d1 + Z)) + (cx, cy)
+// The focal length on the axis is fx / (1 + xi).
+// Domain: xi d1 + Z > -w d2 with w = min(alpha, 1 - alpha) / max(alpha, 1 - alpha), which ends
+// where the denominator vanishes (alpha <= 1/2) or the radius in the image turns back (alpha >
+// 1/2). The bound of the paper, Z > -w2 d1, is another one: narrower for some parameters, and for
+// others (alpha = 1, xi < 0) it admits points beyond the turn.
+class DoubleSphere {
+ public:
+  static constexpr std::string_view kName = "double sphere";
+  static constexpr bool kIsCentral = true, kReachesBehind = true;
+  // Published calibrations of Kalibr's and Basalt's example sets (TUM-VI, EuRoC) have xi of -0.27
+  // to -0.02, alpha of 0.54 to 0.6: these priors are wider.
+  static constexpr auto kParameters = with_scales(
+      "fx", "fy",
+      std::array<LensParameter, 2>{{{"xi", ParameterRole::shape, 0, 0.3, -0.2, -1, 1},
+                                    {"alpha", ParameterRole::shape, 0, 0.2, 0.6, 0, 1, true}}},
+      0.8);
+  static constexpr int kNumParameters = 6;
+  using Parameters = std::array<double, kNumParameters>;
+  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
+
+  explicit DoubleSphere(const Parameters& parameters);
+
+  const Parameters& parameters() const { return p_; }
+  double max_angle() const;
+
+  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
+                                         PointJacobian* by_point,
+                                         ParameterJacobian* by_parameters) const;
+  std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
+
+ private:
+  Parameters p_;
+};
+
+// Extended unified model, EUCM (Khomutenko, Garcia & Martinet, An Enhanced Unified Camera Model,
+// RA-L 2016), `eucm` in Basalt and Kalibr. With d = sqrt(beta (X^2 + Y^2) + Z^2):
+//   (u, v) = (fx X, fy Y) / (alpha d + (1 - alpha) Z) + (cx, cy)
+// With beta = 1 it is the unified model, UCM, in Basalt's form.
+// Domain: Z > -w d with w = min(alpha, 1 - alpha) / max(alpha, 1 - alpha).
+class ExtendedUnified {
+ public:
+  static constexpr std::string_view kName = "extended unified";
+  static constexpr bool kIsCentral = true, kReachesBehind = true;
+  // Basalt's published calibration of EuRoC has alpha 0.59 and beta 1.13: these priors are wider.
+  static constexpr auto kParameters = with_scales(
+      "fx", "fy",
+      std::array<LensParameter, 2>{{{"alpha", ParameterRole::shape, 0, 0.2, 0.6, 0, 1, true},
+                                    {"beta", ParameterRole::shape, 0, 0.5, 1, 0}}});
+  static constexpr int kNumParameters = 6;
+  using Parameters = std::array<double, kNumParameters>;
+  using ParameterJacobian = Eigen::Matrix<double, 2, kNumParameters>;
+
+  explicit ExtendedUnified(const Parameters& parameters);
+
+  const Parameters& parameters() const { return p_; }
+  double max_angle() const;
+
+  bool in_domain(const Eigen::Vector3d& x_in_camera) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera) const;
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& x_in_camera,
+                                         PointJacobian* by_point,
+                                         ParameterJacobian* by_parameters) const;
+  std::optional<Ray> ray_in_camera(const Eigen::Vector2d& pixel) const;
+
+ private:
+  Parameters p_;
+};
+
+// Kalibr's `omni` model without distortion (Mei & Rives, ICRA 2007), which is
+//   (u, v) = (fu X, fv Y) / (Z + xi d) + (pu, pv)
+// exactly: alpha = xi / (1 + xi), fx = fu / (1 + xi), fy = fv / (1 + xi), beta = 1. Throws Error
+// unless xi >= 0. With distortion behind it (`radtan`, or OpenCV's omnidir) it is another lens.
+ExtendedUnified unified_from_omni(double xi, double fu, double fv, double pu, double pv);
+
+using Lens = std::variant<Perspective, Fisheye, Parallel, DoubleSphere, ExtendedUnified>;
+
+// A kind of lens: what algorithms ask about it. There is one object a kind.
+struct LensKind {
+  std::string_view name;
+  std::span<const LensParameter> parameters;
+  std::span<const std::string_view> parameter_names;
+  bool is_central = true;       // all rays start at the origin of the camera frame
+  bool reaches_behind = false;  // sees beside and behind the camera (Z <= 0), given the parameters
+  // The lens of these parameters; no value unless all are finite and in their ranges.
+  std::optional<Lens> (*lens)(std::span<const double> parameters) = nullptr;
+};
+
+// All kinds, in the order of Lens' alternatives.
+std::span<const LensKind> lens_kinds();
+const LensKind& kind_of(const Lens& lens);
+
+// The kind of an alternative of Lens.
+template <typename L>
+const LensKind& kind_of();
+
+// The lens of these parameters. Throws Error unless all are finite and in their ranges.
+// Precondition: as many as the kind has.
+Lens make_lens(const LensKind& kind, std::span<const double> parameters);
+
+// The lens of a kind with its plain values. Precondition: focal_px > 0.
+Lens plain_lens(const LensKind& kind, double focal_px, const Eigen::Vector2d& centre);
 
 // A pinhole without distortion.
 Perspective pinhole(double fx, double fy, double cx, double cy);
@@ -137,6 +312,10 @@ std::span<const double> parameters(const Lens& lens);
 std::span<const double> parameters(const Lens&& lens) = delete;
 std::span<const std::string_view> parameter_names(const Lens& lens);
 bool in_domain(const Lens& lens, const Eigen::Vector3d& x_in_camera);
+// The domain's largest angle from the axis, radians. Precondition: a central lens.
+double max_angle(const Lens& lens);
+// Focal lengths (fx, fy) on the axis, in pixels. Precondition: a central lens.
+Eigen::Vector2d focal_lengths_px(const Lens& lens);
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& x_in_camera);
 std::optional<Ray> ray_in_camera(const Lens& lens, const Eigen::Vector2d& pixel);
 

@@ -5,82 +5,56 @@
 #include <cassert>
 #include <cmath>
 
+#include "tagcal/camera/lenses/lens_parameters.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal {
 namespace {
 
-const std::array<Model, 10>& candidates() {
-  static const std::vector<FreeParameter> fxfycxcy = {
-      {"fx", {0}}, {"fy", {1}}, {"cx", {2}}, {"cy", {3}}};
-  static const auto with = [](std::vector<FreeParameter> base, std::vector<FreeParameter> more) {
-    base.insert(base.end(), more.begin(), more.end());
-    return base;
-  };
-  static const FreeParameter f = {"f", {0, 1}}, cx = {"cx", {2}}, cy = {"cy", {3}};
-  static const FreeParameter k1 = {"k1", {4}}, k2 = {"k2", {5}}, p1 = {"p1", {6}}, p2 = {"p2", {7}};
-  static const FreeParameter k3 = {"k3", {8}}, k4 = {"k4", {9}}, k5 = {"k5", {10}},
-                             k6 = {"k6", {11}};
-  static const std::array<Model, 10> models = {
-      Model("weak", LensType::parallel, {}),
-      Model("f", LensType::perspective, {f}),
-      Model("f+c", LensType::perspective, {f, cx, cy}),
-      Model("pinhole", LensType::perspective, fxfycxcy),
-      Model("radial1", LensType::perspective, {f, cx, cy, k1}),
-      Model("radial2", LensType::perspective, {f, cx, cy, k1, k2}),
-      Model("opencv4", LensType::perspective, with(fxfycxcy, {k1, k2, p1, p2})),
-      Model("fisheye4", LensType::fisheye,
-            with(fxfycxcy, {{"k1", {4}}, {"k2", {5}}, {"k3", {6}}, {"k4", {7}}})),
-      Model("opencv5", LensType::perspective, with(fxfycxcy, {k1, k2, p1, p2, k3})),
-      Model("opencv8", LensType::perspective, with(fxfycxcy, {k1, k2, p1, p2, k3, k4, k5, k6}))};
+using enum ModelRole;
+
+const std::array<Model, 12>& candidates() {
+  static const LensKind &perspective = kind_of<Perspective>(), &fisheye = kind_of<Fisheye>();
+  static const std::array<Model, 12> models = {
+      Model("weak", kind_of<Parallel>(), {}, largest),
+      Model("f", perspective, {"f"}),
+      Model("f+c", perspective, {"f", "cx", "cy"}),
+      Model("pinhole", perspective, {"fx", "fy", "cx", "cy"}),
+      Model("radial1", perspective, {"f", "cx", "cy", "k1"}),
+      Model("radial2", perspective, {"f", "cx", "cy", "k1", "k2"}),
+      Model("ds", kind_of<DoubleSphere>(), {"fx", "fy", "cx", "cy", "xi", "alpha"}, largest),
+      Model("eucm", kind_of<ExtendedUnified>(), {"fx", "fy", "cx", "cy", "alpha", "beta"}, largest),
+      Model("opencv4", perspective, {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}),
+      Model("fisheye4", fisheye, {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"}, largest),
+      Model("opencv5", perspective, {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}, usual),
+      Model("opencv8", perspective,
+            {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}, largest)};
   return models;
 }
 
-template <typename L>
-std::optional<Lens> make_lens(const std::vector<FreeParameter>& free,
-                              std::span<const double> values, const std::map<int, double>& held,
-                              typename L::Parameters parameters) {
-  for (const auto& [k, value] : held) parameters[static_cast<std::size_t>(k)] = value;
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    if (!std::isfinite(values[i])) return std::nullopt;
-    for (const int k : free[i].lens_parameters) parameters[static_cast<std::size_t>(k)] = values[i];
-  }
-  if (!(parameters[0] > 0 && parameters[1] > 0)) return std::nullopt;
-  return Lens(L(parameters));
-}
-
-std::span<const std::string_view> names_of(LensType type) {
-  switch (type) {
-    case LensType::perspective:
-      return Perspective::kParameterNames;
-    case LensType::fisheye:
-      return Fisheye::kParameterNames;
-    case LensType::parallel:
-      return Parallel::kParameterNames;
-  }
-  return {};
-}
-
-std::string known_names(LensType type) {
-  std::string known = "f";
-  for (const std::string_view name : names_of(type)) known += ", " + std::string(name);
-  return known;
+// Index of a lens parameter; no value for an unknown name.
+std::optional<int> index_of(std::string_view name, const LensKind& kind) {
+  const auto at = std::ranges::find(kind.parameters, name, &LensParameter::name);
+  if (at == kind.parameters.end()) return std::nullopt;
+  return static_cast<int>(at - kind.parameters.begin());
 }
 
 // The held values by parameter index of the lens.
-std::map<int, double> by_index(const std::map<std::string, double>& values, LensType type) {
-  const auto names = names_of(type);
+std::map<int, double> by_index(const std::map<std::string, double>& values, const LensKind& kind) {
   std::map<int, double> held;
   for (const auto& [name, value] : values) {
-    const auto at = std::ranges::find(names, name);
-    if (name != "f" && at == names.end())
-      throw Error("fixed: must be one of " + known_names(type) + "; got " + name);
-    const int index = name == "f" ? 0 : static_cast<int>(at - names.begin());
-    if (!std::isfinite(value) || (index < 2 && !(value > 0)))
-      throw Error("fixed: " + name + " must be " + (index < 2 ? "> 0" : "a number") + ", got " +
+    const std::optional<int> index = name == "f" ? 0 : index_of(name, kind);
+    if (!index) {
+      std::string known = "f";
+      for (const LensParameter& p : kind.parameters) known += ", " + std::string(p.name);
+      throw Error("fixed: must be one of " + known + "; got " + name);
+    }
+    const LensParameter& parameter = kind.parameters[static_cast<std::size_t>(*index)];
+    if (!parameter.holds(value))
+      throw Error("fixed: " + name + " must be " + internal::range_text(parameter) + ", got " +
                   internal::short_number(value));
-    bool is_new = held.emplace(index, value).second;
+    bool is_new = held.emplace(*index, value).second;
     if (name == "f") is_new &= held.emplace(1, value).second;
     if (!is_new) throw Error("fixed: " + name + " is held twice");
   }
@@ -88,28 +62,20 @@ std::map<int, double> by_index(const std::map<std::string, double>& values, Lens
 }
 
 bool alike(const Model& a, const Model& b) {
-  return a.lens_type() == b.lens_type() && a.held() == b.held() &&
+  return &a.kind() == &b.kind() && a.held() == b.held() &&
          std::ranges::equal(a.free(), b.free(), {}, &FreeParameter::lens_parameters,
                             &FreeParameter::lens_parameters);
 }
 
 }  // namespace
 
-ParameterKind parameter_kind(std::string_view name) {
-  switch (name.front()) {
-    case 'f':
-      return ParameterKind::focal_length;
-    case 'c':
-      return ParameterKind::principal_point;
-    case 'p':
-      return ParameterKind::tangential;
-    default:
-      return ParameterKind::radial;
-  }
+Model::Model(std::string_view name, const LensKind& kind,
+             std::initializer_list<std::string_view> free, ModelRole role)
+    : name_(name), kind_(&kind), role_(role) {
+  for (const std::string_view parameter : free)
+    free_.push_back({parameter, parameter == "f" ? std::vector{0, 1}
+                                                 : std::vector{*index_of(parameter, kind)}});
 }
-
-Model::Model(std::string_view name, LensType lens_type, std::vector<FreeParameter> free)
-    : name_(name), lens_type_(lens_type), free_(std::move(free)) {}
 
 std::span<const Model> Model::all() { return candidates(); }
 
@@ -126,6 +92,12 @@ const Model& Model::sibling(std::string_view name) const {
   return siblings_ ? siblings_->named(name) : named(name);
 }
 
+const Model& Model::sibling(const LensKind& kind, ModelRole role) const {
+  if (siblings_) return siblings_->of(kind, role);
+  return *std::ranges::find_if(
+      candidates(), [&](const Model& m) { return &m.kind() == &kind && m.role() >= role; });
+}
+
 std::vector<const Model*> Model::siblings() const {
   if (siblings_) return siblings_->all();
   std::vector<const Model*> models;
@@ -136,15 +108,15 @@ std::vector<const Model*> Model::siblings() const {
 std::optional<Lens> Model::lens(std::span<const double> free_values, const ImageSize& size) const {
   assert(free_values.size() == free_.size());
   const Eigen::Vector2d centre = image_centre(size);
-  switch (lens_type_) {
-    case LensType::perspective:
-      return make_lens<Perspective>(free_, free_values, held_, {1, 1, centre.x(), centre.y()});
-    case LensType::fisheye:
-      return make_lens<Fisheye>(free_, free_values, held_, {1, 1, centre.x(), centre.y()});
-    case LensType::parallel:
-      return make_lens<Parallel>(free_, free_values, held_, {1, 1, centre.x(), centre.y()});
-  }
-  return std::nullopt;
+  std::vector<double> values;
+  for (const LensParameter& parameter : kind_->parameters) values.push_back(parameter.plain);
+  values[2] = centre.x();
+  values[3] = centre.y();
+  for (const auto& [k, value] : held_) values[static_cast<std::size_t>(k)] = value;
+  for (std::size_t i = 0; i < free_.size(); ++i)
+    for (const int k : free_[i].lens_parameters)
+      values[static_cast<std::size_t>(k)] = free_values[i];
+  return kind_->lens(values);
 }
 
 std::vector<double> Model::free_values(const Lens& lens) const {
@@ -159,20 +131,20 @@ std::vector<double> Model::free_values(const Lens& lens) const {
 }
 
 bool Model::contains(const Camera& camera) const {
-  if (static_cast<std::size_t>(lens_type_) != camera.lens.index()) return false;
+  if (kind_ != &kind_of(camera.lens)) return false;
   const std::optional<Lens> same = lens(free_values(camera.lens), camera.image_size);
   return same && std::ranges::equal(parameters(*same), parameters(camera.lens));
 }
 
-HeldModels::HeldModels(const std::map<std::string, double>& values, LensType lens_type)
+HeldModels::HeldModels(const std::map<std::string, double>& values, const LensKind& kind)
     : models_(Model::all().begin(), Model::all().end()) {
   constexpr int kNumCommon = 4;  // fx, fy, cx, cy
-  const std::map<int, double> given = by_index(values, lens_type);
+  const std::map<int, double> given = by_index(values, kind);
   for (Model& model : models_) {
     model.siblings_ = this;
-    if (model.lens_type() == LensType::parallel) continue;
+    if (!model.kind().is_central) continue;
     for (const auto& [k, value] : given)
-      if (k < kNumCommon || model.lens_type() == lens_type) model.held_[k] = value;
+      if (k < kNumCommon || &model.kind() == &kind) model.held_[k] = value;
     std::erase_if(model.free_, [&](const FreeParameter& parameter) {
       const auto& sets = parameter.lens_parameters;
       const auto first = std::ranges::find_if(
@@ -188,20 +160,38 @@ const Model& HeldModels::named(std::string_view name) const {
   const Model& plain = Model::named(name);  // throws for one that is not known
   const auto first = models_.begin() + (&plain - Model::all().data());
   const auto next = std::find_if(first, models_.end(), [&](const Model& model) {
-    return model.lens_type() == plain.lens_type() && model.num_free() > 0;
+    return &model.kind() == &plain.kind() && model.num_free() > 0;
   });
   return next == models_.end() ? *first : *next;
+}
+
+const Model& HeldModels::of(const LensKind& kind, ModelRole role) const {
+  return named(Model::all().front().sibling(kind, role).name());
 }
 
 std::vector<const Model*> HeldModels::all() const {
   std::vector<const Model*> some;
   for (const Model& model : models_) {
-    const bool is_weak = model.lens_type() == LensType::parallel;
+    const bool is_weak = !model.kind().is_central;
     const bool is_new =
         std::ranges::none_of(some, [&](const Model* other) { return alike(*other, model); });
     if (is_weak || (model.num_free() > 0 && is_new)) some.push_back(&model);
   }
   return some;
+}
+
+const Model& full_model(const Lens& lens) {
+  const LensKind& kind = kind_of(lens);
+  const std::span<const double> values = parameters(lens);
+  const Model& usual = candidates().front().sibling(kind, ModelRole::usual);
+  for (std::size_t i = 4; i < values.size(); ++i) {
+    const auto sets = [&](const FreeParameter& free) {
+      return free.lens_parameters.front() == static_cast<int>(i);
+    };
+    if (values[i] != kind.parameters[i].plain && std::ranges::none_of(usual.free(), sets))
+      return candidates().front().sibling(kind, ModelRole::largest);
+  }
+  return usual;
 }
 
 }  // namespace tagcal

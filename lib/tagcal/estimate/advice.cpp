@@ -140,9 +140,11 @@ double expected_noise(const Calibration& c) {
 }
 
 bool has_distortion(const Model& model) {
-  return std::any_of(model.free().begin(), model.free().end(), [](const FreeParameter& free) {
-    return free.kind() == ParameterKind::radial;
-  });
+  for (std::size_t i = 0; i < model.free().size(); ++i)
+    if (const ParameterRole role = model.parameter(i).role;
+        role == ParameterRole::radial || role == ParameterRole::shape)
+      return true;
+  return false;
 }
 
 std::optional<CurrentEstimate> current_estimate(const Calibration& c, const BoardPoints& board) {
@@ -152,7 +154,7 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
   current.sigma_px = expected_noise(c);
   current.rows = {image_centre(c.camera->image_size).y(), c.row_sigma / current.sigma_px};
   if (is_answer(c.status) && c.covariance.size() > 0) {
-    current.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).lens_type());
+    current.models = std::make_shared<const HeldModels>(c.fixed, Model::named(c.model).kind());
     current.model = &current.models->named(c.model);
     const auto information = exact_inverse(c.covariance);
     if (!information) return std::nullopt;
@@ -180,7 +182,7 @@ std::optional<CurrentEstimate> current_estimate(const Calibration& c, const Boar
 double focal_sigma(const Model& model, const MatrixXd& covariance) {
   double largest = 0;
   for (int i = 0; i < model.num_free(); ++i)
-    if (model.free()[static_cast<std::size_t>(i)].kind() == ParameterKind::focal_length)
+    if (model.parameter(static_cast<std::size_t>(i)).role == ParameterRole::focal_length)
       largest = std::max(largest, std::sqrt(covariance(i, i)));
   return largest;
 }

@@ -35,7 +35,7 @@ Calibration no_answer(const CalibrationInput& input, std::string_view model) {
   return c;
 }
 
-bool is_weak(const Model& model) { return model.lens_type() == LensType::parallel; }
+bool is_weak(const Model& model) { return !model.kind().is_central; }
 
 // `refusal`: of a model with perspective, or none.
 Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions& options,

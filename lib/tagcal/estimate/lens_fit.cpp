@@ -24,14 +24,6 @@ using Eigen::VectorXd;
 // numeric: samples of smooth functions; with twice as many the results move by less than 1 %.
 constexpr int kFitColumns = 65, kMeasureColumns = 129;
 
-std::optional<Ray> source_ray(const SourceLens& lens, const Vector2d& pixel) {
-  return std::visit([&](const auto& l) { return ray_in_camera(l, pixel); }, lens);
-}
-
-std::optional<Vector2d> source_pixel(const SourceLens& lens, const Vector3d& x) {
-  return std::visit([&](const auto& l) { return project(l, x); }, lens);
-}
-
 SeenRegion whole_image(const ImageSize& size) {
   return SeenRegion(size, ImageGrid{size, 2, 2}.pixels());
 }
@@ -57,32 +49,30 @@ std::vector<Vector2d> pixels_in(const SeenRegion& region, const ImageGrid& grid)
   return pixels;
 }
 
-Sightings sightings(const SourceLens& lens, const std::vector<Vector2d>& pixels) {
+Sightings sightings(const Lens& lens, const std::vector<Vector2d>& pixels) {
   Sightings seen;
   for (const Vector2d& pixel : pixels)
-    if (const auto ray = source_ray(lens, pixel)) seen.add(pixel, ray->direction);
+    if (const auto ray = ray_in_camera(lens, pixel)) seen.add(pixel, ray->direction);
   return seen;
 }
 
-// Those that a lens of the type can see.
-Sightings visible(const Sightings& all, LensType type) {
-  if (type != LensType::perspective) return all;
+// Those that a lens of the kind can see.
+Sightings visible(const Sightings& all, const LensKind& kind) {
+  if (kind.reaches_behind) return all;
   Sightings some;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (all.rays[i].z() > policy::kPerspectiveCosine) some.add(all.pixels[i], all.rays[i]);
   return some;
 }
 
-LensType type_of(const Lens& lens) { return static_cast<LensType>(lens.index()); }
-
 std::optional<LensFromRays> fit(const LensFitSource& source, const Model& model,
                                 const Sightings& seen) {
   const ImageSize& size = source.camera.image_size;
   const Vector2d centre =
-      source_pixel(source.camera.lens, Vector3d::UnitZ()).value_or(image_centre(size));
+      project(source.camera.lens, Vector3d::UnitZ()).value_or(image_centre(size));
   std::vector<std::vector<double>> starts;
-  const auto* own = std::get_if<Lens>(&source.camera.lens);
-  if (own && type_of(*own) == model.lens_type()) starts.push_back(model.free_values(*own));
+  const Lens& own = source.camera.lens;
+  if (&kind_of(own) == &model.kind()) starts.push_back(model.free_values(own));
   return lens_from_rays(model, size, seen, centre, std::move(starts));
 }
 
@@ -109,12 +99,12 @@ LensFitDifference difference_over(const Sightings& seen, const Lens& lens) {
   return result;
 }
 
-MatrixXd difference_grid(const ImageGrid& grid, const SourceLens& source, const Lens& lens) {
+MatrixXd difference_grid(const ImageGrid& grid, const Lens& source, const Lens& lens) {
   MatrixXd result(grid.rows, grid.columns);
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Vector2d pixel = grid.pixel(column, row);
-      const auto ray = source_ray(source, pixel);
+      const auto ray = ray_in_camera(source, pixel);
       result(row, column) = ray ? difference_px(lens, ray->direction, pixel)
                                 : std::numeric_limits<double>::quiet_NaN();
     }
@@ -126,8 +116,8 @@ MatrixXd difference_grid(const ImageGrid& grid, const SourceLens& source, const 
 // parameter of the lens. No value if the fitted lens has other values, or lacks a free parameter.
 std::optional<MatrixXd> selection(const LensFitSource& source, const Model& model,
                                   const LensFromRays& state) {
-  const Lens& own = std::get<Lens>(source.camera.lens);
-  if (type_of(own) != model.lens_type() || state.free_values != model.free_values(own))
+  const Lens& own = source.camera.lens;
+  if (&kind_of(own) != &model.kind() || state.free_values != model.free_values(own))
     return std::nullopt;
   MatrixXd result = MatrixXd::Zero(model.num_free(), static_cast<Eigen::Index>(source.free.size()));
   for (std::size_t j = 0; j < source.free.size(); ++j) {
@@ -146,7 +136,7 @@ std::optional<MatrixXd> selection(const LensFitSource& source, const Model& mode
 // dq/dp in general, see the header; with the columns of J_q scaled.
 std::optional<MatrixXd> implicit_derivative(const LensFitSource& source, const LensFromRays& state,
                                             const Sightings& seen) {
-  const auto of_source = ray_equations(std::get<Lens>(source.camera.lens), source.free, seen);
+  const auto of_source = ray_equations(source.camera.lens, source.free, seen);
   if (!of_source) return std::nullopt;
   const VectorXd scales = column_scales(state.at.jacobian);
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> scaled;
@@ -185,8 +175,7 @@ std::optional<std::string> refusal_of(const LensFit& result, const LensFitSource
 }
 
 void check(const LensFitSource& source, const Model& model, const LensFitOptions& options) {
-  const auto* own = std::get_if<Lens>(&source.camera.lens);
-  if (model.lens_type() == LensType::parallel || (own && type_of(*own) == LensType::parallel))
+  if (!model.kind().is_central || !kind_of(source.camera.lens).is_central)
     throw Error("model: a lens with parallel rays cannot be fitted to another");
   if (!(options.max_difference_px >= 0))
     throw Error("max_difference_px: must be >= 0, got " + short_number(options.max_difference_px));
@@ -194,9 +183,9 @@ void check(const LensFitSource& source, const Model& model, const LensFitOptions
     throw Error("image_size: must be > 0, the fit needs to know where the image is");
   if (source.covariance.size() == 0) return;
   const auto k = static_cast<Eigen::Index>(source.free.size());
-  if (!own || source.covariance.rows() != k || source.covariance.cols() != k)
+  if (source.covariance.rows() != k || source.covariance.cols() != k)
     throw Error("covariance: must be " + std::to_string(k) + " x " + std::to_string(k) +
-                ", of the free parameters of one of tagcal's lenses");
+                ", of the free parameters of the lens");
 }
 
 }  // namespace
@@ -206,13 +195,13 @@ LensFit fit_lens(const LensFitSource& source, const Model& model, const LensFitO
   const ImageSize& size = source.camera.image_size;
   const SeenRegion image = whole_image(size);
   const SeenRegion& region = source.seen.hull().empty() ? image : source.seen;
-  const SourceLens& lens = source.camera.lens;
+  const Lens& lens = source.camera.lens;
   LensFit result;
   result.model = &model;
   result.camera.image_size = size;
   result.grid = grid_of(size, ImageGrid{}.columns);
   const Sightings seen =
-      visible(sightings(lens, pixels_in(region, grid_of(size, kFitColumns))), model.lens_type());
+      visible(sightings(lens, pixels_in(region, grid_of(size, kFitColumns))), model.kind());
   const auto state = 2 * static_cast<int>(seen.size()) >= std::max(1, model.num_free())
                          ? fit(source, model, seen)
                          : std::nullopt;
@@ -235,7 +224,7 @@ std::vector<FreeParameter> free_parameters(std::string_view model,
                                            const std::map<std::string, double>& fixed) {
   const Model& plain = Model::named(model);
   if (fixed.empty()) return plain.free();
-  return HeldModels(fixed, plain.lens_type()).named(model).free();
+  return HeldModels(fixed, plain.kind()).named(model).free();
 }
 
 }  // namespace tagcal

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "tagcal/camera/foreign_lens.hpp"
 #include "tagcal/estimate/types.hpp"
 
 // A lens of one model that projects as a lens of another does, in the same camera frame: poses and
@@ -16,9 +15,8 @@ namespace tagcal {
 
 // The lens to describe by another model, and what is known about it.
 struct LensFitSource {
-  SourceCamera camera;
-  // The covariance (k x k) of these parameters of camera.lens, one of tagcal's lenses. Empty: the
-  // lens is taken as exact.
+  Camera camera = {pinhole(1, 1, 0, 0), {}};
+  // The covariance (k x k) of these parameters of camera.lens. Empty: the lens is taken as exact.
   std::vector<FreeParameter> free;
   MatrixX covariance;
   SeenRegion seen;  // where the lens is known; empty: the whole image

@@ -106,8 +106,7 @@ std::optional<UncertainPixel> project(const UncertainLens& lens, const Uncertain
 
 // The pixel stays where it is while direction and parameters change: J_d dd = du - J_p dp.
 std::optional<UncertainPoint> direction(const UncertainLens& lens, const UncertainPixel& pixel) {
-  if (std::holds_alternative<Parallel>(lens.lens))
-    throw Error("a parallel lens has no rays from one centre");
+  if (!kind_of(lens.lens).is_central) throw Error("a parallel lens has no rays from one centre");
   const std::optional<Ray> ray = ray_in_camera(lens.lens, pixel.pixel);
   if (!ray) return std::nullopt;
   const std::optional<Linear> linear = linearised(lens, ray->direction);

@@ -88,8 +88,7 @@ std::size_t best_of(const std::vector<Candidate>& left, const MatrixXd& before,
 ViewSelection select_views(const Dataset& dataset, const Calibration& calibration, int count) {
   assert(count >= 1);
   if (!calibration.camera || calibration.covariance.size() == 0) return {};
-  const LensType lens_type = Model::named(calibration.model).lens_type();
-  const HeldModels models(calibration.fixed, lens_type);
+  const HeldModels models(calibration.fixed, Model::named(calibration.model).kind());
   const Model& model = models.named(calibration.model);
   const MatrixXd effect =
       projection_effect({&model, calibration.camera->lens, {}}, calibration.camera->image_size);

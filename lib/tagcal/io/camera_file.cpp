@@ -142,12 +142,7 @@ CameraFile read_one_camera(const std::string& file_and_name) {
 
 const CalibrationFile& usable_camera(const CameraFile& file, const std::string& name) {
   const FileCamera& camera = file.cameras.front();
-  if (camera.foreign_lens)
-    throw Error(
-        fmt::format("{}: the lens is a {} one, which tagcal only converts: tagcal convert "
-                    "{} camera.yaml --to tagcal --model fisheye4",
-                    name, lens_name(*camera.foreign_lens), name));
-  if (std::holds_alternative<Parallel>(camera.calibration.camera.lens))
+  if (!kind_of(camera.calibration.camera.lens).is_central)
     throw Error(name + ": a parallel camera has no focal length, which is needed here");
   if (camera.calibration.camera.image_size == ImageSize{})
     throw Error(

@@ -135,7 +135,7 @@ constexpr FormatRow kRows[] = {
      .write = by_content<write_nerfstudio>},
     {.format = {.name = "basalt",
                 .program = "calibration.json",
-                .lenses = "pinhole, pinhole-radtan8, kb4 (ds, eucm, ucm: read only)",
+                .lenses = "pinhole, pinhole-radtan8, kb4, ds, eucm (ucm: read only)",
                 .several = true,
                 .file = "calibration.json"},
      .key = "value0",

@@ -13,7 +13,7 @@ UncertainLens uncertain_lens(const CalibrationFile& file) {
   if (file.claim_covariance.size() > 0)
     return {&Model::named(file.claim_model), lens, file.claim_covariance};
   if (file.covariance.size() == 0) return {nullptr, lens, {}};
-  const HeldModels models(file.fixed, Model::named(file.model).lens_type());
+  const HeldModels models(file.fixed, Model::named(file.model).kind());
   const Model& held = models.named(file.model);
   const Model& free = Model::named(held.name());
   return {&free, lens, covariance_by(free, {&held, lens, file.covariance})};

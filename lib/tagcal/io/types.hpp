@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tagcal/camera/foreign_lens.hpp"
+#include "tagcal/camera/camera.hpp"
 #include "tagcal/estimate/seen_region.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/geometry/pose.hpp"
@@ -45,16 +45,8 @@ UncertainLens uncertain_lens(const CalibrationFile& file);
 struct FileCamera {
   std::string name;             // in the file, for example "cam0"; may be empty
   CalibrationFile calibration;  // an image size of 0 x 0: not in the file
-  // A lens that tagcal does not have, but can fit one of its own to; calibration.camera.lens then
-  // means nothing.
-  std::optional<ForeignLens> foreign_lens = std::nullopt;
   // The place of the camera in its rig, or in the frame of the first camera, or of the IMU.
   std::optional<Pose> camera_from_rig = std::nullopt;
-
-  SourceLens lens() const {
-    if (foreign_lens) return *foreign_lens;
-    return calibration.camera.lens;
-  }
 };
 
 // Where a camera was when it took a picture.

@@ -194,7 +194,7 @@ Camera pinhole_of_valid_pixels(const Camera& camera, const ImageSize& size) {
 
 Camera pinhole_of_focal_length(const Camera& camera, double focal_px, const ImageSize& size) {
   check_size(size);
-  if (std::holds_alternative<Parallel>(camera.lens))
+  if (!kind_of(camera.lens).is_central)
     throw Error("reproject: a parallel lens has no rays from one centre");
   if (!(focal_px > 0) || !std::isfinite(focal_px))
     throw Error("reproject: the focal length must be > 0, got " + short_number(focal_px));

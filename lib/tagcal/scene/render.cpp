@@ -30,8 +30,9 @@ ImageF render_sharp(const Scene& scene, const TagFamilies& families,
 }
 
 void check_focus(const Camera& camera, const Sensor& sensor) {
-  if (sensor.focus && !std::holds_alternative<Perspective>(camera.lens))
-    throw Error("focus: needs a perspective lens, not a fisheye or parallel one");
+  if (sensor.focus && &kind_of(camera.lens) != &kind_of<Perspective>())
+    throw Error("focus: needs a perspective lens, not a " + std::string(kind_of(camera.lens).name) +
+                " one");
 }
 
 double encoded(float light, double gamma) {

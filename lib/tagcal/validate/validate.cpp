@@ -141,8 +141,10 @@ void compare_with_truth(const Camera& camera, const std::vector<double>& sigmas,
 Validation validate(const Camera& camera, const std::vector<double>& sigmas, const Dataset& dataset,
                     const std::optional<double>& camera_error_px) {
   Validation result;
-  const bool parallel = std::holds_alternative<Parallel>(camera.lens);
-  result.bound_px = std::holds_alternative<Fisheye>(camera.lens) ? 1e-8 : 1e-9;
+  const LensKind& kind = kind_of(camera.lens);
+  const bool is_fisheye = &kind == &kind_of<Fisheye>();
+  const bool has_witness = is_fisheye || &kind == &kind_of<Perspective>();
+  result.bound_px = is_fisheye ? 1e-8 : 1e-9;
   const auto points = points_in_world(dataset.boards);
   double sum = 0;
   std::size_t count = 0;
@@ -159,12 +161,13 @@ Validation validate(const Camera& camera, const std::vector<double>& sigmas, con
     for (const Vector2d& r :
          residuals_px(seen.correspondences, camera.lens, pose.camera_from_target()))
       if (r.allFinite()) sum += r.squaredNorm(), ++count;
-    if (!parallel) compare_view(camera, pose.camera_from_target(), seen.correspondences, result);
+    if (has_witness) compare_view(camera, pose.camera_from_target(), seen.correspondences, result);
   }
   result.rms_px = count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0;
   if (dataset.truth) compare_with_truth(camera, sigmas, *dataset.truth, result);
-  if (parallel)
-    result.warnings.emplace_back("OpenCV has no parallel lens: nothing to compare with");
+  if (!has_witness)
+    result.warnings.push_back(
+        fmt::format("OpenCV has no {} lens: nothing to compare with", kind.name));
   result.opencv_agrees = result.num_compared > 0 &&
                          result.max_projection_difference_px <= result.bound_px &&
                          result.max_jacobian_difference <= kJacobianBound;

@@ -169,12 +169,13 @@ double depth_resolution_m(double z_in_eye_m, double near_m, double far_m, int bi
 }
 
 ViewVolume view_volume(const Camera& camera, double near_m, double far_m) {
-  if (std::holds_alternative<Fisheye>(camera.lens))
-    throw Error("view volume: a fisheye has no frustum");
+  const LensKind& kind = kind_of(camera.lens);
+  if (kind.reaches_behind)
+    throw Error("view volume: a " + std::string(kind.name) + " lens has no frustum");
   const auto p = parameters(camera.lens);
   for (std::size_t i = 4; i < p.size(); ++i)
     if (p[i] != 0) throw Error("view volume: a lens with distortion has no frustum");
-  const bool parallel = std::holds_alternative<Parallel>(camera.lens);
+  const bool parallel = !kind.is_central;
   const double across = (parallel ? 1 : near_m) / p[0], down = (parallel ? 1 : near_m) / p[1];
   const ImageSize& size = camera.image_size;
   const ViewVolume volume{parallel ? Projection::parallel : Projection::perspective,

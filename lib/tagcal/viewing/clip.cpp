@@ -162,12 +162,12 @@ bool is_back_face(std::span<const Vector3d> corners, const Vector3d& eye) {
 
 std::vector<Polygon> clip_to_domain(const Polygon& polygon, const Lens& lens, double near_m) {
   std::vector<Polygon> parts = {polygon};
-  if (const auto* perspective = std::get_if<Perspective>(&lens)) {
+  const LensKind& kind = kind_of(lens);
+  if (kind.is_central && !kind.reaches_behind) {
     parts = {clip_polygon(polygon, {Vector3d::UnitZ(), near_m})};
-    if (!all_inside(parts[0], lens))
-      parts = {within_cone(parts[0], std::atan(perspective->max_radius()))};
-  } else if (const auto* fisheye = std::get_if<Fisheye>(&lens)) {
-    const double angle = fisheye->max_angle();
+    if (!all_inside(parts[0], lens)) parts = {within_cone(parts[0], max_angle(lens))};
+  } else if (kind.is_central) {
+    const double angle = max_angle(lens);
     if (angle >= std::numbers::pi / 2)
       parts = without_backward_cone(polygon, std::numbers::pi - angle);
     else if (!all_inside(polygon, lens))

@@ -81,9 +81,10 @@ Eigen::Quaterniond camera_from_world_drawn(DrawnView view) {
 
 std::vector<Vector2d> vanishing_points(const Lens& lens, const Vector3d& direction_in_camera) {
   std::vector<Vector2d> result;
-  const bool perspective = std::holds_alternative<Perspective>(lens);
-  if (std::holds_alternative<Parallel>(lens)) return result;
-  if (perspective && !(std::abs(direction_in_camera.z()) > kParallel * direction_in_camera.norm()))
+  const LensKind& kind = kind_of(lens);
+  if (!kind.is_central) return result;
+  if (!kind.reaches_behind &&
+      !(std::abs(direction_in_camera.z()) > kParallel * direction_in_camera.norm()))
     return result;
   for (const double sign : {1.0, -1.0})
     if (const auto pixel = project(lens, sign * direction_in_camera)) result.push_back(*pixel);

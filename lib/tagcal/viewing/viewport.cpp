@@ -107,9 +107,10 @@ Camera resized(const Camera& camera, const ImageSize& size) {
 
 Camera undistorted(const Camera& camera) {
   const auto p = parameters(camera.lens);
-  if (std::holds_alternative<Parallel>(camera.lens))
+  if (!kind_of(camera.lens).is_central)
     return {Parallel({p[0], p[1], p[2], p[3]}), camera.image_size};
-  return {pinhole(p[0], p[1], p[2], p[3]), camera.image_size};
+  const Eigen::Vector2d focal = focal_lengths_px(camera.lens);
+  return {pinhole(focal.x(), focal.y(), p[2], p[3]), camera.image_size};
 }
 
 CameraBehindWindow camera_behind(const WindowInWorld& window, const Eigen::Vector3d& eye,

@@ -169,23 +169,33 @@ Pack angle_from_axis(Pack radius, Pack z) {
   return z < 0.0 ? behind : in_front;
 }
 
+// A point, over `unit`. The image depends on the direction only: points whose squares would leave
+// the range of double are brought to size 1. What is zero, infinite or NaN becomes NaN, and is in
+// no domain.
+template <typename Pack>
+struct ScaledPoint {
+  Pack x, y, z, unit;
+
+  explicit ScaledPoint(const PackPoint<Pack>& point)
+      : x(point.x), y(point.y), z(point.z), unit(splat<Pack>(1.0)) {
+    const Pack size = larger(larger(magnitude(x), magnitude(y)), magnitude(z));
+    const Mask<Pack> plain = (1e-100 < size) & (size < 1e100);
+    if (all_set(plain)) return;
+    unit = plain ? unit : size;
+    x = x / unit;
+    y = y / unit;
+    z = z / unit;
+  }
+};
+
 // `limit` is max_angle.
 struct FisheyeKernel {
   template <typename Pack, typename Number>
   static PackImage<Pack> project(const Number* p, Number limit, const PackPoint<Pack>& point,
                                  PackJacobian<Pack>* jacobian) {
     const Pack one = splat<Pack>(1.0);
-    // The image depends on the direction only: points whose squares would leave the range of double
-    // are brought to size 1. What is zero, infinite or NaN becomes NaN and fails the last test.
-    const Pack size = larger(larger(magnitude(point.x), magnitude(point.y)), magnitude(point.z));
-    const Mask<Pack> plain = (1e-100 < size) & (size < 1e100);
-    Pack unit = one, x = point.x, y = point.y, z = point.z;
-    if (!all_set(plain)) {
-      unit = plain ? one : size;
-      x = x / unit;
-      y = y / unit;
-      z = z / unit;
-    }
+    const ScaledPoint<Pack> scaled(point);
+    const Pack x = scaled.x, y = scaled.y, z = scaled.z;
     const Pack square = x * x + y * y;
     const Pack radius = square_root(square);
     const Mask<Pack> off_axis = 0.0 < radius;
@@ -197,7 +207,7 @@ struct FisheyeKernel {
       jacobian->set_focal_columns(xd, yd);
       const Pack by_radius = off_axis ? 1.0 / radius : Pack{};
       const PackPoint<Pack> direction = {x * by_radius, y * by_radius, z / (z * z + square)};
-      const Angle<Pack> angle = {theta, radius / (z * z + square), scale, 1.0 / unit};
+      const Angle<Pack> angle = {theta, radius / (z * z + square), scale, 1.0 / scaled.unit};
       jacobian_at(p, angle, direction, *jacobian);
     }
     return {p[kFx] * xd + p[kCx], p[kFy] * yd + p[kCy], theta < limit};
@@ -248,6 +258,68 @@ struct FisheyeKernel {
   }
 };
 
+// The rest of a lens (u, v) = (fx X, fy Y) / D + (cx, cy), and its derivatives by those of D.
+template <typename Pack>
+struct Denominator {
+  Pack value;
+  Pack by_radius, by_z;      // dD / dX = by_radius X, dD / dY = by_radius Y; dD / dZ
+  Pack by_first, by_second;  // by the two parameters behind cx, cy
+
+  template <typename Number>
+  PackImage<Pack> image(const Number* p, const ScaledPoint<Pack>& point, Mask<Pack> valid,
+                        PackJacobian<Pack>* jacobian) const {
+    const Pack scale = 1.0 / value, xy[2] = {point.x, point.y};
+    const Pack at[2] = {scale * point.x, scale * point.y};
+    if (jacobian) {
+      jacobian->set_focal_columns(at[0], at[1]);
+      for (int row = 0; row < 2; ++row) {
+        const Pack focal = p[row] * scale, along = p[row] * scale / point.unit;
+        for (int i = 0; i < 2; ++i) {
+          const Pack turned = -(at[row] * by_radius * xy[i]);
+          jacobian->by_point[row][i] = along * (row == i ? 1.0 + turned : turned);
+        }
+        jacobian->by_point[row][2] = -(along * at[row] * by_z);
+        jacobian->by_parameters[row][4] = -(focal * at[row] * by_first);
+        jacobian->by_parameters[row][5] = -(focal * at[row] * by_second);
+      }
+    }
+    return {p[kFx] * at[0] + p[kCx], p[kFy] * at[1] + p[kCy], valid};
+  }
+};
+
+// `limit` is w.
+struct DoubleSphereKernel {
+  template <typename Pack, typename Number>
+  static PackImage<Pack> project(const Number* p, Number limit, const PackPoint<Pack>& point,
+                                 PackJacobian<Pack>* jacobian) {
+    const ScaledPoint<Pack> at(point);
+    const Number xi = p[4], alpha = p[5];
+    const Pack square = at.x * at.x + at.y * at.y;
+    const Pack d1 = square_root(square + at.z * at.z), z2 = xi * d1 + at.z;
+    const Pack d2 = square_root(square + z2 * z2);
+    const Pack by_z2 = alpha * (z2 / d2) + (1.0 - alpha);  // of D
+    const Denominator<Pack> d = {alpha * d2 + (1.0 - alpha) * z2, alpha / d2 + by_z2 * (xi / d1),
+                                 by_z2 * (xi * (at.z / d1) + 1.0), by_z2 * d1, d2 - z2};
+    return d.image(p, at, -(limit * d2) < z2, jacobian);
+  }
+};
+
+// `limit` is w.
+struct ExtendedUnifiedKernel {
+  template <typename Pack, typename Number>
+  static PackImage<Pack> project(const Number* p, Number limit, const PackPoint<Pack>& point,
+                                 PackJacobian<Pack>* jacobian) {
+    const ScaledPoint<Pack> at(point);
+    const Number alpha = p[4], beta = p[5];
+    const Pack square = at.x * at.x + at.y * at.y;
+    const Pack d = square_root(beta * square + at.z * at.z);
+    const Denominator<Pack> all = {alpha * d + (1.0 - alpha) * at.z, alpha * beta / d,
+                                   alpha * (at.z / d) + (1.0 - alpha), d - at.z,
+                                   0.5 * alpha * (square / d)};
+    return all.image(p, at, -(limit * d) < at.z, jacobian);
+  }
+};
+
 struct ParallelKernel {
   template <typename Pack, typename Number>
   static PackImage<Pack> project(const Number* p, Number, const PackPoint<Pack>& point,
@@ -268,6 +340,18 @@ struct ParallelKernel {
     return {p[kFx] * x + p[kCx], p[kFy] * y + p[kCy], valid};
   }
 };
+
+// Calls of<Kernel>(kind) for each kernel.
+template <typename Of>
+constexpr void for_each_kernel(const Of& of) {
+  of.template operator()<PerspectiveKernel<kPinhole>>(kPinhole);
+  of.template operator()<PerspectiveKernel<kBrownConrady>>(kBrownConrady);
+  of.template operator()<PerspectiveKernel<kRational>>(kRational);
+  of.template operator()<FisheyeKernel>(kFisheye);
+  of.template operator()<ParallelKernel>(kParallel);
+  of.template operator()<DoubleSphereKernel>(kDoubleSphere);
+  of.template operator()<ExtendedUnifiedKernel>(kExtendedUnified);
+}
 
 }  // namespace
 }  // namespace tagcal::internal

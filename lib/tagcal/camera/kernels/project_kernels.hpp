@@ -16,7 +16,7 @@ struct ViewJob {
   double rotation[9] = {};         // camera_from_source, row by row
   double translation[3] = {};
   double parameters[kMaxLensParameters] = {};
-  double limit = 0;  // of the domain: Perspective max_radius^2, Fisheye max_angle
+  double limit = 0;  // of the domain, as the lens' kernel has it
 };
 
 // Memory for the results.
@@ -55,7 +55,16 @@ struct SumJob : ViewJob {
 
 // The terms that a kernel computes. kPinhole omits the distortion and kBrownConrady its denominator
 // (k4 k5 k6), in the values and in the columns.
-enum ProjectKernelKind { kPinhole, kBrownConrady, kRational, kFisheye, kParallel, kNumKernelKinds };
+enum ProjectKernelKind {
+  kPinhole,
+  kBrownConrady,
+  kRational,
+  kFisheye,
+  kParallel,
+  kDoubleSphere,
+  kExtendedUnified,
+  kNumKernelKinds
+};
 
 struct ProjectKernels {
   using Kernel = void (*)(const ProjectJob&);

@@ -110,6 +110,8 @@ std::optional<Vector2d> undistort(const Perspective::Parameters& p, double max_r
 Perspective::Perspective(const Parameters& parameters)
     : p_(checked<Perspective>(parameters)), max_radius_(perspective_max_radius(p_)) {}
 
+double Perspective::max_angle() const { return std::atan(max_radius_); }
+
 bool Perspective::in_domain(const Vector3d& x_in_camera) const {
   // The same domain, without the distortion.
   return project_point<PerspectiveKernel<kPinhole>>(*this, max_radius_ * max_radius_, x_in_camera)

@@ -30,7 +30,7 @@ std::optional<Vector2d> TagFitter::pixel(const Vector2d& straight_place) const {
 }
 
 bool TagFitter::look() {
-  if (options_.camera && !std::holds_alternative<Parallel>(options_.camera->lens)) {
+  if (options_.camera && kind_of(options_.camera->lens).is_central) {
     view_ = StraightView::about(options_.camera->lens, middle_, scale_);
     if (!view_) return false;
   }

@@ -37,9 +37,9 @@ struct ViewEquations {
 Index least_known_parameter(const Model& model, const MatrixXd& covariance) {
   Index least = -1;
   for (Index i = 0; i < model.num_free(); ++i) {
-    const ParameterKind kind = model.free()[static_cast<std::size_t>(i)].kind();
+    const ParameterRole role = model.parameter(static_cast<std::size_t>(i)).role;
     const bool is_pinhole =
-        kind == ParameterKind::focal_length || kind == ParameterKind::principal_point;
+        role == ParameterRole::focal_length || role == ParameterRole::principal_point;
     if (is_pinhole && (least < 0 || covariance(i, i) > covariance(least, least))) least = i;
   }
   return least;

@@ -64,31 +64,18 @@ void descend(LensFromRays& state, const Model& model, const ImageSize& size,
   }
 }
 
-// (X / Z, Y / Z), or theta (X, Y) / |(X, Y)| for a fisheye: the image without distortion.
-Vector2d undistorted(const Vector3d& ray, LensType type) {
-  const Vector2d xy = ray.head<2>();
-  if (type == LensType::perspective) return xy / ray.z();
-  const double sine = xy.norm();
-  return sine > 0 ? Vector2d(std::atan2(sine, ray.z()) / sine * xy) : xy;
-}
-
-// The power of s that a radial coefficient stands at, negative for those of the denominator; 0 for
-// other parameters.
-int radial_power(const FreeParameter& free, LensType type) {
-  if (free.kind() != ParameterKind::radial) return 0;
-  const int number = free.name[1] - '0';
-  return type == LensType::perspective && number > 3 ? 3 - number : number;
-}
-
-// f and the coefficients at `powers` (radial_power) that solve m D = f b N by linear least squares,
-// with the pixel m from the centre, the undistorted point b, s = |b|^2, and L = N / D of lens.hpp:
-// f at power 0, f k for the numerator, k for the denominator.
-VectorXd solve_radial(const Sightings& seen, LensType type, const Vector2d& centre,
+// f and the coefficients at `powers` (LensParameter) that solve m D = f b N by linear least
+// squares, with the pixel m from the centre, the undistorted point b (the image by the plain lens
+// of the kind), s = |b|^2, and L = N / D of lens.hpp: f at power 0, f k for the numerator, k for
+// the denominator.
+VectorXd solve_radial(const Sightings& seen, const LensKind& kind, const Vector2d& centre,
                       const std::vector<int>& powers) {
+  const Lens plain = plain_lens(kind, 1, Vector2d::Zero());
   MatrixXd a(static_cast<Eigen::Index>(2 * seen.size()), static_cast<Eigen::Index>(powers.size()));
   VectorXd m(a.rows());
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const Vector2d b = undistorted(seen.rays[i], type), from_centre = seen.pixels[i] - centre;
+    const Vector2d b = project(plain, seen.rays[i]).value_or(Vector2d::Zero());
+    const Vector2d from_centre = seen.pixels[i] - centre;
     const auto row = static_cast<Eigen::Index>(2 * i);
     m.segment<2>(row) = from_centre;
     for (std::size_t k = 0; k < powers.size(); ++k)
@@ -101,25 +88,25 @@ VectorXd solve_radial(const Sightings& seen, LensType type, const Vector2d& cent
 }
 
 // A start: f and, with `radial`, the radial coefficients by linear least squares about the centre;
-// the tangential ones are zero.
+// the others are those of the plain lens.
 std::vector<double> linear_start(const Model& model, const Sightings& seen, const Vector2d& centre,
                                  bool radial) {
   std::vector<int> powers = {0};
-  for (const FreeParameter& free : model.free())
-    if (const int power = radial_power(free, model.lens_type()); radial && power != 0)
-      powers.push_back(power);
-  const VectorXd solved = solve_radial(seen, model.lens_type(), centre, powers);
+  const auto n = static_cast<std::size_t>(model.num_free());
+  for (std::size_t i = 0; i < n; ++i)
+    if (const int power = model.parameter(i).power; radial && power != 0) powers.push_back(power);
+  const VectorXd solved = solve_radial(seen, model.kind(), centre, powers);
   std::vector<double> values;
-  for (const FreeParameter& free : model.free()) {
-    const int power = radial_power(free, model.lens_type());
-    const auto at = std::ranges::find(powers, power);
-    const bool is_focal = free.kind() == ParameterKind::focal_length;
-    if (free.kind() == ParameterKind::principal_point)
-      values.push_back(free.lens_parameters.front() == kCx ? centre.x() : centre.y());
-    else if (at == powers.end() || (power == 0 && !is_focal))
-      values.push_back(0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const LensParameter& parameter = model.parameter(i);
+    const auto at = std::ranges::find(powers, parameter.power);
+    const bool is_focal = parameter.role == ParameterRole::focal_length;
+    if (parameter.role == ParameterRole::principal_point)
+      values.push_back(model.free()[i].lens_parameters.front() == kCx ? centre.x() : centre.y());
+    else if (at == powers.end() || (parameter.power == 0 && !is_focal))
+      values.push_back(parameter.plain);
     else
-      values.push_back(solved[at - powers.begin()] / (power > 0 ? solved[0] : 1));
+      values.push_back(solved[at - powers.begin()] / (parameter.power > 0 ? solved[0] : 1));
   }
   return values;
 }

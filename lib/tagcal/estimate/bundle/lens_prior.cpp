@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {
@@ -23,7 +24,7 @@ class Parameters {
   Parameters(const Model& model, std::span<const double> values, const ImageSize& size)
       : model_(model), values_(values), size_(size) {
     for (std::size_t i = 0; i < values.size(); ++i)
-      if (kind(i) == ParameterKind::focal_length) focal_.push_back(i);
+      if (role(i) == ParameterRole::focal_length) focal_.push_back(i);
   }
 
   std::vector<Term> terms() const {
@@ -31,15 +32,16 @@ class Parameters {
     if (!focal_.empty()) all.push_back(focal_length());
     if (focal_.size() == 2) all.push_back(aspect_ratio());
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      if (kind(i) == ParameterKind::principal_point) all.push_back(principal_point(i));
-      if (kind(i) == ParameterKind::radial || kind(i) == ParameterKind::tangential)
+      if (role(i) == ParameterRole::principal_point) all.push_back(principal_point(i));
+      if (role(i) == ParameterRole::radial || role(i) == ParameterRole::tangential)
         all.push_back(distortion(i));
+      if (role(i) == ParameterRole::shape) all.push_back(shape(i));
     }
     return all;
   }
 
  private:
-  ParameterKind kind(std::size_t i) const { return model_.free()[i].kind(); }
+  ParameterRole role(std::size_t i) const { return model_.parameter(i).role; }
   Term zero() const { return {0, VectorXd::Zero(static_cast<Index>(values_.size()))}; }
 
   Term focal_length() const {
@@ -64,43 +66,39 @@ class Parameters {
     const double sigma_px = policy::kPriorCentre * size_.width;
     const Eigen::Vector2d centre = image_centre(size_);
     Term term = zero();
-    const bool is_x = model_.free()[i].name == "cx";
+    const bool is_x = model_.free()[i].lens_parameters.front() == kCx;
     term.z = (values_[i] - (is_x ? centre.x() : centre.y())) / sigma_px;
     term.gradient[static_cast<Index>(i)] = 1 / sigma_px;
     return term;
   }
 
+  Term shape(std::size_t i) const {
+    const LensParameter& parameter = model_.parameter(i);
+    Term term = zero();
+    term.z = (values_[i] - parameter.plain) / parameter.prior_sigma;
+    term.gradient[static_cast<Index>(i)] = 1 / parameter.prior_sigma;
+    return term;
+  }
+
   // k s^p / width. The radius s of the image's corner depends on the focal lengths.
   Term distortion(std::size_t i) const {
-    const DistortionPrior prior = distortion_prior(model_.lens_type(), model_.free()[i].name);
+    const LensParameter& parameter = model_.parameter(i);
+    const double power = parameter.power == 0 ? 1 : 2 * std::abs(parameter.power);
     double focal = 0;
     for (const std::size_t f : focal_) focal += values_[f] / static_cast<double>(focal_.size());
     if (focal_.empty()) focal = policy::kPriorFocal * size_.width;  // held
     const double q = std::hypot(size_.width, size_.height) / 2 / focal;
     const double bend = q / policy::kPriorLargestRadius;
     const double s = q / std::sqrt(1 + bend * bend);
-    const double by_unit = std::pow(s, prior.power) / prior.width;
+    const double by_unit = std::pow(s, power) / parameter.prior_sigma;
     Term term = zero();
     term.z = values_[i] * by_unit;
     term.gradient[static_cast<Index>(i)] = by_unit;
     // d log s / d log f = -1 / (1 + bend^2).
     for (const std::size_t f : focal_)
       term.gradient[static_cast<Index>(f)] =
-          -term.z * prior.power / (1 + bend * bend) / focal / static_cast<double>(focal_.size());
+          -term.z * power / (1 + bend * bend) / focal / static_cast<double>(focal_.size());
     return term;
-  }
-
-  struct DistortionPrior {
-    double power = 2;
-    double width = 1;
-  };
-  static DistortionPrior distortion_prior(LensType type, std::string_view name) {
-    const bool is_fisheye = type == LensType::fisheye;
-    if (name == "p1" || name == "p2") return {1, policy::kPriorTangential};
-    const int number = name[1] - '0';
-    if (is_fisheye) return {2.0 * number, policy::kPriorFisheye[number - 1]};
-    const int order = number > 3 ? number - 3 : number;  // k4, k5, k6: of the denominator
-    return {2.0 * order, policy::kPriorRadial[order - 1]};
   }
 
   const Model& model_;

@@ -23,11 +23,12 @@ struct StudentResidual {
 };
 StudentResidual student_residual(double z);
 
-// The prior of a lens (policy.hpp has the widths and their sources):
+// The prior of a lens (LensParameter and policy.hpp have the widths and their sources):
 //   log f over the width of the image, log fy / fx, and the principal point about the centre;
 //   each distortion coefficient by the share of the radius by which it moves the image's corner:
 //     k_j s^p / width, with s = q / sqrt(1 + (q / kPriorLargestRadius)^2) and q = R / f for half
 //     the diagonal R.
+//   each shape about its plain value;
 // each by its student_residual. Held parameters have no prior.
 PriorRows lens_prior(const Model& model, std::span<const double> free_values,
                      const ImageSize& size);

@@ -19,11 +19,38 @@ constexpr std::string_view kSmallerModel =
     "take a smaller model, or more views, tilted in several directions and up to the border of the "
     "image";
 
-// The largest sd(f) / f of the focal lengths of a lens.
+// The derivative of log f on the axis by a shape of the lens.
+double log_focal_by(const Lens& lens, int parameter) {
+  constexpr double kStep = 1e-6;  // numeric: of a central difference
+  const auto values = parameters(lens);
+  double sum = 0;
+  for (const double sign : {1.0, -1.0}) {
+    std::vector<double> moved(values.begin(), values.end());
+    moved[static_cast<std::size_t>(parameter)] += sign * kStep;
+    const auto other = kind_of(lens).lens(moved);
+    sum += sign * std::log(focal_lengths_px(other ? *other : lens).x());
+  }
+  return sum / (2 * kStep);
+}
+
+// The largest sd(f) / f of the focal lengths of a lens on its axis.
 double relative_focal_sigma(const UncertainLens& lens) {
-  const std::vector<double> sigmas = lens_sigmas(lens);
   const auto values = parameters(lens.lens);
-  return std::max(sigmas[0] / values[0], sigmas[1] / values[1]);
+  double largest = 0;
+  for (const int axis : {0, 1}) {
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(lens.model->num_free());
+    for (int i = 0; i < lens.model->num_free(); ++i) {
+      const std::vector<int>& sets =
+          lens.model->free()[static_cast<std::size_t>(i)].lens_parameters;
+      if (std::ranges::count(sets, axis) > 0)
+        gradient[i] = 1 / values[static_cast<std::size_t>(axis)];
+      else if (lens.model->parameter(static_cast<std::size_t>(i)).role == ParameterRole::shape)
+        gradient[i] = log_focal_by(lens.lens, sets.front());
+    }
+    const double variance = gradient.dot(lens.covariance * gradient);
+    largest = std::max(largest, std::sqrt(std::max(0.0, variance)));
+  }
+  return largest;
 }
 
 }  // namespace

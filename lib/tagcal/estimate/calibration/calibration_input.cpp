@@ -100,19 +100,9 @@ bool reject_mirrored(const CalibrationView& view, CalibrationInput& input) {
   return true;
 }
 
-LensType lens_type(const CalibrateOptions& options) {
-  return is_auto(options) ? LensType::perspective : Model::named(options.model).lens_type();
-}
-
-LensType lens_type(const Lens& lens) {
-  if (std::holds_alternative<Fisheye>(lens)) return LensType::fisheye;
-  return std::holds_alternative<Parallel>(lens) ? LensType::parallel : LensType::perspective;
-}
-
-const char* kind(LensType type) {
-  return type == LensType::fisheye    ? "fisheye"
-         : type == LensType::parallel ? "parallel lens"
-                                      : "perspective";
+// Without a model: the kind that most lenses have.
+const LensKind& lens_kind(const CalibrateOptions& options) {
+  return is_auto(options) ? kind_of<Perspective>() : Model::named(options.model).kind();
 }
 
 void check_start(const CalibrateOptions& options) {
@@ -120,27 +110,28 @@ void check_start(const CalibrateOptions& options) {
     throw Error("start_focal_px: must be > 0, got " + short_number(options.start_focal_px));
   if (!options.start) return;
   if (options.start_focal_px > 0) throw Error("start: give a camera or a focal length, not both");
-  const LensType type = lens_type(options.start->lens);
-  if (type == LensType::parallel || (!is_auto(options) && type != lens_type(options)))
-    throw Error("start: is a " + std::string(kind(type)) + ", model " +
+  const LensKind& kind = kind_of(options.start->lens);
+  if (!kind.is_central || (!is_auto(options) && &kind != &lens_kind(options)))
+    throw Error("start: is a " + std::string(kind.name) + " lens, model " +
                 (is_auto(options) ? "auto" : options.model) + " needs another kind of lens");
 }
 
 void check_fixed(const CalibrateOptions& options) {
   if (options.fixed.empty()) return;
-  const LensType type = lens_type(options);
-  if (type == LensType::parallel)
-    throw Error("fixed: model weak has no parameter that can be fixed");
-  const HeldModels models(options.fixed, type);
+  const LensKind& kind = lens_kind(options);
+  if (!kind.is_central) throw Error("fixed: model weak has no parameter that can be fixed");
+  const HeldModels models(options.fixed, kind);
   for (const auto& [name, value] : options.fixed) {
-    const ParameterKind kind = parameter_kind(name);
-    const bool common =
-        kind == ParameterKind::focal_length || kind == ParameterKind::principal_point;
-    if (is_auto(options) && !common)
+    const auto parameter = std::ranges::find(kind.parameters, name, &LensParameter::name);
+    if (name == "f" || parameter->role == ParameterRole::focal_length ||
+        parameter->role == ParameterRole::principal_point)
+      continue;
+    if (is_auto(options))
       throw Error("fixed: " + name + " needs a model by its name: auto tries several lenses");
-    const bool rational = type == LensType::perspective && name >= "k4" && name <= "k6";
-    if (rational && options.model != "opencv8")
-      throw Error("fixed: " + name + " is a parameter of model opencv8, got " + options.model);
+    const Model& full = Model::named(options.model).sibling(kind, ModelRole::largest);
+    if (parameter->power < 0 && options.model != full.name())
+      throw Error("fixed: " + name + " is a parameter of model " + std::string(full.name()) +
+                  ", got " + options.model);
   }
   if (is_auto(options)) return;
   const Model& model = models.named(options.model);  // a larger one if all parameters are fixed
@@ -166,7 +157,7 @@ void check_lens_options(const CalibrateOptions& options) {
 
 CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOptions& options) {
   CalibrationInput input;
-  input.models = std::make_shared<const HeldModels>(options.fixed, lens_type(options));
+  input.models = std::make_shared<const HeldModels>(options.fixed, lens_kind(options));
   input.image_size = dataset.image_size;
   const auto points = world_points(dataset.boards);
   CornerNoise noise;

@@ -29,29 +29,22 @@ constexpr std::size_t kEnoughPoints = 36;
 
 // The lens with the model's held parameters.
 Lens with_held(const Model& model, const ImageSize& size, const Lens& lens) {
-  if (model.lens_type() == LensType::parallel) return lens;
+  if (!model.kind().is_central) return lens;
   return model.lens(model.free_values(lens), size).value_or(lens);
 }
 
 // The model's lens without distortion, with the principal point at the image centre and the held
 // parameters.
 Lens plain_lens(const Model& model, const ImageSize& size, double focal) {
-  const Vector2d c = image_centre(size);
-  const bool fisheye = model.lens_type() == LensType::fisheye;
-  const Lens plain = fisheye ? Lens(Fisheye({focal, focal, c.x(), c.y()}))
-                             : Lens(pinhole(focal, focal, c.x(), c.y()));
+  const Lens plain = tagcal::plain_lens(model.kind(), focal, image_centre(size));
   return model.held().empty() ? plain : with_held(model, size, plain);
 }
 
-bool is_kind(const Lens& lens, const Model& model) {
-  return model.lens_type() == LensType::fisheye ? std::holds_alternative<Fisheye>(lens)
-                                                : std::holds_alternative<Perspective>(lens);
-}
-
-// The start that the user gives for this lens type.
+// The start that the user gives for this kind of lens.
 std::optional<Lens> given_lens(const Model& model, const ImageSize& size,
                                const SeedOptions& options) {
-  if (options.lens && is_kind(*options.lens, model)) return with_held(model, size, *options.lens);
+  if (options.lens && &kind_of(*options.lens) == &model.kind())
+    return with_held(model, size, *options.lens);
   if (options.focal_px > 0) return plain_lens(model, size, options.focal_px);
   return std::nullopt;
 }
@@ -75,7 +68,7 @@ std::vector<Vector3d> rays_of(std::span<const Correspondence> correspondences, c
   std::vector<Vector3d> rays;
   for (const Correspondence& c : correspondences) {
     const std::optional<Ray> ray = ray_in_camera(lens, c.pixel);
-    // A pixel beyond a fisheye's largest angle is inconsistent with this focal length; the backward
+    // A pixel beyond the largest angle is inconsistent with this focal length; the backward
     // direction makes it an outlier.
     rays.push_back(ray ? ray->direction : Vector3d(0, 0, -1));
   }
@@ -192,13 +185,13 @@ std::vector<double> focal_grid(double extent, double most) {
 // and the solver does not leave that minimum.
 Lens search_lens(const Model& model, const ImageSize& size, const std::vector<SeedView>& seeds,
                  double nominal) {
-  const bool fisheye = model.lens_type() == LensType::fisheye;
+  const bool is_wide = model.kind().reaches_behind;
   const double extent = std::max(size.width, size.height);
-  const Model& equidistant = model.sibling("fisheye4");
+  const Model& equidistant = model.sibling(kind_of<Fisheye>(), ModelRole::largest);
   std::vector<Lens> candidates;
-  for (const double f : focal_grid(extent, fisheye ? 3 : 15))
+  for (const double f : focal_grid(extent, is_wide ? 3 : 15))
     candidates.push_back(plain_lens(model, size, f));
-  if (!fisheye) {
+  if (!is_wide) {
     const auto f = closed_form_focal(seeds, plain_lens(model, size, nominal), nominal);
     constexpr double kShortest = 0.05, kLongest = 1000;  // numeric: of a closed form that ends
     if (f && *f > kShortest * extent && *f < kLongest * extent)
@@ -281,9 +274,9 @@ std::vector<SeedView> largest_views(const std::vector<SeedView>& seeds) {
 std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageSize& size,
                                                 const std::vector<CalibrationView>& views,
                                                 const SeedOptions& options) {
-  const bool fisheye = model.lens_type() == LensType::fisheye;
-  const double nominal = std::max(size.width, size.height) *
-                         (fisheye ? policy::kNominalFisheyeFocal : policy::kNominalFocal);
+  const double nominal =
+      std::max(size.width, size.height) *
+      (model.kind().reaches_behind ? policy::kNominalFisheyeFocal : policy::kNominalFocal);
   const std::optional<Lens> given = given_lens(model, size, options);
   const Lens nominal_lens = given ? *given : plain_lens(model, size, nominal);
   CalibrationSeed start;
@@ -306,9 +299,10 @@ std::optional<CalibrationSeed> calibration_seed(const Model& model, const ImageS
   const bool any = std::any_of(start.camera_from_world.begin(), start.camera_from_world.end(),
                                [](const std::optional<Pose>& pose) { return pose.has_value(); });
   if (!any) return std::nullopt;
-  const bool is_equidistant = !fisheye && std::holds_alternative<Fisheye>(lens);
-  start.free_values = model.free_values(
-      is_equidistant ? with_radial_distortion(model, lens, seeds, start.camera_from_world) : lens);
+  start.free_values =
+      model.free_values(&kind_of(lens) == &model.kind()
+                            ? lens
+                            : with_radial_distortion(model, lens, seeds, start.camera_from_world));
   return start;
 }
 

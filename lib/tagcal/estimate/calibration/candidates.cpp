@@ -23,7 +23,7 @@ std::optional<Component> other_kind(const Posterior& kind, const Posterior& same
   if (!component) return std::nullopt;
   const double growth = static_cast<double>(posterior.fit.num_corners) / same.fit.num_corners;
   const double more = chi_square(kind.fit, same) - chi_square(same.fit, same);
-  const bool is_other_lens = kind.model().lens_type() != posterior.model().lens_type();
+  const bool is_other_lens = &kind.model().kind() != &posterior.model().kind();
   const double temper = is_other_lens ? policy::kKindTemper : 1;
   component->chi_square = (more > 0 ? growth * more : more) / temper;  // noise does not grow
   component->occam = (occam(same) - occam(kind)) / temper;
@@ -52,7 +52,7 @@ std::vector<Candidate> candidates_of(const Posterior& posterior, const Kinds& ki
                                      const Posterior& same) {
   std::vector<Candidate> candidates;
   for (const Model* model : posterior.model().siblings()) {
-    if (model->lens_type() == LensType::parallel) continue;
+    if (!model->kind().is_central) continue;
     if (auto component = nested_in(posterior, *model))
       candidates.push_back({std::move(*component), 0, true});
   }

@@ -18,24 +18,26 @@ double num_residuals(const Posterior& posterior) {
 }
 
 // The free values of a model whose lens is nearest to a solved one where the corners are.
-std::vector<double> nearest_values(const Model& model, const Bundle& solved) {
+std::optional<std::vector<double>> nearest_values(const Model& model, const Bundle& solved) {
   const Lens lens = solved.lens();
   Sightings seen;
   for (const Eigen::Vector2d& pixel : seen_region(solved).samples())
     if (const auto ray = ray_in_camera(lens, pixel)) seen.add(pixel, ray->direction);
   const auto p = parameters(lens);
-  const auto nearest = lens_from_rays(model, solved.image_size, seen,
-                                      Eigen::Vector2d(p[kCx], p[kCy]), {model.free_values(lens)});
-  return nearest ? nearest->free_values : model.free_values(lens);
+  std::vector<std::vector<double>> starts;
+  if (&model.kind() == &kind_of(lens)) starts.push_back(model.free_values(lens));
+  auto nearest = lens_from_rays(model, solved.image_size, seen, Eigen::Vector2d(p[kCx], p[kCy]),
+                                std::move(starts));
+  if (!nearest) return std::nullopt;
+  return std::move(nearest->free_values);
 }
 
-// A perspective without the denominator of its distortion, on the same inliers.
-std::optional<Posterior> polynomial_of(const Posterior& rational, const CalibrationInput& input,
+// The posterior of another model on the same inliers.
+std::optional<Posterior> on_inliers_of(const Posterior& solved, const Model& model,
                                        const CalibrateOptions& options) {
-  const Model& model = input.models->named("opencv5");
-  return posterior_of(
-      fit_on_inliers(rational.fit, model, nearest_values(model, rational.fit.bundle), options),
-      options);
+  auto start = nearest_values(model, solved.fit.bundle);
+  if (!start) return std::nullopt;
+  return posterior_of(fit_on_inliers(solved.fit, model, std::move(*start), options), options);
 }
 
 bool explains_better(const Posterior& a, const Posterior& b) {
@@ -45,7 +47,8 @@ bool explains_better(const Posterior& a, const Posterior& b) {
 // The posterior of a model that starts near the lens of another one.
 std::optional<Posterior> fit_near(const Model& model, const Posterior& other,
                                   const CalibrationInput& input, const CalibrateOptions& options) {
-  const auto lens = model.lens(nearest_values(model, other.fit.bundle), input.image_size);
+  const auto start = nearest_values(model, other.fit.bundle);
+  const auto lens = start ? model.lens(*start, input.image_size) : std::nullopt;
   return lens ? fit_posterior_from(*lens, model, input, options) : std::nullopt;
 }
 
@@ -95,21 +98,30 @@ std::vector<const Posterior*> Kinds::all() const {
   std::vector<const Posterior*> result;
   for (const auto* kind : {&polynomial, &rational, &fisheye})
     if (*kind) result.push_back(&**kind);
+  for (const Posterior& sphere : spheres) result.push_back(&sphere);
   return result;
 }
 
 Kinds fit_kinds(const CalibrationInput& input, const CalibrateOptions& options) {
   Kinds kinds;
-  const Model& rational = input.models->named("opencv8");
+  const LensKind& perspective = kind_of<Perspective>();
+  const Model& rational = input.models->of(perspective, ModelRole::largest);
+  const Model& polynomial = input.models->of(perspective, ModelRole::usual);
   kinds.rational = fit_posterior(rational, input, options);
-  kinds.fisheye = fit_posterior(input.models->named("fisheye4"), input, options);
+  kinds.fisheye =
+      fit_posterior(input.models->of(kind_of<Fisheye>(), ModelRole::largest), input, options);
   if (kinds.fisheye && (!kinds.rational || explains_better(*kinds.fisheye, *kinds.rational))) {
     auto again = fit_near(rational, *kinds.fisheye, input, options);
     if (again && (!kinds.rational || explains_better(*again, *kinds.rational)))
       kinds.rational = std::move(again);
   }
-  kinds.polynomial = kinds.rational ? polynomial_of(*kinds.rational, input, options)
-                                    : fit_posterior(input.models->named("opencv5"), input, options);
+  kinds.polynomial = kinds.rational ? on_inliers_of(*kinds.rational, polynomial, options)
+                                    : fit_posterior(polynomial, input, options);
+  if (kinds.fisheye && best_of(kinds) == &*kinds.fisheye)
+    for (const LensKind* sphere : {&kind_of<DoubleSphere>(), &kind_of<ExtendedUnified>()})
+      if (auto fit =
+              on_inliers_of(*kinds.fisheye, input.models->of(*sphere, ModelRole::largest), options))
+        if (explains_better(*fit, *kinds.fisheye)) kinds.spheres.push_back(std::move(*fit));
   return kinds;
 }
 
@@ -118,29 +130,32 @@ const Posterior* best_of(const Kinds& kinds) {
   for (const Posterior* kind : kinds.all())
     if (!noise || explains_better(*kind, *noise)) noise = kind;
   if (!noise) return nullptr;
-  const auto score = [&](const std::optional<Posterior>& p) {
+  const auto score = [&](const Posterior* p) {
     return p ? bic(p->model(), chi_square(p->fit, *noise), *noise)
              : std::numeric_limits<double>::infinity();
   };
-  const bool is_polynomial = score(kinds.polynomial) <= score(kinds.rational);
-  const std::optional<Posterior>& usual = is_polynomial ? kinds.polynomial : kinds.rational;
+  const Posterior *usual = nullptr, *wide = nullptr;
+  for (const Posterior* kind : kinds.all()) {
+    const Posterior*& best = kind->model().kind().reaches_behind ? wide : usual;
+    if (!best || score(kind) < score(best)) best = kind;
+  }
+  const bool is_polynomial = usual && usual->model().role() == ModelRole::usual;
   const double charge =
       is_polynomial ? policy::kFisheyeCharge * std::log(num_residuals(*noise)) : 0;
-  if (kinds.fisheye && score(kinds.fisheye) + charge < score(usual)) return &*kinds.fisheye;
-  return usual ? &*usual : nullptr;
+  return wide && score(wide) + charge < score(usual) ? wide : usual;
 }
 
 double gain_of_perspective(const Posterior& named, const CalibrationInput& input,
                            const CalibrateOptions& options) {
-  if (named.model().lens_type() != LensType::fisheye || !within_perspective_field(named.fit.bundle))
-    return 0;
+  if (!named.model().kind().reaches_behind || !within_perspective_field(named.fit.bundle)) return 0;
   const CalibrationInput few = spread_views(input, policy::kChoiceViews);
   std::optional<Posterior> of_few;
   if (few.views.size() < input.views.size()) {
     of_few = fit_posterior(named.model(), few, options);
     if (!of_few) return 0;
   }
-  const auto other = fit_posterior(input.models->named("opencv5"), few, options);
+  const auto other =
+      fit_posterior(input.models->of(kind_of<Perspective>(), ModelRole::usual), few, options);
   if (!other) return 0;
   const double own = chi_square((of_few ? *of_few : named).fit, *other);
   const double less = chi_square(other->fit, *other);

@@ -26,6 +26,7 @@ std::optional<Posterior> fit_posterior_from(const Lens& start, const Model& mode
 // The posteriors of the kinds of lens on the same views.
 struct Kinds {
   std::optional<Posterior> polynomial, rational, fisheye;
+  std::vector<Posterior> spheres;  // double sphere, extended unified
 
   std::vector<const Posterior*> all() const;
 };
@@ -33,11 +34,14 @@ struct Kinds {
 // Fits the largest perspective (and, on its inliers, the one without a denominator) and the
 // fisheye. A rational lens of a wide field has many minima: without a solution, or with one that
 // explains the corners worse than the fisheye, it is tried again from that one's lens. Without any,
-// the polynomial is fitted by itself.
+// the polynomial is fitted by itself. Where the fisheye is the best of these, the lenses of fewer
+// parameters that reach behind the camera are fitted to its inliers, from its lens, and kept if
+// they explain the corners better all the same.
 Kinds fit_kinds(const CalibrationInput& input, const CalibrateOptions& options);
 
-// The posterior of the lowest BIC. A fisheye is charged policy::kFisheyeCharge parameters more than
-// a polynomial: where both describe the same images, the ordinary lens is meant.
+// The posterior of the lowest BIC. A lens that reaches behind the camera is charged
+// policy::kFisheyeCharge parameters more than a polynomial: where both describe the same images,
+// the ordinary lens is meant.
 const Posterior* best_of(const Kinds& kinds);
 
 // The share of chi-square that opencv5 explains beyond a fisheye that the user named, on at most

@@ -92,7 +92,7 @@ Answer smallest_within(Answer best, std::vector<Candidate>& candidates, const Po
   const int most = best.fit.bundle.model->num_free();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Component& component = candidates[i].component;
-    if (component.model->lens_type() != posterior.model().lens_type() ||
+    if (&component.model->kind() != &posterior.model().kind() ||
         component.model->num_free() >= most || !lens_of(component, posterior))
       continue;
     Answer smaller{i, refit(candidates[i], posterior, options)};
@@ -131,7 +131,7 @@ ModelChoice choose(Posterior posterior, const Kinds& kinds, const Posterior& sam
     values = candidates[answer.index].component.values;
     choice.fit.bic = candidates[answer.index].bic;
     choice.steps = steps_of(candidates, answer.index, posterior);
-    if (posterior.model().lens_type() == LensType::fisheye) {
+    if (posterior.model().kind().reaches_behind) {
       const auto& loser = kinds.rational ? kinds.rational : kinds.polynomial;
       if (loser) {
         const double more = chi_square(loser->fit, same) - chi_square(same.fit, same);

@@ -53,7 +53,7 @@ std::vector<ModelStep> steps_of_loser(const Posterior& loser, double more,
                                       const Posterior& posterior) {
   std::vector<ModelStep> steps;
   for (const Model* model : loser.model().siblings()) {
-    if (model->lens_type() == LensType::parallel || model == &loser.model()) continue;
+    if (!model->kind().is_central || model == &loser.model()) continue;
     const auto nested = nested_in(loser, *model);
     if (!nested) continue;
     ModelStep step;

@@ -26,14 +26,14 @@ struct Restriction {
 
 // The value that a model holds a lens parameter at.
 double held_value(const Model& model, int parameter, const ImageSize& size) {
-  const std::vector<double> ones(static_cast<std::size_t>(model.num_free()), 1.0);
-  const Lens lens = *model.lens(ones, size);
+  const Lens plain = plain_lens(model.kind(), 1, image_centre(size));
+  const Lens lens = *model.lens(model.free_values(plain), size);
   return parameters(lens)[static_cast<std::size_t>(parameter)];
 }
 
 std::optional<Restriction> restriction(const Model& large, const Model& small,
                                        const ImageSize& size, Index num_shapes) {
-  if (large.lens_type() != small.lens_type()) return std::nullopt;
+  if (&large.kind() != &small.kind()) return std::nullopt;
   const Index n = large.num_free(), m = small.num_free();
   Restriction r{MatrixXd::Zero(n + num_shapes, m + num_shapes), MatrixXd::Zero(n, n + num_shapes),
                 VectorXd::Zero(n + num_shapes)};

@@ -179,8 +179,9 @@ Result coefficients_correlated(const Solved& s) {
     const double sigma = std::sqrt(s.solution.choice->claim.parameters(i, i));
     const bool is_free = std::ranges::find(bundle.model->free(), free.name, &FreeParameter::name) !=
                          bundle.model->free().end();
-    if (is_free && free.kind() == ParameterKind::radial && sigma > policy::kLikePrior * prior)
-      names.emplace_back(free.name);
+    const ParameterRole role = posterior.model().parameter(static_cast<std::size_t>(i)).role;
+    const bool is_curve = role == ParameterRole::radial || role == ParameterRole::shape;
+    if (is_free && is_curve && sigma > policy::kLikePrior * prior) names.emplace_back(free.name);
   }
   if (names.empty()) return std::nullopt;
   return finding(code::coefficients_correlated,

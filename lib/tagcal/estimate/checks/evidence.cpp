@@ -12,9 +12,8 @@ namespace {
 
 // No value for a model that is not smaller.
 std::optional<LargerLens> larger_lens(const Bundle& solved, double sigma) {
-  const Model& usual = solved.model->sibling("opencv5");
-  if (solved.model->lens_type() != LensType::perspective ||
-      solved.model->num_free() >= usual.num_free())
+  const Model& usual = solved.model->sibling(kind_of<Perspective>(), ModelRole::usual);
+  if (solved.model->kind().reaches_behind || solved.model->num_free() >= usual.num_free())
     return std::nullopt;
   const auto information = bundle_information(with_model(solved, usual));
   const auto inverse = information ? exact_inverse(information->total(sigma)) : std::nullopt;

@@ -162,13 +162,8 @@ inline constexpr std::size_t kTagsPerShiftedTag = 3;
 
 // ---- Priors of a calibration (bundle/lens_prior.hpp, bundle/bundle_adjustment.hpp)
 
-// Standard deviations of what is known before any picture. Distortion: the share of its radius by
-// which a coefficient moves the corner of the image. The 1,133 lenses of liblensfun-data-v1 have k1
-// and k2 of 7 and 4 % (RMS) below 35 degrees of half diagonal, 13 and up to 14 % beyond: these are
-// wider. Numerator and denominator of a rational lens have the same prior.
-inline constexpr double kPriorRadial[3] = {0.20, 0.10, 0.05};
-inline constexpr double kPriorFisheye[4] = {0.15, 0.08, 0.04, 0.02};
-inline constexpr double kPriorTangential = 0.005;
+// Standard deviations of what is known before any picture. Those of distortion stand beside the
+// parameters of each lens (camera/lens.hpp).
 // Radius of the image's corner, over the focal length, towards which that of wider lenses tends.
 inline constexpr double kPriorLargestRadius = 1.5;
 // Logarithm of the focal length about this many widths of the image: 13 to 128 degrees of view

@@ -16,16 +16,33 @@ namespace {
 // Names of coefficients behind fx fy cx cy, in the order of the lens' parameters.
 struct Kind {
   std::string_view name;
+  const LensKind* lens;
   std::initializer_list<std::string_view> coefficients;
 };
 
-const std::array<Kind, 6> kKinds = {
-    {{"pinhole", {}},
-     {"pinhole-radtan8", {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
-     {"kb4", {"k1", "k2", "k3", "k4"}},
-     {"ds", {"xi", "alpha"}},
-     {"eucm", {"alpha", "beta"}},
-     {"ucm", {"alpha"}}}};
+const std::array<Kind, 6>& kinds() {
+  static const std::array<Kind, 6> all = {{{"pinhole", &kind_of<Perspective>(), {}},
+                                           {"pinhole-radtan8",
+                                            &kind_of<Perspective>(),
+                                            {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+                                           {"kb4", &kind_of<Fisheye>(), {"k1", "k2", "k3", "k4"}},
+                                           {"ds", &kind_of<DoubleSphere>(), {"xi", "alpha"}},
+                                           {"eucm", &kind_of<ExtendedUnified>(), {"alpha", "beta"}},
+                                           {"ucm", &kind_of<ExtendedUnified>(), {"alpha"}}}};
+  return all;
+}
+
+// The smallest of Basalt's kinds that has the lens.
+const Kind& kind_of_camera(const FileCamera& camera) {
+  const Lens& lens = camera.calibration.camera.lens;
+  const std::span<const double> p = parameters(lens);
+  const bool distorted = std::any_of(p.begin() + 4, p.end(), [](double k) { return k != 0; });
+  const std::size_t needed = distorted ? p.size() - 4 : 0;
+  for (const Kind& kind : kinds())
+    if (kind.lens == &kind_of(lens) && kind.coefficients.size() >= needed) return kind;
+  perspective_numbers(camera, "basalt");  // throws for a lens that Basalt does not have
+  return kinds().front();
+}
 
 // Throws Error for a coefficient that the lens does not have. rpmax is a limit of visibility.
 void need_no_others(const YamlValue& numbers, const Kind& kind) {
@@ -41,8 +58,8 @@ void need_no_others(const YamlValue& numbers, const Kind& kind) {
 FileCamera read_camera(const YamlValue& value, const std::string& name, const ImageSize& size) {
   const YamlValue type = value.at("camera_type");
   const YamlValue numbers = value.at("intrinsics");
-  const auto kind = std::ranges::find(kKinds, type.text(), &Kind::name);
-  if (kind == kKinds.end()) {
+  const auto kind = std::ranges::find(kinds(), type.text(), &Kind::name);
+  if (kind == kinds().end()) {
     if (type.text() == "fov") type.fail_plainly("the lens fov is one that tagcal does not have");
     type.fail("must be pinhole, pinhole-radtan8, kb4, ds, eucm or ucm");
   }
@@ -51,9 +68,7 @@ FileCamera read_camera(const YamlValue& value, const std::string& name, const Im
   for (const std::string_view key : kind->coefficients) p.push_back(numbers.at(key).number());
   need_no_others(numbers, *kind);
   const std::string where = place(value, "intrinsics");
-  if (kind->name == "kb4") return file_camera(name, fisheye_lens(p, where), size);
-  if (kind->name.starts_with("pinhole")) return file_camera(name, perspective_lens(p, where), size);
-  return file_camera(name, foreign_lens(kind->name, p, where), size);
+  return file_camera(name, lens_of(*kind->lens, p, where), size);
 }
 
 Pose read_imu_from_camera(const YamlValue& value) {
@@ -66,19 +81,17 @@ Pose read_imu_from_camera(const YamlValue& value) {
 }
 
 std::string intrinsics_json(const FileCamera& camera) {
-  const bool fisheye = is_fisheye(camera);
-  const std::span<const double> p =
-      fisheye ? parameters(camera.calibration.camera.lens) : perspective_numbers(camera, "basalt");
-  const bool distorted = std::any_of(p.begin() + 4, p.end(), [](double k) { return k != 0; });
-  const std::string_view name = fisheye ? "kb4" : distorted ? "pinhole-radtan8" : "pinhole";
+  const Kind& kind = kind_of_camera(camera);
+  const std::span<const double> p = parameters(camera.calibration.camera.lens);
   std::string text = fmt::format(
       "{{\"camera_type\": \"{}\", \"intrinsics\": {{\"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}",
-      name, dotted_number(p[0]), dotted_number(p[1]), dotted_number(p[2]), dotted_number(p[3]));
+      kind.name, dotted_number(p[0]), dotted_number(p[1]), dotted_number(p[2]),
+      dotted_number(p[3]));
   std::size_t i = 4;
-  for (const std::string_view key : std::ranges::find(kKinds, name, &Kind::name)->coefficients)
+  for (const std::string_view key : kind.coefficients)
     text += fmt::format(", \"{}\": {}", key, dotted_number(p[i++]));
   // Basalt takes points beyond this radius of (X/Z, Y/Z) as not visible; 0: no limit.
-  if (name == "pinhole-radtan8") {
+  if (kind.name == "pinhole-radtan8") {
     const double radius = std::get<Perspective>(camera.calibration.camera.lens).max_radius();
     text += fmt::format(", \"rpmax\": {}", std::isfinite(radius) ? dotted_number(radius) : "0.0");
   }

@@ -70,7 +70,9 @@ FileCamera read_camera(const TextLines& lines, const std::string& where) {
   if (kind->fisheye) p.resize(8);
   try {
     return file_camera(std::string(lines.words()[0]),
-                       kind->fisheye ? fisheye_lens(p, where) : perspective_lens(p, where), size);
+                       kind->fisheye ? lens_of(kind_of<Fisheye>(), p, where)
+                                     : lens_of(kind_of<Perspective>(), p, where),
+                       size);
   } catch (const Error& error) {
     lines.fail(std::string(error.what()).substr(where.size() + 2));
   }

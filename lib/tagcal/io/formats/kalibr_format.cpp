@@ -50,18 +50,22 @@ FileCamera read_pinhole(const YamlValue& camera, const ImageSize& size,
     model.fail("must be radtan, equidistant, fov or none");
   }
   const std::string where = place(camera, "intrinsics");
-  return file_camera("", equidistant ? fisheye_lens(p, where) : perspective_lens(p, where), size);
+  return file_camera("",
+                     equidistant ? lens_of(kind_of<Fisheye>(), p, where)
+                                 : lens_of(kind_of<Perspective>(), p, where),
+                     size);
 }
 
 // ds: xi alpha fu fv pu pv; eucm: alpha beta fu fv pu pv.
-FileCamera read_spherical(const YamlValue& camera, const std::string& kind, const ImageSize& size,
+FileCamera read_spherical(const YamlValue& camera, const std::string& name, const ImageSize& size,
                           std::string_view coefficients_key) {
   const std::vector<double> k = camera.at("intrinsics").numbers(6);
   if (const auto model = camera.find("distortion_model"); model && model->text() != "none")
-    model->fail(fmt::format("must be none with {}", kind));
+    model->fail(fmt::format("must be none with {}", name));
   need_no_distortion(camera, coefficients_key);
   const double p[] = {k[2], k[3], k[4], k[5], k[0], k[1]};
-  return file_camera("", foreign_lens(kind, p, place(camera, "intrinsics")), size);
+  const LensKind& kind = Model::named(name).kind();
+  return file_camera("", lens_of(kind, p, place(camera, "intrinsics")), size);
 }
 
 // omni: xi fu fv pu pv.
@@ -92,6 +96,28 @@ FileCamera read_camera(const YamlValue& camera, std::string_view coefficients_ke
   if (kind == "ds" || kind == "eucm") return read_spherical(camera, kind, size, coefficients_key);
   if (kind == "omni") return read_omni(camera, size, coefficients_key);
   model.fail("must be pinhole, ds, eucm or omni");
+}
+
+// The lens' keys, as the readers above take them.
+std::string lens_yaml(const FileCamera& camera) {
+  const Lens& lens = camera.calibration.camera.lens;
+  const std::span<const double> p = parameters(lens);
+  std::string_view model = "pinhole",
+                   distortion_model = is_fisheye(camera) ? "equidistant" : "radtan";
+  std::vector<double> intrinsics(p.begin(), p.begin() + 4);
+  std::vector<double> distortion(p.begin() + 4,
+                                 p.begin() + std::min<std::ptrdiff_t>(8, std::ssize(p)));
+  if (kind_of(lens).parameters[4].role == ParameterRole::shape && kind_of(lens).is_central) {
+    model = full_model(lens).name();  // ds, eucm: Kalibr's names as well
+    distortion_model = "none";
+    intrinsics.insert(intrinsics.begin(), distortion.begin(), distortion.end());
+    distortion.clear();
+  } else if (!is_fisheye(camera)) {
+    need_zero_from(8, perspective_numbers(camera, "kalibr"), "kalibr's radtan lens (k1 k2 p1 p2)");
+  }
+  return fmt::format(
+      "  camera_model: {}\n  intrinsics: {}\n  distortion_model: {}\n  distortion_coeffs: {}\n",
+      model, dotted_list(intrinsics), distortion_model, dotted_list(distortion));
 }
 
 // With the IMU's step of Kalibr every camera has its place from the IMU, which becomes the rig.
@@ -174,19 +200,11 @@ FormatOutput write_kalibr(const CameraFile& file) {
   std::string text;
   for (std::size_t i = 0; i < file.cameras.size(); ++i) {
     const FileCamera& camera = file.cameras[i];
-    const bool fisheye = is_fisheye(camera);
-    if (!fisheye) {
-      const auto p = perspective_numbers(camera, "kalibr");
-      need_zero_from(8, p, "kalibr's radtan lens (k1 k2 p1 p2)");
-    }
-    const Camera& c = camera.calibration.camera;
-    const std::span<const double> p = parameters(c.lens);
+    const ImageSize& size = camera.calibration.camera.image_size;
     text += fmt::format(
-        "cam{}:\n  camera_model: pinhole\n  intrinsics: {}\n  distortion_model: {}\n"
-        "  distortion_coeffs: {}\n  resolution: [{}, {}]\n  cam_overlaps: []\n  rostopic: {}\n",
-        i, dotted_list(p.first(4)), fisheye ? "equidistant" : "radtan",
-        dotted_list(p.subspan(4, 4)), c.image_size.width, c.image_size.height,
-        fmt::format("/cam{}/image_raw", i));
+        "cam{0}:\n{1}  resolution: [{2}, {3}]\n  cam_overlaps: []\n  rostopic: "
+        "/cam{0}/image_raw\n",
+        i, lens_yaml(camera), size.width, size.height);
     if (i == 0) continue;
     if (camera.camera_from_rig && file.cameras[i - 1].camera_from_rig) {
       const Pose step = *camera.camera_from_rig * file.cameras[i - 1].camera_from_rig->inverse();

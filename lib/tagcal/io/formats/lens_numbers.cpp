@@ -8,37 +8,17 @@
 #include "tagcal/io/text/number_text.hpp"
 
 namespace tagcal::internal {
-namespace {
-
-template <typename L>
-L lens_of(std::span<const double> given, const std::string& where) {
-  typename L::Parameters parameters = {};
-  if (given.size() > parameters.size())
-    throw Error(fmt::format("{}: must have at most {} parameters, got {}", where, parameters.size(),
-                            given.size()));
-  std::copy(given.begin(), given.end(), parameters.begin());
+Lens lens_of(const LensKind& kind, std::span<const double> given, const std::string& where) {
+  if (given.size() > kind.parameters.size())
+    throw Error(fmt::format("{}: must have at most {} parameters, got {}", where,
+                            kind.parameters.size(), given.size()));
+  std::vector<double> all(given.begin(), given.end());
+  while (all.size() < kind.parameters.size()) all.push_back(kind.parameters[all.size()].plain);
   try {
-    return L(parameters);
+    return make_lens(kind, all);
   } catch (const Error& error) {
     throw Error(where + ": " + error.what());
   }
-}
-
-}  // namespace
-
-Lens perspective_lens(std::span<const double> parameters, const std::string& where) {
-  return lens_of<Perspective>(parameters, where);
-}
-
-Lens fisheye_lens(std::span<const double> parameters, const std::string& where) {
-  return lens_of<Fisheye>(parameters, where);
-}
-
-ForeignLens foreign_lens(std::string_view kind, std::span<const double> parameters,
-                         const std::string& where) {
-  if (kind == "ds") return lens_of<DoubleSphere>(parameters, where);
-  if (kind == "eucm") return lens_of<ExtendedUnified>(parameters, where);
-  return lens_of<Unified>(parameters, where);
 }
 
 FileCamera file_camera(const std::string& name, const Lens& lens, const ImageSize& size) {
@@ -48,45 +28,33 @@ FileCamera file_camera(const std::string& name, const Lens& lens, const ImageSiz
   return camera;
 }
 
-FileCamera file_camera(const std::string& name, const ForeignLens& lens, const ImageSize& size) {
-  FileCamera camera = file_camera(name, Lens(pinhole(1, 1, 0, 0)), size);
-  camera.foreign_lens = lens;
-  return camera;
-}
-
 std::string place(const YamlValue& value, std::string_view key) {
   return fmt::format("{}: {}{}{}", value.file(), value.path(), value.path().empty() ? "" : ".",
                      key);
 }
 
 std::span<const double> perspective_numbers(const FileCamera& camera, std::string_view format) {
-  need_own_lens(camera);
   const Lens& lens = camera.calibration.camera.lens;
   if (const auto* perspective = std::get_if<Perspective>(&lens)) return perspective->parameters();
+  const LensKind& kind = kind_of(lens);
   throw Error(fmt::format("{} has no {} lens{}", format,
-                          is_fisheye(camera) ? "fisheye (Kannala-Brandt)" : "parallel",
-                          is_fisheye(camera) ? ": --model opencv8 fits one that it has" : ""));
+                          is_fisheye(camera) ? "fisheye (Kannala-Brandt)" : kind.name,
+                          is_fisheye(camera) ? ": --model opencv8 fits one that it has"
+                          : kind.is_central  ? ": --model fisheye4 or opencv8 fits another"
+                                             : ""));
 }
 
 bool is_fisheye(const FileCamera& camera) {
-  return !camera.foreign_lens && std::holds_alternative<Fisheye>(camera.calibration.camera.lens);
+  return std::holds_alternative<Fisheye>(camera.calibration.camera.lens);
 }
 
 void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens) {
   for (std::size_t i = first; i < parameters.size(); ++i) {
     if (parameters[i] == 0) continue;
     throw Error(fmt::format("{} has no {}, which is {} here: --model {} fits a lens without it",
-                            lens, Perspective::kParameterNames[i], number_text(parameters[i]),
+                            lens, Perspective::kParameters[i].name, number_text(parameters[i]),
                             first <= 8 ? "opencv4" : "opencv5"));
   }
-}
-
-void need_own_lens(const FileCamera& camera) {
-  if (camera.foreign_lens)
-    throw Error(fmt::format(
-        "{}{}the lens is a {} one, which is read only: --model fisheye4 fits one that can be "
-        "written",
-        camera.name, camera.name.empty() ? "" : ": ", lens_name(*camera.foreign_lens)));
 }
 
 const FileCamera& only_camera(const CameraFile& file, std::string_view format) {

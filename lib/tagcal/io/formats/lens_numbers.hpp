@@ -15,16 +15,11 @@ namespace tagcal::internal {
 // Pixel centres at (0.5, 0.5), as COLMAP and nerfstudio have them, less those at (0, 0).
 constexpr double kHalfPixel = 0.5;
 
-// Lenses by their first parameters, fx fy cx cy and coefficients in OpenCV's order; the others are
-// 0. Errors begin with `where`, "FILE: KEY".
-Lens perspective_lens(std::span<const double> parameters, const std::string& where);
-Lens fisheye_lens(std::span<const double> parameters, const std::string& where);
-// "ds" (xi, alpha), "eucm" (alpha, beta) or "ucm" (alpha) behind fx fy cx cy.
-ForeignLens foreign_lens(std::string_view kind, std::span<const double> parameters,
-                         const std::string& where);
+// A lens by its first parameters, in the order of its kind; the others are those of the plain lens.
+// Errors begin with `where`, "FILE: KEY".
+Lens lens_of(const LensKind& kind, std::span<const double> parameters, const std::string& where);
 
 FileCamera file_camera(const std::string& name, const Lens& lens, const ImageSize& size);
-FileCamera file_camera(const std::string& name, const ForeignLens& lens, const ImageSize& size);
 
 // "FILE: KEY", to begin an error with.
 std::string place(const YamlValue& value, std::string_view key);
@@ -49,9 +44,8 @@ bool is_fisheye(const FileCamera& camera);
 // it; `lens` names that of the format, for example "kalibr's radtan lens (k1 k2 p1 p2)".
 void need_zero_from(std::size_t first, std::span<const double> parameters, std::string_view lens);
 
-// The only camera. Throws Error if there are several, or one of a lens that no format takes.
+// The only camera. Throws Error if there are several.
 const FileCamera& only_camera(const CameraFile& file, std::string_view format);
-void need_own_lens(const FileCamera& camera);
 
 // Notes on what a format has no place for.
 void note_no_uncertainty(const CameraFile& file, std::vector<std::string>& notes);

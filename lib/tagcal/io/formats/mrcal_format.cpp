@@ -82,7 +82,7 @@ Lens read_lens(const YamlValue& top, std::vector<std::string>& notes) {
     p.resize(12);
     notes.emplace_back("dropped: 4 coefficients of thin prism, which are 0");
   }
-  return perspective_lens(p, place(top, "intrinsics"));
+  return lens_of(kind_of<Perspective>(), p, place(top, "intrinsics"));
 }
 
 std::optional<Pose> read_extrinsics(const YamlValue& top) {

@@ -35,27 +35,25 @@ std::optional<double> number_of(const YamlValue& values, std::string_view key) {
   return value->number();
 }
 
-enum class LensKind { perspective, fisheye };
-
-LensKind named_lens_kind(const YamlValue& value) {
+const LensKind* named_lens_kind(const YamlValue& value) {
   const std::string name = value.text();
   for (const std::string_view known :
        {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"})
-    if (name == known) return LensKind::perspective;
-  if (name == "OPENCV_FISHEYE") return LensKind::fisheye;
+    if (name == known) return &kind_of<Perspective>();
+  if (name == "OPENCV_FISHEYE") return &kind_of<Fisheye>();
   value.fail("must be PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or OPENCV_FISHEYE");
 }
 
-LensKind lens_kind(const YamlValue& top) {
+const LensKind* lens_kind(const YamlValue& top) {
   const auto name = top.find("camera_model");
   const auto flag = top.find("is_fisheye");  // instant-ngp
-  std::optional<LensKind> flagged;
-  if (flag) flagged = flag->truth() ? LensKind::fisheye : LensKind::perspective;
-  if (!name) return flagged.value_or(LensKind::perspective);
-  const LensKind named = named_lens_kind(*name);
+  std::optional<const LensKind*> flagged;
+  if (flag) flagged = flag->truth() ? &kind_of<Fisheye>() : &kind_of<Perspective>();
+  if (!name) return flagged.value_or(&kind_of<Perspective>());
+  const LensKind* named = named_lens_kind(*name);
   if (flagged && *flagged != named)
     flag->fail(
-        fmt::format("must be {} with camera_model {}", named == LensKind::fisheye, name->text()));
+        fmt::format("must be {} with camera_model {}", named == &kind_of<Fisheye>(), name->text()));
   return named;
 }
 
@@ -70,7 +68,8 @@ double focal(const YamlValue& values, std::string_view length, std::string_view 
   return values.at(length).positive();
 }
 
-FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::string>& notes) {
+FileCamera read_camera(const YamlValue& values, const LensKind* kind,
+                       std::vector<std::string>& notes) {
   const ImageSize size{values.at("w").whole(1, limits::kMaxSidePx),
                        values.at("h").whole(1, limits::kMaxSidePx)};
   const double fx = focal(values, "fl_x", "camera_angle_x", size.width);
@@ -84,7 +83,7 @@ FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::
   const double y = cy.value_or(size.height / 2.0) - kHalfPixel;
   const std::string where = place(values, "fl_x");
   // k4 of OPENCV is a fourth power series coefficient there, which OpenCV's lens does not have.
-  const bool fisheye = kind == LensKind::fisheye;
+  const bool fisheye = kind == &kind_of<Fisheye>();
   for (const std::string_view key :
        fisheye ? std::span<const std::string_view>(kNotOfFisheye) : kNotOfPerspective)
     if (k(key) != 0)
@@ -92,10 +91,10 @@ FileCamera read_camera(const YamlValue& values, LensKind kind, std::vector<std::
                                       fisheye ? "fisheye" : "perspective"));
   if (fisheye) {
     const double p[] = {fx, fy, x, y, k("k1"), k("k2"), k("k3"), k("k4")};
-    return file_camera("", fisheye_lens(p, where), size);
+    return file_camera("", lens_of(kind_of<Fisheye>(), p, where), size);
   }
   const double p[] = {fx, fy, x, y, k("k1"), k("k2"), k("p1"), k("p2"), k("k3")};
-  return file_camera("", perspective_lens(p, where), size);
+  return file_camera("", lens_of(kind_of<Perspective>(), p, where), size);
 }
 
 void read_frame(const YamlValue& frame, std::size_t camera, CameraFile& file,
@@ -125,7 +124,7 @@ std::vector<double> numbers_of(const FileCamera& camera) {
   return numbers;
 }
 
-std::size_t camera_of(const YamlValue& frame, LensKind kind, CamerasByNumbers& known,
+std::size_t camera_of(const YamlValue& frame, const LensKind* kind, CamerasByNumbers& known,
                       CameraFile& file) {
   FileCamera camera = read_camera(frame, kind, file.notes);
   const auto [place, is_new] = known.emplace(numbers_of(camera), file.cameras.size());
@@ -149,7 +148,7 @@ bool has_nerfstudio_keys(const YamlValue& top) {
 CameraFile read_nerfstudio(const YamlValue& top) {
   CameraFile file;
   file.format = "nerfstudio";
-  const LensKind kind = lens_kind(top);
+  const LensKind* kind = lens_kind(top);
   const bool shared = top.find("fl_x") || top.find("camera_angle_x");
   if (shared) file.cameras.push_back(read_camera(top, kind, file.notes));
   if (const auto frames = top.find("frames")) {

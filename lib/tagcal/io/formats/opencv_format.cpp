@@ -61,15 +61,17 @@ bool is_marked_fisheye(const YamlValue& top) {
   ros->fail("must be plumb_bob, rational_polynomial or equidistant");
 }
 
-std::vector<double> read_distortion(const YamlValue& value, bool fisheye,
+std::vector<double> read_distortion(const YamlValue& value, const LensKind& kind,
                                     std::vector<std::string>& notes) {
   const auto data = value.find("data");  // ROS: an empty list for no distortion
   if (data && data->is_list() && data->items(0, 1'000).empty()) return {};
   std::vector<double> k = read_row(value);
   const auto size_is = [&](std::size_t n) { return k.size() == n; };
-  if (fisheye && !size_is(4)) {
-    value.fail_plainly(fmt::format("must have the 4 coefficients of a fisheye, got {}", k.size()));
-  }
+  const std::size_t all = kind.parameters.size() - 4;
+  if (kind.reaches_behind && !size_is(all))
+    value.fail_plainly(fmt::format("must have the {} coefficients of a {} lens, got {}", all,
+                                   kind.name, k.size()));
+  if (kind.reaches_behind) return k;
   if (!size_is(4) && !size_is(5) && !size_is(8) && !size_is(12) && !size_is(14)) {
     value.fail_plainly(fmt::format("must have 4, 5 or 8 coefficients, got {}", k.size()));
   }
@@ -96,16 +98,13 @@ std::map<std::string, double> fixed_values(const YamlValue& top) {
 void check_fixed(const YamlValue& fixed, const Model& model, const CameraNumbers& numbers) {
   std::vector<double> camera = {numbers.fx, numbers.fy, numbers.cx, numbers.cy};
   camera.insert(camera.end(), numbers.distortion.begin(), numbers.distortion.end());
-  camera.resize(12);  // of the lens with most parameters
-  const std::span<const std::string_view> names =
-      model.lens_type() == LensType::fisheye
-          ? std::span<const std::string_view>(Fisheye::kParameterNames)
-          : Perspective::kParameterNames;
+  const std::span<const LensParameter> all = model.kind().parameters;
+  while (camera.size() < all.size()) camera.push_back(all[camera.size()].plain);
   for (const auto& [i, held] : model.held()) {
     const auto at = static_cast<std::size_t>(i);
     if (held == camera[at]) continue;
     fixed.fail_plainly(
-        fmt::format("{} must be {} as in the camera, got {}", names[at], camera[at], held));
+        fmt::format("{} must be {} as in the camera, got {}", all[at].name, camera[at], held));
   }
 }
 
@@ -117,7 +116,7 @@ Camera camera_of(const YamlValue& top, const CameraNumbers& numbers, const Model
   const std::map<std::string, double> values = fixed_values(top);
   std::optional<HeldModels> models;
   try {
-    models.emplace(values, model.lens_type());
+    models.emplace(values, model.kind());
   } catch (const Error& error) {
     top.fail_plainly(error.what());
   }
@@ -193,7 +192,7 @@ void read_claim(const YamlValue& top, const YamlValue& covariance, const Model& 
   if (!claim) return;
   if (!name) claim->fail_plainly("needs the key claim_model, which is missing");
   const Model& model = read_model(*name);
-  if (model.lens_type() != answer.lens_type())
+  if (&model.kind() != &answer.kind())
     name->fail_plainly(
         fmt::format("must have the kind of lens of model {}, got {}", answer.name(), model.name()));
   file.claim_model = model.name();
@@ -210,7 +209,7 @@ void read_covariance(const YamlValue& top, CalibrationFile& file) {
     return;
   }
   if (file.model.empty()) covariance->fail_plainly("needs the key model, which is missing");
-  const HeldModels models(file.fixed, Model::named(file.model).lens_type());
+  const HeldModels models(file.fixed, Model::named(file.model).kind());
   const Model& model = models.named(file.model);
   file.covariance = covariance_of(top, *covariance, model, "covariance_names");
   if (!file.sigmas.empty()) check_sigmas(top, model, file);
@@ -308,11 +307,11 @@ CalibrationFile read_camera(const YamlValue& top, const Keys& keys,
   const auto name = top.find("model");
   const Model* model = name ? &read_model(*name) : nullptr;
   const bool marked = is_marked_fisheye(top);
-  const bool fisheye = model ? model->lens_type() == LensType::fisheye : marked;
-  if (marked && !fisheye) name->fail("must be fisheye4 with a key that says that it is a fisheye");
+  const Model& named = model ? *model : Model::named(marked ? "fisheye4" : "opencv8");
+  if (marked && &named.kind() != &kind_of<Fisheye>())
+    name->fail("must be fisheye4 with a key that says that it is a fisheye");
   read_camera_matrix(top.at(keys.matrix), numbers);
-  numbers.distortion = read_distortion(top.at(keys.distortion), fisheye, notes);
-  const Model& named = model ? *model : Model::named(fisheye ? "fisheye4" : "opencv8");
+  numbers.distortion = read_distortion(top.at(keys.distortion), named.kind(), notes);
   return {camera_of(top, numbers, named), model ? std::string(model->name()) : "", {}, {}, {}, {}};
 }
 

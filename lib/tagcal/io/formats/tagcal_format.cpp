@@ -35,7 +35,7 @@ std::string camera_yaml(const Camera& camera, std::string_view model) {
   const std::span<const double> p = parameters(camera.lens);
   const std::string size = fmt::format("image_width: {}\nimage_height: {}\n",
                                        camera.image_size.width, camera.image_size.height);
-  if (std::holds_alternative<Parallel>(camera.lens)) return size;
+  if (!kind_of(camera.lens).is_central) return size;
   Eigen::Matrix3d matrix;
   matrix << p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1;
   return size + matrix_yaml("camera_matrix", matrix) +
@@ -45,12 +45,12 @@ std::string camera_yaml(const Camera& camera, std::string_view model) {
 std::string uncertainty_yaml(const CalibrationFile& calibration) {
   std::string text = fixed_yaml(calibration.fixed);
   const Lens& lens = calibration.camera.lens;
-  if (!std::holds_alternative<Parallel>(lens) && !calibration.sigmas.empty()) {
+  if (kind_of(lens).is_central && !calibration.sigmas.empty()) {
     text += texts_yaml("parameter_names", parameter_names(lens)) +
             matrix_yaml("sigmas", row_of(calibration.sigmas));
   }
   if (calibration.covariance.size() > 0) {
-    const HeldModels models(calibration.fixed, Model::named(calibration.model).lens_type());
+    const HeldModels models(calibration.fixed, Model::named(calibration.model).kind());
     text += texts_yaml("covariance_names", free_names(models.named(calibration.model))) +
             matrix_yaml("covariance", calibration.covariance);
   }
@@ -89,15 +89,11 @@ std::string pose_lines(const Pose& pose, std::string_view prefix) {
 // coefficients and a free focal length and principal point.
 FormatOutput write_tagcal(const CameraFile& file) {
   const FileCamera& camera = only_camera(file, "tagcal");
-  need_own_lens(camera);
   CalibrationFile calibration = camera.calibration;
   const Lens& lens = calibration.camera.lens;
-  if (std::holds_alternative<Parallel>(lens))
+  if (!kind_of(lens).is_central)
     throw Error("a parallel camera has no focal length: a calibration file cannot hold it");
-  if (calibration.model.empty())
-    calibration.model = is_fisheye(camera)                    ? "fisheye4"
-                        : distortion_of(lens, "").size() == 8 ? "opencv8"
-                                                              : "opencv5";
+  if (calibration.model.empty()) calibration.model = full_model(lens).name();
   FormatOutput output;
   std::string text = "%YAML:1.0\n---\n" + camera_yaml(calibration.camera, calibration.model) +
                      fmt::format("model: {}\n", text_yaml(calibration.model));

@@ -25,14 +25,24 @@ std::vector<FieldOfViewKey> field_of_view_keys(const ImageSize& size) {
           {"field_of_view_diagonal_deg", std::hypot(size.width, size.height)}};
 }
 
-// Focal length of an ideal pinhole or equidistant lens with this field of view over the extent.
-double focal_of(const YamlValue& field_of_view_deg, const Model& model, double extent_px) {
-  const bool fisheye = model.lens_type() == LensType::fisheye;
+// Focal length of a lens of this kind, without radial distortion but of the given shape, with this
+// field of view over the extent.
+double focal_of(const YamlValue& field_of_view_deg, const Model& model,
+                const CameraNumbers& numbers, double extent_px) {
+  const LensKind& kind = model.kind();
   const double degrees = field_of_view_deg.positive();
-  const double limit = fisheye ? 360 : 180;
+  const double limit = kind.reaches_behind ? 360 : 180;
   if (degrees >= limit) field_of_view_deg.fail(fmt::format("must be below {}", limit));
-  if (fisheye) return extent_px / radians(degrees);
-  return focal_from_field_of_view_px(radians(degrees), extent_px);
+  if (!kind.reaches_behind) return focal_from_field_of_view_px(radians(degrees), extent_px);
+  CameraNumbers unit;
+  unit.fx = unit.fy = 1;
+  if (kind.parameters[4].role == ParameterRole::shape) unit.distortion = numbers.distortion;
+  const Lens lens =
+      make_camera(unit, model.sibling(kind, ModelRole::largest), field_of_view_deg).lens;
+  const double half = radians(degrees) / 2;
+  const auto edge = project(lens, {std::sin(half), 0, std::cos(half)});
+  if (!edge) field_of_view_deg.fail("must be within what the lens sees");
+  return extent_px / (2 * edge->x());
 }
 
 void read_focal(const YamlValue& value, const Model& model, CameraNumbers& numbers) {
@@ -40,7 +50,7 @@ void read_focal(const YamlValue& value, const Model& model, CameraNumbers& numbe
   if (const auto f = value.find("f")) focals.push_back(f->positive());
   for (const FieldOfViewKey& key : field_of_view_keys(numbers.image_size))
     if (const auto angle = value.find(key.name))
-      focals.push_back(focal_of(*angle, model, key.extent_px));
+      focals.push_back(focal_of(*angle, model, numbers, key.extent_px));
   const bool has_both = value.find("fx").has_value() || value.find("fy").has_value();
   if (focals.size() + (has_both ? 1 : 0) != 1)
     value.fail_plainly(
@@ -68,7 +78,6 @@ SceneCamera read_model_camera(const YamlValue& value, CameraNumbers numbers) {
                     "field_of_view_height_deg", "field_of_view_diagonal_deg", "cx", "cy",
                     "distortion", "sector", "binned", "resized"});
   const Model& model = read_model(value.at("model"));
-  read_focal(value, model, numbers);
   if (const auto distortion = value.find("distortion")) {
     const std::size_t most = num_free_distortion(model);
     numbers.distortion = distortion->numbers(0, 100);
@@ -77,6 +86,7 @@ SceneCamera read_model_camera(const YamlValue& value, CameraNumbers numbers) {
           fmt::format("must have at most the {} coefficients of model {}", most, model.name()));
     }
   }
+  read_focal(value, model, numbers);
   return {make_camera(numbers, model, value), std::string(model.name())};
 }
 
@@ -145,7 +155,7 @@ void change_pixels(const YamlValue& value, SceneCamera& camera) {
   if (Model::named(camera.model).contains(camera.camera)) return;
   const auto smallest = std::ranges::find_if(
       Model::all(), [&](const Model& model) { return model.contains(camera.camera); });
-  camera.model = smallest->name();  // one exists: opencv8 and fisheye4 have all parameters
+  camera.model = smallest->name();  // one exists: that with all parameters of the lens
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ void check_held(const Lens& lens, const ImageSize& size, const Model& model,
     const double held_at = fixed != model.held().end() ? fixed->second
                            : i == 2                    ? centre.x()
                            : i == 3                    ? centre.y()
-                                                       : 0;
+                                    : kind_of(lens).parameters[static_cast<std::size_t>(i)].plain;
     const double value = values[static_cast<std::size_t>(i)];
     if (value == held_at) continue;
     where.fail_plainly(fmt::format("{} must be {} with model {}, got {}",
@@ -58,13 +58,6 @@ void check_held(const Lens& lens, const ImageSize& size, const Model& model,
                                      model.name(), values[0], values[1]));
     }
   }
-}
-
-template <typename L>
-L make_lens(const CameraNumbers& numbers) {
-  typename L::Parameters parameters = {numbers.fx, numbers.fy, numbers.cx, numbers.cy};
-  std::copy(numbers.distortion.begin(), numbers.distortion.end(), parameters.begin() + 4);
-  return L(parameters);
 }
 
 }  // namespace
@@ -138,7 +131,7 @@ const Model& read_model(const YamlValue& value) {
   const std::string name = value.text();
   std::string known;
   for (const Model& model : Model::all()) {
-    if (model.lens_type() == LensType::parallel) continue;
+    if (!model.kind().is_central) continue;
     if (model.name() == name) return model;
     known += (known.empty() ? "" : ", ") + std::string(model.name());
   }
@@ -146,16 +139,17 @@ const Model& read_model(const YamlValue& value) {
 }
 
 Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where) {
-  const bool fisheye = model.lens_type() == LensType::fisheye;
-  const std::size_t most = fisheye ? 4 : 8;
-  if (numbers.distortion.size() > most) {
+  std::vector<double> values = {numbers.fx, numbers.fy, numbers.cx, numbers.cy};
+  const std::span<const LensParameter> all = model.kind().parameters;
+  if (numbers.distortion.size() > all.size() - values.size()) {
     where.fail_plainly(
-        fmt::format("distortion: must have at most {} coefficients with model {}, got {}", most,
-                    model.name(), numbers.distortion.size()));
+        fmt::format("distortion: must have at most {} coefficients with model {}, got {}",
+                    all.size() - values.size(), model.name(), numbers.distortion.size()));
   }
+  values.insert(values.end(), numbers.distortion.begin(), numbers.distortion.end());
+  while (values.size() < all.size()) values.push_back(all[values.size()].plain);
   try {
-    const Lens lens =
-        fisheye ? Lens(make_lens<Fisheye>(numbers)) : Lens(make_lens<Perspective>(numbers));
+    const Lens lens = make_lens(model.kind(), values);
     check_held(lens, numbers.image_size, model, where);
     return {lens, numbers.image_size};
   } catch (const Error& error) {
@@ -166,11 +160,13 @@ Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlV
 }
 
 std::vector<double> distortion_of(const Lens& lens, std::string_view model) {
+  const LensKind& kind = kind_of(lens);
+  if (!kind.is_central) return {};
+  const Model& full = full_model(lens);
+  const Model& largest = full.sibling(kind, ModelRole::largest);
+  const int n = (model == largest.name() ? largest : full).num_free();
   const std::span<const double> all = parameters(lens);
-  if (std::holds_alternative<Parallel>(lens)) return {};
-  if (std::holds_alternative<Fisheye>(lens)) return {all.begin() + 4, all.end()};
-  const bool rational = model == "opencv8" || all[9] != 0 || all[10] != 0 || all[11] != 0;
-  return {all.begin() + 4, all.begin() + (rational ? 12 : 9)};
+  return {all.begin() + 4, all.begin() + n};
 }
 
 }  // namespace tagcal::internal

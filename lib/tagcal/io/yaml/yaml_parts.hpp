@@ -39,14 +39,14 @@ struct CameraNumbers {
   double fy = 0;
   double cx = 0;
   double cy = 0;
-  std::vector<double> distortion;  // OpenCV's order; zero if not given
+  std::vector<double> distortion;  // behind fx fy cx cy; as of the plain lens if not given
 };
 
 // Returns the camera. Throws if `model` cannot represent it; errors name `where`.
 Camera make_camera(const CameraNumbers& numbers, const Model& model, const YamlValue& where);
 
-// The distortion coefficients in OpenCV's order: 8 if k4, k5 or k6 is not 0 or the model is
-// opencv8, else 5; 4 for a fisheye; none for a parallel lens.
+// The coefficients behind fx fy cx cy, in OpenCV's order: of a perspective 8 if k4, k5 or k6 is not
+// 0 or the model is opencv8, else 5; none for a parallel lens.
 std::vector<double> distortion_of(const Lens& lens, std::string_view model);
 
 }  // namespace tagcal::internal

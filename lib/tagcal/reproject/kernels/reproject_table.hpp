@@ -21,11 +21,9 @@ constexpr void fill_resampling(PixelKind kind, ReprojectKernels& kernels) {
 template <typename Pack>
 constexpr ReprojectKernels reproject_kernels_for() {
   ReprojectKernels kernels;
-  kernels.map_row[kPinhole] = MapLoop<PerspectiveKernel<kPinhole>, Pack>::run;
-  kernels.map_row[kBrownConrady] = MapLoop<PerspectiveKernel<kBrownConrady>, Pack>::run;
-  kernels.map_row[kRational] = MapLoop<PerspectiveKernel<kRational>, Pack>::run;
-  kernels.map_row[kFisheye] = MapLoop<FisheyeKernel, Pack>::run;
-  kernels.map_row[kParallel] = MapLoop<ParallelKernel, Pack>::run;
+  for_each_kernel([&]<typename LensKernel>(ProjectKernelKind kind) {
+    kernels.map_row[kind] = MapLoop<LensKernel, Pack>::run;
+  });
   fill_resampling<unsigned char, 1>(kGrey8, kernels);
   fill_resampling<unsigned short, 1>(kGrey16, kernels);
   fill_resampling<unsigned char, 3>(kColour8, kernels);

@@ -140,7 +140,7 @@ class Chain {
   ProjectKernelKind kind_;
 };
 
-bool is_parallel(const Camera& camera) { return std::holds_alternative<Parallel>(camera.lens); }
+bool is_parallel(const Camera& camera) { return !kind_of(camera.lens).is_central; }
 
 void check(const Reprojection& r) {
   const ImageSize size = size_of(r.target);

@@ -43,7 +43,7 @@ Vector3d last_ray(const Lens& lens, Vector2d inside, Vector2d outside) {
 }  // namespace
 
 std::vector<Vector3d> outline_rays(const Camera& camera) {
-  if (std::holds_alternative<Parallel>(camera.lens))
+  if (!kind_of(camera.lens).is_central)
     throw Error("reproject: a parallel lens has no rays from one centre");
   const Vector2d middle = middle_of(camera);
   if (camera.image_size.width <= 0 || camera.image_size.height <= 0 ||

@@ -65,7 +65,7 @@ ImageF depth_of_sheets(const Shadows& shadows, std::span<const std::size_t> shee
   const std::vector<Target> all = targets(shadows, sheets, camera);
   // Parallel rays come from infinitely far behind the plane in which they are said to start.
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const double start = std::holds_alternative<Parallel>(camera.lens) ? -kInfinity : 0;
+  const double start = kind_of(camera.lens).is_central ? 0 : -kInfinity;
   ImageF depth(camera.image_size, std::numeric_limits<float>::quiet_NaN());
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {

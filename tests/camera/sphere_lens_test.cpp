@@ -1,4 +1,4 @@
-#include "tagcal/camera/foreign_lens.hpp"
+#include "tagcal/camera/lens.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,21 +22,21 @@ Vector3d direction(double theta, double azimuth) {
 // Camera 0 of TUM-VI at 512 x 512 in the three models, of about the size that Basalt's paper gives.
 const DoubleSphere kSphere({158.28, 158.27, 254.95, 256.90, -0.17, 0.59});
 
-std::vector<ForeignLens> lenses() {
-  std::vector<ForeignLens> all = {kSphere, Unified({200, 210, 320, 240, 0.6}),
-                                  ExtendedUnified({200, 190, 320, 240, 0.6, 1.1})};
+std::vector<Lens> lenses() {
+  std::vector<Lens> all = {kSphere, ExtendedUnified({200, 210, 320, 240, 0.6, 1}),
+                           ExtendedUnified({200, 190, 320, 240, 0.6, 1.1})};
   for (const double alpha : {0.0, 0.2, 0.5, 0.7, 1.0}) {
     for (const double xi : {-0.6, -0.2, 0.0, 0.3, 0.8})
       all.push_back(DoubleSphere({300, 310, 320, 240, xi, alpha}));
     for (const double beta : {0.5, 1.0, 2.0})
       all.push_back(ExtendedUnified({300, 310, 320, 240, alpha, beta}));
-    all.push_back(Unified({300, 310, 320, 240, alpha}));
+    all.push_back(ExtendedUnified({300, 310, 320, 240, alpha, 1}));
   }
   return all;
 }
 
 // The smallest angle from the axis outside the domain, which is a cone.
-double domain_angle(const ForeignLens& lens) {
+double domain_angle(const Lens& lens) {
   double low = 0, high = std::numbers::pi;
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;
@@ -45,36 +45,36 @@ double domain_angle(const ForeignLens& lens) {
   return high;
 }
 
-TEST(ForeignLens, RayInvertsProjectOverTheWholeDomain) {
+TEST(SphereLens, RayInvertsProjectOverTheWholeDomain) {
   Random random(1);
-  for (const ForeignLens& lens : lenses()) {
+  for (const Lens& lens : lenses()) {
     const double limit = domain_angle(lens);
     for (int i = 0; i < 300; ++i) {
       const Vector3d x = direction(random.uniform(0, 0.999 * limit), random.uniform(0, 6.28));
       const auto pixel = project(lens, random.uniform(0.01, 100) * x);
-      ASSERT_TRUE(pixel) << lens_name(lens);
+      ASSERT_TRUE(pixel) << kind_of(lens).name;
       if (pixel->norm() > 5e3) continue;  // beside the pole
       const auto ray = ray_in_camera(lens, *pixel);
-      ASSERT_TRUE(ray) << lens_name(lens) << " " << pixel->transpose();
+      ASSERT_TRUE(ray) << kind_of(lens).name << " " << pixel->transpose();
       EXPECT_NEAR(ray->direction.norm(), 1, 1e-14);
-      EXPECT_LT((*project(lens, ray->direction) - *pixel).norm(), 1e-8) << lens_name(lens);
-      EXPECT_LT((ray->direction - x).norm(), 1e-7) << lens_name(lens);
+      EXPECT_LT((*project(lens, ray->direction) - *pixel).norm(), 1e-8) << kind_of(lens).name;
+      EXPECT_LT((ray->direction - x).norm(), 1e-7) << kind_of(lens).name;
     }
   }
 }
 
 // The radius in the image grows with the angle up to the border of the domain, and there it has
 // its largest value or no bound.
-TEST(ForeignLens, DomainIsWhereTheModelIsOneToOne) {
-  for (const ForeignLens& lens : lenses()) {
+TEST(SphereLens, DomainIsWhereTheModelIsOneToOne) {
+  for (const Lens& lens : lenses()) {
     const double limit = domain_angle(lens);
-    ASSERT_GT(limit, 0.5) << lens_name(lens);
+    ASSERT_GT(limit, 0.5) << kind_of(lens).name;
     double last = -1;
     for (int i = 0; i < 2000; ++i) {
       const auto pixel = project(lens, direction(limit * i / 2000, 0.7));
       ASSERT_TRUE(pixel);
       const double radius = (*pixel - Vector2d(parameters(lens)[2], parameters(lens)[3])).norm();
-      EXPECT_GT(radius, last) << lens_name(lens) << " " << i;
+      EXPECT_GT(radius, last) << kind_of(lens).name << " " << i;
       last = radius;
     }
     EXPECT_FALSE(project(lens, direction(std::min(limit + 1e-6, std::numbers::pi), 0.7)));
@@ -87,7 +87,7 @@ TEST(ForeignLens, DomainIsWhereTheModelIsOneToOne) {
 }
 
 // The formula of the paper, and its bound of the domain, which is not where the image turns back.
-TEST(ForeignLens, DoubleSphereIsThatOfThePaper) {
+TEST(SphereLens, DoubleSphereIsThatOfThePaper) {
   const Vector3d x(0.3, -0.5, 0.7);
   const double d1 = x.norm(), z = -0.17 * d1 + 0.7, d2 = std::hypot(0.3, -0.5, z);
   const double denominator = 0.59 * d2 + 0.41 * z;
@@ -102,13 +102,13 @@ TEST(ForeignLens, DoubleSphereIsThatOfThePaper) {
   EXPECT_GT(angle_of_paper(-0.17, 0), domain_angle(DoubleSphere({1, 1, 0, 0, -0.17, 1})) + 1e-3);
 }
 
-TEST(ForeignLens, NestedModelsAgree) {
-  const Unified unified({200, 210, 320, 240, 0.6});
+TEST(SphereLens, NestedModelsAgree) {
+  const ExtendedUnified unified({200, 210, 320, 240, 0.6, 1});
   const ExtendedUnified extended({200, 210, 320, 240, 0.6, 1});
   const DoubleSphere sphere({200, 210, 320, 240, 0, 0.6});
-  const Unified straight({200, 210, 320, 240, 0});
+  const ExtendedUnified straight({200, 210, 320, 240, 0, 1});
   const Perspective plain = pinhole(200, 210, 320, 240);
-  const Unified omni = unified_from_omni(1.5, 500, 525, 320, 240);
+  const ExtendedUnified omni = unified_from_omni(1.5, 500, 525, 320, 240);
   for (int i = 0; i < 100; ++i) {
     const Vector3d x = direction(0.014 * i, 0.1 * i);
     EXPECT_LT((*unified.project(x) - *extended.project(x)).norm(), 1e-10);
@@ -128,7 +128,7 @@ std::string error_of(const std::function<void()>& make) {
   return "";
 }
 
-TEST(ForeignLens, RefusesWhatIsNoLens) {
+TEST(SphereLens, RefusesWhatIsNoLens) {
   const double nan = std::nan("");
   EXPECT_NE(error_of([] {
               DoubleSphere({0, 1, 0, 0, 0, 0.5});
@@ -150,7 +150,10 @@ TEST(ForeignLens, RefusesWhatIsNoLens) {
               ExtendedUnified({1, 1, 0, 0, 0.5, 0});
             }).find("beta must be"),
             std::string::npos);
-  EXPECT_NE(error_of([] { Unified({1, 1, 0, 0, -0.1}); }).find("alpha must be"), std::string::npos);
+  EXPECT_NE(error_of([] {
+              ExtendedUnified({1, 1, 0, 0, -0.1, 1});
+            }).find("alpha must be"),
+            std::string::npos);
   EXPECT_NE(error_of([] { unified_from_omni(-0.1, 1, 1, 0, 0); }).find("xi must be"),
             std::string::npos);
 }
