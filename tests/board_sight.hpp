@@ -41,7 +41,7 @@ class BoardSight {
 
   // Grey paper over a tag, a millimetre above it, `share` of its side from its lower-left corner.
   void hide(int tag_id, double share = 1) {
-    for (const Tag& tag : board.tags) {
+    for (const Tag& tag : tags_of(board)) {
       if (tag.id != tag_id) continue;
       const auto c = tag_corners(tag);
       const Eigen::Vector3d up(0, 0, 1e-3);
@@ -52,14 +52,14 @@ class BoardSight {
   }
 
   Image8 image() const {
-    const TagFamilies families = {{board.family, tag_family(board.family, board.border_bits)}};
-    return expose(render_light(scene_, families, camera_from_board_), scene_.sensor, 7);
+    return expose(render_light(scene_, tag_families(scene_.boards), camera_from_board_),
+                  scene_.sensor, 7);
   }
 
   // The corners of a tag, in the picture or out of it.
   Quad truth(int tag_id) const {
     Quad quad;
-    for (const Tag& tag : board.tags) {
+    for (const Tag& tag : tags_of(board)) {
       if (tag.id != tag_id) continue;
       const auto corners = tag_corners(tag);
       for (std::size_t i = 0; i < 4; ++i)
@@ -77,20 +77,23 @@ class BoardSight {
   Pose camera_from_board_;
 };
 
-inline Board kalibr_board(int first_id = 0) { return grid_board({6, 5, 0.06, 0.3, first_id}); }
+inline Board kalibr_board(int first_id = 0) {
+  return make_board(AprilGrid{6, 5, 0.06, 0.3, first_id});
+}
 
 // Completes with the refinement that the detector has if no fit under the picture's lens follows.
 inline Completion completed(const BoardSight& sight, const Image8& image,
                             const std::vector<FoundTag>& found, const Board& board) {
-  FamilyDetector detector({board.family,
-                           board.border_bits,
+  const TagKind kind = tag_kind(board).value();
+  FamilyDetector detector({kind.family,
+                           kind.border_bits,
                            {},
-                           board.corner_squares,
+                           tag_surroundings(board).corner_squares,
                            board_patterns({{board, Pose()}})},
                           {});
   const CompletionRules rules{
       1, {}, [&](int id, const Quad& start) { return detector.refined(image, id, start, false); }};
-  const TagFamily family = tag_family(board.family, board.border_bits);
+  const TagFamily family = tag_family(kind.family, kind.border_bits);
   Completion completion = complete_board(image, board, family, found, rules);
   for (const FoundTag& tag : completion.tags) {
     const Quad truth = sight.truth(tag.id);

@@ -37,9 +37,8 @@ class DatasetFile : public FileTest {
     write("images/b.png", picture());
     write("images/a.png", picture());
     write("images/notes.txt", "no picture");
-    Board points{.border_bits = 1, .corner_squares = false};
-    points.points = {{{50, 0}, {1, 2, 3}}};
-    boards_ = {{grid_board({2, 2, 0.1, 0.25, 0}), {}}, {points, {}}};
+    const Board points = make_board(Points{{{{50, 0}, {1, 2, 3}}}});
+    boards_ = {{make_board(AprilGrid{2, 2, 0.1, 0.25, 0}), {}}, {points, {}}};
   }
 
   // The bytes of a PNG of 64 x 48 pixels, made once.

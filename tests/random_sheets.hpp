@@ -145,9 +145,15 @@ inline Scene random_scene(std::uint64_t seed, std::uint64_t index, Pose& camera_
     if (on_a_desk)  // no corner of it exactly on a border of another sheet
       pose = frame_of(scene.occluders.back().corners) *
              Pose(Eigen::Quaterniond::Identity(), {0.0137, 0.0219, 0});
-    const Grid grid{1, 1 + static_cast<int>(i), random.uniform(0.1, 0.5), 0.3,
-                    static_cast<int>(10 * i)};
-    scene.boards.push_back({grid_board(grid, "tag36h11", 1, false), pose});
+    const AprilGrid grid{1,
+                         1 + static_cast<int>(i),
+                         random.uniform(0.1, 0.5),
+                         0.3,
+                         static_cast<int>(10 * i),
+                         "tag36h11",
+                         1,
+                         false};
+    scene.boards.push_back({make_board(grid), pose});
   }
   const Vector3d anywhere = in_cube(random, 1).normalized() * random.uniform(0, 3);
   const Vector3d eye = grid_scene ? on_grid(anywhere) : anywhere;

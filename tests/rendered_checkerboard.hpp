@@ -38,7 +38,7 @@ struct CheckerView {
 inline CheckerView checker_view(const Board& board, const Camera& camera,
                                 const CheckerViewSpec& spec, Random& random) {
   CheckerView view{camera, board, {}, {}, {}, std::numeric_limits<double>::max(), true};
-  const Checkerboard& squares = *board.checkerboard;
+  const Checkerboard squares = checkers(board).value();
   Scene scene;
   scene.camera = camera;
   scene.sensor.blur_px = spec.blur_px;
@@ -62,8 +62,6 @@ inline CheckerView checker_view(const Board& board, const Camera& camera,
   const Pose pose = camera_from_world_looking_at(
       centre + distance * from, centre + aside,
       Eigen::Vector3d(std::sin(spec.roll_rad), std::cos(spec.roll_rad), 0.01));
-  TagFamilies families;
-  if (board.charuco) families[board.family] = tag_family(board.family, board.border_bits);
   for (int row = -1; row <= squares.rows; ++row) {
     for (int column = -1; column <= squares.columns; ++column) {
       const auto pixel = project(camera.lens, pose * Eigen::Vector3d(column * side, row * side, 0));
@@ -78,7 +76,7 @@ inline CheckerView checker_view(const Board& board, const Camera& camera,
       view.corners[{squares.first_id + row * squares.columns + column, 0}] = *pixel;
     }
   }
-  const ImageF light = render_light(scene, families, pose);
+  const ImageF light = render_light(scene, tag_families(scene.boards), pose);
   view.image = expose(light, scene.sensor, random.next());
   scene.sensor.noise_levels = 0.5;
   view.quiet = expose(light, scene.sensor, random.next());

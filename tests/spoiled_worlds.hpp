@@ -110,8 +110,8 @@ inline SpoiledWorld moved_board(const Lens& lens, std::uint64_t seed, int num_vi
   Dataset& dataset = world.dataset;
   dataset.image_size = {1280, 800};
   dataset.boards = {
-      {grid_board({4, 4, 0.08, 0.3, 0}), Pose(exp_rotation({0, -0.7, 0}), {-0.45, 0, 0})},
-      {grid_board({4, 4, 0.08, 0.3, 16}), Pose(exp_rotation({0, 0.7, 0}), {0, 0, 0.1})}};
+      {make_board(AprilGrid{4, 4, 0.08, 0.3, 0}), Pose(exp_rotation({0, -0.7, 0}), {-0.45, 0, 0})},
+      {make_board(AprilGrid{4, 4, 0.08, 0.3, 16}), Pose(exp_rotation({0, 0.7, 0}), {0, 0, 0.1})}};
   auto moved = dataset.boards;
   moved[1].world_from_board = moved[1].world_from_board * by;
   Random random(seed);

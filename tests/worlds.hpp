@@ -28,7 +28,7 @@ struct WorldOptions {
 };
 
 // A board of 6 x 6 tags of 88 mm, the one of limits.md.
-inline Board usual_board() { return grid_board({6, 6, 0.088, 0.3, 0}); }
+inline Board usual_board() { return make_board(AprilGrid{6, 6, 0.088, 0.3, 0}); }
 
 inline Lens opencv5_lens() {
   return Perspective({900, 898, 651, 392, -0.15, 0.05, 5e-4, -3e-4, 0});

@@ -15,20 +15,21 @@
 #include "python/records.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/internal/overloaded.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::python {
+using namespace py::literals;
 namespace {
-
-using NameOrShare = std::variant<double, std::string>;
 
 // Throws Error if the family lacks a tag or cannot have the border, and for positions beyond
 // double.
 Board checked(Board board) {
-  if (!board.tags.empty()) {
+  if (const auto kind = tag_kind(board)) {
     const TagFamily family =
-        internal::with_border(tag_family(board.family, board.border_bits), board);
-    internal::printed_tag(family, std::ranges::max_element(board.tags, {}, &Tag::id)->id);
+        internal::with_border(tag_family(kind->family, kind->border_bits), board);
+    const std::vector<Tag> tags = tags_of(board);
+    internal::printed_tag(family, std::ranges::max_element(tags, {}, &Tag::id)->id);
   }
   for (const TargetPoint& point : target_points(board))
     if (!point.position.allFinite()) throw Error("board: its sizes are too large");
@@ -37,14 +38,14 @@ Board checked(Board board) {
 
 Board grid(int columns, int rows, double tag_size, double tag_spacing, const std::string& family,
            int border_bits, std::optional<bool> corner_squares, int first_id) {
-  return checked(grid_board({columns, rows, tag_size, tag_spacing, first_id}, family, border_bits,
-                            corner_squares.value_or(border_bits == 2)));
+  return checked(make_board(AprilGrid{columns, rows, tag_size, tag_spacing, first_id, family,
+                                      border_bits, corner_squares.value_or(border_bits == 2)}));
 }
 
 Board checkerboard(int columns, int rows, double spacing, std::optional<double> row_spacing,
                    bool starts_black, int first_id) {
-  return checked(checkerboard_board(
-      {columns, rows, spacing, row_spacing.value_or(spacing), starts_black, first_id}));
+  return checked(make_board(
+      Checkerboard{columns, rows, spacing, row_spacing.value_or(spacing), starts_black, first_id}));
 }
 
 Board charuco(int square_columns, int square_rows, double square_size, double marker_size,
@@ -52,9 +53,8 @@ Board charuco(int square_columns, int square_rows, double square_size, double ma
   if (square_columns < 3 || square_rows < 3)
     throw Error("board: must have 3 x 3 squares or more, got " + std::to_string(square_columns) +
                 " x " + std::to_string(square_rows));
-  return checked(
-      charuco_board({square_columns - 1, square_rows - 1, square_size, square_size, true, first_id},
-                    {marker_size, dictionary, legacy, first_marker_id}));
+  return checked(make_board(Charuco{square_columns, square_rows, square_size, marker_size,
+                                    dictionary, legacy, first_id, first_marker_id}));
 }
 
 // (N,) different whole numbers >= 0.
@@ -98,24 +98,16 @@ Board tags(const ArrayLike& ids, const ArrayLike& size, const PosesLike& board_f
   const std::vector<double> sizes = tag_sizes(size, numbers.size());
   const std::vector<Pose> poses = poses_of(board_from_tags, "board_from_tags");
   check_same_length(numbers.size(), "ids", poses.size(), "board_from_tags");
-  Board board;
-  board.family = family;
-  board.border_bits = border_bits;
-  board.corner_squares = false;
+  Tags board{family, border_bits, {}};
   for (std::size_t i = 0; i < numbers.size(); ++i)
     board.tags.push_back({numbers[i], sizes[i], poses[i]});
-  return checked(board);
+  return checked({std::move(board), {}});
 }
 
 Board one_tag(double size, int id, const std::string& family, int border_bits) {
   if (!(size > 0) || !std::isfinite(size)) throw Error("size: must be > 0, got " + number(size));
   if (id < 0) throw Error("id: must be >= 0, got " + std::to_string(id));
-  Board board;
-  board.family = family;
-  board.border_bits = border_bits;
-  board.corner_squares = false;
-  board.tags = {{id, size, Pose()}};
-  return checked(board);
+  return checked({Tags{family, border_bits, {{id, size, Pose()}}}, {}});
 }
 
 Board points(const ArrayLike& positions, const std::optional<ArrayLike>& ids) {
@@ -127,93 +119,96 @@ Board points(const ArrayLike& positions, const std::optional<ArrayLike>& ids) {
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<int>(i);
   if (ids) numbers = different_ids(*ids, "ids");
   check_same_length(rows.size(), "positions", numbers.size(), "ids");
-  Board board;
-  board.border_bits = 1;
-  board.corner_squares = false;
+  Points board;
   for (std::size_t i = 0; i < rows.size(); ++i) board.points.push_back({{numbers[i], 0}, rows[i]});
-  return board;
+  return {std::move(board), {}};
 }
 
-py::dict dict_of_tags(const Board& board) {
+// The arguments of each kind's constructor.
+py::dict arguments_of(const Tags& board) {
   py::list ids, sizes, poses;
   for (const Tag& tag : board.tags) {
     ids.append(tag.id);
     sizes.append(tag.size);
     poses.append(py::cast(tag.board_from_tag).attr("to_dict")());
   }
-  using namespace py::literals;
   return py::dict("ids"_a = ids, "size"_a = sizes, "board_from_tags"_a = poses,
                   "family"_a = board.family, "border_bits"_a = board.border_bits);
 }
 
-py::dict dict_of_points(const Board& board) {
+py::dict arguments_of(const Points& board) {
   py::list ids, positions;
   for (const TargetPoint& point : board.points) {
     ids.append(point.id.tag_id);
     positions.append(std::vector(point.position.data(), point.position.data() + 3));
   }
-  using namespace py::literals;
   return py::dict("positions"_a = positions, "ids"_a = ids);
 }
 
-Tolerance tolerance_of(const NameOrShare& argument, const char* name) {
-  if (const double* const share = std::get_if<double>(&argument)) return *share;
-  const auto& word = std::get<std::string>(argument);
-  const auto material = material_named(word);
-  if (!material)
-    throw Error(std::string(name) + ": must be paper, aluminium, glass or a share, got \"" + word +
-                "\"");
-  return *material;
+py::dict arguments_of(const AprilGrid& grid) {
+  return py::dict("columns"_a = grid.columns, "rows"_a = grid.rows, "tag_size"_a = grid.tag_size,
+                  "tag_spacing"_a = grid.tag_spacing, "family"_a = grid.family,
+                  "border_bits"_a = grid.border_bits, "corner_squares"_a = grid.corner_squares,
+                  "first_id"_a = grid.first_id);
 }
 
-NameOrShare name_or_share(const Tolerance& tolerance) {
-  if (const double* const share = std::get_if<double>(&tolerance)) return *share;
-  return std::string(material_name(std::get<Material>(tolerance)));
+py::dict arguments_of(const Charuco& board) {
+  return py::dict("square_columns"_a = board.square_columns, "square_rows"_a = board.square_rows,
+                  "square_size"_a = board.square_size, "marker_size"_a = board.marker_size,
+                  "dictionary"_a = board.dictionary, "legacy"_a = board.legacy,
+                  "first_id"_a = board.first_id, "first_marker_id"_a = board.first_marker_id);
 }
 
-Board made_of(Board board, const NameOrShare& flatness, const NameOrShare& print) {
-  board.substrate = {tolerance_of(flatness, "flatness"), tolerance_of(print, "print")};
-  check_substrate(board.substrate);
-  return board;
+py::dict arguments_of(const Checkerboard& board) {
+  return py::dict("columns"_a = board.columns, "rows"_a = board.rows,
+                  "spacing"_a = board.column_spacing, "row_spacing"_a = board.row_spacing,
+                  "starts_black"_a = board.starts_black, "first_id"_a = board.first_id);
 }
 
-// Without defaults, as the files of targets.
-void add_substrate(const Substrate& substrate, py::dict& fields) {
-  if (substrate.flatness != Substrate().flatness)
-    fields["flatness"] = name_or_share(substrate.flatness);
-  if (substrate.print != Substrate().print) fields["print"] = name_or_share(substrate.print);
+std::string times(int columns, int rows) {
+  return std::to_string(columns) + " x " + std::to_string(rows);
 }
+
+// By the index of a board's pattern.
+constexpr const char* kKinds[] = {"points", "tags", "grid", "checkerboard", "charuco"};
+static_assert(std::size(kKinds) == std::variant_size_v<BoardPattern>);
 
 }  // namespace
 
-std::string board_kind(const Board& board) {
-  if (board.grid) return "grid";
-  if (board.charuco) return "charuco";
-  if (board.checkerboard) return "checkerboard";
-  return board.points.empty() ? "tags" : "points";
+std::string board_kind(const Board& board) { return kKinds[board.pattern.index()]; }
+
+std::string board_text(const Board& board) {
+  const auto print = [](const auto& tags) {
+    return tags.family + ", border of " + std::to_string(tags.border_bits) +
+           (tags.border_bits == 1 ? " bit" : " bits");
+  };
+  const auto apart = [](double spacing) { return ", " + number(spacing) + " m apart"; };
+  return std::visit(
+      internal::Overloaded{
+          [](const Points& measured) { return std::to_string(measured.points.size()) + " points"; },
+          [&](const Tags& single) {
+            const std::vector<Tag>& tags = single.tags;
+            if (tags.size() != 1) return std::to_string(tags.size()) + " tags of " + print(single);
+            return "tag " + std::to_string(tags[0].id) + " of " + number(tags[0].size) + " m, " +
+                   print(single);
+          },
+          [&](const AprilGrid& grid) {
+            return "grid of " + times(grid.columns, grid.rows) + " tags of " +
+                   number(grid.tag_size) + " m, " + print(grid);
+          },
+          [&](const Checkerboard& squares) {
+            return "checkerboard of " + times(squares.columns, squares.rows) + " corners" +
+                   apart(squares.column_spacing);
+          },
+          [&](const Charuco& charuco) {
+            return "charuco of " + times(charuco.square_columns, charuco.square_rows) +
+                   " squares, " + charuco.dictionary + apart(charuco.square_size);
+          }},
+      board.pattern);
 }
 
 py::dict board_to_dict(const Board& board) {
-  using namespace py::literals;
-  py::dict fields;
-  if (const auto& g = board.grid) {
-    fields = py::dict("columns"_a = g->columns, "rows"_a = g->rows, "tag_size"_a = g->tag_size,
-                      "tag_spacing"_a = g->tag_spacing, "family"_a = board.family,
-                      "border_bits"_a = board.border_bits,
-                      "corner_squares"_a = board.corner_squares, "first_id"_a = g->first_id);
-  } else if (const auto& m = board.charuco) {
-    const Checkerboard& c = *board.checkerboard;
-    fields = py::dict("square_columns"_a = c.columns + 1, "square_rows"_a = c.rows + 1,
-                      "square_size"_a = c.column_spacing, "marker_size"_a = m->size,
-                      "dictionary"_a = m->dictionary, "legacy"_a = m->legacy,
-                      "first_id"_a = c.first_id, "first_marker_id"_a = m->first_marker_id);
-  } else if (const auto& c = board.checkerboard) {
-    fields = py::dict("columns"_a = c->columns, "rows"_a = c->rows, "spacing"_a = c->column_spacing,
-                      "row_spacing"_a = c->row_spacing, "starts_black"_a = c->starts_black,
-                      "first_id"_a = c->first_id);
-  } else {
-    fields = board.points.empty() ? dict_of_tags(board) : dict_of_points(board);
-  }
+  py::dict fields = std::visit([](const auto& kind) { return arguments_of(kind); }, board.pattern);
   add_substrate(board.substrate, fields);
   fields["kind"] = board_kind(board);
   return fields;
@@ -222,8 +217,7 @@ py::dict board_to_dict(const Board& board) {
 Board board_from_dict(const py::dict& fields) {
   if (!fields.contains("kind")) throw Error("fields: must have the key \"kind\"");
   const auto kind = py::cast<std::string>(py::str(fields["kind"]));
-  const std::set<std::string> kinds = {"charuco", "checkerboard", "grid", "points", "tags"};
-  if (!kinds.contains(kind))
+  if (std::ranges::find(kKinds, kind) == std::end(kKinds))
     throw Error("fields: kind: must be charuco, checkerboard, grid, points or tags, got " + kind);
   const auto arguments = py::reinterpret_steal<py::dict>(PyDict_Copy(fields.ptr()));
   arguments.attr("pop")("kind");
@@ -281,16 +275,6 @@ void define_board_constructors(py::class_<Board>& board) {
                   "metres, and the poses of the tags on the board: a list of N Pose, or (N, 4, 4).")
       .def_static("points", &points, py::arg("positions"), py::arg("ids") = py::none(),
                   "Measured points (N, 3), metres; ids (N,), by default 0, 1, ..")
-      .def("made_of", &made_of, py::arg("flatness") = "paper", py::arg("print") = "paper",
-           "This board of another make: standard deviations before any picture of its bends and "
-           "twist, as a share of its diagonal, and of the share by which its print is longer "
-           "along y than along x. Each is \"paper\", \"aluminium\", \"glass\" or a share.")
-      .def_property_readonly(
-          "flatness", [](const Board& b) { return name_or_share(b.substrate.flatness); },
-          "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
-      .def_property_readonly(
-          "print", [](const Board& b) { return name_or_share(b.substrate.print); },
-          "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
       .def_static("from_dict", &board_from_dict, py::arg("fields"), "The board of `to_dict()`.");
 }
 

@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 #include <set>
+#include <string>
+#include <variant>
 
 #include "python/arrays.hpp"
 #include "python/bindings.hpp"
@@ -37,10 +39,11 @@ void check_ids(const std::vector<PlacedBoard>& boards, const char* name) {
     for (const TargetPoint& point : target_points(board.board))
       if (!seen.insert(point.id).second)
         throw Error(std::string(name) + ": two boards have id " + std::to_string(point.id.tag_id));
-    for (const Tag& tag : board.board.tags)
-      if (!tags.emplace(board.board.family, tag.id).second)
+    const auto kind = tag_kind(board.board);
+    for (const Tag& tag : tags_of(board.board))
+      if (!tags.emplace(kind->family, tag.id).second)
         throw Error(std::string(name) + ": two boards have marker " + std::to_string(tag.id) +
-                    " of " + board.board.family);
+                    " of " + kind->family);
   }
 }
 
@@ -80,36 +83,38 @@ Eigen::Vector3d extent(const Board& board) {
   return box.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.sizes());
 }
 
-std::string times(int columns, int rows) {
-  return std::to_string(columns) + " x " + std::to_string(rows);
+using NameOrShare = std::variant<double, std::string>;
+
+Tolerance tolerance_of(const NameOrShare& argument, const char* name) {
+  if (const double* const share = std::get_if<double>(&argument)) return *share;
+  const auto& word = std::get<std::string>(argument);
+  const auto material = material_named(word);
+  if (!material)
+    throw Error(std::string(name) + ": must be paper, aluminium, glass or a share, got \"" + word +
+                "\"");
+  return *material;
 }
 
-std::string pattern_text(const Board& board) {
-  return board.family + ", border of " + std::to_string(board.border_bits) +
-         (board.border_bits == 1 ? " bit" : " bits");
+NameOrShare name_or_share(const Tolerance& tolerance) {
+  if (const double* const share = std::get_if<double>(&tolerance)) return *share;
+  return std::string(material_name(std::get<Material>(tolerance)));
 }
 
-std::string tags_text(const Board& board) {
-  if (board.tags.size() != 1)
-    return std::to_string(board.tags.size()) + " tags of " + pattern_text(board);
-  const Tag& tag = board.tags.front();
-  return "tag " + std::to_string(tag.id) + " of " + number(tag.size) + " m, " + pattern_text(board);
+Board made_of(Board board, const NameOrShare& flatness, const NameOrShare& print) {
+  board.substrate = {tolerance_of(flatness, "flatness"), tolerance_of(print, "print")};
+  check_substrate(board.substrate);
+  return board;
 }
 
-std::string board_text(const Board& board) {
-  if (const auto& g = board.grid)
-    return "grid of " + times(g->columns, g->rows) + " tags of " + number(g->tag_size) + " m, " +
-           pattern_text(board);
-  if (const auto& c = board.checkerboard) {
-    const std::string text =
-        board.charuco
-            ? "charuco of " + times(c->columns + 1, c->rows + 1) + " squares, " + board.family
-            : "checkerboard of " + times(c->columns, c->rows) + " corners";
-    return text + ", " + number(c->column_spacing) + " m apart";
-  }
-  if (board.points.empty()) return tags_text(board);
-  return std::to_string(board.points.size()) + " points";
+}  // namespace
+
+void add_substrate(const Substrate& substrate, py::dict& fields) {
+  if (substrate.flatness != Substrate().flatness)
+    fields["flatness"] = name_or_share(substrate.flatness);
+  if (substrate.print != Substrate().print) fields["print"] = name_or_share(substrate.print);
 }
+
+namespace {
 
 void define_state(py::class_<Board>& board) {
   board
@@ -131,12 +136,26 @@ void define_state(py::class_<Board>& board) {
           "tag_ids",
           [](const Board& b) {
             std::vector<int> ids;
-            for (const Tag& tag : b.tags) ids.push_back(tag.id);
+            for (const Tag& tag : tags_of(b)) ids.push_back(tag.id);
             return ids;
           },
           "The ids of the tags; of a ChArUco board those of its markers.")
-      .def_readonly("family", &Board::family, "Of the tags, or the dictionary of the markers.")
-      .def_readonly("border_bits", &Board::border_bits, "Width of the tags' border in cells.")
+      .def_property_readonly(
+          "family", [](const Board& b) { return tag_kind(b).value_or(TagKind{}).family; },
+          "Of the tags, or the dictionary of the markers.")
+      .def_property_readonly(
+          "border_bits", [](const Board& b) { return tag_kind(b).value_or(TagKind{}).border_bits; },
+          "Width of the tags' border in cells.")
+      .def("made_of", &made_of, py::arg("flatness") = "paper", py::arg("print") = "paper",
+           "This board of another make: standard deviations before any picture of its bends and "
+           "twist, as a share of its diagonal, and of the share by which its print is longer "
+           "along y than along x. Each is \"paper\", \"aluminium\", \"glass\" or a share.")
+      .def_property_readonly(
+          "flatness", [](const Board& b) { return name_or_share(b.substrate.flatness); },
+          "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
+      .def_property_readonly(
+          "print", [](const Board& b) { return name_or_share(b.substrate.print); },
+          "\"paper\", \"aluminium\", \"glass\" or a share: see `made_of`.")
       .def("__len__", [](const Board& b) { return target_points(b).size(); })
       .def("to_dict", &board_to_dict, "Kind and arguments of its constructor, as plain values.")
       .def(

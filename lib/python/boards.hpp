@@ -23,4 +23,7 @@ py::array_t<int> array_of_ids(std::span<const CornerId> ids);
 // The class View; a part of bind_boards.
 void bind_view(py::module_& m);
 
+// Adds the keys of a substrate without those that have their defaults, as in files of targets.
+void add_substrate(const Substrate& substrate, py::dict& fields);
+
 }  // namespace tagcal::python

@@ -53,7 +53,7 @@ struct DetectedViews {
 std::vector<PlacedBoard> detectable_boards(const TargetLike& target) {
   std::vector<PlacedBoard> boards = boards_of(target, "target");
   const auto can_be_seen = [](const PlacedBoard& placed) {
-    return !placed.board.tags.empty() || placed.board.checkerboard;
+    return point_kind(placed.board) != PointKind::measured;
   };
   if (std::ranges::none_of(boards, can_be_seen))
     throw Error("target: has no tags or squares to detect, only points");

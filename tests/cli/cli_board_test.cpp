@@ -38,7 +38,8 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 // The size that --paper picks, in metres.
 double leading_size(const Board& board) {
-  return board.checkerboard ? board.checkerboard->column_spacing : board.tags[0].size;
+  const auto squares = checkers(board);
+  return squares ? squares->column_spacing : tags_of(board)[0].size;
 }
 
 // The black box of a picture above the scale bar, in pixels: left, right and top border.
@@ -84,11 +85,11 @@ TEST_F(CliBoard, PaperPicksTheLargestBoardAndWritesItsTarget) {
       EXPECT_GE(box.top, 19);
     }
   }
-  const Board tags = read_target(root() / "tags-a4.yaml");
-  EXPECT_NEAR(tags.tags[1].size, tags.tags[0].size / 2, 1e-12);
-  EXPECT_NEAR(tags.tags[1].board_from_tag.translation().x(), 2 * tags.tags[0].size, 1e-12);
-  const Board charuco = read_target(root() / "charuco-a4.yaml");
-  EXPECT_NEAR(charuco.charuco->size / charuco.checkerboard->column_spacing, 26.0 / 35, 0.02);
+  const std::vector<Tag> tags = tags_of(read_target(root() / "tags-a4.yaml"));
+  EXPECT_NEAR(tags[1].size, tags[0].size / 2, 1e-12);
+  EXPECT_NEAR(tags[1].board_from_tag.translation().x(), 2 * tags[0].size, 1e-12);
+  const auto charuco = std::get<Charuco>(read_target(root() / "charuco-a4.yaml").pattern);
+  EXPECT_NEAR(charuco.marker_size / charuco.square_size, 26.0 / 35, 0.02);
   const double landscape = leading_size(read_target(root() / "grid-a4.yaml"));
   ASSERT_EQ(
       run("board " + target("grid") + " --paper a4 --landscape --out " + path("l.svg")).exit_code,

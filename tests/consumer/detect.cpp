@@ -5,8 +5,13 @@
 #include <tagcal/io/image_file.hpp>
 
 int main() {
-  const tagcal::Grid grid{.columns = 4, .rows = 3, .tag_size = 0.06, .tag_spacing = 0.3};
-  const tagcal::PlacedBoard board{tagcal::grid_board(grid, "tag36h11", 1, false), tagcal::Pose()};
+  const tagcal::AprilGrid grid{.columns = 4,
+                               .rows = 3,
+                               .tag_size = 0.06,
+                               .tag_spacing = 0.3,
+                               .border_bits = 1,
+                               .corner_squares = false};
+  const tagcal::PlacedBoard board{tagcal::make_board(grid), tagcal::Pose()};
   const tagcal::Image8 image = tagcal::read_image("board.png");
 
   const tagcal::DetectedPicture found = tagcal::detect(image, {board}, {}, "board.png");

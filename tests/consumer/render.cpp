@@ -7,10 +7,15 @@
 #include <tagcal/scene/viewing.hpp>
 
 int main() {
-  const tagcal::Grid grid{.columns = 4, .rows = 3, .tag_size = 0.06, .tag_spacing = 0.3};
+  const tagcal::AprilGrid grid{.columns = 4,
+                               .rows = 3,
+                               .tag_size = 0.06,
+                               .tag_spacing = 0.3,
+                               .border_bits = 1,
+                               .corner_squares = false};
   tagcal::Scene scene;
   scene.camera = {tagcal::pinhole(600, 600, 319.5, 239.5), {640, 480}};
-  scene.boards = {{tagcal::grid_board(grid, "tag36h11", 1, false), tagcal::Pose()}};
+  scene.boards = {{tagcal::make_board(grid), tagcal::Pose()}};
   scene.sensor = {.blur_px = 0.7, .noise_levels = 2};
   const tagcal::Pose camera_from_world =
       tagcal::camera_from_world_looking_at({0.2, -0.2, 0.4}, {0.147, 0.108, 0}, {0, 0, 1});

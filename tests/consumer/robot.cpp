@@ -14,9 +14,13 @@ int main() {
                                  static_cast<std::ptrdiff_t>(grey.step1()));
   const tagcal::Camera camera{tagcal::pinhole(600, 600, 319.5, 239.5), {640, 480}};
   const double camera_error_px = 0.02;  // of a calibration: CalibrationFile::camera_error_px
-  const tagcal::Grid grid{.columns = 4, .rows = 3, .tag_size = 0.06, .tag_spacing = 0.3};
-  const std::vector<tagcal::PlacedBoard> boards = {
-      {tagcal::grid_board(grid, "tag36h11", 1, false), tagcal::Pose()}};
+  const tagcal::AprilGrid grid{.columns = 4,
+                               .rows = 3,
+                               .tag_size = 0.06,
+                               .tag_spacing = 0.3,
+                               .border_bits = 1,
+                               .corner_squares = false};
+  const std::vector<tagcal::PlacedBoard> boards = {{tagcal::make_board(grid), tagcal::Pose()}};
 
   const tagcal::View view = tagcal::detect(image, boards).view;
   const tagcal::PoseEstimate pose =

@@ -22,11 +22,10 @@ namespace {
 struct Sight {
   explicit Sight(const std::string& family, double noise_levels) {
     const int last = static_cast<int>(tag_family(family, 1).codes.size()) - 1;
-    Board board = grid_board({3, 2, 0.05, 1.5, 0}, family, 1, false);
-    board.grid.reset();
+    Tags board{family, 1, tags_of(make_board(AprilGrid{3, 2, 0.05, 1.5}))};
     board.tags.back().id = last;
     scene.camera = {pinhole(600, 600, 319.5, 239.5), {640, 480}};
-    scene.boards = {{board, Pose()}};
+    scene.boards = {{make_board(board), Pose()}};
     scene.sensor = {.blur_px = 0.7, .noise_levels = noise_levels};
     camera_from_world =
         camera_from_world_looking_at({0.3, -0.05, 0.45}, {0.15, 0.09, 0}, {0, 1, 0});
@@ -101,7 +100,7 @@ TEST(DetectTags, RepeatedIdsAreReportedFromLeftToRight) {
   Scene scene;
   scene.camera = {pinhole(600, 600, 319.5, 239.5), {640, 480}};
   for (const double x : {0.1, -0.1, 0.0}) {
-    Board board = grid_board({1, 1, 0.05, 0.5, 7}, "tag36h11", 1, false);
+    Board board = make_board(AprilGrid{1, 1, 0.05, 0.5, 7, "tag36h11", 1, false});
     scene.boards.push_back({board, translation({x, 0, 0})});
   }
   scene.sensor = {.blur_px = 0.7, .noise_levels = 2};

@@ -24,11 +24,11 @@ Camera camera(int i) {
 }
 
 Board checkers(int columns, int rows, bool starts_black = true) {
-  return checkerboard_board({.columns = columns,
-                             .rows = rows,
-                             .column_spacing = .03,
-                             .row_spacing = .03,
-                             .starts_black = starts_black});
+  return make_board(Checkerboard{.columns = columns,
+                                 .rows = rows,
+                                 .column_spacing = .03,
+                                 .row_spacing = .03,
+                                 .starts_black = starts_black});
 }
 
 DetectedPicture found(const CheckerView& view) {
@@ -125,7 +125,7 @@ TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
       noise(x, y) = static_cast<std::uint8_t>(random.index(256));
   Scene scene;
   scene.camera = camera(0);
-  scene.boards = {{grid_board({5, 4, .03, .3, 0}), Pose()}};
+  scene.boards = {{make_board(AprilGrid{5, 4, .03, .3, 0}), Pose()}};
   const Pose pose(Eigen::Quaterniond(0, 1, 0, 0), {-.09, .07, .25});
   const Image8 tags =
       expose(render_light(scene, {{"tag36h11", tag_family("tag36h11", 2)}}, pose), scene.sensor, 1);
@@ -137,13 +137,11 @@ TEST(Checkerboards, AreNotFoundWhereThereIsNone) {
 
 TEST(CharucoBoards, AreFoundInPart) {
   Random random(9);
-  const Checkerboard squares{.columns = 7, .rows = 5, .column_spacing = .03, .row_spacing = .03};
   double sum = 0;
   int count = 0;
   for (const bool legacy : {false, true}) {
     for (int i = 0; i < 3; ++i) {
-      const Board board =
-          charuco_board(squares, {.size = .022, .dictionary = "DICT_5X5_100", .legacy = legacy});
+      const Board board = make_board(Charuco{8, 6, .03, .022, "DICT_5X5_100", legacy});
       const CheckerView view = checker_view(
           board, camera(i), {i == 1 ? 110.0 : 34.0, 30, .8, 2, random.uniform(-3, 3)}, random);
       const View seen = found(view).view;
@@ -167,9 +165,7 @@ TEST(CharucoBoards, AreOpenCvs) {
   Image8 image({520, 450}, 255);
   for (int y = 0; y < 350; ++y)
     for (int x = 0; x < 420; ++x) image(50 + x, 50 + y) = drawing.at<unsigned char>(y, x);
-  const Board board =
-      charuco_board({.columns = 5, .rows = 4, .column_spacing = 1, .row_spacing = 1},
-                    {.size = .7, .dictionary = "DICT_4X4_50"});
+  const Board board = make_board(Charuco{6, 5, 1, .7, "DICT_4X4_50"});
   const View seen = detect(image, {{board, Pose()}}).view;
   // A drawing without any blur is no picture of a camera: a corner of it may be refused.
   EXPECT_GE(seen.observations.size(), 18U);

@@ -31,7 +31,7 @@ TEST(CompleteBoard, OneTagLeadsToAllOthersThroughAFisheye) {
 TEST(CompleteBoard, PlainBoardsOfAnyFamily) {
   for (const std::string& family : tag_family_names()) {
     const double gap = tag_family(family, 1).reversed_border ? 1.3 : 0.3;
-    const BoardSight sight(grid_board({5, 4, 0.04, gap, 3}, family, 1, false));
+    const BoardSight sight(make_board(AprilGrid{5, 4, 0.04, gap, 3, family, 1, false}));
     const Completion completion = completed(sight, {sight.seed(3)});
     EXPECT_EQ(completion.tags.size(), 20u) << family << "\n" << missing(completion);
   }
@@ -87,7 +87,7 @@ TEST(CompleteBoard, TagsCutByThePicturesEdgeAreLeftOut) {
   const BoardSight sight(kalibr_board(), kPinhole, 0.5, {-0.25, 0.1, 0.5});
   const Completion completion = completed(sight, {sight.seed(16)});
   int inside = 0;
-  for (const Tag& tag : sight.board.tags) {
+  for (const Tag& tag : tags_of(sight.board)) {
     const Quad truth = sight.truth(tag.id);
     bool whole = true;
     for (const Eigen::Vector2d& c : truth)
@@ -109,16 +109,17 @@ TEST(CompleteBoard, SmallAndTurnedTags) {
 }
 
 TEST(CompleteBoard, IdsLeftOutAndIdsBeyondTheFamily) {
-  const BoardSight sight(grid_board({5, 4, 0.04, 0.3, 0}, "tag25h9", 2, true));
+  const BoardSight sight(make_board(AprilGrid{5, 4, 0.04, 0.3, 0, "tag25h9", 2, false}));
   const Image8 image = sight.image();
-  FamilyDetector detector({"tag25h9", 2, {}, true, {}}, {});
+  FamilyDetector detector({"tag25h9", 2, {}, false, {}}, {});
   const CompletionRules rules{
       1, {6, 7}, [&](int id, const Quad& start) { return detector.refined(image, id, start); }};
   const TagFamily family = tag_family("tag25h9", 2);
   EXPECT_EQ(complete_board(image, sight.board, family, {sight.seed(0)}, rules).tags.size(), 18u);
-  Board beyond = sight.board;
+  Tags beyond{"tag25h9", 2, tags_of(sight.board)};
   beyond.tags[19].id = 35;  // of 0 to 34
-  const Completion completion = complete_board(image, beyond, family, {sight.seed(0)}, rules);
+  const Completion completion =
+      complete_board(image, make_board(beyond), family, {sight.seed(0)}, rules);
   EXPECT_EQ(reasons(completion).at(35), WhyNot::other_bits);
   EXPECT_EQ(completion.tags.size(), 17u);
 }
@@ -135,10 +136,10 @@ TEST(CompleteBoard, NothingFromNothing) {
 
 // Four times four bits are soon read by chance: one tag of a board in full sight is no tag.
 TEST(CompleteBoard, ALoneTagOfASmallFamilyIsNotBelieved) {
-  const Board board = grid_board({5, 4, 0.04, 0.5, 0}, "tag16h5", 1, false);
+  const Board board = make_board(AprilGrid{5, 4, 0.04, 0.5, 0, "tag16h5", 1, false});
   BoardSight sight(board);
   EXPECT_EQ(completed(sight, {sight.seed(7)}).tags.size(), 20u);
-  for (const Tag& tag : board.tags)
+  for (const Tag& tag : tags_of(board))
     if (tag.id != 7 && tag.id != 8) sight.hide(tag.id);
   EXPECT_EQ(completed(sight, {sight.seed(7)}).tags.size(), 2u);
   sight.hide(8);
@@ -146,13 +147,11 @@ TEST(CompleteBoard, ALoneTagOfASmallFamilyIsNotBelieved) {
   EXPECT_TRUE(alone.tags.empty());
   EXPECT_EQ(reasons(alone).at(7), WhyNot::alone);
   // A target of this tag only has nothing beside it to ask.
-  Board single = board;
-  single.grid.reset();
-  single.tags = {board.tags[7]};
+  const Board single = make_board(Tags{"tag16h5", 1, {tags_of(board)[7]}});
   EXPECT_EQ(completed(sight, sight.image(), {sight.seed(7)}, single).tags.size(), 1u);
   // A large family is believed.
   BoardSight large(kalibr_board());
-  for (const Tag& tag : large.board.tags)
+  for (const Tag& tag : tags_of(large.board))
     if (tag.id != 7) large.hide(tag.id);
   EXPECT_EQ(completed(large, {large.seed(7)}).tags.size(), 1u);
 }
@@ -162,9 +161,10 @@ TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
   std::vector<ImageSource> images;
   for (std::uint64_t seed = 1; seed <= 10; ++seed)
     images.push_back({std::to_string(seed), [seed] { return picture_without_tags(seed); }});
-  for (const Board& board : {kalibr_board(), grid_board({6, 6, 0.04, 1, 0}, "tag36h11", 1, false),
-                             grid_board({5, 5, 0.04, 1, 0}, "tag25h9", 1, false),
-                             grid_board({6, 5, 0.04, 1.2, 0}, "tag16h5", 1, false)}) {
+  for (const Board& board :
+       {kalibr_board(), make_board(AprilGrid{6, 6, 0.04, 1, 0, "tag36h11", 1, false}),
+        make_board(AprilGrid{5, 5, 0.04, 1, 0, "tag25h9", 1, false}),
+        make_board(AprilGrid{6, 5, 0.04, 1.2, 0, "tag16h5", 1, false})}) {
     for (const DetectedPicture& picture : detect_all(images, {{board, Pose()}}, {}).pictures)
       EXPECT_TRUE(picture.view.observations.empty()) << picture.view.image;
   }
@@ -178,8 +178,8 @@ TEST(CompleteBoard, RealPhotographs) {
   if (!std::filesystem::exists(folder / "004.jpg")) {
     GTEST_SKIP() << "no photographs beside the project";
   }
-  const PlacedBoard board{grid_board({6, 6, 0.088, 0.3, 0}), Pose()};
-  const PlacedBoard second{grid_board({6, 6, 0.088, 0.3, 36}), Pose()};
+  const PlacedBoard board{make_board(AprilGrid{6, 6, 0.088, 0.3, 0}), Pose()};
+  const PlacedBoard second{make_board(AprilGrid{6, 6, 0.088, 0.3, 36}), Pose()};
   const auto found = [&](const char* name, const std::vector<PlacedBoard>& boards) {
     return detect(read_image(folder / name), boards, {}, name).view.observations.size() / 4;
   };

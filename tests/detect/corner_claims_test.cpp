@@ -20,7 +20,8 @@ namespace {
 Scene near_the_rim() {
   Scene scene;
   scene.camera = {Fisheye({226, 228, 315, 237, 0.02, -0.003, -0.005, 0.0005}), {640, 480}};
-  scene.boards.push_back({grid_board({6, 6, 0.088, 0.3, 0}, "tag36h11", 1, false), Pose()});
+  scene.boards.push_back(
+      {make_board(AprilGrid{6, 6, 0.088, 0.3, 0, "tag36h11", 1, false}), Pose()});
   DomePath path;
   path.target = {0.33, 0.33, 0};
   path.min_distance_m = 0.2;
@@ -71,12 +72,8 @@ TEST(CornerClaims, HoldWhereALensBendsTags) {
 TEST(CornerClaims, OfEachCornerAreItsScatter) {
   Scene scene;
   scene.camera = {pinhole(300, 300, 159.5, 119.5), {320, 240}};
-  Board board;
-  board.family = "tag36h11";
-  board.border_bits = 1;
-  board.corner_squares = false;
-  board.tags = {{5, 0.1, Pose()}};
-  scene.boards.push_back({board, Pose()});
+  const Tag tag{5, 0.1, Pose()};
+  scene.boards.push_back({make_board(Tags{"tag36h11", 1, {tag}}), Pose()});
   scene.sensor = {1, 0.8, 4};
   const Pose pose =
       camera_from_world_looking_at({0.13, -0.1, 0.09}, {0.005, 0, 0}, Eigen::Vector3d::UnitZ());
@@ -87,7 +84,7 @@ TEST(CornerClaims, OfEachCornerAreItsScatter) {
   std::array<Eigen::Vector2d, 4> truth;
   for (std::size_t k = 0; k < 4; ++k) {
     seen[k] = claimed[k] = Eigen::Matrix2d::Zero();
-    truth[k] = project(scene.camera.lens, pose * tag_corners(board.tags[0])[k]).value();
+    truth[k] = project(scene.camera.lens, pose * tag_corners(tag)[k]).value();
   }
   for (std::uint64_t i = 0; i < kPictures; ++i) {
     DetectOptions options;

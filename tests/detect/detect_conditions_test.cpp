@@ -35,8 +35,8 @@ struct Outcome {
 class Exposure {
  public:
   explicit Exposure(const Setup& setup)
-      : board_(grid_board({6, 6, 0.088, 0.3, 0}, "tag36h11", setup.border_bits,
-                          setup.border_bits == 2)) {
+      : board_(make_board(AprilGrid{6, 6, 0.088, 0.3, 0, "tag36h11", setup.border_bits,
+                                    setup.border_bits == 2})) {
     const double f = 0.8 * setup.size.width;
     scene_.camera = {Perspective({f, f, 0.5 * setup.size.width - 0.5, 0.5 * setup.size.height - 0.5,
                                   -0.1, 0.02}),
@@ -61,7 +61,7 @@ class Exposure {
       seen[o.id.tag_id][static_cast<std::size_t>(o.id.corner)] = o.pixel;
     Outcome result;
     double squares = 0;
-    for (const Tag& tag : board_.tags) {
+    for (const Tag& tag : tags_of(board_)) {
       const Quad truth = projected(tag);
       const bool whole = is_inside(truth, scene_.camera.image_size);
       result.whole += whole;
@@ -79,7 +79,7 @@ class Exposure {
 
   double smallest_side() const {
     double side = 1e9;
-    for (const Tag& tag : board_.tags) side = std::min(side, shortest_side(projected(tag)));
+    for (const Tag& tag : tags_of(board_)) side = std::min(side, shortest_side(projected(tag)));
     return side;
   }
 

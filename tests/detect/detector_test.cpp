@@ -14,16 +14,21 @@ namespace tagcal {
 namespace {
 
 PlacedBoard board_of(const std::string& family, int border_bits, int first_id, int count) {
-  PlacedBoard placed;
-  placed.board.family = family;
-  placed.board.border_bits = border_bits;
-  placed.board.corner_squares = border_bits == 2;
+  Tags board{family, border_bits, {}};
   // Each on a plane of its own: no tag says where another one is.
   for (int id = first_id; id < first_id + count; ++id) {
     const Pose pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, id));
-    placed.board.tags.push_back({id, 0.1, pose});
+    board.tags.push_back({id, 0.1, pose});
   }
-  return placed;
+  return {make_board(board), Pose()};
+}
+
+// Kalibr's tags, each a grid of its own.
+std::vector<PlacedBoard> kalibr_tags(int count) {
+  std::vector<PlacedBoard> boards;
+  for (int id = 0; id < count; ++id)
+    boards.push_back({make_board(AprilGrid{1, 1, 0.1, 0.3, id}), Pose()});
+  return boards;
 }
 
 std::vector<ImageSource> sources_of(const std::vector<Patch>& patches) {
@@ -78,8 +83,9 @@ Offsets offsets_of(const DetectResult& result, const std::vector<Patch>& patches
 Offsets measured(const std::string& family, int border_bits, int count, const PatchSpec& spec,
                  const DetectOptions& options = {}) {
   const auto patches = patches_of(tag_family(family, border_bits), count, spec);
-  const auto result =
-      detect_all(sources_of(patches), {board_of(family, border_bits, 0, count)}, options);
+  const auto boards = spec.corner_squares ? kalibr_tags(count)
+                                          : std::vector{board_of(family, border_bits, 0, count)};
+  const auto result = detect_all(sources_of(patches), boards, options);
   const Offsets offsets = offsets_of(result, patches);
   std::printf("%s border %d, %3.0f px: %d of %d tags, mean %+.4f %+.4f, outwards %+.4f, rms %.4f\n",
               family.c_str(), border_bits, spec.side_px, offsets.tags, count, offsets.mean.x(),
@@ -351,7 +357,7 @@ TEST(Detector, SmallAndEmptyPicturesHoldNothing) {
 
 // AprilTag ends the program at 32768 px; tags of such a picture are found at half its size.
 TEST(Detector, PicturesMayBeWiderThanAprilTagTakes) {
-  const std::vector<PlacedBoard> boards = {{grid_board({2, 2, 0.1, 0.3}), {}}};
+  const std::vector<PlacedBoard> boards = {{make_board(AprilGrid{2, 2, 0.1, 0.3}), {}}};
   for (const ImageSize& size : {ImageSize{32768, 100}, ImageSize{100, 40000}}) {
     const DetectedPicture found = detect(Image8(size, 200), boards, {}, "wide.png");
     EXPECT_TRUE(found.view.observations.empty());
@@ -362,7 +368,7 @@ TEST(Detector, PicturesMayBeWiderThanAprilTagTakes) {
 }
 
 TEST(Detector, TagsThatTheirFamilyDoesNotHaveAreAnError) {
-  const std::vector<PlacedBoard> boards = {{grid_board({30, 20, 0.1, 0.3}), {}}};
+  const std::vector<PlacedBoard> boards = {{make_board(AprilGrid{30, 20, 0.1, 0.3}), {}}};
   try {
     detect(Image8({100, 100}, 200), boards, {}, "a.png").view;
     FAIL();
@@ -385,7 +391,7 @@ TEST(Detector, RealPhotographs) {
     GTEST_SKIP() << "no photographs beside the project";
   }
   const Image8 image = read_image(folder / "two_boards.png");
-  const DetectedPicture found = detect(image, {board_of("tag36h11", 2, 0, 72)}, {}, "two");
+  const DetectedPicture found = detect(image, kalibr_tags(72), {}, "two");
   EXPECT_GE(found.view.observations.size(), 4 * 60u);
   EXPECT_TRUE(found.warnings.empty());
 }

@@ -13,7 +13,7 @@ namespace tagcal {
 namespace {
 
 Board grid_of(const std::string& family, int border_bits, double spacing = 0.3) {
-  return grid_board({4, 3, 0.06, spacing, 0}, family, border_bits, border_bits == 2);
+  return make_board(AprilGrid{4, 3, 0.06, spacing, 0, family, border_bits, border_bits == 2});
 }
 
 Image8 picture_of(const Board& board) {
@@ -25,8 +25,7 @@ Image8 picture_of(const Board& board) {
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.5, 1, 0).normalized()));
   const Eigen::Quaterniond rotation = tilt * facing;
   const Pose pose(rotation, Eigen::Vector3d(0, 0, 0.5) - rotation * Eigen::Vector3d(0.15, 0.11, 0));
-  const TagFamilies families = {{board.family, tag_family(board.family, board.border_bits)}};
-  return expose(render_light(scene, families, pose), scene.sensor, 3);
+  return expose(render_light(scene, tag_families(scene.boards), pose), scene.sensor, 3);
 }
 
 Explanation explained(const Image8& image, const Board& board) {
@@ -68,7 +67,7 @@ TEST(Explain, WrongFamilyBorderAndIds) {
   expect_one_mistake(explained(plain, grid_of("tag36h11", 2)), "wrong border: 12 tags of tag36h11");
   const Image8 kalibr = picture_of(grid_of("tag36h11", 2));
   expect_one_mistake(explained(kalibr, grid_of("tag36h11", 1)), "wrong border: ");
-  Board other = grid_board({4, 3, 0.06, 0.3, 100}, "tag36h11", 1, false);
+  Board other = make_board(AprilGrid{4, 3, 0.06, 0.3, 100, "tag36h11", 1, false});
   expect_one_mistake(explained(plain, other), "wrong ids: 12 tags");
 }
 

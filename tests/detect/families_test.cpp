@@ -105,11 +105,7 @@ TEST(Families, DictionariesAreReadByAprilTag) {
           image(20 + x, 20 + y) = tag[static_cast<std::size_t>(v * cells + u)];
         }
       }
-      PlacedBoard placed;
-      placed.board.family = name;
-      placed.board.border_bits = 1;
-      placed.board.corner_squares = false;
-      placed.board.tags.push_back({11, 1.0, Pose()});
+      const PlacedBoard placed{make_board(Tags{name, 1, {{11, 1.0, Pose()}}}), Pose()};
       DetectOptions options;
       options.refinement = Refinement::stock;
       const View view = detect(image, {placed}, options).view;
@@ -226,14 +222,14 @@ TEST(Families, CodesOfTheSameTagStandApart) {
 }
 
 TEST(Families, OfBoardsAreThoseOfTheirTags) {
-  const PlacedBoard squares{checkerboard_board({3, 3, 0.1, 0.1}), Pose()};
-  const PlacedBoard plain{grid_board({2, 1, 0.1, 0.3}, "tag25h9", 1, false), Pose()};
-  const PlacedBoard kalibr{grid_board({2, 1, 0.1, 0.3}), Pose()};
+  const PlacedBoard squares{make_board(Checkerboard{3, 3, 0.1, 0.1}), Pose()};
+  const PlacedBoard plain{make_board(AprilGrid{2, 1, 0.1, 0.3, 0, "tag25h9", 1, false}), Pose()};
+  const PlacedBoard kalibr{make_board(AprilGrid{2, 1, 0.1, 0.3}), Pose()};
   const TagFamilies families = tag_families({squares, plain, kalibr});
   ASSERT_EQ(families.size(), 2u);
   EXPECT_EQ(families.at("tag25h9").codes, tag_family("tag25h9", 1).codes);
   EXPECT_EQ(families.at("tag36h11").name, "tag36h11");
-  EXPECT_THROW(tag_families({{grid_board({2, 1, 0.1, 0.3}, "tag9"), Pose()}}), Error);
+  EXPECT_THROW(tag_families({{make_board(AprilGrid{2, 1, 0.1, 0.3, 0, "tag9"}), Pose()}}), Error);
 }
 
 TEST(Families, UnknownNamesAndBordersAreErrors) {

@@ -27,7 +27,8 @@ void repaint(Image8& image, const Quad& tag, const std::function<std::uint8_t(st
 }
 
 TEST(WhyNot, FlatAndInvertedPlacesAreNamed) {
-  const BoardSight sight(grid_board({5, 4, 0.04, 0.8, 0}, "tag36h11", 1, false), kPinhole, 0.1);
+  const BoardSight sight(make_board(AprilGrid{5, 4, 0.04, 0.8, 0, "tag36h11", 1, false}), kPinhole,
+                         0.1);
   Image8 image = sight.image();
   repaint(image, sight.truth(8), [](std::uint8_t) { return 128; });
   repaint(image, sight.truth(14), [](std::uint8_t level) { return 255 - level; });
@@ -39,10 +40,9 @@ TEST(WhyNot, FlatAndInvertedPlacesAreNamed) {
 }
 
 TEST(WhyNot, TagsOfTooFewPixelsAreNamed) {
-  Board board = grid_board({2, 1, 0.06, 1, 0}, "tag36h11", 1, false);
-  board.grid.reset();
+  Tags board{"tag36h11", 1, tags_of(make_board(AprilGrid{2, 1, 0.06, 1}))};
   board.tags[1].size = 0.006;
-  const BoardSight sight(board);
+  const BoardSight sight(make_board(board));
   const auto why = reasons(completed(sight, {sight.seed(0)}));
   ASSERT_EQ(why.size(), 1u);
   EXPECT_EQ(why.at(1), WhyNot::too_small);
@@ -63,7 +63,8 @@ TEST(WhyNot, EdgesThatCannotBeFittedAreNamed) {
 
 // The cells are right, but every pixel is off by much.
 TEST(WhyNot, TagsWhosePatternCannotBeFittedAreNamed) {
-  const BoardSight sight(grid_board({5, 4, 0.04, 0.8, 0}, "tag36h11", 1, false), kPinhole, 0.1);
+  const BoardSight sight(make_board(AprilGrid{5, 4, 0.04, 0.8, 0, "tag36h11", 1, false}), kPinhole,
+                         0.1);
   Image8 image = sight.image();
   Random random(1);
   repaint(image, sight.truth(8), [&](std::uint8_t level) {

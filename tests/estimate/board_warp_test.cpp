@@ -224,7 +224,7 @@ TEST(BoardWarp, NeedsOneFlatBoard) {
   Dataset world = make_world(kLens, 1);
   CalibrateOptions options;
   options.board_warp = true;
-  world.boards.push_back({grid_board({2, 2, 0.05, 0.3, 100}), Pose()});
+  world.boards.push_back({make_board(AprilGrid{2, 2, 0.05, 0.3, 100}), Pose()});
   EXPECT_THROW(calibrate(world, options), Error);
 }
 

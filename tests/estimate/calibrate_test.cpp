@@ -192,19 +192,18 @@ TEST(Calibrate, PointsInSpace) {
   Random random(11);
   Dataset world;
   world.image_size = {1280, 800};
-  Board board;
+  Points board;
   for (int i = 0; i < 60; ++i)
     board.points.push_back(
         {{i, 0},
          {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.uniform(-0.2, 0.2)}});
-  world.boards = {{board, Pose()}};
+  world.boards = {{make_board(board), Pose()}};
   const Lens lens = Perspective({900, 900, 651, 392, -0.1});
   WorldOptions options;
   options.outlier_share = 0.2;
   for (int i = 0; i < 8; ++i) {
     const Pose pose = looking_at_board(Eigen::Vector3d::Zero(), random.uniform(0, 1), 1.2, random);
-    world.views.push_back(
-        observe({lens, world.image_size}, pose, target_points(board), options, random));
+    world.views.push_back(observe({lens, world.image_size}, pose, board.points, options, random));
     world.views.back().image = std::to_string(i);
   }
   expect_truth(calibrate(world, with_model("radial1")), lens, 4, "points in space");
@@ -214,8 +213,8 @@ TEST(Calibrate, TwoBoardsInOneScene) {
   Dataset world;
   world.image_size = {1280, 800};
   world.boards = {
-      {grid_board({4, 4, 0.08, 0.3, 0}), Pose(exp_rotation({0, -0.7, 0}), {-0.45, 0, 0})},
-      {grid_board({4, 4, 0.08, 0.3, 16}), Pose(exp_rotation({0, 0.7, 0}), {0, 0, 0.1})}};
+      {make_board(AprilGrid{4, 4, 0.08, 0.3, 0}), Pose(exp_rotation({0, -0.7, 0}), {-0.45, 0, 0})},
+      {make_board(AprilGrid{4, 4, 0.08, 0.3, 16}), Pose(exp_rotation({0, 0.7, 0}), {0, 0, 0.1})}};
   std::vector<TargetPoint> points;
   for (const auto& [id, position] : points_in_world(world.boards)) points.push_back({id, position});
   Random random(12);

@@ -82,7 +82,7 @@ TEST(CameraInTarget, AngleThatIsNotDefinedHasNoCovariance) {
 // A board of one tag, 1 m to the right in the world, and a view of it and of a stranger.
 struct Sight {
   std::vector<PlacedBoard> boards = {
-      {grid_board({1, 1, 0.1, 0.3, 4}, "tag36h11", 1, false), translation({1, 0, 0})}};
+      {make_board(AprilGrid{1, 1, 0.1, 0.3, 4, "tag36h11", 1, false}), translation({1, 0, 0})}};
   View view;
 
   Sight() {

@@ -39,7 +39,7 @@ Dataset made_by_opencv(const CvCamera& camera, unsigned seed, double sigma_px) {
   std::normal_distribution<double> noise(0, sigma_px);
   Dataset set;
   set.image_size = {1280, 800};
-  set.boards = {{grid_board({6, 6, 0.088, 0.3, 0}), Pose()}};
+  set.boards = {{make_board(AprilGrid{6, 6, 0.088, 0.3, 0}), Pose()}};
   const auto target = target_points(set.boards[0].board);
   const cv::Matx33d facing(1, 0, 0, 0, -1, 0, 0, 0, -1);
   for (int v = 0; v < 12; ++v) {

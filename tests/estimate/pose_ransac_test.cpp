@@ -195,7 +195,7 @@ TEST(PoseRansac, SeedsChangeTheSamples) {
 TEST(PoseRansac, WholeTagsAreSampled) {
   Random random(7);
   std::vector<Vector3d> points;
-  for (const TargetPoint& p : target_points(grid_board({10, 10, 0.05, 0.3, 0})))
+  for (const TargetPoint& p : target_points(make_board(AprilGrid{10, 10, 0.05, 0.3, 0})))
     points.push_back(p.position - Vector3d(0.325, 0.325, 0));
   int with_ids = 0, without = 0;
   for (int i = 0; i < 3; ++i) {

@@ -78,10 +78,8 @@ TEST(Threads, PosesAreThoseOfOne) {
 
 TEST(Threads, CornersAreThoseOfOne) {
   const Scene scene = read_scene(TAGCAL_SOURCE_DIR "/data-synthetic/scenes/tabletop.yaml", nullptr);
-  TagFamilies families;
-  for (const PlacedBoard& placed : scene.boards)
-    families[placed.board.family] = tag_family(placed.board.family, placed.board.border_bits);
-  const ImageF light = render_light(scene, families, camera_poses(scene, 1).front());
+  const ImageF light =
+      render_light(scene, tag_families(scene.boards), camera_poses(scene, 1).front());
   const Image8 image = expose(light, scene.sensor, 1);
   expect_equal_in_threads([&] { return detected(image, scene.boards); });
 }

@@ -46,9 +46,9 @@ Dataset dataset_of(fuzz::Bytes& bytes) {
   else
     camera.lens = Perspective({f, f, c.x(), c.y(), k1, 0, 0, 0, 0, 0, 0, 0});
   data.boards.push_back(
-      {bytes.flag() ? grid_board({2, 2, 0.1, 0.3})
-                    : checkerboard_board(
-                          {.columns = 4, .rows = 3, .column_spacing = 0.05, .row_spacing = 0.05}),
+      {bytes.flag() ? make_board(AprilGrid{2, 2, 0.1, 0.3})
+                    : make_board(Checkerboard{
+                          .columns = 4, .rows = 3, .column_spacing = 0.05, .row_spacing = 0.05}),
        Pose()});
   const std::vector<TargetPoint> points = target_points(data.boards.front().board);
   const int num_views = bytes.byte() % 9;

@@ -41,9 +41,9 @@ void check_other_formats(const fuzz::Scratch& scratch, const std::vector<View>& 
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::Scratch scratch;
-  static const std::vector<PlacedBoard> tags{{grid_board({2, 2, 0.1, 0.3}), Pose()}};
+  static const std::vector<PlacedBoard> tags{{make_board(AprilGrid{2, 2, 0.1, 0.3}), Pose()}};
   static const std::vector<PlacedBoard> checkers{
-      {checkerboard_board({.columns = 3, .rows = 2, .column_spacing = 0.1, .row_spacing = 0.1}),
+      {make_board(Checkerboard{.columns = 3, .rows = 2, .column_spacing = 0.1, .row_spacing = 0.1}),
        Pose()}};
   if (size == 0) return 0;
   const std::vector<PlacedBoard>& boards = data[0] % 2 == 0 ? tags : checkers;

@@ -13,15 +13,15 @@ inline Board board_of(int kind) {
       .columns = 4, .rows = 3, .column_spacing = 0.1, .row_spacing = 0.1};
   switch (kind) {
     case 0:
-      return grid_board({4, 3, 0.1, 0.3});
+      return make_board(AprilGrid{4, 3, 0.1, 0.3});
     case 1:
-      return grid_board({2, 1, 0.1, 0.2}, "tag25h9", 1, false);
+      return make_board(AprilGrid{2, 1, 0.1, 0.2, 0, "tag25h9", 1, false});
     case 2:
-      return checkerboard_board(checkerboard);
+      return make_board(checkerboard);
     case 3:
-      return grid_board({2, 2, 0.1, 1.3}, "tagStandard41h12", 1, false);
+      return make_board(AprilGrid{2, 2, 0.1, 1.3, 0, "tagStandard41h12", 1, false});
     default:
-      return charuco_board(checkerboard, {.size = 0.07, .dictionary = "DICT_4X4_50"});
+      return make_board(Charuco{5, 4, 0.1, 0.07, "DICT_4X4_50"});
   }
 }
 

@@ -145,15 +145,17 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const int more = bytes.byte() % 16;  // what takes long is done at times
   // Beside the board another one, or the same one as it would be with another border.
   if (more == 6 && kind != 1) boards.push_back({fuzz::board_of(1), Pose()});
-  if (more == 7 && kind < 2) boards.front().board.border_bits = 3 - board.border_bits;
+  if (more == 7 && kind < 2) {
+    int& border_bits = std::get<AprilGrid>(boards.front().board.pattern).border_bits;
+    border_bits = 3 - border_bits;
+  }
   const bool is_searched = fuzz::is_accepted([&] {
     const ImageSource source{"picture", [&] { return image; }};
     const DetectResult result = detect_all({source}, boards, options);
     const View& view = result.pictures.at(0).view;
     fuzz::check_view(view, image_size);
     if (more == 1) explain(image, boards);
-    if (more == 2 && !board.family.empty())
-      check_all_tags(source, {board.family, board.border_bits}, options);
+    if (more == 2) check_all_tags(source, tag_kind(board).value_or(TagKind{}), options);
     if (more == 3) check_stride(image, boards, options, view);
     if (more == 4 || more == 5) check_refined(source, boards, view, other);
   });

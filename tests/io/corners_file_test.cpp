@@ -17,7 +17,7 @@ std::vector<PlacedBoard> boards() {
   board.columns = 3;
   board.rows = 2;
   board.column_spacing = board.row_spacing = 0.1;
-  return {{checkerboard_board(board), Pose()}};
+  return {{make_board(board), Pose()}};
 }
 
 const std::string kVnl =
@@ -146,12 +146,10 @@ TEST_F(CornersFileTest, BadLists) {
   for (const BadFile& bad : sample)
     EXPECT_EQ(error(replaced(kSample, bad.from, bad.to)).substr(0, bad.message.size()),
               bad.message);
-  Grid grid;
-  grid.columns = grid.rows = 2;
-  grid.tag_size = 0.1;
+  const AprilGrid grid{2, 2, 0.1};
   const fs::path file = write("in", kVnl);
   EXPECT_TRUE(error_of([&] {
-                read_observations(file, {{grid_board(grid), Pose()}});
+                read_observations(file, {{make_board(grid), Pose()}});
               }).starts_with(file.string() + ": a list of corners in order needs a target"));
 }
 

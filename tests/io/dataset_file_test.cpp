@@ -12,7 +12,7 @@ TEST_F(DatasetFile, ReadsAllThatItNames) {
   const DatasetFolder read = read_dataset(folder_);
   EXPECT_EQ(read.dataset.image_size, (ImageSize{64, 48}));
   ASSERT_EQ(read.dataset.boards.size(), 1U);
-  EXPECT_EQ(read.dataset.boards[0].board.tags.size(), 4U);
+  EXPECT_EQ(tags_of(read.dataset.boards[0].board).size(), 4U);
   EXPECT_EQ(read.observations.filename(), "seen.csv");
   ASSERT_EQ(read.dataset.views.size(), 2U);
   EXPECT_EQ(read.dataset.views[1].image, "b.png");
@@ -45,7 +45,7 @@ TEST_F(DatasetFile, SeveralBoards) {
   write("target.yaml", kTarget + "colour: red\n");
   const DatasetFolder read = read_dataset(folder_);
   ASSERT_EQ(read.dataset.boards.size(), 2U);
-  EXPECT_EQ(read.dataset.boards[1].board.tags[0].id, 4);
+  EXPECT_EQ(tags_of(read.dataset.boards[1].board)[0].id, 4);
   EXPECT_EQ(read.dataset.boards[1].world_from_board.translation().x(), 1);
   EXPECT_EQ(read.warnings.size(), 2U);
 }
@@ -163,7 +163,7 @@ TEST_F(DatasetFile, TruthReadsBackToTheLastBit) {
 TEST_F(DatasetFile, WrittenDatasetsReadBack) {
   Dataset dataset;
   dataset.image_size = {64, 48};
-  dataset.boards = {{grid_board({2, 2, 0.1, 0.25, 0}), {}}};
+  dataset.boards = {{make_board(AprilGrid{2, 2, 0.1, 0.25, 0}), {}}};
   dataset.truth = read_truth(folder_ / "truth.yaml");
   const fs::path out = folder_ / "new" / "folder";
   write_dataset(out, dataset, "../../images", "");
@@ -173,13 +173,13 @@ TEST_F(DatasetFile, WrittenDatasetsReadBack) {
   EXPECT_EQ(back.dataset.truth->camera_from_world.size(), 2U);
 
   Random random(6);
-  dataset.boards.push_back({grid_board({2, 3, 0.1, 0.25, 10}), random_pose(random)});
+  dataset.boards.push_back({make_board(AprilGrid{2, 3, 0.1, 0.25, 10}), random_pose(random)});
   write_dataset(out, dataset, "", "../../seen.csv");
   back = read_dataset(out);
   EXPECT_FALSE(back.observations.empty());
   ASSERT_EQ(back.dataset.boards.size(), 2U);
   EXPECT_TRUE(same(back.dataset.boards[1].world_from_board, dataset.boards[1].world_from_board));
-  EXPECT_EQ(back.dataset.boards[1].board.tags.back().id, 15);
+  EXPECT_EQ(tags_of(back.dataset.boards[1].board).back().id, 15);
 
   dataset.boards[1].board.substrate = {Material::glass, 3e-4};
   write_dataset(out, dataset, "", "../../seen.csv");
@@ -191,7 +191,7 @@ TEST_F(DatasetFile, WrittenDatasetsReadBack) {
 TEST_F(DatasetFile, DepthsStandBesideTheImages) {
   Dataset dataset;
   dataset.image_size = {64, 48};
-  dataset.boards = {{grid_board({2, 2, 0.1, 0.25, 0}), {}}};
+  dataset.boards = {{make_board(AprilGrid{2, 2, 0.1, 0.25, 0}), {}}};
   const fs::path out = folder_ / "deep";
   write_dataset(out, dataset, "../images", "", DepthFolder{"depth", 0.0001});
   fs::create_directory(out / "depth");

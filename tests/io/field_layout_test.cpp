@@ -33,10 +33,10 @@ using FieldLayout = FileTest;
 
 TEST_F(FieldLayout, IsReadAsTagsInTheFieldsFrame) {
   std::vector<std::string> warnings;
-  const Board board = read_target(write("field.json", kField), {}, &warnings);
+  const Board target = read_target(write("field.json", kField), {}, &warnings);
+  const auto board = std::get<Tags>(target.pattern);
   EXPECT_EQ(board.family, "tag36h11");
   EXPECT_EQ(board.border_bits, 1);
-  EXPECT_FALSE(board.corner_squares);
   ASSERT_EQ(board.tags.size(), 2u);
   EXPECT_EQ(board.tags[1].id, 7);
   EXPECT_EQ(board.tags[0].size, 0.1651);
@@ -55,7 +55,8 @@ TEST_F(FieldLayout, IsReadAsTagsInTheFieldsFrame) {
 
 TEST_F(FieldLayout, TakesASizeAndAFirstId) {
   std::vector<std::string> warnings;
-  const Board board = read_target(write("field.json", kField), 10, &warnings, 0.2);
+  const Board target = read_target(write("field.json", kField), 10, &warnings, 0.2);
+  const auto board = std::get<Tags>(target.pattern);
   EXPECT_TRUE(warnings.empty());
   EXPECT_EQ(board.tags[0].size, 0.2);
   EXPECT_EQ(board.tags[0].id, 10);
@@ -85,9 +86,9 @@ TEST_F(FieldLayout, MistakesAreNamedByTheirKey) {
 TEST_F(FieldLayout, IsKeptByWritingATarget) {
   const Board board = read_target(write("field.json", kField));
   write_target(folder_ / "tags.yaml", board);
-  const Board again = read_target(folder_ / "tags.yaml");
-  ASSERT_EQ(again.tags.size(), 2u);
-  EXPECT_LT(distance_between_m(again.tags[1].board_from_tag, board.tags[1].board_from_tag), 1e-15);
+  const std::vector<Tag> again = tags_of(read_target(folder_ / "tags.yaml"));
+  ASSERT_EQ(again.size(), 2u);
+  EXPECT_LT(distance_between_m(again[1].board_from_tag, tags_of(board)[1].board_from_tag), 1e-15);
 }
 
 }  // namespace

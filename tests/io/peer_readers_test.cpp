@@ -114,7 +114,7 @@ TEST_F(PeerReadersTest, MrcalReadsCorners) {
   board.columns = 4;
   board.rows = 3;
   board.column_spacing = board.row_spacing = 0.1;
-  const std::vector<PlacedBoard> boards = {{checkerboard_board(board), Pose()}};
+  const std::vector<PlacedBoard> boards = {{make_board(board), Pose()}};
   // Columns run to the right, rows upwards: v falls with the row.
   std::vector<View> views;
   for (const char* const image : {"x0.png", "x1.png"}) {

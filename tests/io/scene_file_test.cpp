@@ -58,8 +58,8 @@ TEST_F(SceneFile, ReadsEveryKey) {
   EXPECT_EQ((std::vector<double>(p.begin(), p.end())),
             (std::vector<double>{500, 501, 320, 239.5, -0.1, 0.01, 0, 0, 0, 0, 0, 0}));
   ASSERT_EQ(scene.boards.size(), 2U);
-  EXPECT_EQ(scene.boards[0].board.tags.size(), 4U);
-  EXPECT_EQ(scene.boards[1].board.tags[0].id, 20);
+  EXPECT_EQ(tags_of(scene.boards[0].board).size(), 4U);
+  EXPECT_EQ(tags_of(scene.boards[1].board)[0].id, 20);
   EXPECT_EQ(scene.boards[1].world_from_board.translation(), Eigen::Vector3d(1, 2, 3));
   ASSERT_EQ(scene.occluders.size(), 1U);
   EXPECT_EQ(scene.occluders[0].corners[2], Eigen::Vector3d(1, 1, 1));

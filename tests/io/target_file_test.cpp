@@ -28,6 +28,11 @@ class TargetFile : public FileTest {
   Board read(const std::string& text, std::optional<int> first_id = {}) {
     return read_target(write("target.yaml", text), first_id, &warnings_);
   }
+
+  template <typename Kind>
+  Kind read_kind(const std::string& text, std::optional<int> first_id = {}) {
+    return std::get<Kind>(read(text, first_id).pattern);
+  }
   std::string error(const std::string& text) {
     const std::string message = error_of([&] { read(text); });
     const std::string name = (folder_ / "target.yaml").string();
@@ -45,43 +50,41 @@ class TargetFile : public FileTest {
 };
 
 TEST_F(TargetFile, KalibrsGridHasKalibrsDefaults) {
-  const Board board = read(kGrid);
-  ASSERT_TRUE(board.grid);
-  EXPECT_EQ(board.tags.size(), 30U);
-  EXPECT_EQ(board.grid->columns, 6);
-  EXPECT_EQ(board.grid->rows, 5);
-  EXPECT_EQ(board.grid->tag_size, 0.088);
-  EXPECT_EQ(board.grid->tag_spacing, 0.3);
-  EXPECT_EQ(board.family, "tag36h11");
-  EXPECT_EQ(board.border_bits, 2);
-  EXPECT_TRUE(board.corner_squares);
-  EXPECT_FALSE(read(kGrid + "border_bits: 1\n").corner_squares);
-  EXPECT_TRUE(read(kGrid + "border_bits: 1\ncorner_squares: true\n").corner_squares);
+  EXPECT_EQ(tags_of(read(kGrid)).size(), 30U);
+  const auto grid = read_kind<AprilGrid>(kGrid);
+  EXPECT_EQ(grid.columns, 6);
+  EXPECT_EQ(grid.rows, 5);
+  EXPECT_EQ(grid.tag_size, 0.088);
+  EXPECT_EQ(grid.tag_spacing, 0.3);
+  EXPECT_EQ(grid.family, "tag36h11");
+  EXPECT_EQ(grid.border_bits, 2);
+  EXPECT_TRUE(grid.corner_squares);
+  EXPECT_FALSE(read_kind<AprilGrid>(kGrid + "border_bits: 1\n").corner_squares);
+  EXPECT_TRUE(
+      read_kind<AprilGrid>(kGrid + "border_bits: 1\ncorner_squares: true\n").corner_squares);
   EXPECT_TRUE(warnings_.empty());
 }
 
 TEST_F(TargetFile, FirstIdOfTheCallerWins) {
-  EXPECT_EQ(read(kGrid + "first_id: 7\n").tags.front().id, 7);
-  EXPECT_EQ(read(kGrid + "first_id: 7\n", 100).tags.front().id, 100);
-  EXPECT_EQ(read(kGrid, 100).tags.back().id, 129);
+  EXPECT_EQ(tags_of(read(kGrid + "first_id: 7\n")).front().id, 7);
+  EXPECT_EQ(tags_of(read(kGrid + "first_id: 7\n", 100)).front().id, 100);
+  EXPECT_EQ(tags_of(read(kGrid, 100)).back().id, 129);
   // The smallest id becomes first_id; the others are shifted by the same number.
-  EXPECT_EQ(read(kTags, 100).tags.back().id, 105);
-  EXPECT_EQ(read(kPoints, 0).points.back().id.tag_id, 3);
-  EXPECT_EQ(read(kTags + "first_id: 5\n").tags.front().id, 5);
+  EXPECT_EQ(tags_of(read(kTags, 100)).back().id, 105);
+  EXPECT_EQ(read_kind<Points>(kPoints, 0).points.back().id.tag_id, 3);
+  EXPECT_EQ(tags_of(read(kTags + "first_id: 5\n")).front().id, 5);
 }
 
 TEST_F(TargetFile, TagsAndPointsStandWhereTheFileSays) {
-  const Board tags = read(kTags);
-  EXPECT_FALSE(tags.grid);
+  const auto tags = read_kind<Tags>(kTags);
   EXPECT_EQ(tags.family, "tag25h9");
   EXPECT_EQ(tags.border_bits, 1);
-  EXPECT_FALSE(tags.corner_squares);
   EXPECT_EQ(tags.tags[0].board_from_tag.translation(), Eigen::Vector3d(1, 2, 3));
   const Eigen::Vector3d turned = tags.tags[1].board_from_tag * Eigen::Vector3d(1, 2, 3);
   EXPECT_LT((turned - Eigen::Vector3d(-1, -2, 3)).norm(), 1e-15);
-  EXPECT_EQ(read("target_type: tags\ntags: [{id: 1, size: 2}]").tags[0].size, 2);
+  EXPECT_EQ(tags_of(read("target_type: tags\ntags: [{id: 1, size: 2}]"))[0].size, 2);
 
-  const Board points = read(kPoints);
+  const auto points = read_kind<Points>(kPoints);
   ASSERT_EQ(points.points.size(), 2U);
   EXPECT_EQ(points.points[0].id.tag_id, 4);
   EXPECT_EQ(points.points[0].position, Eigen::Vector3d(1.5, -2e-3, 0.25));
@@ -89,7 +92,7 @@ TEST_F(TargetFile, TagsAndPointsStandWhereTheFileSays) {
 }
 
 TEST_F(TargetFile, PoseMayBeAMatrix) {
-  const Board board = read(
+  const auto board = read_kind<Tags>(
       "target_type: tags\ntags: [{id: 1, size: 2, pose: "
       "[[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]}]");
   const Eigen::Vector3d moved = board.tags[0].board_from_tag * Eigen::Vector3d(1, 0, 0);
@@ -186,18 +189,18 @@ TEST_F(TargetFile, BadTagsAndPoints) {
 }
 
 TEST_F(TargetFile, CheckerboardsHaveKalibrsKeys) {
-  Board board = read(kChecker);
-  ASSERT_TRUE(board.checkerboard);
-  EXPECT_FALSE(board.charuco);
-  EXPECT_TRUE(board.tags.empty());
-  ASSERT_EQ(board.points.size(), 42U);
-  EXPECT_TRUE(board.points[8].position.isApprox(Eigen::Vector3d(0.05, 0.06, 0)));
-  EXPECT_TRUE(board.checkerboard->starts_black);
-  board = read(kChecker + "starts_black: false\nfirst_id: 5\nauthor: me\n");
-  EXPECT_FALSE(board.checkerboard->starts_black);
-  EXPECT_EQ(board.points[0].id.tag_id, 5);
+  const Board board = read(kChecker);
+  EXPECT_TRUE(tags_of(board).empty());
+  const std::vector<TargetPoint> points = target_points(board);
+  ASSERT_EQ(points.size(), 42U);
+  EXPECT_TRUE(points[8].position.isApprox(Eigen::Vector3d(0.05, 0.06, 0)));
+  EXPECT_TRUE(read_kind<Checkerboard>(kChecker).starts_black);
+  const auto other =
+      read_kind<Checkerboard>(kChecker + "starts_black: false\nfirst_id: 5\nauthor: me\n");
+  EXPECT_FALSE(other.starts_black);
+  EXPECT_EQ(other.first_id, 5);
   EXPECT_EQ(warnings_.size(), 1U);
-  EXPECT_EQ(read(kChecker + "first_id: 5\n", 9).points[0].id.tag_id, 9);
+  EXPECT_EQ(read_kind<Checkerboard>(kChecker + "first_id: 5\n", 9).first_id, 9);
   expect_bad(
       kChecker,
       {{"targetCols: 7", "targetCols: 1", ": targetCols: must be a whole number from 2 to 100000"},
@@ -213,16 +216,15 @@ TEST_F(TargetFile, CheckerboardsHaveKalibrsKeys) {
 
 TEST_F(TargetFile, CharucoBoardsCountSquares) {
   Board board = read(kCharuco);
-  ASSERT_TRUE(board.charuco && board.checkerboard);
-  EXPECT_EQ(board.family, "DICT_5X5_100");
-  EXPECT_EQ(board.points.size(), 12U);
-  EXPECT_EQ(board.tags.size(), 10U);
-  EXPECT_FALSE(board.checkerboard->starts_black);
+  EXPECT_EQ(read_kind<Charuco>(kCharuco).dictionary, "DICT_5X5_100");
+  EXPECT_EQ(target_points(board).size(), 12U);
+  EXPECT_EQ(tags_of(board).size(), 10U);
+  EXPECT_FALSE(checkers(board)->starts_black);
   board = read(kCharuco + "legacy: true\nfirst_id: 100\nfirst_marker_id: 30\n");
-  EXPECT_TRUE(board.checkerboard->starts_black);
-  EXPECT_EQ(board.points[0].id.tag_id, 100);
-  EXPECT_EQ(board.tags[0].id, 30);
-  EXPECT_EQ(read(kCharuco, 7).tags[0].id, 0);
+  EXPECT_TRUE(checkers(board)->starts_black);
+  EXPECT_EQ(target_points(board)[0].id.tag_id, 100);
+  EXPECT_EQ(tags_of(board)[0].id, 30);
+  EXPECT_EQ(tags_of(read(kCharuco, 7))[0].id, 0);
   expect_bad(
       kCharuco,
       {{"squareCols: 5", "squareCols: 2", ": squareCols: must be a whole number from 3 to 100000"},
@@ -320,61 +322,43 @@ TEST_F(TargetFile, DeepNestingIsRefusedBeforeItOverflowsTheStack) {
 
 TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
   Random random(5);
-  Grid grid{7, 3, 0.1 / 3, 0.3 / 7, 11};
-  Board board = grid_board(grid, "tag25h9", 1, true);
-  write_target(folder_ / "t.yaml", board);
-  Board back = read_target(folder_ / "t.yaml", {}, &warnings_);
-  EXPECT_TRUE(warnings_.empty());
-  ASSERT_EQ(back.tags.size(), board.tags.size());
-  EXPECT_EQ(back.family, "tag25h9");
-  EXPECT_EQ(back.border_bits, 1);
-  EXPECT_TRUE(back.corner_squares);
-  for (std::size_t i = 0; i < back.tags.size(); ++i) {
-    EXPECT_EQ(back.tags[i].id, board.tags[i].id);
-    EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
-  }
-
-  board = {.border_bits = 1, .corner_squares = false};
-  for (int i = 0; i < 200; ++i)
-    board.tags.push_back({3 * i, random.uniform(), random_pose(random)});
-  write_target(folder_ / "t.yaml", board);
-  back = read_target(folder_ / "t.yaml");
-  ASSERT_EQ(back.tags.size(), 200U);
-  for (std::size_t i = 0; i < 200; ++i) {
-    EXPECT_EQ(back.tags[i].size, board.tags[i].size);
-    EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
-  }
-
-  board.tags.clear();
+  Tags tags{"tag25h9", 1, {}};
+  Points points;
   for (int i = 0; i < 200; ++i) {
-    board.points.push_back({{200 - i, 0}, random_pose(random).translation()});
+    tags.tags.push_back({3 * i, random.uniform(), random_pose(random)});
+    points.points.push_back({{200 - i, 0}, random_pose(random).translation()});
   }
-  write_target(folder_ / "t.yaml", board);
-  back = read_target(folder_ / "t.yaml");
-  ASSERT_EQ(back.points.size(), 200U);
-  for (std::size_t i = 0; i < 200; ++i) {
-    EXPECT_EQ(back.points[i].id, board.points[i].id);
-    EXPECT_EQ(back.points[i].position, board.points[i].position);
-  }
-
-  for (const std::string& text : {kChecker + "starts_black: false\nfirst_id: 3\n",
-                                  kCharuco + "legacy: true\nfirst_id: 3\nfirst_marker_id: 2\n"}) {
-    board = read(text);
+  const std::vector<BoardPattern> patterns = {
+      points, tags, AprilGrid{7, 3, 0.1 / 3, 0.3 / 7, 11, "tag25h9", 1, true},
+      Checkerboard{5, 4, 0.1 / 3, 0.1 / 7, false, 3},
+      Charuco{6, 5, 0.1 / 3, 0.1 / 7, "DICT_5X5_100", true, 3, 2}};
+  for (const BoardPattern& pattern : patterns) {
+    const Board board = make_board(pattern);
     write_target(folder_ / "t.yaml", board);
-    back = read_target(folder_ / "t.yaml");
-    EXPECT_EQ(back.checkerboard->starts_black, board.checkerboard->starts_black);
-    EXPECT_EQ(back.family, board.family);
-    ASSERT_EQ(back.points.size(), board.points.size());
-    for (std::size_t i = 0; i < back.points.size(); ++i) {
-      EXPECT_EQ(back.points[i].id, board.points[i].id);
-      EXPECT_EQ(back.points[i].position, board.points[i].position);
+    const Board back = read_target(folder_ / "t.yaml", {}, &warnings_);
+    EXPECT_TRUE(warnings_.empty());
+    ASSERT_EQ(back.pattern.index(), board.pattern.index());
+    const auto of_tags = [](const Board& b) { return tag_kind(b).value_or(TagKind{"none"}); };
+    EXPECT_EQ(of_tags(back).family, of_tags(board).family);
+    EXPECT_EQ(of_tags(back).border_bits, of_tags(board).border_bits);
+    const auto points_back = target_points(back), points_there = target_points(board);
+    ASSERT_EQ(points_back.size(), points_there.size());
+    for (std::size_t i = 0; i < points_back.size(); ++i) {
+      EXPECT_EQ(points_back[i].id, points_there[i].id);
+      EXPECT_EQ(points_back[i].position, points_there[i].position);
     }
-    ASSERT_EQ(back.tags.size(), board.tags.size());
-    for (std::size_t i = 0; i < back.tags.size(); ++i) {
-      EXPECT_EQ(back.tags[i].id, board.tags[i].id);
-      EXPECT_TRUE(same(back.tags[i].board_from_tag, board.tags[i].board_from_tag));
+    const auto tags_back = tags_of(back), tags_there = tags_of(board);
+    ASSERT_EQ(tags_back.size(), tags_there.size());
+    for (std::size_t i = 0; i < tags_back.size(); ++i) {
+      EXPECT_EQ(tags_back[i].id, tags_there[i].id);
+      EXPECT_EQ(tags_back[i].size, tags_there[i].size);
+      EXPECT_TRUE(same(tags_back[i].board_from_tag, tags_there[i].board_from_tag));
     }
   }
+  write_target(folder_ / "t.yaml", make_board(patterns[2]));
+  EXPECT_TRUE(std::get<AprilGrid>(read_target(folder_ / "t.yaml").pattern).corner_squares);
+  write_target(folder_ / "t.yaml", make_board(points));  // in the order of the file
+  EXPECT_EQ(std::get<Points>(read_target(folder_ / "t.yaml").pattern).points[0].id.tag_id, 200);
 }
 
 RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64_t seed)) {
@@ -388,17 +372,16 @@ RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64
       RC_ASSERT(std::string(error.what()).find("target.yaml: ") != std::string::npos);
       continue;
     }
-    RC_ASSERT(board.charuco || board.tags.empty() != board.points.empty());
+    RC_ASSERT(!target_points(board).empty());
     check_substrate(board.substrate);
     std::set<int> ids;
-    for (const Tag& tag : board.tags) {
+    for (const Tag& tag : tags_of(board)) {
       RC_ASSERT(tag.size > 0 && tag.id >= 0 && ids.insert(tag.id).second);
       RC_ASSERT(tag.board_from_tag.matrix().allFinite());
     }
-    if (board.charuco) ids.clear();  // the markers have ids of their own
-    for (const TargetPoint& point : board.points) {
-      RC_ASSERT(point.position.allFinite() && ids.insert(point.id.tag_id).second);
-    }
+    std::set<CornerId> corners;
+    for (const TargetPoint& point : target_points(board))
+      RC_ASSERT(point.position.allFinite() && corners.insert(point.id).second);
   }
 }
 

@@ -303,12 +303,10 @@ TEST(Resampling, RefusesPicturesOfAnotherSize) {
 // A board before a camera with distortion, undistorted, is the board before the pinhole.
 class RenderedBoard : public testing::Test {
  protected:
-  static constexpr Grid kGrid = {4, 3, 0.06, 0.3, 0};
-
   Image8 render(const Camera& camera, const Pose& camera_from_board) const {
     Scene scene;
     scene.camera = camera;
-    scene.boards = {{grid_board(kGrid, "tag36h11", 2, true), Pose()}};
+    scene.boards = {{make_board(AprilGrid{4, 3, 0.06, 0.3}), Pose()}};
     const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 2)}};
     return expose(render_light(scene, families, camera_from_board), scene.sensor, 1);
   }

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Kalibr's example: aprilgrid 6x6, tagSize 0.088, tagSpacing 0.3.
-const Grid kKalibr{6, 6, 0.088, 0.3, 0};
+const AprilGrid kKalibr{6, 6, 0.088, 0.3, 0};
 
 bool inside(const Rectangle& r, double x, double y) {
   return x > r[0].x() && x < r[2].x() && y > r[0].y() && y < r[2].y();
@@ -33,8 +33,8 @@ bool black(const std::vector<Rectangle>& ink, double x, double y) {
 double area(const Rectangle& r) { return (r[1] - r[0]).cross(r[3] - r[0]).norm(); }
 
 TEST(GridBoard, CornersAreKalibrs) {
-  const Board board = grid_board(kKalibr);
-  ASSERT_EQ(board.tags.size(), 36u);
+  const Board board = make_board(kKalibr);
+  ASSERT_EQ(tags_of(board).size(), 36u);
   const auto points = target_points(board);
   ASSERT_EQ(points.size(), 144u);
   // GridCalibrationTargetAprilgrid::createGridPoints: point (r, c) of the 12x12 grid of corners is
@@ -64,50 +64,50 @@ std::string error_of(const std::function<Board()>& make) {
 
 TEST(Boards, RefuseMorePartsAndIdsThanFit) {
   EXPECT_EQ(error_of([] {
-              return grid_board({100'000, 100'000, 0.1, 0.3, 0});
+              return make_board(AprilGrid{100'000, 100'000, 0.1, 0.3, 0});
             }),
             "board: columns * rows: must be at most 100000, got 10000000000");
   EXPECT_EQ(error_of([] {
-              return grid_board({2, 2, 0.1, 0.3, 2'147'483'645});
+              return make_board(AprilGrid{2, 2, 0.1, 0.3, 2'147'483'645});
             }),
             "board: first_id: the ids must stay below 2^31, but end at 2147483648");
   EXPECT_EQ(error_of([] {
-              return checkerboard_board({1000, 101, 0.1, 0.1});
+              return make_board(Checkerboard{1000, 101, 0.1, 0.1});
             }),
             "board: columns * rows: must be at most 100000, got 101000");
   EXPECT_EQ(error_of([] {
-              return charuco_board({3, 3, 0.1, 0.1}, {0.05, "DICT_4X4_50", false, 2'147'483'647});
+              return make_board(Charuco{4, 4, 0.1, 0.05, "DICT_4X4_50", false, 0, 2'147'483'647});
             }),
             "board: first_marker_id: the ids must stay below 2^31, but end at 2147483654");
-  EXPECT_EQ(checkerboard_board({1000, 100, 0.1, 0.1}).points.size(), 100'000u);
+  EXPECT_EQ(target_points(make_board(Checkerboard{1000, 100, 0.1, 0.1})).size(), 100'000u);
 }
 
 TEST(GridBoard, NumbersTagsFromFirstId) {
-  const Board board = grid_board({3, 2, 0.1, 0.25, 40}, "tag25h9", 1, false);
-  ASSERT_EQ(board.tags.size(), 6u);
-  EXPECT_EQ(board.tags.front().id, 40);
-  EXPECT_EQ(board.tags.back().id, 45);
-  EXPECT_LT((board.tags[4].board_from_tag.translation() - Vector3d(0.175, 0.175, 0)).norm(), 1e-15);
-  EXPECT_EQ(board.family, "tag25h9");
-  EXPECT_EQ(board.border_bits, 1);
-  EXPECT_FALSE(board.corner_squares);
+  const Board board = make_board(AprilGrid{3, 2, 0.1, 0.25, 40, "tag25h9", 1, false});
+  const std::vector<Tag> tags = tags_of(board);
+  ASSERT_EQ(tags.size(), 6u);
+  EXPECT_EQ(tags.front().id, 40);
+  EXPECT_EQ(tags.back().id, 45);
+  EXPECT_LT((tags[4].board_from_tag.translation() - Vector3d(0.175, 0.175, 0)).norm(), 1e-15);
+  EXPECT_EQ(tag_kind(board)->family, "tag25h9");
+  EXPECT_EQ(tag_kind(board)->border_bits, 1);
 }
 
 TEST(GridBoard, RejectsWhatIsNoBoard) {
-  EXPECT_THROW(grid_board({0, 6, 0.088, 0.3, 0}), Error);
-  EXPECT_THROW(grid_board({6, -1, 0.088, 0.3, 0}), Error);
-  EXPECT_THROW(grid_board({6, 6, 0, 0.3, 0}), Error);
-  EXPECT_THROW(grid_board({6, 6, std::nan(""), 0.3, 0}), Error);
-  EXPECT_THROW(grid_board({6, 6, 0.088, -0.1, 0}), Error);
-  EXPECT_THROW(grid_board({6, 6, 0.088, 0.3, -1}), Error);
-  EXPECT_THROW(grid_board(kKalibr, "tag36h11", 0), Error);
+  EXPECT_THROW(make_board(AprilGrid{0, 6, 0.088, 0.3, 0}), Error);
+  EXPECT_THROW(make_board(AprilGrid{6, -1, 0.088, 0.3, 0}), Error);
+  EXPECT_THROW(make_board(AprilGrid{6, 6, 0, 0.3, 0}), Error);
+  EXPECT_THROW(make_board(AprilGrid{6, 6, std::nan(""), 0.3, 0}), Error);
+  EXPECT_THROW(make_board(AprilGrid{6, 6, 0.088, -0.1, 0}), Error);
+  EXPECT_THROW(make_board(AprilGrid{6, 6, 0.088, 0.3, -1}), Error);
+  EXPECT_THROW(make_board(AprilGrid{6, 6, 0.088, 0.3, 0, "tag36h11", 0}), Error);
+  EXPECT_THROW(make_board(kKalibr, {.flatness = 0.2}), Error);
 }
 
 TEST(Dataset, PointsInWorldAreThoseOfAllBoards) {
   const Pose there(exp_rotation({0, 0, std::numbers::pi / 2}), {1, 2, 3});
-  Board points;
-  points.points = {{{7, 0}, {1, 0, 0}}, {{3, 0}, {0, 1, 0}}};
-  const Board grid = grid_board({2, 1, 0.1, 0.5, 10});
+  const Board points = make_board(Points{{{{7, 0}, {1, 0, 0}}, {{3, 0}, {0, 1, 0}}}});
+  const Board grid = make_board(AprilGrid{2, 1, 0.1, 0.5, 10});
   const auto all = points_in_world({{points, there}, {grid, Pose()}});
   ASSERT_EQ(all.size(), 2u + 8u);
   EXPECT_LT((all.at({7, 0}) - Vector3d(1, 3, 3)).norm(), 1e-15);
@@ -120,10 +120,8 @@ TEST(Ink, IsTheTagThatAprilTagDraws) {
     apriltag_family_t* theirs = each.create();
     const TagFamily family = as_tag_family(*theirs);
     for (const std::uint32_t id : {0u, 1u, theirs->ncodes - 1}) {
-      Board board;
-      board.family = family.name;
-      board.border_bits = 1;
-      board.tags = {{static_cast<int>(id), static_cast<double>(family.width_at_border), Pose()}};
+      const Tag tag{static_cast<int>(id), static_cast<double>(family.width_at_border), Pose()};
+      const Board board = make_board(Tags{family.name, 1, {tag}});
       const auto ink = ink_cells(board, family);
       image_u8_t* picture = apriltag_to_image(theirs, id);
       const int n = family.total_width;
@@ -151,7 +149,7 @@ TEST(Ink, IsTheTagThatAprilTagDraws) {
 }
 
 TEST(Ink, KalibrsBorderIsTwoCellsWide) {
-  Board board = grid_board({1, 1, 1.0, 0.3, 0});
+  const Board board = make_board(AprilGrid{1, 1, 1.0, 0.3, 0});
   const auto ink = ink_cells(board, tag36h11_family());
   const TagFamily family = tag36h11_family();
   // Cells of a tenth of the tag: two rings black, the bits of the stock tag inside.
@@ -164,14 +162,14 @@ TEST(Ink, KalibrsBorderIsTwoCellsWide) {
       EXPECT_EQ(black(ink, 0.1 * x + 0.05, 0.95 - 0.1 * y), expected) << x << ' ' << y;
     }
   }
-  board.border_bits = 1;  // eighths
-  EXPECT_FALSE(black(ink_cells(board, family), 0.19, 0.5) && black(ink, 0.21, 0.5) &&
+  const Board eighths = make_board(AprilGrid{1, 1, 1.0, 0.3, 0, "tag36h11", 1, true});
+  EXPECT_FALSE(black(ink_cells(eighths, family), 0.19, 0.5) && black(ink, 0.21, 0.5) &&
                !black(ink, 0.19, 0.5));
   EXPECT_TRUE(black(ink, 0.19, 0.77));
 }
 
 TEST(Ink, KalibrsSquaresStandAtEveryCrossing) {
-  const Board board = grid_board(kKalibr);
+  const Board board = make_board(kKalibr);
   const auto panels = board_panels(board, 0.02);
   ASSERT_EQ(panels.size(), 1u);
   ASSERT_EQ(panels[0].squares.size(), 49u);
@@ -210,12 +208,13 @@ double ink_share(const std::vector<Rectangle>& ink, double x, double y, double h
 TEST(Ink, SpreadsIntoTheWhite) {
   const TagFamily standard = tag_family("tagStandard41h12", 1);  // black cells beyond its corners
   const std::pair<Board, TagFamily> boards[] = {
-      {grid_board({3, 2, 1.0, 0.3, 0}), tag36h11_family()},
-      {grid_board({2, 2, 1.0, 0.25, 7}, "tag36h11", 1, false), tag36h11_family()},
-      {grid_board({2, 1, 1.0, 1.2, 3}, standard.name, 1, false), standard},
-      {checkerboard_board({.columns = 3, .rows = 2, .column_spacing = 1, .row_spacing = 0.5}), {}},
-      {checkerboard_board({2, 2, 1, 1, false}), {}},
-      {charuco_board({3, 2, 1, 1}, {.size = 0.7, .dictionary = "tag36h11"}), tag36h11_family()}};
+      {make_board(AprilGrid{3, 2, 1.0, 0.3, 0}), tag36h11_family()},
+      {make_board(AprilGrid{2, 2, 1.0, 0.25, 7, "tag36h11", 1, false}), tag36h11_family()},
+      {make_board(AprilGrid{2, 1, 1.0, 1.2, 3, standard.name, 1, false}), standard},
+      {make_board(Checkerboard{.columns = 3, .rows = 2, .column_spacing = 1, .row_spacing = 0.5}),
+       {}},
+      {make_board(Checkerboard{2, 2, 1, 1, false}), {}},
+      {make_board(Charuco{4, 3, 1, 0.7, "tag36h11"}), tag36h11_family()}};
   for (const auto& [board, family] : boards) {
     const BoardPanel panel = board_panels(board, 0.1).front();
     const auto designed = ink_cells(board, panel, family);
@@ -233,7 +232,7 @@ TEST(Ink, SpreadsIntoTheWhite) {
         if (edge > 1e-12 && edge < 1e-9) continue;
         ++compared;
         ASSERT_EQ(found, spread > 0 ? edge > 1e-12 : edge <= 1e-12)
-            << board.family << ' ' << spread << " at " << x << ' ' << y;
+            << family.name << ' ' << spread << " at " << x << ' ' << y;
       }
       EXPECT_GT(compared, 19900);
     }
@@ -241,76 +240,70 @@ TEST(Ink, SpreadsIntoTheWhite) {
 }
 
 TEST(Ink, SpreadsNoFurtherThanEdgesMeet) {
-  const Board kalibr = grid_board({2, 2, 1.0, 0.3, 0});  // cells of 0.1, gaps of 0.3
+  const Board kalibr = make_board(AprilGrid{2, 2, 1.0, 0.3, 0});  // cells of 0.1, gaps of 0.3
   const TagFamily family = tag36h11_family();
   const BoardPanel panel = board_panels(kalibr, 0.1).front();
   EXPECT_NO_THROW(ink_cells(kalibr, panel, family, 0.049));
   for (const double spread : {0.05, -0.05, std::nan("")})
     EXPECT_THROW(ink_cells(kalibr, panel, family, spread), Error) << spread;
-  const Board near = grid_board({2, 2, 1.0, 0.06, 0}, "tag36h11", 1, false);
+  const Board near = make_board(AprilGrid{2, 2, 1.0, 0.06, 0, "tag36h11", 1, false});
   EXPECT_NO_THROW(ink_cells(near, board_panels(near, 0.1).front(), family, 0.029));
   EXPECT_THROW(ink_cells(near, board_panels(near, 0.1).front(), family, 0.031), Error);
-  const Board checker = checkerboard_board({3, 2, 1.0, 0.5});
+  const Board checker = make_board(Checkerboard{3, 2, 1.0, 0.5});
   EXPECT_NO_THROW(ink_cells(checker, board_panels(checker, 0.1).front(), {}, 0.24));
   EXPECT_THROW(ink_cells(checker, board_panels(checker, 0.1).front(), {}, -0.25), Error);
-  const Board charuco = charuco_board({3, 2, 1, 1}, {.size = 0.9, .dictionary = "tag36h11"});
+  const Board charuco = make_board(Charuco{4, 3, 1, 0.9, "tag36h11"});
   EXPECT_NO_THROW(ink_cells(charuco, board_panels(charuco, 0.1).front(), family, 0.024));
   EXPECT_THROW(ink_cells(charuco, board_panels(charuco, 0.1).front(), family, 0.026), Error);
-  Board turned;  // a corner of the second tag is 0.1 beside the first one's side
-  turned.border_bits = 1;
-  turned.corner_squares = false;
-  turned.tags = {
-      {0, 1.0, Pose()},
-      {1, 1.0, Pose(exp_rotation({0, 0, std::numbers::pi / 4}), {0.6 + std::sqrt(0.5), 0, 0})}};
+  // A corner of the second tag is 0.1 beside the first one's side.
+  const Pose by_45(exp_rotation({0, 0, std::numbers::pi / 4}), {0.6 + std::sqrt(0.5), 0, 0});
+  const Board turned = make_board(Tags{.tags = {{0, 1.0, Pose()}, {1, 1.0, by_45}}});
   const BoardPanel both = board_panels(turned, 0.1).front();
   EXPECT_NO_THROW(ink_cells(turned, both, family, 0.04));
   EXPECT_THROW(ink_cells(turned, both, family, 0.05), Error);
 }
 
 TEST(Ink, OneSheetOfPaperForAPlaneOneEachForACube) {
-  Board board;
-  board.border_bits = 1;
-  board.corner_squares = false;
-  const Pose turned(exp_rotation({0, 0, 0.3}), {0.3, 0, 0});
-  board.tags = {{0, 0.1, Pose()}, {1, 0.1, turned}};
-  auto panels = board_panels(board, 0.01);
+  const auto with_second = [](const Pose& pose) {
+    return make_board(Tags{.tags = {{0, 0.1, Pose()}, {1, 0.1, pose}}});
+  };
+  auto panels = board_panels(with_second({exp_rotation({0, 0, 0.3}), {0.3, 0, 0}}), 0.01);
   ASSERT_EQ(panels.size(), 1u);
   EXPECT_NEAR(panels[0].paper[0].x(), -0.06, 1e-12);
   const double half_diagonal = 0.05 * (std::cos(0.3) + std::sin(0.3));
   EXPECT_NEAR(panels[0].paper[2].x(), 0.3 + half_diagonal + 0.01, 1e-12);
-  board.tags[1].board_from_tag = Pose(exp_rotation({0, std::numbers::pi / 2, 0}), {0.05, 0, -0.05});
-  panels = board_panels(board, 0.01);
+  const Pose side(exp_rotation({0, std::numbers::pi / 2, 0}), {0.05, 0, -0.05});
+  panels = board_panels(with_second(side), 0.01);
   ASSERT_EQ(panels.size(), 2u);
   EXPECT_NEAR(area(panels[1].paper), 0.12 * 0.12, 1e-12);
   for (const Vector3d& corner : panels[1].paper) EXPECT_NEAR(corner.x(), 0.05, 1e-12);
 }
 
 TEST(Ink, RejectsWhatCannotBePrinted) {
-  Board board = grid_board({1, 1, 0.1, 0.3, 587});
-  EXPECT_THROW(ink_cells(board, tag36h11_family()), Error);
-  board.tags[0].id = 586;
-  EXPECT_NO_THROW(ink_cells(board, tag36h11_family()));
-  board.border_bits = 0;
-  EXPECT_THROW(ink_cells(board, tag36h11_family()), Error);
-  board.border_bits = 1;
+  AprilGrid grid{1, 1, 0.1, 0.3, 587};
+  EXPECT_THROW(ink_cells(make_board(grid), tag36h11_family()), Error);
+  grid.first_id = 586;
+  EXPECT_NO_THROW(ink_cells(make_board(grid), tag36h11_family()));
+  EXPECT_THROW(ink_cells(make_board(Tags{"tag36h11", 0, {{586, 0.1}}}), tag36h11_family()), Error);
+  grid.border_bits = 1;
   TagFamily reversed = tag36h11_family();
   reversed.reversed_border = true;
-  EXPECT_THROW(ink_cells(board, reversed), Error);
+  EXPECT_THROW(ink_cells(make_board(grid), reversed), Error);
 }
 
 TEST(Checkerboard, CornersAreRowByRowFromBelow) {
-  const Board board = checkerboard_board(
-      {.columns = 3, .rows = 2, .column_spacing = 0.02, .row_spacing = 0.03, .first_id = 7});
+  const Board board = make_board(Checkerboard{
+      .columns = 3, .rows = 2, .column_spacing = 0.02, .row_spacing = 0.03, .first_id = 7});
   const std::vector<TargetPoint> points = target_points(board);
   ASSERT_EQ(points.size(), 6u);
   EXPECT_EQ(points[4].id, (CornerId{11, 0}));
   EXPECT_TRUE(points[4].position.isApprox(Vector3d(0.02, 0.03, 0)));
-  EXPECT_THROW(checkerboard_board({.columns = 1, .rows = 2}), Error);
+  EXPECT_THROW(make_board(Checkerboard{.columns = 1, .rows = 2}), Error);
 }
 
 TEST(Checkerboard, InkIsEverySecondSquare) {
   for (const bool starts_black : {true, false}) {
-    const Board board = checkerboard_board({4, 3, 0.02, 0.03, starts_black});
+    const Board board = make_board(Checkerboard{4, 3, 0.02, 0.03, starts_black});
     const auto ink = ink_cells(board, {});
     EXPECT_EQ(ink.size(), 10u);
     for (int row = 0; row < 4; ++row)
@@ -328,16 +321,38 @@ TEST(Checkerboard, InkIsEverySecondSquare) {
 // Layout by OpenCV: squares from the upper left, the first one black; before 4.6 white if the
 // number of rows is even.
 TEST(Charuco, MarkersStandInWhiteSquares) {
-  const Checkerboard squares{.columns = 2, .rows = 3, .column_spacing = 0.04, .row_spacing = 0.04};
-  Board board = charuco_board(squares, {.size = 0.03, .dictionary = "DICT_4X4_50"});
-  ASSERT_EQ(board.tags.size(), 6u);
-  EXPECT_FALSE(board.checkerboard->starts_black);
-  EXPECT_TRUE(board.tags[0].board_from_tag.translation().isApprox(Vector3d(0.02, 0.1, 0)));
-  board = charuco_board(squares, {.size = 0.03, .dictionary = "DICT_4X4_50", .legacy = true});
-  EXPECT_TRUE(board.checkerboard->starts_black);
-  EXPECT_TRUE(board.tags[0].board_from_tag.translation().isApprox(Vector3d(-0.02, 0.1, 0)));
+  Board board = make_board(Charuco{3, 4, 0.04, 0.03, "DICT_4X4_50"});
+  ASSERT_EQ(tags_of(board).size(), 6u);
+  EXPECT_FALSE(checkers(board)->starts_black);
+  EXPECT_TRUE(tags_of(board)[0].board_from_tag.translation().isApprox(Vector3d(0.02, 0.1, 0)));
+  board = make_board(Charuco{3, 4, 0.04, 0.03, "DICT_4X4_50", true});
+  EXPECT_TRUE(checkers(board)->starts_black);
+  EXPECT_TRUE(tags_of(board)[0].board_from_tag.translation().isApprox(Vector3d(-0.02, 0.1, 0)));
   EXPECT_EQ(target_points(board).size(), 6u);
-  EXPECT_THROW(charuco_board(squares, {.size = 0.05}), Error);
+  EXPECT_THROW(make_board(Charuco{3, 4, 0.04, 0.05}), Error);
+}
+
+TEST(Boards, SayWhatTheirPointsAndTagsAre) {
+  struct Row {
+    BoardPattern pattern;
+    PointKind points;
+    const char* family;  // none: no tags
+    bool has_squares;
+  };
+  const Row rows[] = {
+      {Points{{{{7, 0}, {1, 0, 0}}}}, PointKind::measured, "none", false},
+      {Tags{.tags = {{4, 0.1}}}, PointKind::tag_corner, "tag36h11", false},
+      {kKalibr, PointKind::tag_corner, "tag36h11", false},
+      {Checkerboard{3, 2, 1, 1}, PointKind::checker_corner, "none", true},
+      {Charuco{4, 3, 1, 0.5, "DICT_4X4_50"}, PointKind::checker_corner, "DICT_4X4_50", true}};
+  for (const Row& row : rows) {
+    const Board board = make_board(row.pattern);
+    EXPECT_EQ(point_kind(board), row.points) << row.family;
+    EXPECT_EQ(tag_kind(board).value_or(TagKind{"none"}).family, row.family);
+    EXPECT_EQ(tags_of(board).empty(), row.family == std::string("none"));
+    EXPECT_EQ(checkers(board).has_value(), row.has_squares) << row.family;
+  }
+  EXPECT_TRUE(target_points(Board()).empty());
 }
 
 }  // namespace

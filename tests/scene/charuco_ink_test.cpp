@@ -33,10 +33,8 @@ constexpr std::array kLayouts = {
 // In units of a marker's cell.
 Board board_of(const Layout& layout, bool legacy) {
   const double square = layout.marker_cells + 3;
-  return charuco_board({layout.columns - 1, layout.rows - 1, square, square},
-                       {.size = static_cast<double>(layout.marker_cells),
-                        .dictionary = layout.name,
-                        .legacy = legacy});
+  return make_board(Charuco{layout.columns, layout.rows, square,
+                            static_cast<double>(layout.marker_cells), layout.name, legacy});
 }
 
 bool black(const std::vector<Rectangle>& ink, const Vector2d& p) {
@@ -74,7 +72,7 @@ TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
     EXPECT_GT(num_black, 1000);
     // The ids and the frame of OpenCV's corners, as docs/reference/formats.md says.
     const int columns = layout.columns - 1;
-    for (const TargetPoint& point : board.points) {
+    for (const TargetPoint& point : target_points(board)) {
       const int i = point.id.tag_id;
       const int id = (layout.rows - 2 - i / columns) * columns + i % columns;
       const cv::Point3f& corner = theirs->chessboardCorners[static_cast<std::size_t>(id)];
@@ -82,10 +80,11 @@ TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
       EXPECT_NEAR(corner.y, static_cast<float>(layout.rows - 1) * square - point.position.y(),
                   1e-5);
     }
-    ASSERT_EQ(board.tags.size(), theirs->ids.size());
-    for (std::size_t i = 0; i < board.tags.size(); ++i) {
-      EXPECT_EQ(board.tags[i].id, theirs->ids[i]);
-      const auto upper_left = tag_corners(board.tags[i])[3];
+    const std::vector<Tag> markers = tags_of(board);
+    ASSERT_EQ(markers.size(), theirs->ids.size());
+    for (std::size_t i = 0; i < markers.size(); ++i) {
+      EXPECT_EQ(markers[i].id, theirs->ids[i]);
+      const auto upper_left = tag_corners(markers[i])[3];
       EXPECT_NEAR(theirs->objPoints[i][0].x, upper_left.x() + square, 1e-5);
       EXPECT_NEAR(theirs->objPoints[i][0].y,
                   static_cast<float>(layout.rows - 1) * square - upper_left.y(), 1e-5);
@@ -98,6 +97,7 @@ TEST(CharucoInk, IsTheBoardThatOpenCvDraws) {
 TEST(CharucoInk, IsTheOldLayoutOfOpenCv) {
   for (const Layout& layout : kLayouts) {
     const Board board = board_of(layout, true);
+    const std::vector<Tag> markers = tags_of(board);
     const auto ink = ink_cells(board, tag_family(layout.name, 1));
     const double square = layout.marker_cells + 3;
     int id = 0;
@@ -107,7 +107,7 @@ TEST(CharucoInk, IsTheOldLayoutOfOpenCv) {
         const bool expected = row % 2 == column % 2;
         EXPECT_EQ(black(ink, low + Vector2d(0.5, 0.5)), expected);  // outside of the marker
         if (expected) continue;
-        const Tag& marker = board.tags[static_cast<std::size_t>(id)];
+        const Tag& marker = markers[static_cast<std::size_t>(id)];
         EXPECT_EQ(marker.id, id++);
         EXPECT_LT(
             (marker.board_from_tag.translation().head<2>() - low - Vector2d::Constant(square / 2))
@@ -117,7 +117,7 @@ TEST(CharucoInk, IsTheOldLayoutOfOpenCv) {
     }
     // For an odd number of rows the old layout is the new one.
     const bool same =
-        board.checkerboard->starts_black == board_of(layout, false).checkerboard->starts_black;
+        checkers(board)->starts_black == checkers(board_of(layout, false))->starts_black;
     EXPECT_EQ(same, layout.rows % 2 == 1);
   }
 }

@@ -338,7 +338,7 @@ TEST(Depth, OfVisibleCornersIsTheirs) {
   for (int i = 0; i < 20; ++i) {
     Scene scene;
     scene.camera = {pinhole(200, 200, 79.5, 59.5), kSize};
-    scene.boards = {{grid_board({4, 3, 0.06, 0.3, 0}, "tag36h11", 1, false), Pose()}};
+    scene.boards = {{make_board(AprilGrid{4, 3, 0.06, 0.3, 0, "tag36h11", 1, false}), Pose()}};
     scene.occluders = {{{{0.1, 0, 0.1}, {0.2, 0, 0.1}, {0.2, 0.1, 0.15}, {0.1, 0.1, 0.15}}, 0.3}};
     const Pose pose = camera_from_world_looking_at(
         {random.uniform(-0.2, 0.5), random.uniform(-0.3, 0.4), 0.7}, {0.14, 0.1, 0}, {0, 1, 0});

@@ -21,13 +21,7 @@ MovingFrame still(const std::string& name, const std::string& parent, const Affi
   return {name, parent, [transform](double) { return transform; }};
 }
 
-Board one_tag(int id) {
-  Board board;
-  board.border_bits = 1;
-  board.corner_squares = false;
-  board.tags = {{id, 0.2, {}}};
-  return board;
-}
+Board one_tag(int id) { return make_board(Tags{.tags = {{id, 0.2, {}}}}); }
 
 // A camera 3 m before the origin that looks along +y, z up.
 MovingScene before_the_origin(int num_views) {

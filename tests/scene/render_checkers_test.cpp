@@ -43,10 +43,9 @@ TEST(RenderCheckers, CrossingsAreTheExactCorners) {
                              .total_width = 8,
                              .bits = {{1, 1}},
                              .codes = std::vector<std::uint64_t>(24)};
-      scene.boards = {{with_markers
-                           ? charuco_board(squares, {.size = 0.02, .dictionary = family.name})
-                           : checkerboard_board(squares),
-                       Pose(Eigen::Quaterniond::Identity(), {-0.12, -0.08, 0})}};
+      scene.boards = {
+          {with_markers ? make_board(Charuco{8, 6, 0.04, 0.02, family.name}) : make_board(squares),
+           Pose(Eigen::Quaterniond::Identity(), {-0.12, -0.08, 0})}};
       const Pose upside(exp_rotation({random.uniform(2.7, 3.5), random.uniform(-0.3, 0.3), 0}),
                         {0, 0, 0.4});
       const auto exact = visible_corners(scene, upside);

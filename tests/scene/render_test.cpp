@@ -172,7 +172,7 @@ const Pose kFrontal = camera_from_world_looking_at({0, 0, 0.4}, {0, 0, 0}, {0, 1
 
 TEST(Render, TagsShowTheirBits) {
   for (const int border : {1, 2}) {
-    const Board board = grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", border, border == 2);
+    const Board board = make_board(AprilGrid{1, 1, 0.1, 0.3, 5, "tag36h11", border, border == 2});
     const TagFamily family = tag_family("tag36h11", border);
     const Scene scene = board_scene(board);
     const ImageF light = render_light(scene, {{"tag36h11", family}}, kFrontal);
@@ -194,7 +194,7 @@ TEST(Render, TagsShowTheirBits) {
 // from below to above.
 TEST(Render, InkSpreadsByAsMuchAsItSays) {
   const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
-  Scene scene = board_scene(grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", 1, false));
+  Scene scene = board_scene(make_board(AprilGrid{1, 1, 0.1, 0.3, 5, "tag36h11", 1, false}));
   const double px_per_m = 900 / 0.4, cell = 0.1 / 8;
   const Vector2d in_border =
       *project(scene.camera.lens, kFrontal * Vector3d(-0.05 + cell / 2, -0.05 + cell / 2, 0));
@@ -218,7 +218,7 @@ TEST(Render, InkSpreadsByAsMuchAsItSays) {
 }
 
 TEST(Render, ABoardFromBehindIsPaper) {
-  const Scene scene = board_scene(grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", 1, false));
+  const Scene scene = board_scene(make_board(AprilGrid{1, 1, 0.1, 0.3, 5, "tag36h11", 1, false}));
   const Pose behind = camera_from_world_looking_at({0, 0, -0.4}, {0, 0, 0}, {0, 1, 0});
   const ImageF light = render_light(scene, {{"tag36h11", tag_family("tag36h11", 1)}}, behind);
   EXPECT_NEAR(light(320, 200), scene.paper_level, 1e-6);
@@ -226,7 +226,7 @@ TEST(Render, ABoardFromBehindIsPaper) {
 }
 
 TEST(Render, NearerThingsHideFartherOnes) {
-  Scene scene = board_scene(grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", 1, false));
+  Scene scene = board_scene(make_board(AprilGrid{1, 1, 0.1, 0.3, 5, "tag36h11", 1, false}));
   scene.occluders = {
       {{{-0.02, -0.02, 0.1}, {0.02, -0.02, 0.1}, {0.02, 0.02, 0.1}, {-0.02, 0.02, 0.1}}, 0.3},
       {{{-1, -1, -0.1}, {1, -1, -0.1}, {1, 1, -0.1}, {-1, 1, -0.1}}, 0.7}};
@@ -236,9 +236,9 @@ TEST(Render, NearerThingsHideFartherOnes) {
 }
 
 TEST(Render, UnknownFamilyOrTagIsAnError) {
-  const Scene scene = board_scene(grid_board({1, 1, 0.1, 0.3, 5}, "tag36h11", 1, false));
+  const Scene scene = board_scene(make_board(AprilGrid{1, 1, 0.1, 0.3, 5, "tag36h11", 1, false}));
   EXPECT_THROW(render_light(scene, {}, kFrontal), Error);
-  const Scene far = board_scene(grid_board({1, 1, 0.1, 0.3, 5000}, "tag36h11", 1, false));
+  const Scene far = board_scene(make_board(AprilGrid{1, 1, 0.1, 0.3, 5000, "tag36h11", 1, false}));
   EXPECT_THROW(render_light(far, {{"tag36h11", tag_family("tag36h11", 1)}}, kFrontal), Error);
 }
 

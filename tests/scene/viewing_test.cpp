@@ -21,10 +21,7 @@ Scene doorway() {
     return Occluder{{{left, 2, low}, {right, 2, low}, {right, 2, high}, {left, 2, high}}, 0.5};
   };
   const auto board = [](int id, double x) {
-    Board tag;
-    tag.border_bits = 1;
-    tag.corner_squares = false;
-    tag.tags = {{id, 0.4, Pose()}};
+    const Board tag = make_board(Tags{.tags = {{id, 0.4, Pose()}}});
     return PlacedBoard{tag, Pose(exp_rotation({M_PI / 2, 0, 0}), {x, 4, 1.2})};
   };
   Scene scene;

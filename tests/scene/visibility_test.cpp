@@ -27,7 +27,8 @@ Pose facing_the_camera(const Vector3d& origin) {
 Scene one_board() {
   Scene scene;
   scene.camera = {pinhole(500, 500, 319.5, 239.5), {640, 480}};
-  scene.boards = {{grid_board({2, 2, 0.1, 0.3, 0}), facing_the_camera({-0.115, 1, -0.115})}};
+  scene.boards = {
+      {make_board(AprilGrid{2, 2, 0.1, 0.3, 0}), facing_the_camera({-0.115, 1, -0.115})}};
   return scene;
 }
 
@@ -68,8 +69,8 @@ TEST(Visibility, NotFromBehindNorBehindTheCamera) {
 TEST(Visibility, CheckersAreSeenFromTheFront) {
   const Checkerboard squares{
       .columns = 3, .rows = 2, .column_spacing = 0.1, .row_spacing = 0.1, .first_id = 40};
-  for (const Board& board : {checkerboard_board(squares),
-                             charuco_board(squares, {.size = 0.07, .dictionary = "tag36h11"})}) {
+  for (const Board& board :
+       {make_board(squares), make_board(Charuco{4, 3, 0.1, 0.07, "tag36h11", false, 40})}) {
     Scene scene = one_board();
     scene.boards = {{board, facing_the_camera({-0.1, 1, -0.05})}};
     const Pose camera = looking_along_y({0, 0, 0});
@@ -85,8 +86,7 @@ TEST(Visibility, CheckersAreSeenFromTheFront) {
     EXPECT_EQ(named_corner(scene, {40, 0})->name, "corner 40");
     // Its white squares hide what is behind them.
     scene.occluders.clear();
-    Board point;
-    point.points = {{{7, 0}, {-0.149, 1.5, 0}}};
+    const Board point = make_board(Points{{{{7, 0}, {-0.149, 1.5, 0}}}});
     scene.boards.push_back({point, Pose()});
     EXPECT_FALSE(tags_seen(scene, camera).contains(7));
   }
@@ -135,7 +135,7 @@ TEST(Visibility, PaperOfAnotherBoardHides) {
   // Its tag ends at x = -0.06 half way, its paper with corner squares and margin at -0.01.
   const double square = 0.03;
   scene.boards.push_back(
-      {grid_board({1, 1, 0.1, 0.3, 10}), facing_the_camera({-0.11 - square, 0.5, -0.05})});
+      {make_board(AprilGrid{1, 1, 0.1, 0.3, 10}), facing_the_camera({-0.11 - square, 0.5, -0.05})});
   const Pose camera = looking_along_y({0, 0, 0});
   const auto paper_end = -0.01 - square + square + 0.02;
   EXPECT_GT(paper_end, -0.0075);  // hides the corners of tags 0 and 2 at x = -0.015, 1 m away
@@ -149,8 +149,7 @@ TEST(Visibility, PaperOfAnotherBoardHides) {
 TEST(Visibility, PointsHaveNoFaceButCanBeHidden) {
   Scene scene = one_board();
   scene.boards.clear();
-  Board points;
-  points.points = {{{5, 0}, {-0.2, 1, 0}}, {{3, 0}, {0.2, 1, 0}}};
+  const Board points = make_board(Points{{{{5, 0}, {-0.2, 1, 0}}, {{3, 0}, {0.2, 1, 0}}}});
   scene.boards = {{points, Pose()}};
   const Pose camera = looking_along_y({0, 0, 0});
   const Pose other_side =
@@ -164,14 +163,12 @@ TEST(Visibility, PointsHaveNoFaceButCanBeHidden) {
 
 TEST(Visibility, SidesOfACubeHideEachOther) {
   Scene scene = one_board();
-  Board cube;
-  cube.border_bits = 1;
-  cube.corner_squares = false;
+  Tags cube;
   // Front face towards -y, and a face towards +x behind it.
   cube.tags = {{0, 0.08, Pose(exp_rotation({std::numbers::pi / 2, 0, 0}), {0, -0.06, 0})},
                {1, 0.08, Pose(exp_rotation({0, std::numbers::pi / 2, 0}), {0.06, 0, 0})}};
   scene.paper_margin_m = 0.02;
-  scene.boards = {{cube, Pose(Eigen::Quaterniond::Identity(), {0, 1, 0})}};
+  scene.boards = {{make_board(cube), Pose(Eigen::Quaterniond::Identity(), {0, 1, 0})}};
   EXPECT_EQ(tags_seen(scene, looking_along_y({0, 0, 0})), (std::set<int>{0}));
   EXPECT_EQ(tags_seen(scene, looking_along_y({0.5, 0, 0})), (std::set<int>{0, 1}));
 }
@@ -194,8 +191,8 @@ TEST(Visibility, WhatLiesOnWhatInACommonPlane) {
   Scene scene;
   scene.camera = {pinhole(500, 500, 319.5, 239.5), {640, 480}};
   const Pose turned(exp_rotation({0.4, -0.2, 0.3}), {0.1, 0.2, 5});
-  scene.boards = {{grid_board({1, 1, 0.2, 0.3, 0}), turned},
-                  {grid_board({1, 1, 0.2, 0.3, 1}), turned}};
+  scene.boards = {{make_board(AprilGrid{1, 1, 0.2, 0.3, 0}), turned},
+                  {make_board(AprilGrid{1, 1, 0.2, 0.3, 1}), turned}};
   const auto desk_at = [&](double height) {
     Occluder desk;
     for (const auto& [x, y] : {std::pair(-9, -9), {1, -9}, {1, 1}, {-9, 1}})

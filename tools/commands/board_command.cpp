@@ -69,18 +69,19 @@ void check(const Arguments& arguments, const std::string& kind) {
 // The side of the smallest square of one colour.
 double least_cell_mm(const Board& board, const TagFamilies& families) {
   double least = std::numeric_limits<double>::infinity();
-  for (const Tag& tag : board.tags)
-    least = std::min(least, tag.size / families.at(board.family).width_at_border);
-  if (const auto& squares = board.checkerboard)
+  const auto kind = tag_kind(board);
+  for (const Tag& tag : tags_of(board))
+    least = std::min(least, tag.size / families.at(kind->family).width_at_border);
+  if (const auto squares = checkers(board))
     least = std::min({least, squares->column_spacing, squares->row_spacing});
   return 1000 * least;
 }
 
 Board board_to_print(const std::string& file, std::vector<std::string>* warnings) {
   Board board = read_target(file, {}, warnings);
-  if (board.tags.empty() && !board.checkerboard)
+  if (point_kind(board) == PointKind::measured)
     throw Error(fmt::format("{}: no tags or squares to print, only points", file));
-  for (const Tag& tag : board.tags) {
+  for (const Tag& tag : tags_of(board)) {
     for (const Eigen::Vector3d& corner : tag_corners(tag)) {
       if (std::abs(corner.z()) <= kFlat_m) continue;
       throw Error(
@@ -95,12 +96,6 @@ Board board_to_print(const std::string& file, std::vector<std::string>* warnings
     warnings->push_back(fmt::format("{}: tags {} and {} cover each other: neither can be detected",
                                     file, ids->first, ids->second));
   return board;
-}
-
-TagFamilies families_of(const Board& board) {
-  TagFamilies families;
-  if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
-  return families;
 }
 
 // Throws Error for a resolution at which a picture cannot show the cells of the board.
@@ -164,7 +159,7 @@ fs::path fitted_file(const Arguments& arguments) {
 void print_on_paper(const Arguments& arguments, const std::string& kind, const Board& board) {
   const fs::path file = fitted_file(arguments);
   const std::string name = printable_name(file);
-  const TagFamilies families = families_of(board);
+  const TagFamilies families = tag_families({{board, Pose()}});
   const FittedBoard fitted = naming(arguments.target, [&] {
     return fitted_board(board, families, name, paper_named(arguments.paper), arguments.landscape);
   });
@@ -203,7 +198,7 @@ std::string paper_for(const Sheet& sheet) {
 void print_true_to_scale(const Arguments& arguments, const std::string& kind, const Board& board,
                          std::vector<std::string>& warnings) {
   const std::string name = printable_name(arguments.target);
-  const TagFamilies families = families_of(board);
+  const TagFamilies families = tag_families({{board, Pose()}});
   if (const double cell_mm = least_cell_mm(board, families); cell_mm < kLeastCell_mm)
     throw Error(
         fmt::format("{}: the smallest cells must be {} mm wide to be printed, got {:.3g} mm",

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/overloaded.hpp"
 #include "tagcal/scene/print/board_ink.hpp"
 
 namespace tagcal::tools {
@@ -23,19 +24,18 @@ constexpr std::size_t kMostIds = 6;       // by number in the caption
 constexpr std::size_t kMostLetters = 40;  // of a file's name in the caption
 
 TagFamily family_of(const Board& board, const TagFamilies& families) {
-  return board.tags.empty() ? TagFamily{} : families.at(board.family);
+  const auto kind = tag_kind(board);
+  return kind ? families.at(kind->family) : TagFamily{};
 }
 
 // A tag needs a white frame, two cells wide; a checkerboard has white squares at its border, and
 // needs half a square more beside its black ones.
 double margin_mm(const Board& board, const TagFamilies& families) {
   double margin = kMinMarginMm;
-  if (board.checkerboard) {
-    const Checkerboard& squares = *board.checkerboard;
-    return std::max(margin, kMm * std::min(squares.column_spacing, squares.row_spacing) / 2);
-  }
+  if (const auto squares = checkers(board))
+    return std::max(margin, kMm * std::min(squares->column_spacing, squares->row_spacing) / 2);
   const TagFamily family = family_of(board, families);
-  for (const Tag& tag : board.tags)
+  for (const Tag& tag : tags_of(board))
     margin = std::max(margin, 2 * kMm * tag.size / family.width_at_border);
   return margin;
 }
@@ -61,7 +61,7 @@ std::string mm(double metres) { return fmt::format("{:g}", std::round(metres * 1
 
 std::string ids_text(const Board& board) {
   std::vector<int> ids;
-  for (const Tag& tag : board.tags) ids.push_back(tag.id);
+  for (const Tag& tag : tags_of(board)) ids.push_back(tag.id);
   std::ranges::sort(ids);
   if (ids.size() == 1) return fmt::format("id {}", ids[0]);
   const bool all = ids.back() - ids.front() + 1 == static_cast<int>(ids.size());
@@ -70,16 +70,31 @@ std::string ids_text(const Board& board) {
   return fmt::format("{} ids from {} to {}", ids.size(), ids.front(), ids.back());
 }
 
+std::string squares_text(const Checkerboard& squares) {
+  const std::string width = mm(squares.column_spacing);
+  const bool same = squares.column_spacing == squares.row_spacing;
+  return fmt::format("{} x {} squares of {} mm", squares.columns + 1, squares.rows + 1,
+                     same ? width : width + " x " + mm(squares.row_spacing));
+}
+
 // Second line of the caption: the markers.
 std::string pattern_text(const Board& board) {
-  if (board.charuco)
-    return fmt::format("{}, {}, markers of {} mm{}", board.family, ids_text(board),
-                       mm(board.charuco->size), board.charuco->legacy ? ", legacy layout" : "");
-  if (!board.checkerboard)
-    return fmt::format("{}, {}, border of {} cell{}", board.family, ids_text(board),
-                       board.border_bits, board.border_bits == 1 ? "" : "s");
-  return fmt::format("{} square at the lower left",
-                     board.checkerboard->starts_black ? "black" : "white");
+  return std::visit(
+      Overloaded{[](const Points&) { return std::string(); },
+                 [](const Checkerboard& squares) {
+                   return fmt::format("{} square at the lower left",
+                                      squares.starts_black ? "black" : "white");
+                 },
+                 [&](const Charuco& charuco) {
+                   return fmt::format("{}, {}, markers of {} mm{}", charuco.dictionary,
+                                      ids_text(board), mm(charuco.marker_size),
+                                      charuco.legacy ? ", legacy layout" : "");
+                 },
+                 [&](const auto& tags) {
+                   return fmt::format("{}, {}, border of {} cell{}", tags.family, ids_text(board),
+                                      tags.border_bits, tags.border_bits == 1 ? "" : "s");
+                 }},
+      board.pattern);
 }
 
 SheetFrame frame_of(const Board& board, const TagFamilies& families, const std::string& name,
@@ -97,45 +112,34 @@ SheetFrame frame_of(const Board& board, const TagFamilies& families, const std::
 
 // The length that --paper picks, in metres.
 double leading_size(const Board& board) {
-  if (board.checkerboard) return board.checkerboard->column_spacing;
-  return board.tags.front().size;
-}
-
-Board resized_kind(const Board& board, double size_m) {
-  const double scale = size_m / leading_size(board);
-  if (board.charuco) {
-    Checkerboard squares = *board.checkerboard;
-    CharucoMarkers markers = *board.charuco;
-    squares.column_spacing = squares.row_spacing = size_m;
-    const double step_m = kStepMm / kMm;
-    markers.size = std::max(1.0, std::floor(markers.size * scale / step_m)) * kStepMm / kMm;
-    return charuco_board(squares, markers);
-  }
-  if (board.checkerboard) {
-    Checkerboard squares = *board.checkerboard;
-    const bool square = squares.row_spacing == squares.column_spacing;
-    squares.row_spacing = square ? size_m : squares.row_spacing * scale;
-    squares.column_spacing = size_m;
-    return checkerboard_board(squares);
-  }
-  if (board.grid) {
-    Grid grid = *board.grid;
-    grid.tag_size = size_m;
-    return grid_board(grid, board.family, board.border_bits, board.corner_squares);
-  }
-  Board result = board;
-  for (Tag& tag : result.tags) {
-    tag.size *= scale;
-    tag.board_from_tag =
-        Pose(tag.board_from_tag.rotation(), scale * tag.board_from_tag.translation());
-  }
-  return result;
+  const auto squares = checkers(board);
+  return squares ? squares->column_spacing : tags_of(board).front().size;
 }
 
 Board resized(const Board& board, double size_m) {
-  Board result = resized_kind(board, size_m);
-  result.substrate = board.substrate;
-  return result;
+  const double scale = size_m / leading_size(board), step_m = kStepMm / kMm;
+  BoardPattern pattern = board.pattern;
+  std::visit(Overloaded{[](Points&) {},
+                        [&](Tags& tags) {
+                          for (Tag& tag : tags.tags) {
+                            const Pose& pose = tag.board_from_tag;
+                            tag.size *= scale;
+                            tag.board_from_tag = Pose(pose.rotation(), scale * pose.translation());
+                          }
+                        },
+                        [&](AprilGrid& grid) { grid.tag_size = size_m; },
+                        [&](Checkerboard& squares) {
+                          const bool square = squares.row_spacing == squares.column_spacing;
+                          squares.row_spacing = square ? size_m : squares.row_spacing * scale;
+                          squares.column_spacing = size_m;
+                        },
+                        [&](Charuco& charuco) {
+                          const double steps = std::floor(charuco.marker_size * scale / step_m);
+                          charuco.marker_size = std::max(1.0, steps) * kStepMm / kMm;
+                          charuco.square_size = size_m;
+                        }},
+             pattern);
+  return make_board(std::move(pattern), board.substrate);
 }
 
 // The greatest number of steps whose board fits the page; 0 if none does.
@@ -158,22 +162,22 @@ int most_steps(const Board& board, const TagFamilies& families, const std::strin
 }  // namespace
 
 std::string size_text(const Board& board) {
-  if (board.checkerboard) {
-    const Checkerboard& squares = *board.checkerboard;
-    const std::string size =
-        squares.column_spacing == squares.row_spacing
-            ? mm(squares.column_spacing)
-            : fmt::format("{} x {}", mm(squares.column_spacing), mm(squares.row_spacing));
-    return fmt::format("{} x {} squares of {} mm", squares.columns + 1, squares.rows + 1, size);
-  }
-  if (board.grid)
-    return fmt::format("{} x {} tags of {} mm, gaps of {} mm", board.grid->columns,
-                       board.grid->rows, mm(board.grid->tag_size),
-                       mm(board.grid->tag_size * board.grid->tag_spacing));
-  const auto [least, greatest] = std::ranges::minmax(board.tags, {}, &Tag::size);
-  const bool same = least.size == greatest.size;
-  return fmt::format("{} tag{} of {}{} mm", board.tags.size(), board.tags.size() == 1 ? "" : "s",
-                     same ? "" : mm(least.size) + " to ", mm(greatest.size));
+  return std::visit(
+      Overloaded{
+          [](const Points& measured) { return fmt::format("{} points", measured.points.size()); },
+          [](const Tags& single) {
+            const std::size_t n = single.tags.size();
+            const auto [least, greatest] = std::ranges::minmax(single.tags, {}, &Tag::size);
+            const bool same = least.size == greatest.size;
+            return fmt::format("{} tag{} of {}{} mm", n, n == 1 ? "" : "s",
+                               same ? "" : mm(least.size) + " to ", mm(greatest.size));
+          },
+          [](const AprilGrid& grid) {
+            return fmt::format("{} x {} tags of {} mm, gaps of {} mm", grid.columns, grid.rows,
+                               mm(grid.tag_size), mm(grid.tag_size * grid.tag_spacing));
+          },
+          [&](const auto&) { return squares_text(checkers(board).value()); }},
+      board.pattern);
 }
 
 Sheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,

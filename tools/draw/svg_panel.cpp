@@ -63,14 +63,15 @@ std::string SvgPanel::things(const Scene& scene) const {
       for (const Vector3d& x : ink) corners.push_back(camera_from_board * x);
       svg += visible_area(corners, shadows, i, kInk);
     };
-    if (scene.boards[sheet.board].board.checkerboard)
+    if (checkers(scene.boards[sheet.board].board))
       std::ranges::for_each(sheet.panel->squares, add_ink);
     for (const Tag& tag : sheet.panel->tags) add_ink(tag_corners(tag));
   }
   svg += edges;
   for (const PlacedBoard& placed : scene.boards) {
-    if (placed.board.checkerboard) continue;
-    for (const TargetPoint& point : placed.board.points)
+    const auto* const measured = std::get_if<Points>(&placed.board.pattern);
+    if (!measured) continue;
+    for (const TargetPoint& point : measured->points)
       if (const auto at = pixel(placed.world_from_board * point.position))
         svg += svg_circle("", *at, 1.5, fmt::format("fill=\"{}\"", kInk));
   }

@@ -103,7 +103,7 @@ class NdcPanel {
         for (const Vector3d& x : ink) corners.push_back(placed.world_from_board * x);
         append_clipped(corners, scene.ink_level, result.occluders);
       };
-      if (placed.board.checkerboard) std::ranges::for_each(sheet.panel->squares, add_ink);
+      if (checkers(placed.board)) std::ranges::for_each(sheet.panel->squares, add_ink);
       for (const Tag& tag : sheet.panel->tags) add_ink(tag_corners(tag));
     }
     return result;

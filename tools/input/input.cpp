@@ -264,14 +264,15 @@ void take_over(DetectResult result, Input& input) {
 
 void check_detectable(const std::vector<PlacedBoard>& boards, const std::string& name) {
   if (std::all_of(boards.begin(), boards.end(),
-                  [](const auto& b) { return b.board.tags.empty() && !b.board.checkerboard; })) {
+                  [](const auto& b) { return point_kind(b.board) == PointKind::measured; })) {
     throw Error(fmt::format("{}: the target has no tags to detect, only points", name));
   }
   naming(name, [&] {
     const TagFamilies families = tag_families(boards);
-    for (const PlacedBoard& placed : boards)
-      for (const Tag& tag : placed.board.tags)
-        check_tag_id(families.at(placed.board.family), tag.id);
+    for (const PlacedBoard& placed : boards) {
+      const auto kind = tag_kind(placed.board);
+      for (const Tag& tag : tags_of(placed.board)) check_tag_id(families.at(kind->family), tag.id);
+    }
   });
 }
 
@@ -365,7 +366,7 @@ int num_tags(const std::vector<View>& views) {
 
 bool has_tags(const std::vector<PlacedBoard>& boards) {
   return std::ranges::any_of(boards, [](const PlacedBoard& placed) {
-    return !placed.board.tags.empty() && !placed.board.charuco;
+    return point_kind(placed.board) == PointKind::tag_corner;
   });
 }
 

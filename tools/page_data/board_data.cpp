@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 
+#include "tagcal/scene/print/black_squares.hpp"
+
 namespace tagcal::tools {
 namespace {
 
@@ -29,33 +31,20 @@ Square rectangle(const Vector3d& low, const Vector3d& high) {
 // The printed part: a checkerboard has a square more than corners on each side.
 Square outline_of(const Board& board) {
   AlignedBox3d box = box_of(target_points(board));
-  if (board.checkerboard) {
-    const Vector3d square(board.checkerboard->column_spacing, board.checkerboard->row_spacing, 0);
+  if (const auto squares = checkers(board)) {
+    const Vector3d square(squares->column_spacing, squares->row_spacing, 0);
     box.min() -= square;
     box.max() += square;
   }
   return rectangle(box.min(), box.max());
 }
 
-std::vector<Square> dark_squares(const Checkerboard& board) {
-  std::vector<Square> squares;
-  const double w = board.column_spacing, h = board.row_spacing;
-  for (int row = -1; row < board.rows; ++row)
-    for (int column = -1; column < board.columns; ++column) {
-      const bool is_first_kind = (row + column) % 2 == 0;  // as the square at (-1, -1)
-      if (is_first_kind == board.starts_black)
-        squares.push_back(
-            rectangle({column * w, row * h, 0}, {(column + 1) * w, (row + 1) * h, 0}));
-    }
-  return squares;
-}
-
 std::vector<Square> squares_of(const Board& board) {
   std::vector<Square> squares;
-  if (board.checkerboard)
-    squares = dark_squares(*board.checkerboard);
+  if (checkers(board))
+    squares = internal::black_squares(board);
   else
-    for (const Tag& tag : board.tags) squares.push_back(tag_corners(tag));
+    for (const Tag& tag : tags_of(board)) squares.push_back(tag_corners(tag));
   if (squares.size() > kMostSquares) squares.resize(kMostSquares);
   return squares;
 }

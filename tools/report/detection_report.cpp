@@ -35,7 +35,8 @@ struct Unit {
 Unit unit_of(const std::vector<PlacedBoard>& boards) {
   Unit unit{has_tags(boards), 0};
   for (const PlacedBoard& placed : boards)
-    unit.of_boards += unit.is_tag ? placed.board.tags.size() : placed.board.points.size();
+    unit.of_boards +=
+        (unit.is_tag ? tags_of(placed.board).size() : target_points(placed.board).size());
   return unit;
 }
 

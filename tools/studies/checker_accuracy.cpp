@@ -69,7 +69,7 @@ void add_corner_sub_pix(const CheckerView& view, double window, Random& random, 
 
 bool add_sector_based(const CheckerView& view, Errors* errors) {
   std::vector<cv::Point2f> corners;
-  const auto& squares = *view.board.checkerboard;
+  const Checkerboard squares = checkers(view.board).value();
   if (!cv::findChessboardCornersSB(as_mat(view.image), {squares.columns, squares.rows}, corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
     return false;
@@ -118,7 +118,7 @@ const Row kRows[] = {{{10, 30, .8, 2}},  {{15, 0, .8, 2}},  {{15, 30, .8, 2}}, {
 // scaled to the noise and its rounding.
 void run(const Row& row, int count) {
   const Camera camera{Perspective({520, 520, 322, 238, -.2, .05}), {640, 480}};
-  const Board board = checkerboard_board({8, 5, .03, .03});
+  const Board board = make_board(Checkerboard{8, 5, .03, .03});
   Random random(31);
   Fits unknown, known, exact;
   Errors sub_pix, sector_based;
@@ -161,8 +161,8 @@ void run_found(int count, bool with_markers) {
     CheckerViewSpec spec{random.uniform(least, 45), random.uniform(0, 60), random.uniform(.5, 1.5),
                          random.uniform(1, 5), random.uniform(-1, 1)};
     const Board board = with_markers
-                            ? charuco_board(squares, {.size = .022, .dictionary = "DICT_4X4_100"})
-                            : checkerboard_board(squares);
+                            ? make_board(Charuco{columns + 1, rows + 1, .03, .022, "DICT_4X4_100"})
+                            : make_board(squares);
     const CheckerView view = checker_view(board, cameras[i % 3], spec, random);
     // A ChArUco board may be seen in part.
     if (with_markers ? view.corners.size() < 4 : !view.is_whole || view.least_px < 5) continue;

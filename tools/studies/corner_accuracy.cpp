@@ -109,10 +109,7 @@ class FitTally {
 };
 
 void detect_with(Refinement refinement, const TagView& view, Errors& errors) {
-  PlacedBoard placed;
-  placed.board.border_bits = 1;
-  placed.board.corner_squares = false;
-  placed.board.tags.push_back({view.id, 1.0, Pose()});
+  const PlacedBoard placed{{Tags{.tags = {{view.id, 1.0, Pose()}}}, {}}, Pose()};
   DetectOptions options;
   options.refinement = refinement;
   const View found = detect(view.image, {placed}, options).view;

@@ -19,11 +19,11 @@ int main(int argc, char** argv) {
   const int wanted = argc > 1 ? std::atoi(argv[1]) : 1000;
   const int first = argc > 2 ? std::atoi(argv[2]) : 1;
   std::vector<std::pair<std::string, Board>> targets = {
-      {"tag36h11 border 2", grid_board({6, 6, 0.088, 0.3, 0})}};
+      {"tag36h11 border 2", make_board(AprilGrid{6, 6, 0.088, 0.3, 0})}};
   for (const std::string& family : tag_family_names()) {
     const int ids = std::min(36, static_cast<int>(tag_family(family, 1).codes.size()));
     targets.emplace_back(family + " border 1",
-                         grid_board({6, ids / 6, 0.04, 1.2, 0}, family, 1, false));
+                         make_board(AprilGrid{6, ids / 6, 0.04, 1.2, 0, family, 1, false}));
   }
   std::printf("%-26s %9s %14s %10s\n", "target", "pictures", "with a tag", "tags");
   for (const auto& [name, board] : targets) {

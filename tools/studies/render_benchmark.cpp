@@ -29,7 +29,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr tagcal::Grid kGrid = {6, 6, 0.088, 0.3, 0};
+constexpr double kTagSize = 0.088, kSpacing = 0.3;
 constexpr int kOneOf = 16;  // the error is measured at one of so many edge pixels
 
 struct View {
@@ -46,7 +46,8 @@ View board_view(const std::string& name, const tagcal::Lens& lens, const tagcal:
   View view;
   view.name = name;
   view.scene.camera = {lens, size};
-  view.scene.boards = {{tagcal::grid_board(kGrid, "tag36h11", 2, true), tagcal::Pose()}};
+  view.scene.boards = {
+      {tagcal::make_board(tagcal::AprilGrid{6, 6, kTagSize, kSpacing}), tagcal::Pose()}};
   const Vector3d middle(0.33, 0.33, 0);
   const Vector3d direction(0.35, -0.36, 0.866);
   view.camera_from_world = tagcal::camera_from_world_looking_at(
@@ -119,8 +120,8 @@ class Rays {
   }
 
  private:
-  static constexpr double kGap = kGrid.tag_spacing * kGrid.tag_size;
-  static constexpr double kPitch = kGrid.tag_size + kGap;
+  static constexpr double kGap = kSpacing * kTagSize;
+  static constexpr double kPitch = kTagSize + kGap;
 
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y * family_.width_at_border + x);
@@ -135,7 +136,7 @@ class Rays {
     if (at.minCoeff() < -kGap || at.maxCoeff() > extent) return scene.paper_level;
     const Vector2d period(std::floor(at.x() / kPitch), std::floor(at.y() / kPitch));
     const Vector2d within = at - kPitch * period;
-    const bool gap_x = within.x() > kGrid.tag_size, gap_y = within.y() > kGrid.tag_size;
+    const bool gap_x = within.x() > kTagSize, gap_y = within.y() > kTagSize;
     const bool black =
         gap_x || gap_y
             ? gap_x && gap_y
@@ -144,7 +145,7 @@ class Rays {
   }
 
   bool black_in_tag(int id, const Vector2d& within) const {
-    const double cell = kGrid.tag_size / family_.width_at_border;
+    const double cell = kTagSize / family_.width_at_border;
     const int last = family_.width_at_border - 1;
     const int x = std::min(static_cast<int>(within.x() / cell), last);
     const int y = last - std::min(static_cast<int>(within.y() / cell), last);

@@ -47,9 +47,8 @@ std::string why_no_board(const ImageView8& image, const std::vector<PlacedBoard>
   if (!found.mistakes.empty()) return found.mistakes.front();
   if (!found.checkerboards.empty()) return found.checkerboards.front();
   if (found.quads == 0) return "nothing in the picture looks like a tag";
-  const auto read = std::ranges::find_if(
-      found.decoded, [&](const SeenKind& kind) { return kind.family == boards[0].board.family; });
-  if (read == found.decoded.end())
+  const std::string family = tag_kind(boards[0].board).value_or(TagKind{}).family;
+  if (std::ranges::find(found.decoded, family, &SeenKind::family) == found.decoded.end())
     return fmt::format("{} black squares, but none can be read as a tag: too far, blurred or cut?",
                        found.quads);
   return fmt::format("tags are read, but {}", commonest_reason(found.not_reported));

@@ -46,13 +46,13 @@ void ask_calibration(StabilityMap& map, const std::vector<CalibrationSolver>& so
 }
 
 Board small_grid() {
-  Board board;
+  Points board;
   const double half = 0.5 * (kSmallGrid - 1) * kSmallSpacingM;
   for (int i = 0; i < kSmallGrid * kSmallGrid; ++i)
     board.points.push_back(
         {{i, 0},
          {kSmallSpacingM * (i % kSmallGrid) - half, kSmallSpacingM * (i / kSmallGrid) - half, 0}});
-  return board;
+  return {std::move(board), {}};
 }
 
 CalibrationTask empty_task(const Lens& lens, const std::string& model, double sigma_px) {
@@ -77,7 +77,7 @@ Pose draw_view(double tilt_deg, Random& random, double nearer) {
 void add_view(CalibrationTask& task, const Pose& camera_from_board, Random& random,
               const std::function<bool(const Vector2d&)>& seen) {
   View view{std::to_string(task.dataset.views.size()), {}};
-  for (const TargetPoint& p : task.dataset.boards[0].board.points) {
+  for (const TargetPoint& p : target_points(task.dataset.boards[0].board)) {
     const auto pixel = project(task.lens, camera_from_board * p.position);
     const Vector2d noise = task.sigma_px * Vector2d(random.normal(), random.normal());
     if (!pixel || !contains(task.dataset.image_size, *pixel) || (seen && !seen(*pixel))) continue;

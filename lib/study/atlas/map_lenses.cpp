@@ -17,7 +17,7 @@ CalibrationQuestion bent(CalibrationTask task, double bow_m, Random& random) {
   CalibrationQuestion question = ask_all(task);
   question.knowable = bow_m == 0;
   const double half = 0.5 * (kSmallGrid - 1) * kSmallSpacingM;
-  const auto& points = task.dataset.boards[0].board.points;
+  const auto points = target_points(task.dataset.boards[0].board);
   for (std::size_t v = 0; v < task.dataset.views.size(); ++v)
     for (Observation& o : question.dataset.views[v].observations) {
       Eigen::Vector3d x = points[static_cast<std::size_t>(o.id.tag_id)].position;

@@ -147,7 +147,8 @@ StabilityMap board_unit_map() {
     CalibrationTask task = pinhole_task();
     for (int i = 0; i < 8; ++i) add_view(task, draw_view(random.uniform(0, 45), random), random);
     CalibrationQuestion question = ask_all(std::move(task));
-    for (TargetPoint& p : question.dataset.boards[0].board.points) p.position *= at[0];
+    auto& points = std::get<Points>(question.dataset.boards[0].board.pattern).points;
+    for (TargetPoint& p : points) p.position *= at[0];
     return question;
   });
   return map;

@@ -15,14 +15,14 @@ enum Kind { anywhere, swapped, turned, other_ids };
 constexpr int kTags = 9;
 
 // A board of tags whose corners have the numbers of the points of `points`.
-Board tag_board() { return grid_board({3, 3, 0.16, 0.3, 0}); }
+Board tag_board() { return make_board(AprilGrid{3, 3, 0.16, 0.3, 0}); }
 
 Board points_of(const Board& tags) {
-  Board board;
+  Points board;
   const Eigen::Vector3d middle(0.284, 0.284, 0);
   for (const TargetPoint& p : target_points(tags))
     board.points.push_back({{4 * p.id.tag_id + p.id.corner, 0}, p.position - middle});
-  return board;
+  return {std::move(board), {}};
 }
 
 // The numbers of a view's corners after a mix-up of some tags; corners that keep theirs are

@@ -105,8 +105,7 @@ double CornerTask::bound_px() const { return std::sqrt(bound_px2.trace() / 8); }
 CornerTask draw_corner_task(const TagViewSpec& spec, Random& random) {
   CornerTask task{spec, rendered_tag(spec, random), {}, {}, {}};
   const int id = task.view.id;
-  task.board = {
-      grid_board({1, 1, 1.0, 0.3, id}, spec.family, spec.border_bits, spec.corner_squares), Pose()};
+  task.board = {make_board(spec.board(id)), Pose()};
   task.pattern = tag_pattern(tag_family(spec.family, spec.border_bits), id, spec.border_bits);
   task.bound_px2 = corner_bound(task.view.noiseless, task.pattern, task.view.corners,
                                 task.view.camera, spec.noise_levels);

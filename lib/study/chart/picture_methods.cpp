@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int border_bits(const PictureTask& task) { return task.scene.board().board.border_bits; }
+int border_bits(const PictureTask& task) { return tag_kind(task.scene.board().board)->border_bits; }
 
 Image8 rendered(const PictureTask& task) {
   const ImageF light = render_light(task.scene.scene, task.scene.families, task.camera_from_world);

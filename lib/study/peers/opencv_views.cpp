@@ -31,7 +31,7 @@ std::vector<double> OpenCvViews::values() const {
 }
 
 MrcalProblem mrcal_problem(const Dataset& dataset, double focal_px) {
-  const auto& points = dataset.boards[0].board.points;
+  const auto points = target_points(dataset.boards[0].board);
   const int across = static_cast<int>(std::lround(std::sqrt(static_cast<double>(points.size()))));
   const double spacing = (points[1].position - points[0].position).norm();
   const ImageSize& size = dataset.image_size;

@@ -13,8 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr Grid kGrid = {6, 6, 0.088, 0.3, 0};
-
 // No value if a corner is within a pixel of the border of the picture.
 std::optional<Quad> whole(const Tag& tag, const Camera& camera, const Pose& camera_from_world) {
   const auto corners = tag_corners(tag);
@@ -36,13 +34,14 @@ BoardScene::BoardScene(const ImageSize& size, bool is_plain)
   const double f = 0.8 * size.width;
   scene.camera = {Perspective({f, f, 0.5 * size.width - 0.5, 0.5 * size.height - 0.5, -0.2, 0.05}),
                   size};
-  scene.boards = {{grid_board(kGrid, "tag36h11", is_plain ? 1 : 2, !is_plain), Pose()}};
+  const AprilGrid grid{6, 6, 0.088, 0.3, 0, "tag36h11", is_plain ? 1 : 2, !is_plain};
+  scene.boards = {{make_board(grid), Pose()}};
   scene.sensor = {1, 0.8, 3};
 }
 
 std::map<int, Quad> BoardScene::whole_tags(const Pose& camera_from_world) const {
   std::map<int, Quad> tags;
-  for (const Tag& tag : board().board.tags)
+  for (const Tag& tag : tags_of(board().board))
     if (const auto corners = whole(tag, scene.camera, camera_from_world))
       tags.emplace(tag.id, *corners);
   return tags;

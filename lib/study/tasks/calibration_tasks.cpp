@@ -18,14 +18,6 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSigmaPx = 0.3;
 
-Board grid_of_points() {
-  Board board;
-  for (int i = 0; i < kGridPoints * kGridPoints; ++i)
-    board.points.push_back(
-        {{i, 0}, {kGridSpacingM * (i % kGridPoints), kGridSpacingM * (i / kGridPoints), 0}});
-  return board;
-}
-
 Pose draw_pose(Random& random) {
   const Vector3d centre(0.33 + random.uniform(-0.15, 0.15), 0.33 + random.uniform(-0.15, 0.15), 0);
   const double tilt = kDegree * random.uniform(0, 50), distance = random.uniform(0.8, 1.4);
@@ -42,11 +34,12 @@ CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int
                                  Random& random) {
   CalibrationTask task{{}, lens, model, kSigmaPx, {}};
   task.dataset.image_size = {1280, 800};
-  task.dataset.boards = {{grid_of_points(), Pose()}};
+  task.dataset.boards = {
+      {make_board(Checkerboard{kGridPoints, kGridPoints, kGridSpacingM, kGridSpacingM}), Pose()}};
   for (int i = 0; i < num_views; ++i) {
     task.camera_from_board.push_back(draw_pose(random));
     View view{std::to_string(i), {}};
-    for (const TargetPoint& p : task.dataset.boards[0].board.points) {
+    for (const TargetPoint& p : target_points(task.dataset.boards[0].board)) {
       const auto pixel = project(lens, task.camera_from_board.back() * p.position);
       const Vector2d noise = kSigmaPx * Vector2d(random.normal(), random.normal());
       if (pixel && contains(task.dataset.image_size, *pixel))
@@ -60,7 +53,7 @@ CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int
 Eigen::MatrixXd calibration_information(const CalibrationTask& task) {
   const std::vector<FreeParameter>& free = Model::named(task.model).free();
   const auto k = static_cast<Eigen::Index>(free.size());
-  const std::vector<TargetPoint>& board = task.dataset.boards[0].board.points;
+  const std::vector<TargetPoint> board = target_points(task.dataset.boards[0].board);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(k, k), gram;
   for (std::size_t i = 0; i < task.dataset.views.size(); ++i) {
     std::vector<Vector3d> points;

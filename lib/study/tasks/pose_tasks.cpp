@@ -19,7 +19,7 @@ std::vector<Vector3d> square_points(double side_m) {
 
 std::vector<Vector3d> tag_grid_points(int n) {
   std::vector<Vector3d> points;
-  for (const TargetPoint& p : target_points(grid_board({n, n, 0.528 / n, 0.3, 0})))
+  for (const TargetPoint& p : target_points(make_board(AprilGrid{n, n, 0.528 / n, 0.3, 0})))
     points.push_back(p.position - Vector3d(0.33, 0.33, 0));
   return points;
 }

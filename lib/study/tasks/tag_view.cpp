@@ -14,9 +14,7 @@ using Eigen::Vector3d;
 TagScene::TagScene(const TagViewSpec& spec, Random& random)
     : families({{spec.family, tag_family(spec.family, 1)}}),
       id(static_cast<int>(random.index(families.at(spec.family).codes.size()))) {
-  const Board board =
-      grid_board({1, 1, 1.0, 0.3, id}, spec.family, spec.border_bits, spec.corner_squares);
-  scene.boards.push_back({board, Pose()});
+  scene.boards.push_back({make_board(spec.board(id)), Pose()});
   scene.sensor = {1, spec.blur_px, spec.noise_levels};
   scene.paper_level = 220 / 255.0;
   scene.ink_level = 30 / 255.0;
@@ -25,7 +23,7 @@ TagScene::TagScene(const TagViewSpec& spec, Random& random)
 
 std::optional<std::array<Vector2d, 4>> TagScene::corners(const Pose& camera_from_world) const {
   std::array<Vector2d, 4> result;
-  const auto corners = tag_corners(scene.boards[0].board.tags[0]);
+  const auto corners = tag_corners(tags_of(scene.boards[0].board)[0]);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto pixel = project(scene.camera.lens, camera_from_world * corners[i]);
     if (!pixel) return std::nullopt;

@@ -21,6 +21,10 @@ struct TagViewSpec {
   std::string family = "tag36h11";
   int border_bits = 1;
   bool corner_squares = false;  // Kalibr's, 0.3 of the tag wide
+
+  AprilGrid board(int id) const {
+    return {1, 1, 1.0, 0.3, id, family, border_bits, corner_squares};
+  }
 };
 
 struct TagView {

@@ -16,6 +16,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/internal/overloaded.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 #include "tagcal/solvers/plane.hpp"
 
@@ -60,13 +61,13 @@ std::vector<SeenKind> sure_kinds(const ImageView8& image, KindsInPicture seen) {
   return kinds;
 }
 
-bool is_kind(const SeenKind& kind, const Board& board) {
-  return kind.family == board.family && kind.border_bits == board.border_bits;
+bool is_kind(const SeenKind& seen, const TagKind& kind) {
+  return seen.family == kind.family && seen.border_bits == kind.border_bits;
 }
 
-// Number of tags of the board's family and border in a picture.
-std::size_t count_in(const ImageView8& image, const Board& board) {
-  const KindsInPicture seen = search_kinds(image, {{board.family, board.border_bits}});
+// Number of tags of a kind in a picture.
+std::size_t count_in(const ImageView8& image, const TagKind& kind) {
+  const KindsInPicture seen = search_kinds(image, {kind});
   return seen.kinds.empty() ? 0 : seen.kinds.front().tags.size();
 }
 
@@ -95,7 +96,7 @@ std::optional<Vector2d> centre_seen_from(const Quad& from, const Quad& other) {
 }
 
 // Median of the gaps between neighbouring tags in the picture, in sides of a tag.
-std::optional<double> measured_spacing(const Grid& grid, const std::map<int, Quad>& seen) {
+std::optional<double> measured_spacing(const AprilGrid& grid, const std::map<int, Quad>& seen) {
   std::vector<double> gaps;
   for (const auto& [id, quad] : seen) {
     const int place = id - grid.first_id;
@@ -126,7 +127,7 @@ class Explainer {
     }
     find_kinds();
     for (const PlacedBoard& placed : boards_) {
-      if (!placed.board.tags.empty() && !placed.board.charuco) explain_board(placed.board);
+      if (point_kind(placed.board) == PointKind::tag_corner) explain_board(placed.board);
     }
     explain_checkers();
     std::ranges::sort(result_.reported);
@@ -155,7 +156,10 @@ class Explainer {
     const SeenBoards seen = finder.find(image_);
     const Completion& completion = seen.completions.front();
     report(completion, seen.repeated);
-    name_mistakes(board, completion, seen.strange.size());
+    name_mistakes(tag_kind(board).value(), completion, seen.strange.size());
+    std::visit(Overloaded{[&](const AprilGrid& grid) { name_wrong_spacing(grid, completion); },
+                          [](const auto&) {}},
+               board.pattern);
   }
 
   void explain_checkers() {
@@ -163,11 +167,12 @@ class Explainer {
     const std::vector<SeenChecker> seen = finder.find(image_);
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const Board& board = *finder.boards()[i];
+      const Checkerboard squares = checkers(board).value();
       result_.checkerboards.push_back(
           seen[i].answer == CheckerAnswer::found
               ? fmt::format("the checkerboard of {} x {} corners: {} of {} corners are reported",
-                            board.checkerboard->columns, board.checkerboard->rows,
-                            seen[i].corners.size(), board.points.size())
+                            squares.columns, squares.rows, seen[i].corners.size(),
+                            squares.columns * squares.rows)
               : why_not_text(seen[i], board));
     }
   }
@@ -180,42 +185,41 @@ class Explainer {
     for (const int id : repeated) result_.not_reported.push_back({id, twice});
   }
 
-  void name_mistakes(const Board& board, const Completion& completion, std::size_t strange) {
+  void name_mistakes(const TagKind& wanted, const Completion& completion, std::size_t strange) {
     if (completion.tags.empty() && strange > 0) {
       result_.mistakes.push_back(
           fmt::format("wrong ids: {} tags of {} are in the picture, none of them is on the target; "
                       "correct the ids in the target file",
-                      strange, board.family));
+                      strange, wanted.family));
     } else {
-      name_wrong_kind(board, completion.tags.empty());
+      name_wrong_kind(wanted, completion.tags.empty());
     }
-    if (board.grid) name_wrong_spacing(*board.grid, completion);
   }
 
   // Tags printed with one border are often read as tags with the other, but with wrong cells.
-  void name_wrong_kind(const Board& board, bool nothing_found) {
+  void name_wrong_kind(const TagKind& wanted, bool nothing_found) {
     std::size_t of_target = 0;
     for (const SeenKind& kind : result_.decoded)
-      if (is_kind(kind, board)) of_target = kind.ids.size();
+      if (is_kind(kind, wanted)) of_target = kind.ids.size();
     bool named = false;
     for (const SeenKind& kind : result_.decoded) {
       const std::size_t n = kind.ids.size();
-      const bool is_border = kind.family == board.family;
-      if (is_kind(kind, board) || !shows_other_kind(n, of_target)) continue;
+      const bool is_border = kind.family == wanted.family;
+      if (is_kind(kind, wanted) || !shows_other_kind(n, of_target)) continue;
       if (!nothing_found && !is_border) continue;  // tags of another object
       named = true;
-      result_.mistakes.push_back(
-          fmt::format("wrong {}: {} tags of {} with border_bits {} are in the picture, but the "
-                      "target file says {}; correct the target file",
-                      is_border ? "border" : "family", n, kind.family, kind.border_bits,
-                      is_border ? fmt::format("border_bits {}", board.border_bits) : board.family));
+      result_.mistakes.push_back(fmt::format(
+          "wrong {}: {} tags of {} with border_bits {} are in the picture, but the "
+          "target file says {}; correct the target file",
+          is_border ? "border" : "family", n, kind.family, kind.border_bits,
+          is_border ? fmt::format("border_bits {}", wanted.border_bits) : wanted.family));
     }
     if (named || !nothing_found) return;
-    if (const std::size_t n = count_in(mirrored(first_size_), board);
+    if (const std::size_t n = count_in(mirrored(first_size_), wanted);
         n >= policy::kBoardMinOtherTags)
       result_.mistakes.push_back(fmt::format(
           "mirrored picture: {} tags are read after mirroring it; mirror the picture back", n));
-    if (const std::size_t n = count_in(inverted(first_size_), board);
+    if (const std::size_t n = count_in(inverted(first_size_), wanted);
         n >= policy::kBoardMinOtherTags)
       result_.mistakes.push_back(
           fmt::format("inverted picture: {} tags are read after exchanging black and white; invert "
@@ -223,7 +227,7 @@ class Explainer {
                       n));
   }
 
-  void name_wrong_spacing(const Grid& grid, const Completion& completion) {
+  void name_wrong_spacing(const AprilGrid& grid, const Completion& completion) {
     std::map<int, Quad> seen;
     for (const FoundTag& tag : completion.tags) seen[tag.id] = tag.corners;
     const std::optional<double> spacing = measured_spacing(grid, seen);

@@ -126,7 +126,8 @@ TagFamily tag_family(std::string_view name, int border_bits) {
 TagFamilies tag_families(const std::vector<PlacedBoard>& boards) {
   TagFamilies families;  // each board gives them its own border when it is drawn
   for (const auto& [board, pose] : boards)
-    if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
+    if (const auto kind = tag_kind(board))
+      families[kind->family] = tag_family(kind->family, kind->border_bits);
   return families;
 }
 

@@ -69,12 +69,6 @@ struct DetectResult {
   std::vector<View> views() const;  // of a data set
 };
 
-// A family of tags with the width of its black border: 1 as generated, 2 as on Kalibr's boards.
-struct TagKind {
-  std::string family = "tag36h11";
-  int border_bits = 1;
-};
-
 // A tag in a picture that is on no known board. An id may be seen more than once.
 struct DetectedTag {
   int id = 0;

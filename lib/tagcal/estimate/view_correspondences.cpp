@@ -43,7 +43,7 @@ std::vector<Correspondence> correspondences(const View& view,
 
 Dataset dataset_from_correspondences(std::span<const std::vector<Correspondence>> views,
                                      const ImageSize& image_size) {
-  Board board{.border_bits = 1, .corner_squares = false};
+  Points board;
   std::map<std::array<double, 3>, CornerId> ids;
   Dataset dataset{image_size, {}, {}, {}};
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -61,7 +61,7 @@ Dataset dataset_from_correspondences(std::span<const std::vector<Correspondence>
       view.observations.push_back({place->second, pixel, std::nullopt});
     }
   }
-  dataset.boards.push_back({std::move(board), Pose()});
+  dataset.boards.push_back({{std::move(board), {}}, Pose()});
   return dataset;
 }
 

@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/overloaded.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 constexpr std::array<std::string_view, 3> kMaterialNames = {"paper", "aluminium", "glass"};
@@ -40,14 +42,19 @@ void check_counts(std::int64_t num_parts, std::int64_t first_id, const char* key
         fmt::format("board: {}: the ids must stay below 2^31, but end at {}", key, last_id));
 }
 
-void check(const Grid& grid, int border_bits) {
+std::int64_t product(int columns, int rows) { return std::int64_t{columns} * rows; }
+
+template <typename Measured>  // points and tags are taken as they are
+void check(const Measured&) {}
+
+void check(const AprilGrid& grid) {
   require_positive(grid.columns, "columns");
   require_positive(grid.rows, "rows");
   require_positive(grid.tag_size, "tag_size");
-  require_positive(border_bits, "border_bits");
+  require_positive(grid.border_bits, "border_bits");
   if (!(grid.tag_spacing >= 0) || !std::isfinite(grid.tag_spacing))
     throw Error(fmt::format("board: tag_spacing: must be >= 0, got {}", grid.tag_spacing));
-  check_counts(std::int64_t{grid.columns} * grid.rows, grid.first_id, "first_id");
+  check_counts(product(grid.columns, grid.rows), grid.first_id, "first_id");
 }
 
 void check(const Checkerboard& board) {
@@ -57,22 +64,74 @@ void check(const Checkerboard& board) {
   }
   require_positive(board.column_spacing, "column_spacing");
   require_positive(board.row_spacing, "row_spacing");
-  check_counts(std::int64_t{board.columns} * board.rows, board.first_id, "first_id");
+  check_counts(product(board.columns, board.rows), board.first_id, "first_id");
 }
 
-void check(const CharucoMarkers& markers, const Checkerboard& board) {
-  check(board);
-  require_positive(markers.size, "marker size");
-  if (board.column_spacing != board.row_spacing) {
-    throw Error(fmt::format("board: squares of a ChArUco board must be square, got {} x {} m",
-                            board.column_spacing, board.row_spacing));
-  }
-  if (markers.size >= board.column_spacing) {
+Checkerboard squares_of(const Charuco& board) {
+  const bool starts_black = board.legacy || board.square_rows % 2 == 1;
+  return {board.square_columns - 1, board.square_rows - 1, board.square_size,
+          board.square_size,        starts_black,          board.first_id};
+}
+
+void check(const Charuco& board) {
+  check(squares_of(board));
+  require_positive(board.marker_size, "marker size");
+  if (board.marker_size >= board.square_size) {
     throw Error(fmt::format("board: markers must be smaller than a square of {} m, got {}",
-                            board.column_spacing, markers.size));
+                            board.square_size, board.marker_size));
   }
-  const std::int64_t num_squares = (std::int64_t{board.columns} + 1) * (board.rows + 1);
-  check_counts((num_squares + 1) / 2, markers.first_marker_id, "first_marker_id");
+  const std::int64_t num_squares = product(board.square_columns, board.square_rows);
+  check_counts((num_squares + 1) / 2, board.first_marker_id, "first_marker_id");
+}
+
+std::vector<Tag> tags_of(const AprilGrid& grid) {
+  std::vector<Tag> tags;
+  const double pitch = grid.tag_size * (1 + grid.tag_spacing);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Eigen::Vector3d centre(column * pitch + grid.tag_size / 2,
+                                   row * pitch + grid.tag_size / 2, 0);
+      tags.push_back({grid.first_id + row * grid.columns + column, grid.tag_size,
+                      Pose(Eigen::Quaterniond::Identity(), centre)});
+    }
+  }
+  return tags;
+}
+
+std::vector<Tag> tags_of(const Charuco& board) {
+  std::vector<Tag> markers;
+  const Checkerboard squares = squares_of(board);
+  int id = board.first_marker_id;
+  for (int row = board.square_rows - 1; row >= 0; --row) {
+    for (int column = 0; column < board.square_columns; ++column) {
+      const bool is_black = ((row + column) % 2 == 0) == squares.starts_black;
+      if (is_black) continue;
+      const Eigen::Vector3d centre((column - 0.5) * squares.column_spacing,
+                                   (row - 0.5) * squares.row_spacing, 0);
+      markers.push_back({id++, board.marker_size, Pose(Eigen::Quaterniond::Identity(), centre)});
+    }
+  }
+  return markers;
+}
+
+std::vector<TargetPoint> points_of(const std::vector<Tag>& tags) {
+  std::vector<TargetPoint> points;
+  points.reserve(4 * tags.size());
+  for (const Tag& tag : tags) {
+    const auto corners = tag_corners(tag);
+    for (int i = 0; i < 4; ++i)
+      points.push_back({{tag.id, i}, corners[static_cast<std::size_t>(i)]});
+  }
+  return points;
+}
+
+std::vector<TargetPoint> points_of(const Checkerboard& board) {
+  std::vector<TargetPoint> points;
+  for (int row = 0; row < board.rows; ++row)
+    for (int column = 0; column < board.columns; ++column)
+      points.push_back({{board.first_id + row * board.columns + column, 0},
+                        {column * board.column_spacing, row * board.row_spacing, 0}});
+  return points;
 }
 
 }  // namespace
@@ -92,60 +151,10 @@ void check_substrate(const Substrate& substrate) {
   check(substrate.print, "print");
 }
 
-Board grid_board(const Grid& grid, std::string family, int border_bits, bool corner_squares) {
-  check(grid, border_bits);
-  Board board;
-  board.family = std::move(family);
-  board.border_bits = border_bits;
-  board.corner_squares = corner_squares;
-  board.grid = grid;
-  const double pitch = grid.tag_size * (1 + grid.tag_spacing);
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const Eigen::Vector3d centre(column * pitch + grid.tag_size / 2,
-                                   row * pitch + grid.tag_size / 2, 0);
-      board.tags.push_back({grid.first_id + row * grid.columns + column, grid.tag_size,
-                            Pose(Eigen::Quaterniond::Identity(), centre)});
-    }
-  }
-  return board;
-}
-
-Board checkerboard_board(const Checkerboard& checkerboard) {
-  check(checkerboard);
-  Board board;
-  board.border_bits = 1;
-  board.corner_squares = false;
-  board.checkerboard = checkerboard;
-  for (int row = 0; row < checkerboard.rows; ++row) {
-    for (int column = 0; column < checkerboard.columns; ++column) {
-      const int id = checkerboard.first_id + row * checkerboard.columns + column;
-      board.points.push_back(
-          {{id, 0}, {column * checkerboard.column_spacing, row * checkerboard.row_spacing, 0}});
-    }
-  }
-  return board;
-}
-
-Board charuco_board(const Checkerboard& checkerboard, const CharucoMarkers& markers) {
-  check(markers, checkerboard);
-  Checkerboard squares = checkerboard;
-  const int square_rows = squares.rows + 1, square_columns = squares.columns + 1;
-  squares.starts_black = markers.legacy || square_rows % 2 == 1;
-  Board board = checkerboard_board(squares);
-  board.charuco = markers;
-  board.family = markers.dictionary;
-  int id = markers.first_marker_id;
-  for (int row = square_rows - 1; row >= 0; --row) {
-    for (int column = 0; column < square_columns; ++column) {
-      const bool is_black = ((row + column) % 2 == 0) == squares.starts_black;
-      if (is_black) continue;
-      const Eigen::Vector3d centre((column - 0.5) * squares.column_spacing,
-                                   (row - 0.5) * squares.row_spacing, 0);
-      board.tags.push_back({id++, markers.size, Pose(Eigen::Quaterniond::Identity(), centre)});
-    }
-  }
-  return board;
+Board make_board(BoardPattern pattern, const Substrate& substrate) {
+  std::visit([](const auto& kind) { check(kind); }, pattern);
+  check_substrate(substrate);
+  return {std::move(pattern), substrate};
 }
 
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag) {
@@ -156,17 +165,47 @@ std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag) {
           tag.board_from_tag * Eigen::Vector3d(-half, half, 0)};
 }
 
+PointKind point_kind(const Board& board) {
+  if (checkers(board)) return PointKind::checker_corner;
+  return tag_kind(board) ? PointKind::tag_corner : PointKind::measured;
+}
+
 std::vector<TargetPoint> target_points(const Board& board) {
-  std::vector<TargetPoint> points = board.points;
-  if (board.charuco) return points;
-  points.reserve(points.size() + 4 * board.tags.size());
-  for (const Tag& tag : board.tags) {
-    const auto corners = tag_corners(tag);
-    for (int i = 0; i < 4; ++i)
-      points.push_back({{tag.id, i}, corners[static_cast<std::size_t>(i)]});
-  }
+  std::vector<TargetPoint> points =
+      std::visit(Overloaded{[](const Points& measured) { return measured.points; },
+                            [](const Tags& single) { return points_of(single.tags); },
+                            [](const AprilGrid& grid) { return points_of(tags_of(grid)); },
+                            [](const Checkerboard& squares) { return points_of(squares); },
+                            [](const Charuco& charuco) { return points_of(squares_of(charuco)); }},
+                 board.pattern);
   std::ranges::sort(points, {}, &TargetPoint::id);
   return points;
+}
+
+std::vector<Tag> tags_of(const Board& board) {
+  return std::visit(Overloaded{[](const Tags& single) { return single.tags; },
+                               [](const AprilGrid& grid) { return tags_of(grid); },
+                               [](const Charuco& charuco) { return tags_of(charuco); },
+                               [](const auto&) { return std::vector<Tag>{}; }},
+                    board.pattern);
+}
+
+std::optional<TagKind> tag_kind(const Board& board) {
+  return std::visit(
+      [](const auto& kind) -> std::optional<TagKind> {
+        if constexpr (requires { kind.border_bits; }) return TagKind{kind.family, kind.border_bits};
+        if constexpr (requires { kind.dictionary; }) return TagKind{kind.dictionary, 1};
+        return std::nullopt;
+      },
+      board.pattern);
+}
+
+std::optional<Checkerboard> checkers(const Board& board) {
+  using Result = std::optional<Checkerboard>;
+  return std::visit(Overloaded{[](const Checkerboard& squares) -> Result { return squares; },
+                               [](const Charuco& charuco) -> Result { return squares_of(charuco); },
+                               [](const auto&) -> Result { return std::nullopt; }},
+                    board.pattern);
 }
 
 }  // namespace tagcal

@@ -57,43 +57,70 @@ struct Tag {
   Pose board_from_tag;
 };
 
+// A family of tags with the width of its black border in cells: 1 as generated, 2 as Kalibr prints.
+struct TagKind {
+  std::string family = "tag36h11";
+  int border_bits = 1;
+};
+
 // Most tags or corners of one board, here and in files: memory for more is a mistake in the counts.
 constexpr int kMaxBoardParts = 100'000;
 
-// Kalibr's AprilGrid: tag ids row by row from below, first_id at the lower left. Board frame:
-// origin at the outer lower-left corner of that tag, x right, y up, z out of the board to the
-// viewer.
-struct Grid {
-  int columns = 0;
-  int rows = 0;
-  double tag_size = 0;     // metres
-  double tag_spacing = 0;  // gap / tag_size
-  int first_id = 0;
+// The kinds of boards. Lengths are metres. Unless a kind says otherwise, ids count row by row from
+// below, and x points right, y up and z out of the board to the viewer.
+
+// Measured points, each with corner 0.
+struct Points {
+  std::vector<TargetPoint> points;
 };
 
-// The corners of a checkerboard, where four squares meet: row by row from below, first_id at the
-// lower left, each with corner 0. Board frame: origin at that corner, x right, y up, z out of the
-// board to the viewer. A board with an odd number of squares in one direction and an even one in
+// Single tags, rigid together, in the board's frame.
+struct Tags {
+  std::string family = "tag36h11";
+  int border_bits = 1;
+  std::vector<Tag> tags;
+};
+
+// Kalibr's AprilGrid. Origin: the outer lower-left corner of the lower-left tag.
+struct AprilGrid {
+  int columns = 0;
+  int rows = 0;
+  double tag_size = 0;
+  double tag_spacing = 0;  // gap / tag_size
+  int first_id = 0;
+  std::string family = "tag36h11";
+  int border_bits = 2;
+  bool corner_squares = true;  // Kalibr's black squares between the tags
+};
+
+// A checkerboard; its corners, where four squares meet, are numbered, each with corner 0. Origin:
+// the lower-left corner. A board with an odd number of squares in one direction and an even one in
 // the other looks different turned by half a turn; any other looks the same.
 struct Checkerboard {
   int columns = 0;  // of corners, one less than those of squares
   int rows = 0;
-  double column_spacing = 0;  // metres, along x
-  double row_spacing = 0;     // metres, along y
+  double column_spacing = 0;  // along x
+  double row_spacing = 0;     // along y
   bool starts_black = true;   // the square to the lower left of the first corner
   int first_id = 0;           // of the corners
 };
 
-// The markers of a ChArUco board, in the middle of its white squares, upright, row by row from
-// above.
-struct CharucoMarkers {
-  double size = 0;              // metres, outer black edge to outer black edge; less than a square
+// A ChArUco board: a checkerboard with markers in the middle of its white squares, upright,
+// numbered row by row from above. The markers are found, but only the corners are observed.
+struct Charuco {
+  int square_columns = 0;
+  int square_rows = 0;
+  double square_size = 0;
+  double marker_size = 0;       // outer black edge to outer black edge; less than a square
   std::string dictionary = {};  // a family of tags, for example "DICT_5X5_100"
   // The pattern of OpenCV before 4.6: the lower left square of the board is black; otherwise the
   // upper left one is. Both are the same for an odd number of rows of squares.
   bool legacy = false;
-  int first_marker_id = 0;
+  int first_id = 0;         // of the corners
+  int first_marker_id = 0;  // of the markers
 };
+
+using BoardPattern = std::variant<Points, Tags, AprilGrid, Checkerboard, Charuco>;
 
 enum class Material { paper, aluminium, glass };
 
@@ -115,38 +142,33 @@ struct Substrate {
 // Throws Error for a share out of its range.
 void check_substrate(const Substrate& substrate);
 
-// A calibration target: tags, a checkerboard with or without markers, or measured points.
+// A calibration target. A default one has no points.
 struct Board {
-  std::string family = "tag36h11";
-  int border_bits = 2;  // width of the black border in cells: 2 as Kalibr prints, 1 for plain tags
-  bool corner_squares = true;  // Kalibr's black squares between the tags
-  std::optional<Grid> grid;    // set if the tags form a grid
-  std::optional<Checkerboard> checkerboard;
-  std::optional<CharucoMarkers> charuco;  // only with a checkerboard
-  // Of a ChArUco board the markers; their corners are found, but not observed (target_points).
-  std::vector<Tag> tags;
-  std::vector<TargetPoint> points;  // of a `points` target or a checkerboard
+  BoardPattern pattern;
   Substrate substrate;
 };
 
-// The board of a grid. Throws Error unless the sizes are positive and the spacing is not negative,
-// and if there are more than kMaxBoardParts tags or the ids do not fit an int.
-Board grid_board(const Grid& grid, std::string family = "tag36h11", int border_bits = 2,
-                 bool corner_squares = true);
-
-// A checkerboard. Throws Error unless there are 2 x 2 corners or more, kMaxBoardParts at most, and
-// the spacings are positive, and if the ids do not fit an int.
-Board checkerboard_board(const Checkerboard& checkerboard);
-
-// A ChArUco board with square squares; `checkerboard.starts_black` is set by the layout. Throws
-// Error as checkerboard_board, for spacings that differ, and for markers that do not fit into a
-// square.
-Board charuco_board(const Checkerboard& checkerboard, const CharucoMarkers& markers);
+// The board of a pattern. Throws Error unless sizes and counts are positive (2 x 2 corners at
+// least), the spacing of tags is not negative and markers are smaller than a square, and if there
+// are more than kMaxBoardParts tags or corners or an id does not fit an int; and as
+// check_substrate(). Points and single tags are taken as they are.
+Board make_board(BoardPattern pattern, const Substrate& substrate = {});
 
 // Corners 0..3 of a tag in the board frame.
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag);
 
+// What the points of a board are.
+enum class PointKind { measured, tag_corner, checker_corner };
+PointKind point_kind(const Board& board);
+
 // All points of the board that can be observed, in the board frame, ordered by id.
 std::vector<TargetPoint> target_points(const Board& board);
+
+// The tags of a board, or the markers of a ChArUco board, and their kind; no value without tags.
+std::vector<Tag> tags_of(const Board& board);
+std::optional<TagKind> tag_kind(const Board& board);
+
+// The squares of a checkerboard or of a ChArUco board; no value for other boards.
+std::optional<Checkerboard> checkers(const Board& board);
 
 }  // namespace tagcal

@@ -45,8 +45,8 @@ void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& p
 
 std::string name_of(const CornerId& id, const Board& board) {
   const std::string number = std::to_string(id.tag_id);
-  if (board.checkerboard) return "corner " + number;
-  if (board.tags.empty()) return "point " + number;
+  if (checkers(board)) return "corner " + number;
+  if (!tag_kind(board)) return "point " + number;
   return "tag " + number + " corner " + std::to_string(id.corner);
 }
 
@@ -77,8 +77,8 @@ std::vector<Observation> visible_corners(const Scene& scene, const Pose& camera_
       look_at(point.id, world_from_board * point.position, own);
   }
   for (const PlacedBoard& placed : scene.boards) {
-    if (placed.board.checkerboard) continue;  // its points are on its sheet
-    for (const TargetPoint& point : placed.board.points)
+    if (point_kind(placed.board) != PointKind::measured) continue;  // they are on its sheets
+    for (const TargetPoint& point : target_points(placed.board))
       look_at(point.id, placed.world_from_board * point.position, Shadows::kNone);
   }
   std::ranges::sort(seen, {}, &Observation::id);

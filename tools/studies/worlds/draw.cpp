@@ -39,12 +39,16 @@ std::optional<double> pixels_per_radian(const Lens& lens, const Vector3d& direct
   return std::sqrt(std::abs(u.x() * v.y() - u.y() * v.x()));
 }
 
-Vector3d board_centre(const Grid& grid) {
+const AprilGrid& grid_of(const Scene& scene) {
+  return std::get<AprilGrid>(scene.boards[0].board.pattern);
+}
+
+Vector3d board_centre(const AprilGrid& grid) {
   const double pitch = grid.tag_size * (1 + grid.tag_spacing), gap = pitch - grid.tag_size;
   return {(grid.columns * pitch - gap) / 2, (grid.rows * pitch - gap) / 2, 0};
 }
 
-std::optional<Pose> draw_pose(const Camera& camera, const Grid& grid, const ViewSpread& spread,
+std::optional<Pose> draw_pose(const Camera& camera, const AprilGrid& grid, const ViewSpread& spread,
                               Random& random) {
   const double dx = random.uniform(-0.5, 0.5), dy = random.uniform(-0.5, 0.5);
   const Vector2d pixel =
@@ -73,7 +77,7 @@ std::optional<Pose> draw_pose(const Camera& camera, const Grid& grid, const View
 
 // No value if the board would have too few or too many tags, or tags that do not fit into the
 // image.
-std::optional<Board> draw_board(World& world, Random& random) {
+std::optional<AprilGrid> draw_board(World& world, Random& random) {
   const ImageSize& size = world.scene.camera.image_size;
   const double tag_px = log_uniform(12, 300, random);
   const double wanted = log_uniform(0.04, 1, random);
@@ -89,8 +93,8 @@ std::optional<Board> draw_board(World& world, Random& random) {
   if (columns * rows < 3) return std::nullopt;
   world.tag_px = tag_px;
   world.coverage = columns * rows * pitch_px * pitch_px / area;
-  return grid_board({columns, rows, log_uniform(0.02, 0.2, random), spacing, 0}, "tag36h11",
-                    kalibr ? 2 : 1, kalibr);
+  const double tag_size = log_uniform(0.02, 0.2, random);
+  return AprilGrid{columns, rows, tag_size, spacing, 0, "tag36h11", kalibr ? 2 : 1, kalibr};
 }
 
 ViewSpread draw_spread(const World& world, Random& random) {
@@ -106,7 +110,7 @@ ViewSpread draw_spread(const World& world, Random& random) {
 
 bool draw_views(Scene& scene, const ViewSpread& spread, Random& random) {
   ExplicitPath path;
-  const Grid& grid = *scene.boards[0].board.grid;
+  const AprilGrid& grid = grid_of(scene);
   for (int view = 0; view < scene.num_views; ++view) {
     bool found = false;
     for (int i = 0; i < kMostTries && !found; ++i) {
@@ -134,7 +138,7 @@ void draw_sensor(World& world, Random& random) {
   scene.paper_level = std::pow(paper, power);
   scene.ink_level = std::pow(ink, power);
   if (random.uniform() < 0.4) world.ink_spread_px = random.uniform(-0.05, 0.15);
-  scene.ink_spread_m = world.ink_spread_px * scene.boards[0].board.grid->tag_size / world.tag_px;
+  scene.ink_spread_m = world.ink_spread_px * grid_of(scene).tag_size / world.tag_px;
 }
 
 // A lamp that lights the nearest part of the board fully and the others less, and a lens that loses
@@ -144,7 +148,7 @@ void draw_light(World& world) {
   Random random = stream_of(world.id, kLightStream);
   Scene& scene = world.scene;
   scene.sensor.vignetting.polynomial = {-random.uniform(0.05, 0.5)};
-  const Vector3d centre = board_centre(*scene.boards[0].board.grid);
+  const Vector3d centre = board_centre(grid_of(scene));
   const double diagonal = 2 * centre.norm(), height = diagonal * log_uniform(0.5, 3, random);
   const double x = diagonal * random.uniform(-1, 1), y = diagonal * random.uniform(-1, 1);
   Light light;
@@ -157,7 +161,7 @@ void draw_light(World& world) {
 // behind the paper.
 void adapt_to_bend(World& world) {
   if (world.id.mode != kPixels || !world.defects.of_board()) return;
-  world.scene.boards[0].board.corner_squares = false;
+  std::get<AprilGrid>(world.scene.boards[0].board.pattern).corner_squares = false;
   world.scene.occluders.clear();
 }
 
@@ -181,10 +185,10 @@ World draw_world(const WorldId& id) {
     scene.camera = drawn.camera;
     scene.model = drawn.model;
     world.field_of_view_deg = drawn.field_of_view_deg;
-    std::optional<Board> board;
+    std::optional<AprilGrid> board;
     while (!board) board = draw_board(world, random);
-    scene.boards = {{*board, Pose()}};
-    scene.paper_margin_m = board->grid->tag_size * random.uniform(0.15, 1);
+    scene.boards = {{make_board(*board), Pose()}};
+    scene.paper_margin_m = board->tag_size * random.uniform(0.15, 1);
     // 2 to 41, a quarter of them below 6; with the worlds of few views half are.
     scene.num_views = static_cast<int>(2 * std::pow(20.99, std::pow(random.uniform(), 0.735)));
     world.most_tilt_deg = random.uniform(3, 65);

@@ -14,8 +14,8 @@ void describe(const World& world, Record& r) {
   r.height = scene.camera.image_size.height;
   r.field_of_view_deg = world.field_of_view_deg;
   r.views = scene.num_views;
-  r.tags_on_board = static_cast<int>(scene.boards[0].board.tags.size());
-  r.border_bits = scene.boards[0].board.border_bits;
+  r.tags_on_board = static_cast<int>(tags_of(scene.boards[0].board).size());
+  r.border_bits = tag_kind(scene.boards[0].board)->border_bits;
   r.tag_px = world.tag_px;
   r.coverage = world.coverage;
   r.most_tilt_deg = world.most_tilt_deg;

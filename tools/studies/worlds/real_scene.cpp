@@ -25,7 +25,7 @@ Tag tag_near(const Tag& tag, const RealBoard& board) {
 }
 
 // White paper behind all tags, so that the gaps between them are white.
-Occluder backing(const Board& board, double margin_m, double level) {
+Occluder backing(const Tags& board, double margin_m, double level) {
   Vector3d low = Vector3d::Constant(HUGE_VAL), high = -low;
   for (const Tag& tag : board.tags) {
     for (const Vector3d& corner : tag_corners(tag)) {
@@ -51,10 +51,12 @@ Scene real_scene(const World& world) {
   if (!world.defects.of_board()) return scene;
   Board& board = scene.boards[0].board;
   const RealBoard real(board, world.defects);
-  for (Tag& tag : board.tags) tag = tag_near(tag, real);
-  scene.occluders = {backing(board, scene.paper_margin_m, scene.paper_level)};
-  scene.paper_margin_m = kPaperOfGap * board.grid->tag_spacing * board.grid->tag_size;
-  board.grid.reset();
+  const auto grid = std::get<AprilGrid>(board.pattern);
+  Tags tags{grid.family, grid.border_bits, tags_of(board)};
+  for (Tag& tag : tags.tags) tag = tag_near(tag, real);
+  scene.occluders = {backing(tags, scene.paper_margin_m, scene.paper_level)};
+  scene.paper_margin_m = kPaperOfGap * grid.tag_spacing * grid.tag_size;
+  board.pattern = std::move(tags);
   return scene;
 }
 

@@ -21,9 +21,7 @@ struct Rendered {
 
 // Renders as `tagcal render` does.
 Rendered rendered(const Scene& scene, std::uint64_t seed) {
-  TagFamilies families;
-  for (const PlacedBoard& placed : scene.boards)
-    families[placed.board.family] = tag_family(placed.board.family, placed.board.border_bits);
+  const TagFamilies families = tag_families(scene.boards);
   const std::vector<Pose> poses = camera_poses(scene, seed);
   Rendered result;
   for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -28,29 +28,30 @@ std::string camera_text(const Scene& scene) {
       size.width, size.height, scene.model, p[0], p[1], p[2], p[3], fmt::join(distortion, ", "));
 }
 
-std::string tags_text(const PlacedBoard& placed) {
-  const Board& board = placed.board;
+std::string target_text(const Tags& board) {
   std::vector<std::string> tags;
   for (const Tag& tag : board.tags)
     tags.push_back(fmt::format("{{id: {}, size: {}, pose: {}}}", tag.id, tag.size,
                                pose_text(tag.board_from_tag)));
   return fmt::format(
       "  - target: {{target_type: tags, family: {}, border_bits: {}, corner_squares: false, tags: "
-      "[\n      {}]}}\n    world_from_board: {}\n",
-      board.family, board.border_bits, fmt::join(tags, ",\n      "),
-      pose_text(placed.world_from_board));
+      "[\n      {}]}}\n",
+      board.family, board.border_bits, fmt::join(tags, ",\n      "));
+}
+
+std::string target_text(const AprilGrid& grid) {
+  return fmt::format(
+      "  - target: {{target_type: aprilgrid, family: {}, tagCols: {}, tagRows: {}, tagSize: {}, "
+      "tagSpacing: {}, border_bits: {}, corner_squares: {}}}\n    first_id: {}\n",
+      grid.family, grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, grid.border_bits,
+      grid.corner_squares, grid.first_id);
 }
 
 std::string board_text(const PlacedBoard& placed) {
-  const Board& board = placed.board;
-  if (!board.grid) return tags_text(placed);
-  const Grid& grid = *board.grid;
-  return fmt::format(
-      "  - target: {{target_type: aprilgrid, family: {}, tagCols: {}, tagRows: {}, tagSize: {}, "
-      "tagSpacing: {}, border_bits: {}, corner_squares: {}}}\n"
-      "    first_id: {}\n    world_from_board: {}\n",
-      board.family, grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, board.border_bits,
-      board.corner_squares, grid.first_id, pose_text(placed.world_from_board));
+  const BoardPattern& pattern = placed.board.pattern;
+  const auto* const grid = std::get_if<AprilGrid>(&pattern);
+  return (grid ? target_text(*grid) : target_text(std::get<Tags>(pattern))) +
+         "    world_from_board: " + pose_text(placed.world_from_board) + "\n";
 }
 
 std::string light_text(const Light& light) {

@@ -21,12 +21,13 @@ namespace {
 // Throws Error for a tag that its family does not have: nobody can see it.
 Wanted wanted_of(const std::vector<const Board*>& boards) {
   Wanted wanted;
-  wanted.family = boards.front()->family;
-  wanted.border_bits = boards.front()->border_bits;
+  const TagKind kind = tag_kind(*boards.front()).value();
+  wanted.family = kind.family;
+  wanted.border_bits = kind.border_bits;
   const TagFamily family = tag_family(wanted.family, wanted.border_bits);
   for (const Board* board : boards) {
-    wanted.corner_squares |= board->corner_squares;
-    for (const Tag& tag : board->tags) {
+    wanted.corner_squares |= tag_surroundings(*board).corner_squares;
+    for (const Tag& tag : tags_of(*board)) {
       check_tag_id(family, tag.id);
       wanted.ids.insert(tag.id);
     }
@@ -160,9 +161,9 @@ std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<Placed
                                                         const DetectOptions& options) {
   std::map<std::pair<std::string, int>, std::vector<const Board*>> by_family;
   for (const PlacedBoard& placed : boards) {
-    const Board& board = placed.board;
-    if (!board.tags.empty() && !board.charuco)
-      by_family[{board.family, board.border_bits}].push_back(&board);
+    if (point_kind(placed.board) != PointKind::tag_corner) continue;
+    const TagKind kind = tag_kind(placed.board).value();
+    by_family[{kind.family, kind.border_bits}].push_back(&placed.board);
   }
   std::vector<std::unique_ptr<BoardFinder>> finders;
   for (auto& [family, of_family] : by_family)

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/board_search/placed_tag.hpp"
 #include "tagcal/detect/board_search/tag_cells.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -40,16 +41,11 @@ class PanelCompletion {
  public:
   PanelCompletion(const ImageView8& image, const Board& board, const TagFamily& family,
                   const CompletionRules& rules)
-      : image_(image), family_(family), rules_(rules), num_ids_(board.tags.size()) {
-    surroundings_.corner_squares = board.corner_squares && board.grid;
-    if (board.grid) {
-      surroundings_.white_frame = board.grid->tag_spacing * family.width_at_border >= 1;
-    }
-    if (board.charuco) {
-      const double white = (board.checkerboard->column_spacing - board.charuco->size) / 2;
-      surroundings_.white_frame = white * family.width_at_border >= board.charuco->size;
-    }
-  }
+      : image_(image),
+        family_(family),
+        rules_(rules),
+        num_ids_(tags_of(board).size()),
+        surroundings_(cell_surroundings(board, family)) {}
 
   void run(const BoardPanel& panel, const std::map<int, FoundTag>& found, Completion& result) {
     place(panel);
@@ -293,9 +289,8 @@ Completion complete_board(const ImageView8& image, const Board& board, const Tag
   for (const FoundTag& tag : found) by_id.emplace(tag.id, tag);
   Completion result;
   PanelCompletion completion(image, board, family, rules);
-  if (!board.tags.empty()) {
+  if (tag_kind(board))
     for (const BoardPanel& panel : board_panels(board, 0)) completion.run(panel, by_id, result);
-  }
   std::ranges::sort(result.tags, {}, &FoundTag::id);
   std::ranges::sort(result.missing, {}, &MissingTag::id);
   return result;

@@ -178,7 +178,7 @@ class PanelRefinement {
 
 void fit_under_lens(const ImageView8& image, const Board& board, const FamilyDetector& detector,
                     Completion& completion) {
-  if (board.tags.empty()) return;
+  if (!tag_kind(board)) return;
   std::map<int, FoundTag*> found;
   for (FoundTag& tag : completion.tags) found[tag.id] = &tag;
   for (const BoardPanel& panel : board_panels(board, 0))

@@ -12,16 +12,21 @@
 namespace tagcal::internal {
 namespace {
 
-int other_border(const Board& board) { return 3 - board.border_bits; }
+int other_border(int border_bits) { return 3 - border_bits; }
 
 // The boards with the other border, laid out as a target file would have them.
 std::vector<PlacedBoard> with_other_border(const std::vector<PlacedBoard>& boards) {
   std::vector<PlacedBoard> others;
+  const auto change = [](auto& kind) {
+    if constexpr (requires { kind.border_bits; }) kind.border_bits = other_border(kind.border_bits);
+    if constexpr (requires { kind.corner_squares; }) kind.corner_squares = kind.border_bits == 2;
+  };
   for (PlacedBoard placed : boards) {
-    Board& board = placed.board;
-    if (board.tags.empty() || tag_family(board.family, board.border_bits).reversed_border) continue;
-    board.border_bits = other_border(board);
-    board.corner_squares = board.border_bits == 2 && board.grid;
+    const auto kind = tag_kind(placed.board);
+    if (!kind || checkers(placed.board) ||
+        tag_family(kind->family, kind->border_bits).reversed_border)
+      continue;
+    std::visit(change, placed.board.pattern);
     others.push_back(placed);
   }
   return others;
@@ -60,13 +65,13 @@ std::vector<std::size_t> evenly_spread(const std::vector<std::size_t>& all, std:
   return some;
 }
 
-std::string warning_text(std::size_t shown, std::size_t num_pictures, const Board& other) {
+std::string warning_text(std::size_t shown, std::size_t num_pictures, int border_bits) {
   return fmt::format(
       "the tags in {} of {} pictures have a border of {} bit{}, but the target file says {}: few "
       "of "
       "them are read, and some of these wrongly. Put border_bits: {} into the target file",
-      shown, num_pictures, other.border_bits, other.border_bits == 1 ? "" : "s",
-      other_border(other), other.border_bits);
+      shown, num_pictures, border_bits, border_bits == 1 ? "" : "s", other_border(border_bits),
+      border_bits);
 }
 
 }  // namespace
@@ -115,7 +120,7 @@ std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& i
   }
   if (!shows_other_kind(all_read, all_sure)) return {};
   const auto shown = static_cast<std::size_t>(std::ranges::count_if(suspicious, shows_other));
-  return {warning_text(shown, images.size(), others.front().board)};
+  return {warning_text(shown, images.size(), tag_kind(others.front().board)->border_bits)};
 }
 
 }  // namespace tagcal::internal

@@ -204,13 +204,14 @@ BoardSymmetry symmetry_of(const Checkerboard& board) {
 }
 
 std::string why_not_text(const SeenChecker& seen, const Board& board) {
-  const std::string name = fmt::format("the checkerboard of {} x {} corners",
-                                       board.checkerboard->columns, board.checkerboard->rows);
+  const Checkerboard squares = checkers(board).value();
+  const std::string name =
+      fmt::format("the checkerboard of {} x {} corners", squares.columns, squares.rows);
   switch (seen.answer) {
     case CheckerAnswer::found:
       return {};
     case CheckerAnswer::no_grid:
-      return board.charuco ? "no marker of the ChArUco board found" : "no checkerboard found";
+      return tag_kind(board) ? "no marker of the ChArUco board found" : "no checkerboard found";
     case CheckerAnswer::other_grid:
       return fmt::format(
           "{} is not seen whole: the largest grid has {} x {}. Parts of a board without markers "
@@ -227,16 +228,16 @@ std::string why_not_text(const SeenChecker& seen, const Board& board) {
 std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards) {
   std::vector<std::string> warnings;
   for (const PlacedBoard& placed : boards) {
-    if (!placed.board.checkerboard || placed.board.charuco) continue;
-    const Checkerboard& board = *placed.board.checkerboard;
-    const BoardSymmetry symmetry = symmetry_of(board);
+    const auto board = checkers(placed.board);
+    if (!board || tag_kind(placed.board)) continue;
+    const BoardSymmetry symmetry = symmetry_of(*board);
     if (symmetry == BoardSymmetry::none) continue;
     warnings.push_back(fmt::format(
         "the checkerboard of {} x {} corners looks the same after {}: in each picture its y axis "
         "is taken to be the one that points up most, so a board on its head is numbered from the "
         "wrong end. A calibration does not change, poses do. Use a board with an odd number of "
         "squares in one direction and an even number in the other",
-        board.columns, board.rows,
+        board->columns, board->rows,
         symmetry == BoardSymmetry::half_turn ? "half a turn" : "a quarter turn"));
   }
   return warnings;
@@ -246,10 +247,11 @@ CheckerFinder::CheckerFinder(const std::vector<PlacedBoard>& boards, const Detec
     : camera_(options.camera) {
   for (const PlacedBoard& placed : boards) {
     const Board& board = placed.board;
-    if (!board.checkerboard) continue;
+    const auto squares = checkers(board);
+    if (!squares) continue;
     boards_.push_back(&board);
-    Target target{&board, CheckerPrint(board), nullptr};
-    if (board.charuco) {
+    Target target{&board, *squares, CheckerPrint(board), nullptr};
+    if (tag_kind(board)) {
       // The markers only lead to the corners, so that their sides are enough.
       DetectOptions of_markers = options;
       of_markers.refinement = Refinement::edges;
@@ -337,22 +339,21 @@ SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& tar
     if (first) return {CheckerAnswer::seen_twice, seen.size, {}};
     first = &grid;
     seen.answer = CheckerAnswer::found;
-    seen.corners = observations_of(*corners, *target.board->checkerboard);
+    seen.corners = observations_of(*corners, target.squares);
   }
   return seen;
 }
 
 SeenChecker CheckerFinder::find_charuco(const ImageView8& image, const Target& target) const {
   SeenChecker seen;
-  const Checkerboard& board = *target.board->checkerboard;
-  std::map<int, const Tag*> by_id;
-  for (const Tag& tag : target.board->tags) by_id[tag.id] = &tag;
+  std::map<int, Tag> by_id;
+  for (const Tag& tag : tags_of(*target.board)) by_id.emplace(tag.id, tag);
   std::vector<CheckerPlace> places;
   for (const Completion& completion : target.markers->find(image).completions) {
     for (const FoundTag& found : completion.tags) {
-      const auto on_board = tag_corners(*by_id.at(found.id));
+      const auto on_board = tag_corners(by_id.at(found.id));
       for (std::size_t k = 0; k < 4; ++k)
-        places.push_back({on_board[k].head<2>() / board.column_spacing, found.corners[k]});
+        places.push_back({on_board[k].head<2>() / target.squares.column_spacing, found.corners[k]});
     }
   }
   if (places.empty()) return seen;
@@ -360,7 +361,7 @@ SeenChecker CheckerFinder::find_charuco(const ImageView8& image, const Target& t
   CheckerCorners corners = fitter.fit(places);
   seen.answer = corners.empty() ? CheckerAnswer::not_fitted : CheckerAnswer::found;
   fitter.fit_under_lens(corners);
-  seen.corners = observations_of(corners, board);
+  seen.corners = observations_of(corners, target.squares);
   return seen;
 }
 

@@ -49,6 +49,7 @@ class CheckerFinder {
  private:
   struct Target {
     const Board* board = nullptr;
+    Checkerboard squares;
     CheckerPrint print;
     std::unique_ptr<BoardFinder> markers;  // of a ChArUco board
   };

@@ -29,16 +29,18 @@ constexpr double kHalf = 1.0 / 2;  // of a square
 
 }  // namespace
 
-CheckerPrint::CheckerPrint(const Board& board)
-    : columns_(board.checkerboard->columns),
-      rows_(board.checkerboard->rows),
-      starts_black_(board.checkerboard->starts_black) {
-  if (!board.charuco) return;
-  const TagFamily family = tag_family(board.family, board.border_bits);
-  const double side = board.checkerboard->column_spacing;
+CheckerPrint::CheckerPrint(const Board& board) {
+  const Checkerboard squares = checkers(board).value();
+  columns_ = squares.columns;
+  rows_ = squares.rows;
+  starts_black_ = squares.starts_black;
+  const auto markers = tag_kind(board);
+  if (!markers) return;
+  const TagFamily family = tag_family(markers->family, markers->border_bits);
+  const double side = squares.column_spacing;
   marker_cells_ = family.width_at_border;
-  marker_side_ = board.charuco->size / side;
-  for (const Tag& tag : board.tags) {
+  for (const Tag& tag : tags_of(board)) {
+    marker_side_ = tag.size / side;
     const Eigen::Vector3d centre = tag.board_from_tag.translation() / side;
     const CheckerCell square{static_cast<int>(std::lround(centre.x() + kHalf)),
                              static_cast<int>(std::lround(centre.y() + kHalf))};

@@ -17,7 +17,7 @@ using CheckerCell = std::pair<int, int>;
 // The print of a checkerboard, with the markers of a ChArUco board.
 class CheckerPrint {
  public:
-  // Throws Error as tag_family() does.
+  // Precondition: the board has squares. Throws Error as tag_family() does.
   explicit CheckerPrint(const Board& board);
 
   int columns() const { return columns_; }  // of corners
@@ -34,8 +34,8 @@ class CheckerPrint {
   std::vector<double> lines(int corner, int count, double outside) const;
   TagPattern::Cell colour(double x, double y) const;
 
-  int columns_, rows_;
-  bool starts_black_;
+  int columns_ = 0, rows_ = 0;
+  bool starts_black_ = true;
   int marker_cells_ = 0;                                          // along a side of a marker
   double marker_side_ = 0;                                        // squares
   std::map<CheckerCell, std::vector<TagPattern::Cell>> markers_;  // by square, rows from above

@@ -15,7 +15,7 @@ struct RefinedView {
   int num_refined = 0;
 
   void refine(const ImageView8& image, const Board& board, const Camera& camera) {
-    const Checkerboard& squares = *board.checkerboard;
+    const Checkerboard squares = checkers(board).value();
     CheckerCorners corners;
     std::map<CheckerCell, Observation*> seen;
     for (Observation& observation : view.observations) {
@@ -30,7 +30,7 @@ struct RefinedView {
     }
     CheckerPrint print(board);
     int refined = CheckerFitter(image, print, &camera).fit_again(corners);
-    if (refined == 0 && !board.charuco) {
+    if (refined == 0 && !tag_kind(board)) {
       // A board that looks the same after a turn may have the other colours.
       print.set_starts_black(!print.starts_black());
       refined = CheckerFitter(image, print, &camera).fit_again(corners);
@@ -53,7 +53,7 @@ RefinedCorners refine_checkers(const std::vector<ImageSource>& images,
   for (const ImageSource& image : images) by_name[image.name] = &image;
   std::vector<const Board*> checkerboards;
   for (const PlacedBoard& placed : boards)
-    if (placed.board.checkerboard) checkerboards.push_back(&placed.board);
+    if (checkers(placed.board)) checkerboards.push_back(&placed.board);
   RefinedCorners result{views};
   if (checkerboards.empty()) return result;
   std::vector<RefinedView> refined;

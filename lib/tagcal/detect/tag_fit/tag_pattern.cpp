@@ -21,7 +21,7 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
   // Drawn as a board of one tag, so that the pattern cannot differ from the renderer's.
   const bool has_squares = surroundings.corner_squares && surroundings.gap > 0;
   const Board board =
-      grid_board({1, 1, 1.0, surroundings.gap, id}, family.name, border_bits, has_squares);
+      make_board(AprilGrid{1, 1, 1.0, surroundings.gap, id, family.name, border_bits, has_squares});
   const std::vector<Rectangle> ink = ink_cells(board, family);
 
   int own_border = family.reversed_border ? border_bits : family.width_at_border;

@@ -14,21 +14,11 @@ namespace {
 constexpr const char* kTypes = "must be aprilgrid, tags, checkerboard, charuco or points";
 constexpr int kMaxId = std::numeric_limits<int>::max();
 
-// Reads the keys that all kinds of tags have.
-struct Pattern {
-  std::string family = "tag36h11";
-  int border_bits = 2;
-  bool corner_squares = true;
-};
-
-Pattern read_pattern(const YamlValue& top, int default_border_bits) {
-  Pattern pattern;
-  if (const auto family = top.find("family")) pattern.family = family->text();
-  const auto bits = top.find("border_bits");
-  pattern.border_bits = bits ? bits->whole(1, 2) : default_border_bits;
-  const auto squares = top.find("corner_squares");
-  pattern.corner_squares = squares ? squares->truth() : pattern.border_bits == 2;
-  return pattern;
+// Reads the keys that all kinds of tags have; their defaults are those of the kind.
+template <typename Kind>
+void read_print(const YamlValue& top, Kind& kind) {
+  if (const auto family = top.find("family")) kind.family = family->text();
+  if (const auto bits = top.find("border_bits")) kind.border_bits = bits->whole(1, 2);
 }
 
 Tolerance read_tolerance(const YamlValue& top, const char* key) {
@@ -49,28 +39,41 @@ void check_last_id(const YamlValue& where, std::int64_t last_id, const char* key
   where.fail_plainly(fmt::format("{}: the ids must stay below 2^31, but end at {}", key, last_id));
 }
 
-Board read_grid(const YamlValue& top, std::optional<int> first_id,
-                std::vector<std::string>* warnings) {
+// Numbers of tags, corners or squares in both directions.
+std::pair<int, int> read_counts(const YamlValue& top, const char* columns_key, const char* rows_key,
+                                int least) {
+  const int columns = top.at(columns_key).whole(least, kMaxBoardParts);
+  const int rows = top.at(rows_key).whole(least, kMaxBoardParts);
+  const std::int64_t num_points = std::int64_t{columns} * rows;
+  if (num_points > kMaxBoardParts) {
+    top.fail_plainly(fmt::format("{} * {}: must be at most {}, got {}", columns_key, rows_key,
+                                 kMaxBoardParts, num_points));
+  }
+  return {columns, rows};
+}
+
+int read_first_id(const YamlValue& top, const char* key, std::int64_t num_ids,
+                  std::optional<int> instead = {}) {
+  const auto in_file = top.find(key);
+  int first_id = in_file ? in_file->whole(0, kMaxId) : 0;
+  if (instead) first_id = *instead;
+  check_last_id(top, first_id + num_ids - 1, key);
+  return first_id;
+}
+
+BoardPattern read_grid(const YamlValue& top, std::optional<int> first_id,
+                       std::vector<std::string>* warnings) {
   const std::vector<std::string> unknown =
       top.unknown_keys({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing", "first_id",
                         "family", "border_bits", "corner_squares", "flatness", "print"});
-  Grid grid;
-  grid.columns = top.at("tagCols").whole(1, kMaxBoardParts);
-  grid.rows = top.at("tagRows").whole(1, kMaxBoardParts);
-  const std::int64_t num_tags = std::int64_t{grid.columns} * grid.rows;
-  if (num_tags > kMaxBoardParts) {
-    top.fail_plainly(
-        fmt::format("tagCols * tagRows: must be at most {}, got {}", kMaxBoardParts, num_tags));
-  }
-  grid.tag_size = top.at("tagSize").positive();
-  grid.tag_spacing = top.at("tagSpacing").not_negative();
-  const auto id = top.find("first_id");
-  if (id) grid.first_id = id->whole(0, kMaxId);
-  if (first_id) grid.first_id = *first_id;
-  check_last_id(top, grid.first_id + num_tags - 1);
-  const Pattern pattern = read_pattern(top, 2);
+  const auto [columns, rows] = read_counts(top, "tagCols", "tagRows", 1);
+  AprilGrid grid{columns, rows, top.at("tagSize").positive(), top.at("tagSpacing").not_negative()};
+  grid.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
+  read_print(top, grid);
+  const auto squares = top.find("corner_squares");
+  grid.corner_squares = squares ? squares->truth() : grid.border_bits == 2;
   if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
-  return grid_board(grid, pattern.family, pattern.border_bits, pattern.corner_squares);
+  return grid;
 }
 
 // Number to add to each id so that the smallest one becomes first_id.
@@ -89,17 +92,13 @@ int read_new_id(const YamlValue& value, std::set<int>& ids) {
   return id;
 }
 
-Board read_tags(const YamlValue& top, std::optional<int> first_id) {
+BoardPattern read_tags(const YamlValue& top, std::optional<int> first_id) {
   top.allow_only({"target_type", "tags", "first_id", "family", "border_bits", "corner_squares",
                   "flatness", "print"});
-  const Pattern pattern = read_pattern(top, 1);
-  if (pattern.corner_squares && top.find("corner_squares")) {
-    top.at("corner_squares").fail("must be false for target_type tags");
-  }
-  Board board;
-  board.family = pattern.family;
-  board.border_bits = pattern.border_bits;
-  board.corner_squares = false;
+  Tags board;
+  read_print(top, board);
+  if (const auto squares = top.find("corner_squares"); squares && squares->truth())
+    squares->fail("must be false for target_type tags");
   std::set<int> ids;
   const std::vector<YamlValue> items = top.at("tags").items(1, kMaxBoardParts);
   for (const YamlValue& item : items) {
@@ -131,90 +130,52 @@ TargetPoint read_point(const YamlValue& value, std::set<int>& ids) {
   return point;
 }
 
-Board read_points(const YamlValue& top, std::optional<int> first_id) {
+BoardPattern read_points(const YamlValue& top, std::optional<int> first_id) {
   top.allow_only({"target_type", "points", "first_id", "flatness", "print"});
-  Board board;
-  board.border_bits = 1;
-  board.corner_squares = false;
+  Points board;
   std::set<int> ids;
-  for (const YamlValue& item : top.at("points").items(1, kMaxBoardParts)) {
+  for (const YamlValue& item : top.at("points").items(1, kMaxBoardParts))
     board.points.push_back(read_point(item, ids));
-  }
   const std::int64_t shift = id_shift(top, ids, first_id);
-  for (TargetPoint& point : board.points) {
+  for (TargetPoint& point : board.points)
     point.id.tag_id = static_cast<int>(point.id.tag_id + shift);
-  }
   return board;
 }
 
-struct Counts {
-  int columns = 0;
-  int rows = 0;
-};
-
-// Numbers of corners or squares in both directions.
-Counts read_counts(const YamlValue& top, const char* columns_key, const char* rows_key, int least) {
-  const Counts counts{top.at(columns_key).whole(least, kMaxBoardParts),
-                      top.at(rows_key).whole(least, kMaxBoardParts)};
-  const std::int64_t num_points = std::int64_t{counts.columns} * counts.rows;
-  if (num_points > kMaxBoardParts) {
-    top.fail_plainly(fmt::format("{} * {}: must be at most {}, got {}", columns_key, rows_key,
-                                 kMaxBoardParts, num_points));
-  }
-  return counts;
-}
-
-int read_first_id(const YamlValue& top, const char* key, std::int64_t num_ids,
-                  std::optional<int> instead = {}) {
-  const auto in_file = top.find(key);
-  int first_id = in_file ? in_file->whole(0, kMaxId) : 0;
-  if (instead) first_id = *instead;
-  check_last_id(top, first_id + num_ids - 1, key);
-  return first_id;
-}
-
-Board read_checkerboard(const YamlValue& top, std::optional<int> first_id,
-                        std::vector<std::string>* warnings) {
+BoardPattern read_checkerboard(const YamlValue& top, std::optional<int> first_id,
+                               std::vector<std::string>* warnings) {
   const std::vector<std::string> unknown =
       top.unknown_keys({"target_type", "targetCols", "targetRows", "rowSpacingMeters",
                         "colSpacingMeters", "first_id", "starts_black", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "targetCols", "targetRows", 2);
-  Checkerboard board;
-  board.columns = columns;
-  board.rows = rows;
-  board.column_spacing = top.at("colSpacingMeters").positive();
-  board.row_spacing = top.at("rowSpacingMeters").positive();
+  Checkerboard board{columns, rows, top.at("colSpacingMeters").positive(),
+                     top.at("rowSpacingMeters").positive()};
   if (const auto black = top.find("starts_black")) board.starts_black = black->truth();
   board.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
   if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
-  return checkerboard_board(board);
+  return board;
 }
 
-Board read_charuco(const YamlValue& top, std::optional<int> first_id) {
+BoardPattern read_charuco(const YamlValue& top, std::optional<int> first_id) {
   top.allow_only({"target_type", "squareCols", "squareRows", "squareSize", "markerSize",
                   "dictionary", "legacy", "first_id", "first_marker_id", "flatness", "print"});
   const auto [columns, rows] = read_counts(top, "squareCols", "squareRows", 3);
-  Checkerboard squares;
-  squares.columns = columns - 1;
-  squares.rows = rows - 1;
-  squares.column_spacing = squares.row_spacing = top.at("squareSize").positive();
-  CharucoMarkers markers;
-  markers.size = top.at("markerSize").positive();
-  if (markers.size >= squares.column_spacing) {
-    top.at("markerSize")
-        .fail(fmt::format("must be less than squareSize {}", squares.column_spacing));
-  }
-  markers.dictionary = top.at("dictionary").text();
-  if (const auto legacy = top.find("legacy")) markers.legacy = legacy->truth();
+  Charuco board{columns, rows, top.at("squareSize").positive()};
+  const YamlValue marker_size = top.at("markerSize");
+  board.marker_size = marker_size.positive();
+  if (board.marker_size >= board.square_size)
+    marker_size.fail(fmt::format("must be less than squareSize {}", board.square_size));
+  board.dictionary = top.at("dictionary").text();
+  if (const auto legacy = top.find("legacy")) board.legacy = legacy->truth();
+  const std::int64_t num_corners = std::int64_t{columns - 1} * (rows - 1);
+  board.first_id = read_first_id(top, "first_id", num_corners, first_id);
   const std::int64_t num_squares = std::int64_t{columns} * rows;
-  squares.first_id =
-      read_first_id(top, "first_id", std::int64_t{squares.columns} * squares.rows, first_id);
-  markers.first_marker_id = read_first_id(top, "first_marker_id", (num_squares + 1) / 2);
-  return charuco_board(squares, markers);
+  board.first_marker_id = read_first_id(top, "first_marker_id", (num_squares + 1) / 2);
+  return board;
 }
 
-Board read_kind(const YamlValue& type, const YamlValue& top, std::optional<int> first_id,
-                std::vector<std::string>* warnings) {
+BoardPattern read_kind(const YamlValue& type, const YamlValue& top, std::optional<int> first_id,
+                       std::vector<std::string>* warnings) {
   const std::string name = type.text();
   if (name == "aprilgrid") return read_grid(top, first_id, warnings);
   if (name == "tags") return read_tags(top, first_id);
@@ -225,12 +186,15 @@ Board read_kind(const YamlValue& type, const YamlValue& top, std::optional<int> 
   type.fail(kTypes);
 }
 
-std::string pattern_yaml(const Board& board) {
-  return fmt::format("family: {}\nborder_bits: {}\ncorner_squares: {}\n", text_yaml(board.family),
-                     board.border_bits, board.corner_squares);
+std::string kind_yaml(const AprilGrid& grid) {
+  return fmt::format(
+      "target_type: aprilgrid\ntagCols: {}\ntagRows: {}\ntagSize: {}\ntagSpacing: {}\n"
+      "first_id: {}\nfamily: {}\nborder_bits: {}\ncorner_squares: {}\n",
+      grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, grid.first_id,
+      text_yaml(grid.family), grid.border_bits, grid.corner_squares);
 }
 
-std::string checkerboard_yaml(const Checkerboard& board) {
+std::string kind_yaml(const Checkerboard& board) {
   return fmt::format(
       "target_type: checkerboard\ntargetCols: {}\ntargetRows: {}\nrowSpacingMeters: {}\n"
       "colSpacingMeters: {}\nfirst_id: {}\nstarts_black: {}\n",
@@ -238,39 +202,29 @@ std::string checkerboard_yaml(const Checkerboard& board) {
       board.starts_black);
 }
 
-std::string charuco_yaml(const Checkerboard& squares, const CharucoMarkers& markers) {
+std::string kind_yaml(const Charuco& board) {
   return fmt::format(
       "target_type: charuco\nsquareCols: {}\nsquareRows: {}\nsquareSize: {}\nmarkerSize: {}\n"
       "dictionary: {}\nlegacy: {}\nfirst_id: {}\nfirst_marker_id: {}\n",
-      squares.columns + 1, squares.rows + 1, squares.column_spacing, markers.size,
-      text_yaml(markers.dictionary), markers.legacy, squares.first_id, markers.first_marker_id);
+      board.square_columns, board.square_rows, board.square_size, board.marker_size,
+      text_yaml(board.dictionary), board.legacy, board.first_id, board.first_marker_id);
 }
 
-std::string kind_yaml(const Board& board) {
-  if (board.grid) {
-    const Grid& grid = *board.grid;
-    return fmt::format(
-               "target_type: aprilgrid\ntagCols: {}\ntagRows: {}\ntagSize: {}\ntagSpacing: {}\n"
-               "first_id: {}\n",
-               grid.columns, grid.rows, grid.tag_size, grid.tag_spacing, grid.first_id) +
-           pattern_yaml(board);
-  }
-  if (board.charuco) return charuco_yaml(*board.checkerboard, *board.charuco);
-  if (board.checkerboard) return checkerboard_yaml(*board.checkerboard);
-  std::string text;
-  if (board.points.empty()) {
-    text = "target_type: tags\n" + pattern_yaml(board) + "tags:\n";
-    for (const Tag& tag : board.tags) {
-      text += fmt::format("  - {{id: {}, size: {}, pose: {}}}\n", tag.id, tag.size,
-                          pose_yaml(tag.board_from_tag));
-    }
-    return text;
-  }
-  text = "target_type: points\npoints:\n";
-  for (const TargetPoint& point : board.points) {
+std::string kind_yaml(const Tags& board) {
+  std::string text =
+      fmt::format("target_type: tags\nfamily: {}\nborder_bits: {}\ncorner_squares: false\ntags:\n",
+                  text_yaml(board.family), board.border_bits);
+  for (const Tag& tag : board.tags)
+    text += fmt::format("  - {{id: {}, size: {}, pose: {}}}\n", tag.id, tag.size,
+                        pose_yaml(tag.board_from_tag));
+  return text;
+}
+
+std::string kind_yaml(const Points& board) {
+  std::string text = "target_type: points\npoints:\n";
+  for (const TargetPoint& point : board.points)
     text += fmt::format("  - [{}, {}, {}, {}]\n", point.id.tag_id, point.position.x(),
                         point.position.y(), point.position.z());
-  }
   return text;
 }
 
@@ -290,13 +244,14 @@ Board board_from_yaml(const YamlValue& top, std::optional<int> first_id,
   const YamlValue type = top.at("target_type");
   if (tag_size_m)
     top.fail_plainly("states the size of its tags: only a field layout of WPILib can be given one");
-  Board board = read_kind(type, top, first_id, warnings);
-  board.substrate = {read_tolerance(top, "flatness"), read_tolerance(top, "print")};
-  return board;
+  BoardPattern pattern = read_kind(type, top, first_id, warnings);
+  return make_board(std::move(pattern),
+                    {read_tolerance(top, "flatness"), read_tolerance(top, "print")});
 }
 
 std::string board_yaml(const Board& board) {
-  return kind_yaml(board) + tolerance_yaml("flatness", board.substrate.flatness) +
+  return std::visit([](const auto& kind) { return kind_yaml(kind); }, board.pattern) +
+         tolerance_yaml("flatness", board.substrate.flatness) +
          tolerance_yaml("print", board.substrate.print);
 }
 

@@ -75,10 +75,7 @@ Board read_field_layout(const YamlValue& top, std::optional<int> first_id,
   field.allow_only({"length", "width"});
   field.at("length").positive();
   field.at("width").positive();
-  Board board;
-  board.family = "tag36h11";
-  board.border_bits = 1;
-  board.corner_squares = false;
+  Tags board;
   std::set<int> ids;
   for (const YamlValue& item : top.at("tags").items(1, kMaxBoardParts))
     board.tags.push_back(read_tag(item, tag_size_m.value_or(kFieldTagSizeM), ids));
@@ -90,7 +87,7 @@ Board read_field_layout(const YamlValue& top, std::optional<int> first_id,
                     "with border_bits 1, as FIRST prints them since 2024)",
                     top.file(), kFieldTagSizeM));
   if (warnings) warnings->insert(warnings->end(), notes.begin(), notes.end());
-  return board;
+  return {std::move(board), {}};
 }
 
 }  // namespace tagcal::internal

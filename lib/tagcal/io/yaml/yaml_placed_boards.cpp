@@ -51,7 +51,10 @@ PlacedBoard read_placed_board(const YamlValue& value, bool is_scene, TargetFiles
 }
 
 void count_parts(const Board& board, const YamlValue& where, std::size_t& num_parts) {
-  num_parts += std::max(board.tags.size(), board.points.size());
+  const std::size_t num_tags = tags_of(board).size();
+  num_parts += point_kind(board) == PointKind::tag_corner
+                   ? num_tags
+                   : std::max(num_tags, target_points(board).size());
   if (num_parts > std::size_t{kMaxBoardParts})
     where.fail_plainly(fmt::format(
         "the boards must have at most {} tags, corners and points in all, got {} and more",
@@ -71,13 +74,14 @@ void check_unique_ids(const std::vector<PlacedBoard>& boards, const YamlValue& w
           "them another first_id",
           point.id.tag_id, place->second, i));
     }
-    for (const Tag& tag : board.tags) {
-      const auto [place, is_new] = board_of_marker.emplace(std::pair(board.family, tag.id), i);
+    const auto kind = tag_kind(board);
+    for (const Tag& tag : tags_of(board)) {
+      const auto [place, is_new] = board_of_marker.emplace(std::pair(kind->family, tag.id), i);
       if (is_new) continue;
       where.fail_plainly(
           fmt::format("markers of {} must be unique over all boards, but marker {} is on boards "
                       "{} and {}; give one of them another first_marker_id",
-                      board.family, tag.id, place->second, i));
+                      kind->family, tag.id, place->second, i));
     }
   }
 }

@@ -1,5 +1,7 @@
 #include "tagcal/scene/print/black_squares.hpp"
 
+#include "tagcal/internal/overloaded.hpp"
+
 namespace tagcal::internal {
 namespace {
 
@@ -37,8 +39,9 @@ void add_square(AlignedBox2d square, double spread_m, const LeftOut& left_out,
 }
 
 // Kalibr's squares touch the corners of up to four tags.
-std::vector<Rectangle> squares_between_tags(const Grid& grid, double spread_m) {
+std::vector<Rectangle> black_squares(const AprilGrid& grid, double spread_m) {
   std::vector<Rectangle> cells;
+  if (!grid.corner_squares || grid.tag_spacing == 0) return cells;
   const double gap = grid.tag_spacing * grid.tag_size, pitch = grid.tag_size + gap;
   for (int row = 0; row <= grid.rows; ++row) {
     for (int column = 0; column <= grid.columns; ++column) {
@@ -56,7 +59,7 @@ std::vector<Rectangle> squares_between_tags(const Grid& grid, double spread_m) {
 }
 
 // A square meets other black ones at its corners; the lower of two has what they have in common.
-std::vector<Rectangle> squares_of_checkerboard(const Checkerboard& board, double spread_m) {
+std::vector<Rectangle> black_squares(const Checkerboard& board, double spread_m) {
   std::vector<Rectangle> cells;
   const Vector2d size(board.column_spacing, board.row_spacing);
   for (int row = 0; row <= board.rows; ++row) {
@@ -89,9 +92,10 @@ Rectangle rectangle(const Pose& board_from_frame, const AlignedBox2d& box) {
 }
 
 std::vector<Rectangle> black_squares(const Board& board, double spread_m) {
-  if (board.checkerboard) return squares_of_checkerboard(*board.checkerboard, spread_m);
-  if (!board.grid || !board.corner_squares || board.grid->tag_spacing == 0) return {};
-  return squares_between_tags(*board.grid, spread_m);
+  if (const auto squares = checkers(board)) return black_squares(*squares, spread_m);
+  return std::visit(Overloaded{[&](const AprilGrid& grid) { return black_squares(grid, spread_m); },
+                               [](const auto&) { return std::vector<Rectangle>{}; }},
+                    board.pattern);
 }
 
 AlignedBox2d checkerboard_area(const Checkerboard& board) {

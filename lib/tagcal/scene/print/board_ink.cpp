@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/overloaded.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::internal {
@@ -56,8 +57,8 @@ Pose board_from_sheet(const std::vector<Tag>& tags) {
               tag_pose.translation());
 }
 
-BoardPanel tags_panel(const Board& board, std::vector<Tag> tags, std::vector<Rectangle> squares,
-                      double margin_m) {
+BoardPanel tags_panel(const std::string& family, std::vector<Tag> tags,
+                      std::vector<Rectangle> squares, double margin_m) {
   const Pose from_sheet = board_from_sheet(tags);
   const Pose sheet_from_board = from_sheet.inverse();
   AlignedBox2d box;
@@ -66,7 +67,7 @@ BoardPanel tags_panel(const Board& board, std::vector<Tag> tags, std::vector<Rec
     const auto corners = tag_corners(tag);
     for (int i = 0; i < 4; ++i)
       panel.points.push_back({{tag.id, i}, corners[static_cast<std::size_t>(i)]});
-    tag.size *= 1 + 2 * outer_share(board.family);
+    tag.size *= 1 + 2 * outer_share(family);
     for (const Vector3d& corner : tag_corners(tag))
       box.extend((sheet_from_board * corner).head<2>());
   }
@@ -80,11 +81,11 @@ BoardPanel tags_panel(const Board& board, std::vector<Tag> tags, std::vector<Rec
   return panel;
 }
 
-BoardPanel checkerboard_panel(const Board& board, double margin_m) {
-  AlignedBox2d box = checkerboard_area(*board.checkerboard);
+BoardPanel checkerboard_panel(const Board& board, const Checkerboard& squares, double margin_m) {
+  AlignedBox2d box = checkerboard_area(squares);
   box.min().array() -= margin_m;
   box.max().array() += margin_m;
-  return {rectangle(Pose(), box), board.tags, black_squares(board), board.points};
+  return {rectangle(Pose(), box), tags_of(board), black_squares(board), target_points(board)};
 }
 
 void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
@@ -128,14 +129,21 @@ bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& fa
   if (!std::isfinite(spread_m)) return true;
   for (const Tag& tag : panel.tags)
     if (2 * spread_m >= tag.size / family.width_at_border) return true;
-  const double outer = outer_share(board.family);
-  if (board.grid)
-    return 2 * spread_m >= (board.grid->tag_spacing - 2 * outer) * board.grid->tag_size;
-  if (!board.checkerboard) return overlapping_tags(panel.tags, outer, spread_m).has_value();
-  const Checkerboard& squares = *board.checkerboard;
-  const double least = std::min(squares.column_spacing, squares.row_spacing);
-  if (board.charuco) return 2 * spread_m >= (least - board.charuco->size) / 2;
-  return 2 * spread_m >= least;
+  const double outer = outer_share(family.name);
+  return std::visit(
+      Overloaded{
+          [](const Points&) { return false; },
+          [&](const Tags&) { return overlapping_tags(panel.tags, outer, spread_m).has_value(); },
+          [&](const AprilGrid& grid) {
+            return 2 * spread_m >= (grid.tag_spacing - 2 * outer) * grid.tag_size;
+          },
+          [&](const Checkerboard& squares) {
+            return 2 * spread_m >= std::min(squares.column_spacing, squares.row_spacing);
+          },
+          [&](const Charuco& charuco) {
+            return 2 * spread_m >= (charuco.square_size - charuco.marker_size) / 2;
+          }},
+      board.pattern);
 }
 
 void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& family,
@@ -144,9 +152,9 @@ void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& 
   throw Error(
       fmt::format("board: ink_spread_m: must be less than half a {} and half "
                   "of what is between them, got {}",
-                  board.charuco        ? "cell of the markers, half a square"
-                  : board.checkerboard ? "square"
-                                       : "cell of the tags",
+                  !checkers(board)     ? "cell of the tags"
+                  : panel.tags.empty() ? "square"
+                                       : "cell of the markers, half a square",
                   spread_m));
 }
 
@@ -186,18 +194,19 @@ std::optional<std::pair<int, int>> overlapping_tags(const std::vector<Tag>& tags
 
 std::optional<std::pair<int, int>> overlapping_tags(const Board& board) {
   constexpr double kTouching_m = 1e-6;
-  return overlapping_tags(board.tags, outer_share(board.family), -kTouching_m);
+  const auto kind = tag_kind(board);
+  if (!kind) return std::nullopt;
+  return overlapping_tags(tags_of(board), outer_share(kind->family), -kTouching_m);
 }
 
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
+  if (const auto squares = checkers(board)) return {checkerboard_panel(board, *squares, margin_m)};
+  const std::vector<Tag> tags = tags_of(board);
+  if (tags.empty()) return {};
+  const std::string family = tag_kind(board)->family;
+  if (one_plane(tags)) return {tags_panel(family, tags, black_squares(board), margin_m)};
   std::vector<BoardPanel> panels;
-  if (board.checkerboard) {
-    panels.push_back(checkerboard_panel(board, margin_m));
-  } else if (!board.tags.empty() && one_plane(board.tags)) {
-    panels.push_back(tags_panel(board, board.tags, black_squares(board), margin_m));
-  } else {
-    for (const Tag& tag : board.tags) panels.push_back(tags_panel(board, {tag}, {}, margin_m));
-  }
+  for (const Tag& tag : tags) panels.push_back(tags_panel(family, {tag}, {}, margin_m));
   return panels;
 }
 

@@ -7,21 +7,26 @@
 #include <numeric>
 
 #include "tagcal/error.hpp"
+#include "tagcal/internal/overloaded.hpp"
 
 namespace tagcal::internal {
 
 TagFamily with_border(TagFamily family, const Board& board) {
   if (family.reversed_border) {
-    if (!board.corner_squares || !board.grid) return family;
+    const bool has_squares =
+        std::visit(Overloaded{[](const AprilGrid& grid) { return grid.corner_squares; },
+                              [](const auto&) { return false; }},
+                   board.pattern);
+    if (!has_squares) return family;
     throw Error(fmt::format("board: corner_squares: {} cannot have them, its border is not black",
                             family.name));
   }
   int border_bits = family.width_at_border;
   for (const TagFamily::Cell& bit : family.bits) border_bits = std::min(border_bits, bit.x);
-  if (board.border_bits < 1 || border_bits < 1)
-    throw Error(
-        fmt::format("board: border_bits: {} cannot have {}", family.name, board.border_bits));
-  const int more = board.border_bits - border_bits;
+  const int wanted_bits = tag_kind(board)->border_bits;
+  if (wanted_bits < 1 || border_bits < 1)
+    throw Error(fmt::format("board: border_bits: {} cannot have {}", family.name, wanted_bits));
+  const int more = wanted_bits - border_bits;
   family.width_at_border += 2 * more;
   family.total_width += 2 * more;
   for (TagFamily::Cell& bit : family.bits) {

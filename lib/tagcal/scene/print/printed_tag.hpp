@@ -10,7 +10,7 @@
 namespace tagcal::internal {
 
 // The family with the black border of the board. Throws Error if the family does not allow this
-// border or the board's corner squares.
+// border or the board's corner squares. Precondition: the board has tags.
 TagFamily with_border(TagFamily family, const Board& board);
 
 // The cells of a tag, row by row from above; 1 is black (as apriltag_to_image in AprilTag 3 draws

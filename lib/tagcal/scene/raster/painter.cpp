@@ -8,9 +8,10 @@ namespace {
 using Eigen::Vector3d;
 
 TagFamily family_of(const Board& board, const TagFamilies& families) {
-  if (board.tags.empty()) return {};
-  const auto family = families.find(board.family);
-  if (family == families.end()) throw Error("render: family " + board.family + " is not known");
+  const auto kind = tag_kind(board);
+  if (!kind) return {};
+  const auto family = families.find(kind->family);
+  if (family == families.end()) throw Error("render: family " + kind->family + " is not known");
   return family->second;
 }
 
