@@ -228,7 +228,7 @@ def test_every_option_has_its_effect() -> None:
         ),
         (
             {"start": tagcal.Camera.fisheye(600, 600, 640, 400, SIZE), "model": "f"},
-            "start: is a fisheye, model f needs another kind of lens",
+            "start: is a fisheye lens, model f needs another kind of lens",
         ),
     ],
 )
