@@ -92,8 +92,6 @@ TEST_F(ConvertCli, WrongFilesAndOptions) {
   expect_bad_input("convert " + truth + " " + path("o.xml") + " --image-size 1x1", {"640x400"});
   expect_bad_input("convert " + path("basalt.json:cam1") + " " + path("o.xml"),
                    {"double sphere", "--model"});
-  expect_bad_input("pose " + set() + " --camera " + path("basalt.json:cam1"),
-                   {"double sphere", "tagcal convert"});
   expect_bad_input("convert " + path("splined.cameramodel") + " " + path("o.xml"),
                    {"LENSMODEL_SPLINED_STEREOGRAPHIC_order=3"});
   expect_bad_input("convert " + path("corners.vnl") + " " + path("o.xml"), {"--target"});

@@ -229,7 +229,7 @@ TEST_F(CalibrationFileTest, OthersMarkAFisheyeTheirWay) {
       read(replaced(four, "plumb_bob", "equidistant")).camera.lens));
   EXPECT_TRUE(std::holds_alternative<Fisheye>(read(four + "fisheye_model: 1\n").camera.lens));
   EXPECT_EQ(error(kRos + "fisheye_model: 1\n"),
-            ": distortion_coefficients: must have the 4 coefficients of a fisheye, got 5");
+            ": distortion_coefficients: must have the 4 coefficients of a fisheye lens, got 5");
 }
 
 TEST_F(CalibrationFileTest, BadFilesOfOthers) {

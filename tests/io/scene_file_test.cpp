@@ -291,7 +291,7 @@ TEST_F(SceneFile, ReadsLightVignettingAndFocus) {
   const std::string fisheye =
       replaced(with(", focus: {distance_m: 1, " + focus, ""), "model: opencv5", "model: fisheye4");
   EXPECT_EQ(error(fisheye),
-            "scene.yaml: sensor: focus: needs a perspective lens, not a fisheye or parallel one");
+            "scene.yaml: sensor: focus: needs a perspective lens, not a fisheye one");
 }
 
 TEST_F(SceneFile, TheDeskShowsItsBoardAllOverTheImage) {

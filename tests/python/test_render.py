@@ -202,7 +202,7 @@ MISTAKES: list[tuple[Callable[[], Any], str]] = [
             POSE,
             sensor=Sensor(focus_distance_m=1, aperture_m=0.01),
         ),
-        "focus: needs a perspective lens, not a fisheye or parallel one",
+        "focus: needs a perspective lens, not a fisheye one",
     ),
     (lambda: Sensor(blur_px=101), "blur_px: must be at most 100, got 101"),
     (lambda: Sensor(noise_levels=np.nan), "noise_levels: must be >= 0, got nan"),

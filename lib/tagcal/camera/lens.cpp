@@ -4,8 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "tagcal/camera/lenses/lens_parameters.hpp"
-
 namespace tagcal {
 
 using Eigen::Vector2d;
@@ -59,12 +57,6 @@ template const LensKind& kind_of<Fisheye>();
 template const LensKind& kind_of<Parallel>();
 template const LensKind& kind_of<DoubleSphere>();
 template const LensKind& kind_of<ExtendedUnified>();
-
-Lens make_lens(const LensKind& kind, std::span<const double> parameters) {
-  for (std::size_t i = 0; i < kind.parameters.size(); ++i)
-    internal::check(kind.parameters[i], parameters[i]);
-  return *kind.lens(parameters);
-}
 
 Lens plain_lens(const LensKind& kind, double focal_px, const Vector2d& centre) {
   std::vector<double> values;
