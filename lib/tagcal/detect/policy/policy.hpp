@@ -24,7 +24,7 @@ inline constexpr int kTagMaxPictureSidePx = 32767;
 // px by which black is shrunk before AprilTag looks, one search each: the corner squares of a
 // Kalibr board touch the tags' corners and otherwise join them to one black shape. Source: test
 // Detector.TagsOfKalibrBoards.
-inline constexpr std::array kTagShrinksPx = {0, 1, 2};
+inline constexpr std::array<int, 3> kTagShrinksPx = {0, 1, 2};
 
 // Range of grey levels in 12x12 px below which AprilTag takes them for one colour: in standard
 // deviations of the noise, at least AprilTag's own default, and at most what a tag of low contrast
@@ -326,7 +326,7 @@ inline constexpr double kBoardMetresTolerance = 0.2;
 inline constexpr int kCheckerMinPicturePx = 100;
 // Grey levels between black and white on a circle about a junction, at least. Source: none; chosen
 // by hand.
-inline constexpr float kJunctionMinContrast = 12;
+inline constexpr double kJunctionMinContrast = 12;
 // Grey levels per px^2. Least root of minus the Hessian's determinant of the smoothed picture.
 // Source: contrast C and spread s have C / (pi s^2); C = 15, s = 2.
 inline constexpr double kJunctionMinStrength = 1.2;
