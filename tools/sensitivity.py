@@ -190,11 +190,11 @@ def changed_answers(before, after):
   def growth(square, count):
     ratios = [math.log(b[square] / count(b) / (a[square] / count(a))) for a, b in zip(*rows)
               if min(a[square], b[square]) > 1e-9 and min(count(a), count(b)) > 0]
-    return math.exp(sum(ratios) / len(ratios))
+    return math.exp(sum(ratios) / max(1, len(ratios)))
 
   error = math.sqrt(growth("squares", lambda row: row["found"] - row["wrong"]))
   claim = growth("distances", lambda row: row["claimed"])
-  return (f"{100 * (right[1] / right[0] - 1):+.2f} | {wrong[1] - wrong[0]:+.0f} | "
+  return (f"{100 * (right[1] / max(1, right[0]) - 1):+.2f} | {wrong[1] - wrong[0]:+.0f} | "
           f"{100 * (error - 1):+.2f} | {100 * (claim - 1):+.2f} | {beyond[1] - beyond[0]:+.0f}")
 
 

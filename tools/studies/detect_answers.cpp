@@ -1,7 +1,8 @@
 // The corners that `detect` finds in a fixed collection of pictures, a row a picture, as the
 // referee of the constants of detect/policy (tools/sensitivity.py, docs/sensitivity.md).
 //   detect_answers OUT.csv PICTURES [SET...]
-// Rendered are views of random worlds (docs/worlds.md) with AprilGrids, and with checkerboards and
+// Rendered are views of random worlds (docs/worlds.md) with AprilGrids, whose tags are fitted, or
+// half of them again by their sides only (`edges`), and with checkerboards and
 // ChArUco boards in their place, all with the worlds' lenses, light, noise and blur; and pictures
 // without targets. PICTURES keeps them for the next run. A SET is a folder of real pictures with a
 // target.yaml; the truth of its corners is a calibration of all of them by `fisheye4`.
@@ -62,7 +63,10 @@ class Answers {
 
   void add(const Picture& picture) {
     const std::clock_t start = std::clock();
-    const View view = detect(picture.image, {{picture.board, Pose()}}, {.threads = 1}).view;
+    DetectOptions options;
+    options.threads = 1;
+    if (picture.group == "edges") options.refinement = Refinement::edges;
+    const View view = detect(picture.image, {{picture.board, Pose()}}, options).view;
     add(picture, view, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
 
@@ -124,7 +128,7 @@ Corners exact_corners(const Scene& scene, const Pose& pose) {
 // The first view of a world, of a checkerboard the first one that shows all of it. False if there
 // is none.
 bool draw(std::uint64_t index, const std::string& group, const fs::path& folder, Picture& picture) {
-  const bool is_grid = group == "tags";
+  const bool is_grid = group == "tags" || group == "edges";
   const World world =
       draw_world({kSeed, index, std::string(kPixels), is_grid ? "" : "-bend-twist"});
   Scene scene = world.scene;
@@ -138,7 +142,7 @@ bool draw(std::uint64_t index, const std::string& group, const fs::path& folder,
     return picture.exact.size() >= all;
   });
   if (pose == poses.end()) return false;
-  picture.image = kept(folder / (group + picture.name + ".png"), [&] {
+  picture.image = kept(folder / ((is_grid ? "tags" : group) + picture.name + ".png"), [&] {
     TagFamilies families;
     const Board& board = picture.board;
     if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
@@ -158,10 +162,10 @@ void add_worlds(const std::string& group, int count, const fs::path& folder, Ans
 
 void add_empty(Answers& answers) {
   const std::tuple<const char*, int, Board> boards[] = {
-      {"kalibr", 10, grid_board({6, 6, 0.088, 0.3, 0})},
-      {"tag16h5", 40, grid_board({6, 5, 0.04, 1.2, 0}, "tag16h5", 1, false)},
-      {"checkers", 10, checkerboard_board({8, 5, 0.03, 0.03})},
-      {"charuco", 10,
+      {"kalibr", 3, grid_board({6, 6, 0.088, 0.3, 0})},
+      {"tag16h5", 15, grid_board({6, 5, 0.04, 1.2, 0}, "tag16h5", 1, false)},
+      {"checkers", 3, checkerboard_board({8, 5, 0.03, 0.03})},
+      {"charuco", 3,
        charuco_board({8, 5, 0.03, 0.03}, {.size = 0.022, .dictionary = "DICT_4X4_100"})}};
   for (const auto& [name, count, board] : boards)
     for (int seed = 0; seed < count; ++seed)
@@ -227,9 +231,10 @@ int main(int argc, char** argv) {
   try {
     fs::create_directories(argv[2]);
     Answers answers(argv[1]);
-    add_worlds("tags", 120, argv[2], answers);
-    add_worlds("checkers", 70, argv[2], answers);
-    add_worlds("charuco", 60, argv[2], answers);
+    add_worlds("tags", 70, argv[2], answers);
+    add_worlds("edges", 35, argv[2], answers);
+    add_worlds("checkers", 40, argv[2], answers);
+    add_worlds("charuco", 40, argv[2], answers);
     add_empty(answers);
     for (int i = 3; i < argc; ++i) add_set(argv[i], answers);
     return 0;

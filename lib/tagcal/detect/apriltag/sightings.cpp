@@ -28,7 +28,7 @@ Quad grown(const Quad& quad, double distance) {
 
 std::vector<Sighting> sightings(apriltag_detector_t& detector, const ImageView8& image,
                                 int shrink) {
-  if (std::max(image.width(), image.height()) > policy::kTagMaxPictureSidePx) return {};
+  if (std::max(image.width(), image.height()) > kMaxPictureSidePx) return {};
   Image8 shrunk;
   if (shrink > 0) shrunk = brightest(image, shrink);
   const ImageView8 looked_at = shrink > 0 ? ImageView8(shrunk) : image;

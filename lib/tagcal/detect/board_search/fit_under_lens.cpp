@@ -76,7 +76,7 @@ class PanelRefinement {
  private:
   // True if the fit is final; adds the uncertainty of the lens to its covariance.
   bool is_finished(PanelTag& tag) const {
-    if (!(tag.last_move < kPanelConvergedSds) || !is_explained(tag)) return false;
+    if (!(tag.last_move < kConvergedSds) || !is_explained(tag)) return false;
     const auto by_lens = covariance_by_lens(*lens_, tag.found->corners);
     if (!by_lens) return false;
     tag.found->covariance_px2 += *by_lens;
@@ -107,7 +107,7 @@ class PanelRefinement {
   }
 
   static bool has_converged(const PanelTag& tag) {
-    return tag.is_plain || tag.last_move < kPanelConvergedSds;
+    return tag.is_plain || tag.last_move < kConvergedSds;
   }
   bool has_converged() const {
     return std::ranges::all_of(tags_, [](const PanelTag& tag) { return has_converged(tag); });
@@ -141,8 +141,8 @@ class PanelRefinement {
     if (!moves) return false;
     const auto sds = tag.found->covariance_px2.diagonal().cwiseSqrt();
     const double largest = moves->cwiseQuotient(sds).cwiseAbs().maxCoeff();
-    if (largest < kPanelConvergedSds) tag.last_move = largest;
-    return largest < kPanelConvergedSds;
+    if (largest < kConvergedSds) tag.last_move = largest;
+    return largest < kConvergedSds;
   }
 
   // Fits a tag under the present lens: from its corners or, as straight sides may be far off, from

@@ -16,6 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr int kLeastSidePx = 100;  // of a halved picture, as a limit of work
+
 // The bounds of a grid's cells.
 struct Bounds {
   GridCell low{0, 0}, high{0, 0};
@@ -46,7 +48,7 @@ void trim(JunctionGrid& grid) {
     const auto cut = [&](std::map<int, int>& count, int line, auto member) {
       int most = 0;
       for (const auto& [i, n] : count) most = std::max(most, n);
-      if (is_trimmed || count[line] >= policy::kGridMinLineShare * most) return;
+      if (is_trimmed || count[line] >= policy::kMinLineShare * most) return;
       std::erase_if(grid, [&](const auto& node) { return node.first.*member == line; });
       is_trimmed = true;
     };
@@ -135,8 +137,8 @@ bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
     return static_cast<double>(
         std::ranges::count_if(corners, [&](const auto& corner) { return test(corner.first); }));
   };
-  const double column = policy::kCheckerMinFittedOutside * rows;
-  const double row = policy::kCheckerMinFittedOutside * columns;
+  const double column = policy::kMinLineShare * rows;
+  const double row = policy::kMinLineShare * columns;
   return static_cast<double>(corners.size()) >= policy::kCheckerMinFitted * columns * rows &&
          count([](const CheckerCell& c) { return c.first == 0; }) >= column &&
          count([&](const CheckerCell& c) { return c.first == columns - 1; }) >= column &&
@@ -288,7 +290,7 @@ void CheckerFinder::find_grids(const ImageView8& image) {
     levels_.push_back(grids_of(picture, static_cast<int>(levels_.size())));
     half = halved(picture);
     picture = half;
-  } while (std::min(picture.width(), picture.height()) >= policy::kCheckerMinPicturePx);
+  } while (std::min(picture.width(), picture.height()) >= kLeastSidePx);
 }
 
 bool CheckerFinder::is_part_of_larger(const JunctionGrid& grid, const Target& target) const {

@@ -12,6 +12,11 @@ namespace {
 
 using Eigen::Vector2d;
 
+// px. Distances in which the next junction is looked for, as limits of work: halved pictures have
+// larger squares.
+constexpr double kFirstReachPx = 16;
+constexpr double kLastReachPx = 300;
+
 // Angle between two lines.
 double between(double a, double b) { return std::abs(std::remainder(a - b, std::numbers::pi)); }
 
@@ -90,8 +95,7 @@ class Grower {
     const Junction& one = junctions_[from];
     const Vector2d heading = along(direction);
     const double least_cos = std::cos(policy::kGridMaxTurn);
-    for (double radius = policy::kGridFirstReachPx; radius < policy::kGridLastReachPx;
-         radius *= 2) {
+    for (double radius = kFirstReachPx; radius < kLastReachPx; radius *= 2) {
       std::optional<std::size_t> best;
       double least = radius;
       bins_.near(one.at, radius, [&](std::size_t i) {

@@ -14,6 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using namespace tag_parameter;
 
+constexpr double kConvergedSize = policy::kConvergedSds * policy::kConvergedSds;
 constexpr double kMaxLogStep = 0.4;   // numeric: largest step of the spread's logarithm
 constexpr double kMaxStepPx = 0.7;    // numeric: largest step of a corner
 constexpr double kRoundingPx = 1e-5;  // numeric: no corner needs a smaller step
@@ -90,8 +91,8 @@ bool TagFitter::step() {
 void TagFitter::widen_prior_of_bends() {
   if (num_bends_ == 0 || is_strongly_bent_) return;
   const auto weighted = model_.parameters().cwiseAbs2().cwiseProduct(prior_);
-  is_strongly_bent_ = weighted.segment<4>(kBend).sum() > policy::kTagMaxSecondOrder ||
-                      weighted.segment<8>(kBend + 4).sum() > policy::kTagMaxThirdOrder;
+  is_strongly_bent_ = weighted.segment<4>(kBend).mean() > policy::kTagStrongBends ||
+                      weighted.segment<8>(kBend + 4).mean() > policy::kTagStrongBends;
   if (!is_strongly_bent_) return;
   prior_.segment<4>(kBend) /= policy::kTagStrongerBends * policy::kTagStrongerBends;
   prior_.segment<8>(kBend + 4) /= std::pow(policy::kTagStrongerBends, 4);
@@ -119,8 +120,7 @@ TagFit TagFitter::result() const {
   const TagCornerJacobian by = corner_jacobian();
   fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
   const double largest = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
-  const bool matches = left_over_ < policy::kTagConvergedSize &&
-                       p[kGain] >= policy::kTagMinContrast &&
+  const bool matches = left_over_ < kConvergedSize && p[kGain] >= policy::kTagMinContrast &&
                        fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
   const bool is_determined = num_pixels_ >= policy::kTagMinPixels && largest < policy::kTagMaxSdPx;
@@ -214,7 +214,7 @@ TagFit TagFitter::iterate() {
     }
     if (!step()) return fit;
     ++iterations_;
-    if (left_over_ < policy::kTagConvergedSize) break;
+    if (left_over_ < kConvergedSize) break;
   }
   return result();
 }
