@@ -88,9 +88,8 @@ class PanelCompletion {
     const double before = pattern_correlation(image_, found.corners, cells);
     if (!found.refined || before < kSureCorrelation) {
       const Quad best = best_correlated_quad(image_, found.corners, cells, 0);
-      if (found.refined
-              ? is_misplaced(found.corners, best, cells)
-              : pattern_correlation(image_, best, cells) > before + kBoardLostCorrelation) {
+      if (found.refined ? is_misplaced(found.corners, best, cells)
+                        : pattern_correlation(image_, best, cells) > before) {
         kept = rules_.refine(tag.id, best).value_or(FoundTag{tag.id, best, false});
         if (is_misplaced(kept.corners, best, cells)) kept = {tag.id, best, false};
       }
@@ -223,15 +222,14 @@ class PanelCompletion {
   // True if refined corners are far from the best correlated ones and correlate clearly less.
   bool is_misplaced(const Quad& refined, const Quad& best, const TagCells& cells) const {
     const double cell = shortest_side(best) / cells.width_at_border();
-    return largest_distance(refined, best) > std::max(kGridTolerance * cell, kBoardWrongCornerPx) &&
-           pattern_correlation(image_, refined, cells) <
-               pattern_correlation(image_, best, cells) - kBoardLostCorrelation;
+    return largest_distance(refined, best) > std::max(kMaxMoveShare * cell, kBoardWrongCornerPx) &&
+           pattern_correlation(image_, refined, cells) < pattern_correlation(image_, best, cells);
   }
 
   std::optional<WhyNot> reason_to_reject(const Quad& quad, const TagCells& cells,
                                          int most_wrong_bits) const {
     const TagAnswer answer = read_tag(image_, quad, cells);
-    if (answer.contrast < kTagMinContrast) return WhyNot::no_contrast;
+    if (answer.contrast < kMinContrast) return WhyNot::no_contrast;
     if (answer.wrong_fixed > kTagMaxWrongFixed) return WhyNot::no_border;
     if (answer.wrong_bits > most_wrong_bits) return WhyNot::other_bits;
     return std::nullopt;

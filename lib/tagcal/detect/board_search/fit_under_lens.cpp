@@ -17,6 +17,9 @@ namespace {
 
 using namespace policy;
 
+// numeric: weights of fitted corners and of straight sides under a roughly known lens, px
+constexpr double kFittedSdPx = 0.1;
+constexpr double kSidesSdPx = 1;
 constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work
 
 struct PanelTag {
@@ -87,13 +90,13 @@ class PanelRefinement {
   bool is_explained(const PanelTag& tag) const {
     const auto expected = predicted(tag);
     if (!expected) return false;
-    const double spread_px = kPanelFittedSdPx * lens_->spread;
+    const double spread_px = kFittedSdPx * lens_->spread;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto at = static_cast<Eigen::Index>(2 * i);
       const double variance =
           spread_px * spread_px + tag.found->covariance_px2.block<2, 2>(at, at).trace() / 2;
       if ((tag.found->corners[i] - (*expected)[i]).squaredNorm() >
-          kPanelOutlierSds * kPanelOutlierSds * variance)
+          kOutlierSds * kOutlierSds * variance)
         return false;
     }
     return true;
@@ -117,9 +120,8 @@ class PanelRefinement {
     std::vector<PanelCorner> corners;
     for (const PanelTag& tag : tags_)
       for (std::size_t i = 0; i < 4; ++i)
-        corners.push_back(
-            {tag.on_panel[i], tag.found->corners[i],
-             tag.found->fitted || tag.found->by_corner ? kPanelFittedSdPx : kPanelSidesSdPx});
+        corners.push_back({tag.on_panel[i], tag.found->corners[i],
+                           tag.found->fitted || tag.found->by_corner ? kFittedSdPx : kSidesSdPx});
     return corners;
   }
 

@@ -74,14 +74,14 @@ std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
   if (!h) return std::nullopt;
   const Vector2d start = h->col(2).hnormalized();
   const double side = shorter_side(*h);
-  if (!start.allFinite() || side < policy::kCheckerMinSidePx) return std::nullopt;
+  if (!start.allFinite()) return std::nullopt;
   TagFitOptions options = usual_fit_options(image_.size());
   options.camera = camera;
   for (const double outside : {1.0, policy::kCheckerOutside}) {
     if (outside < 1 && !print_.is_at_edge(cell)) break;
     const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h, options);
     if (fit.status != TagFitStatus::converged) continue;
-    if ((fit.corner - start).norm() > policy::kGridTolerance * side) continue;
+    if ((fit.corner - start).norm() > policy::kMaxMoveShare * side) continue;
     return CheckerCorner{fit.corner, fit.covariance_px2};
   }
   return std::nullopt;

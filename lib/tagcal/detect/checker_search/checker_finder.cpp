@@ -130,7 +130,7 @@ bool is_of_size(const JunctionGrid& grid, const CheckerPrint& print) {
   return !numberings(bounds_of(grid), print).empty();
 }
 
-// True if enough corners were fitted, also of each outermost line.
+// True if most corners were fitted, and enough of each outermost line.
 bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
   const int columns = print.columns(), rows = print.rows();
   const auto count = [&](const auto& test) {
@@ -139,7 +139,7 @@ bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
   };
   const double column = policy::kMinLineShare * rows;
   const double row = policy::kMinLineShare * columns;
-  return static_cast<double>(corners.size()) >= policy::kCheckerMinFitted * columns * rows &&
+  return 2 * static_cast<int>(corners.size()) > columns * rows &&
          count([](const CheckerCell& c) { return c.first == 0; }) >= column &&
          count([&](const CheckerCell& c) { return c.first == columns - 1; }) >= column &&
          count([](const CheckerCell& c) { return c.second == 0; }) >= row &&
@@ -181,7 +181,7 @@ bool continues(const JunctionGrid& larger, const JunctionGrid& grid) {
     step = std::min(step, (node->second - one).norm());
   const auto is_in_larger = [&](const auto& node) {
     return std::ranges::any_of(larger, [&](const auto& other) {
-      return (other.second - node.second).norm() < policy::kGridTolerance * step;
+      return (other.second - node.second).norm() < policy::kMaxMoveShare * step;
     });
   };
   return 2 * std::ranges::count_if(grid, is_in_larger) > static_cast<std::ptrdiff_t>(grid.size());

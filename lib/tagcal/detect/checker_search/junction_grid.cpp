@@ -76,12 +76,12 @@ class Grower {
  private:
   // True if the lines of `other` are those of `one` with the colours exchanged.
   bool is_opposite(const Junction& one, const Junction& other) const {
-    return between(one.first, other.second) < policy::kGridMaxTurn &&
-           between(one.second, other.first) < policy::kGridMaxTurn;
+    return between(one.first, other.second) < policy::kMaxTurn &&
+           between(one.second, other.first) < policy::kMaxTurn;
   }
   bool is_alike(const Junction& one, const Junction& other) const {
-    return between(one.first, other.first) < policy::kGridMaxTurn &&
-           between(one.second, other.second) < policy::kGridMaxTurn;
+    return between(one.first, other.first) < policy::kMaxTurn &&
+           between(one.second, other.second) < policy::kMaxTurn;
   }
 
   void add(const GridCell& cell, std::size_t i) {
@@ -94,7 +94,7 @@ class Grower {
   std::optional<std::size_t> next(std::size_t from, double direction) const {
     const Junction& one = junctions_[from];
     const Vector2d heading = along(direction);
-    const double least_cos = std::cos(policy::kGridMaxTurn);
+    const double least_cos = std::cos(policy::kMaxTurn);
     for (double radius = kFirstReachPx; radius < kLastReachPx; radius *= 2) {
       std::optional<std::size_t> best;
       double least = radius;
@@ -121,7 +121,7 @@ class Grower {
       if (!below || *right == *below) continue;
       const Vector2d a = junctions_[*right].at - one.at, b = junctions_[*below].at - one.at;
       const auto last =
-          nearest(one.at + a + b, policy::kGridTolerance * std::min(a.norm(), b.norm()),
+          nearest(one.at + a + b, policy::kMaxMoveShare * std::min(a.norm(), b.norm()),
                   [&](const Junction& other) { return is_alike(one, other); });
       if (!last) continue;
       add({0, 0}, seed);
@@ -210,7 +210,7 @@ class Grower {
       const Prediction expected = predict(cell);
       if (expected.count == 0) continue;
       const Junction& like = junctions_[neighbour(cell)];
-      const auto found = nearest(expected.at, policy::kGridTolerance * expected.step,
+      const auto found = nearest(expected.at, policy::kMaxMoveShare * expected.step,
                                  [&](const Junction& other) { return is_opposite(like, other); });
       if (!found) continue;
       add(cell, *found);

@@ -17,13 +17,9 @@ namespace tagcal::internal::policy {
 // Detector.TagsOfKalibrBoards.
 inline constexpr std::array<int, 3> kTagShrinksPx = {0, 1, 2};
 
-// Range of grey levels in 12x12 px below which AprilTag takes them for one colour: in standard
-// deviations of the noise, at least AprilTag's own default, and at most what a tag of low contrast
-// has where the whole picture is finely textured. Source: 144 normal numbers have a range of 5.3 on
-// average, and beyond 7 in 1 of 500 cases; without this bound most of AprilTag's time goes into
-// flat, noisy parts. The largest: none; chosen by hand.
-inline constexpr int kTagLeastRange = 5;
-inline constexpr int kTagMostRange = 20;
+// Standard deviations of a picture's noise. Range of grey levels in 12x12 px below which AprilTag
+// takes them for one colour. Source: 144 normal numbers have a range of 5.3 on average, and beyond
+// 7 in 1 of 500 cases; without it most of AprilTag's time goes into flat, noisy parts.
 inline constexpr double kTagNoiseRange = 7;
 
 // Sides of a tag. Two sightings of one id whose centres are nearer are one tag, and a tag whose
@@ -37,8 +33,8 @@ inline constexpr double kTagEdgeMarginPx = 1.5;
 // test Detector.WhatIsLeftOfATagThatTheEdgeCutsIsNoTag.
 inline constexpr double kTagUnfittedEdgeMarginPx = 6;
 
-// Grey levels between black and white, at least. Source: none; chosen by hand.
-inline constexpr double kTagMinContrast = 8;
+// Grey levels between black and white of tags and about junctions, at least.
+inline constexpr double kMinContrast = 10;
 
 // Share of the Laplacian of the cells' levels that is added to them before they are read. Source:
 // AprilTag 3's default of decode_sharpening.
@@ -53,6 +49,11 @@ inline constexpr double kTagMaxWrongFixed = 0.1;
 
 // ---- Fitting a tag's pattern
 
+// Standard deviations. A corner farther from where the lens of the picture projects it is an
+// outlier, and a single corner whose borders are shifted by more is in a second minimum: it hardly
+// tells a shift from its own place. By a normal distribution one coordinate in 1.7 million exceeds
+// it.
+inline constexpr double kOutlierSds = 5;
 // Standard deviations of a corner. A fit has converged if the expected next step is smaller, and is
 // final if the lens of the next round moves it by less: steps and rounds converge at least as fast
 // as halving, so that less than this is left. It adds 0.3^2 / 2, 4 %, to a corner's variance at
@@ -71,26 +72,13 @@ inline constexpr double kTagMaxSpreadPx = 6;
 // chosen by hand.
 inline constexpr double kTagMaxMovePx = 2;
 
-// Prior standard deviation of the logarithm of the spread about kUsualSpreadPx. Source: none;
-// chosen by hand.
+// Prior standard deviation of the logarithm of the spread about kUsualSpreadPx: 0.5 to 1.4 px.
 inline constexpr double kEdgeLogBlurSd = 0.5;
-// Prior standard deviation of the two grey levels, as a share of their difference. Source: none;
-// chosen by hand.
+// Prior standard deviation of the two grey levels, as a share of their difference.
 inline constexpr double kEdgeLevelSdShare = 0.3;
 // The prior standard deviations of the bends of a side, as a share of those of a whole tag
 // (kTagBendSd, kTagTwistSd): a side by itself does not average them. Source: none; chosen by hand.
 inline constexpr double kEdgeBendShare = 0.1;
-
-// A step is felt up to this many spreads and half a pixel from it: the normal integral beyond is
-// 0.6 %. The pixels of a side are used so far to either side, but no farther than kEdgeReachCells
-// cells, where the next cell begins to matter; and not so near to its ends, where the next side
-// disturbs the step, but for kEdgeMaxEndShare of either half. Source of the others: none; chosen by
-// hand.
-inline constexpr double kEdgeReachSpreads = 2.5;
-inline constexpr double kEdgeReachCells = 0.65;
-inline constexpr double kEdgeMaxEndShare = 0.6;
-// Pixels of a side, at least. Source: none; chosen by hand.
-inline constexpr std::size_t kEdgeMinPixels = 16;
 
 // ---- Fitting a tag's pattern: the whole tag (refine_tag)
 
@@ -107,9 +95,6 @@ inline constexpr double kTagUnknownReach = 3;
 // spreads by up to about 0.15 px; whites at 2.5 times the full exposure grow by 0.6 px, beyond this
 // prior (docs/corners.md).
 inline constexpr double kTagShiftSdPx = 0.1;
-// Standard deviations of the prior. A single corner hardly tells a shift of its borders from its
-// own place; a shift beyond this, 1 in 16,000 by a normal distribution, is a second minimum.
-inline constexpr double kTagMaxShiftSds = 4;
 
 // Prior standard deviation of the curvature that a lens gives to a line, in 1 / (longer side of the
 // picture), and of its change along the line, in 1 / side^2. Source: a fisheye whose picture spans
@@ -131,51 +116,31 @@ inline constexpr double kTagStrongerBends = 2;
 // px. A longer tag under an unknown lens is fitted corner by corner: a lens bends it beyond third
 // order. Source: none; chosen by hand with `corner_accuracy lens`.
 inline constexpr double kTagMaxWholePx = 110;
-// A shorter tag is fitted corner by corner if it has this side (px), and bends of third order move
-// a corner by this many px and by this many of the corner's standard deviations. Source: none;
-// chosen by hand.
-inline constexpr double kTagMinPartsPx = 36;
-inline constexpr double kTagThirdOrderPx = 0.02;
+// A shorter tag is fitted corner by corner if bends of third order move a corner by this many of
+// its standard deviations.
 inline constexpr double kTagThirdOrderSds = 8;
 // Standard deviation that bends beyond third order add to the corners of a large tag fitted as a
 // whole, as a share of what bends of third order do to them. Source: none; chosen by hand.
 inline constexpr double kTagNextOrderShare = 0.25;
 
-// Standard deviations of the start's homography as a prior, over a region of size 1: of places, of
+// Standard deviations of the start's homography as a prior, over a region of size 1: of places,
 // scales and turns, and of the perspective. Two lines around one corner do not determine the last
-// two. Source: chosen by hand with `corner_accuracy lens`: of 60 fisheye tags 2 of 160 px and 5 of
-// 250 px did not converge under a wider prior and smaller windows, with these all do.
-inline constexpr double kTagPlaceSd = 0.15;
+// three. Source: chosen by hand with `corner_accuracy lens`: under wider priors 7 of 60 fisheye
+// tags of 160 and 250 px did not converge, with these all do.
 inline constexpr double kTagScaleSd = 0.05;
 inline constexpr double kTagPerspectiveSd = 0.03;
-// px. Half sides of the windows about one corner that are fitted in turn before the whole region.
-// Source: none; chosen by hand with `corner_accuracy lens`.
-inline constexpr std::array<double, 3> kTagWindowsPx = {9, 18, 32};
 // Ratio of the residuals' variances, region over last window, beyond which the region shows
-// something else and the window is the answer. Source: none; chosen by hand with `corner_accuracy
-// lens`.
+// something else and the window is the answer.
 inline constexpr double kTagMaxVarianceGrowth = 1.7;
-// Squared, in standard deviations of one corner: a smaller step of a region's only corner lets the
-// next one decide by the corner alone. Source: none; chosen by hand.
-inline constexpr double kTagCornerSettledSize = 1;
 // Noise over contrast of a fit, at most; beyond, the picture does not show this pattern. Source:
 // none; chosen by hand.
 inline constexpr double kTagMaxNoiseShare = 0.15;
-// px. Largest standard deviation of a corner's coordinate. Source: none; chosen by hand.
-inline constexpr double kTagMaxSdPx = 0.5;
-// Pixels of a fit, at least. Source: none; chosen by hand.
-inline constexpr int kTagMinPixels = 64;
-
-// Share of a side by which a corner may move under a roughly known lens, a third of a cell, if that
-// is more than kTagMaxMovePx. Source: none; chosen by hand.
-inline constexpr double kTagMaxRoughMoveShare = 0.04;
 
 // ---- Fitting a tag's pattern: the gamma of a picture
 
-// Number of tags from which gamma is estimated, and side of a tag that is large enough, px. Source:
-// none; chosen by hand.
+// Number of tags from which gamma is estimated. Source: one more changes the corners' errors by
+// less than 0.1 %, one less by 0.4 % (docs/sensitivity.md).
 inline constexpr std::size_t kTagGammaTags = 2;
-inline constexpr double kTagGammaMinSidePx = 45;
 // Bounds of the logarithm of gamma (0.3 and 1.4). Source: cameras have 0.45 to 1.
 inline constexpr double kTagMinLogGamma = -1.2;
 inline constexpr double kTagMaxLogGamma = 0.35;
@@ -192,11 +157,9 @@ inline constexpr double kBoardMinHalvedPixels = 150'000;
 inline constexpr std::size_t kBoardNeighbours = 4;
 // Cells by which a prediction may be off. Source: none; chosen by hand.
 inline constexpr double kBoardReachCells = 2;
-// Refined corners are wrong if they lie farther than this many px (the search is no finer) from the
-// quad of highest correlation, and have lost this much of the correlation: a lens that bends a tag
-// costs some, too. Source: none; chosen by hand. Test CompleteBoard.ASeedThatWentAstrayIsSetRight.
+// px. Refined corners are wrong if they lie farther from the quad of highest correlation (the
+// search is no finer), and farther than kMaxMoveShare of a cell, and correlate less.
 inline constexpr double kBoardWrongCornerPx = 1;
-inline constexpr double kBoardLostCorrelation = 0.02;
 // Probability that random bits in a frame are taken for a tag that no other confirms: at most, and
 // where other tags of its plane should be in the picture and are not. Source: chosen by hand with
 // the study `false_tags` (without them every eleventh picture without tags showed one of tag16h5).
@@ -215,20 +178,10 @@ inline constexpr double kPanelLogFocalSd = 1;
 inline constexpr double kPanelLogAspectSd = 0.01;
 inline constexpr double kPanelCentreSd = 0.05;
 inline constexpr double kPanelTermSd = 0.5;
-// Floor of the robust spread of residuals, in standard deviations of the corners: below it no
-// corner counts as an outlier. Source: none; chosen by hand.
-inline constexpr double kPanelMinSpread = 0.1;
 // Spreads beyond which weights fall (Cauchy's robust cost), and the largest spread of a
 // checkerboard's corners, in their standard deviations, up to which they are fitted under the lens.
 // Source: none; chosen by hand.
 inline constexpr double kPanelTailSpreads = 3;
-// px. Standard deviations of corners under a roughly known lens: of fitted tags, and of straight
-// sides. Source: none; chosen by hand.
-inline constexpr double kPanelFittedSdPx = 0.1;
-inline constexpr double kPanelSidesSdPx = 1;
-// Standard deviations of a corner from where the lens projects it, at most. Source: exp(-6^2 / 2)
-// for one corner, 1 in 10^7 for four.
-inline constexpr double kPanelOutlierSds = 6;
 
 // ---- Explaining, and the warning of a wrong border
 
@@ -242,32 +195,19 @@ inline constexpr double kSpacingTolerance = 0.04;
 
 // ---- Finding checkerboards
 
-// Grey levels between black and white on a circle about a junction, at least. Source: none; chosen
-// by hand.
-inline constexpr double kJunctionMinContrast = 12;
-// Grey levels per px^2. Least root of minus the Hessian's determinant of the smoothed picture.
-// Source: contrast C and spread s have C / (pi s^2); C = 15, s = 2.
-inline constexpr double kJunctionMinStrength = 1.2;
 // px. Radii of the circles that are tried. Source: none; chosen by hand with `checker_accuracy
 // found`: 3 for squares of 10 px seen at 60 degrees, 5 and 8 for noise and blur.
 inline constexpr std::array<double, 3> kJunctionRadiiPx = {5, 3, 8};
-// Radians. Largest bend of a line at a junction, and least angle between two. Source: none; chosen
-// by hand.
-inline constexpr double kJunctionMaxBend = 0.6;
-inline constexpr double kJunctionMinAngle = 0.25;
-// Radians. Largest turn of a line from a junction to the next one. Source: none; chosen by hand.
-inline constexpr double kGridMaxTurn = 0.45;
+// Radians. Largest bend of a line at a junction and turn to the next one, and so the least angle
+// between two lines.
+inline constexpr double kMaxTurn = 0.45;
 // Share of the distance to the next junction by which a prediction, also of a corner before its
 // fit, may be off. Source: from a half on
 // two predictions claim one junction; two thirds of that.
-inline constexpr double kGridTolerance = 1.0 / 3;
+inline constexpr double kMaxMoveShare = 1.0 / 3;
 // Share of a grid's outermost line that must be seen (of the fullest line) and fitted (of the
 // board's line): with fewer the line is not the board's. Source: none; chosen by hand.
 inline constexpr double kMinLineShare = 0.3;
-// Share of a board's corners that must be fitted. Source: none; chosen by hand.
-inline constexpr double kCheckerMinFitted = 0.6;
-// px. Shorter side of the smallest squares that are fitted. Source: none; chosen by hand.
-inline constexpr double kCheckerMinSidePx = 3;
 // Squares beyond the next junction that are fitted with a corner: pixels before them are then
 // known. Source: 3 spreads of 0.9 px for squares of 10 px.
 inline constexpr double kCheckerBeyond = 0.3;

@@ -25,14 +25,10 @@ std::optional<TagFit> fit_known_tag(const ImageView8& image, const TagPattern& p
   options.gamma = known.gamma;
   options.is_whole = known.is_whole;
   options.lens_follows = known.lens_follows;
-  const double max_move =
-      known.is_rough
-          ? std::max(policy::kTagMaxMovePx, policy::kTagMaxRoughMoveShare * shortest_side(start))
-          : policy::kTagMaxMovePx;
   const TagFit fit = refine_tag(image, pattern, start, options);
   const bool is_start = known.lens_follows && fit.is_by_corner;
   if ((fit.status != TagFitStatus::converged && !is_start) ||
-      largest_distance(fit.corners, start) > max_move)
+      largest_distance(fit.corners, start) > policy::kTagMaxMovePx)
     return std::nullopt;
   return fit;
 }

@@ -12,7 +12,8 @@ namespace {
 
 using namespace policy;
 
-constexpr double kStep = 0.35;  // numeric: of the search, of the logarithm
+constexpr double kLargeSidePx = 45;  // of a tag that is large enough, as a limit of work
+constexpr double kStep = 0.35;       // numeric: of the search, of the logarithm
 
 // Fits a tag at a given gamma; no value if that fails.
 std::optional<TagFit> fit_with(const ImageView8& image, const TagInPicture& tag, double log_gamma) {
@@ -78,7 +79,7 @@ double gamma_of_picture(const ImageView8& image, std::vector<TagInPicture> tags)
   // First the smallest of the large tags, which cost least, then the largest of the others.
   std::ranges::stable_sort(tags, {}, [](const TagInPicture& tag) {
     const double side = shortest_side(tag.corners);
-    return side >= kTagGammaMinSidePx ? side : 1e9 - side;
+    return side >= kLargeSidePx ? side : 1e9 - side;
   });
   GammaCost cost(image);
   for (const TagInPicture& tag : tags)

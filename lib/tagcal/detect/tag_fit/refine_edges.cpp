@@ -14,6 +14,7 @@ namespace tagcal::internal {
 namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
+constexpr std::size_t kMinPixels = 2 * 7;  // of a side: twice the parameters
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 using namespace policy;
@@ -47,7 +48,7 @@ struct Edge {
   Vector7 fit = Vector7::Zero();
 
   double blur() const { return std::exp(fit[5]); }
-  double felt() const { return kEdgeReachSpreads * blur() + kHalfPixel; }
+  double felt() const { return kTagUnknownReach * blur() + kHalfPixel; }
   double slope(double along) const { return fit[1] + along * (2 * fit[2] + along * 3 * fit[6]); }
   double offset(double along) const {
     return fit[0] + along * (fit[1] + along * (fit[2] + along * fit[6]));
@@ -68,7 +69,7 @@ Edge edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
 // The pixels of a strip around the edge's present estimate, without its ends.
 std::vector<Sample> samples_about(const Edge& edge, const ImageView8& image) {
   std::vector<Sample> samples;
-  const double margin = std::min(edge.felt(), kEdgeMaxEndShare * edge.half);
+  const double margin = std::min(edge.felt(), edge.half / 2);
   const double longest = edge.half - margin;
   const Eigen::Vector2d extent =
       longest * edge.direction.cwiseAbs() +
@@ -240,16 +241,16 @@ bool fit_to(const std::vector<Sample>& samples, const EdgePrior& prior, Edge& ed
 bool fit_edge(Edge& edge, const ImageView8& image, double cell, bool dark_inside) {
   for (int selection = 0; selection < kSelections; ++selection) {
     // Three rows of pixels or more, as far as the neighbouring cells allow.
-    edge.reach = std::max(3 * kHalfPixel, std::min(kEdgeReachCells * cell, edge.felt()));
+    edge.reach = std::max(3 * kHalfPixel, std::min(cell / 2, edge.felt()));
     const std::vector<Sample> samples = samples_about(edge, image);
-    if (samples.size() < kEdgeMinPixels) return false;
+    if (samples.size() < kMinPixels) return false;
     if (!start_levels(edge, samples)) return false;
     const Vector7 before = edge.fit;
     if (!fit_to(samples, EdgePrior(edge, image.size()), edge)) return false;
     const Vector7 change = (edge.fit - before).cwiseAbs();
     if (selection > 0 && change[0] + change[1] + change[2] < kSameStripPx) break;
   }
-  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kTagMinContrast;
+  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kMinContrast;
 }
 
 // Intersection of two edges: that of their tangents near the corner, repeated.
