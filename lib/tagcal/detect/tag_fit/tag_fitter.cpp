@@ -124,7 +124,7 @@ TagFit TagFitter::result() const {
   const bool matches = left_over_ < kConvergedSize && p[kGain] >= policy::kMinContrast &&
                        fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
-  fit.status = num_pixels_ >= kMinPixels ? TagFitStatus::converged : TagFitStatus::too_small;
+  fit.status = TagFitStatus::converged;
   return fit;
 }
 
