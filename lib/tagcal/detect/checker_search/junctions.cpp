@@ -16,7 +16,7 @@ using std::numbers::pi;
 
 // Grey levels per px^2. Least root of minus the Hessian's determinant of the smoothed picture: a
 // junction of contrast C and spread s has C / (pi s^2).
-constexpr double kSpreadPx = 1.6;  // numeric: of a picture that is sharp enough, smoothed
+constexpr double kSpreadPx = 1.46;  // numeric: of a picture that is sharp enough, smoothed
 constexpr double kMinStrength = policy::kMinContrast / (kSpreadPx * kSpreadPx * pi);
 
 // Smooths with the binomial filter 1 4 6 4 1 in both directions: a Gaussian of 1 px.

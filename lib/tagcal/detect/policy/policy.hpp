@@ -37,7 +37,7 @@ inline constexpr double kTagUnfittedEdgeMarginPx = 6;
 
 // Grey levels between black and white of tags and about junctions, at least. Source: x0.7 and
 // x1.4: nothing.
-inline constexpr double kMinContrast = 10;
+inline constexpr double kMinContrast = 8;
 
 // Share of the Laplacian of the cells' levels that is added to them before they are read. Source:
 // AprilTag 3's default of decode_sharpening.
