@@ -2,11 +2,14 @@
 
 A copy of the sources is built in build/sensitivity, whose policy headers read a factor from the
 environment. The studies run once as they are and once for each constant and factor:
-  corners  random worlds from corners        pixels  random worlds from pictures
-  halves   halves of the real sets in tests  maps    maps of where poses and calibrations fail
-Printed are the shares of their rows (worlds, halves; in maps the trials of a cell) whose text
-changes, or a number by more than 1 %. build/sensitivity/results.tsv keeps them: a run that was
-interrupted is continued, and results of other sources are not used.
+  corners  random worlds from corners        answers  corners found in pictures (detect_answers)
+  halves   halves of the real sets in tests  maps     maps of where poses and calibrations fail
+Printed are, of the first and the last two, the shares of their rows (worlds, halves; in maps the
+trials of a cell) whose text changes, or a number by more than 1 %; of `answers` what becomes of the
+corners: right ones (%), wrong ones, the error of the right ones and its square over the claimed one
+(%, geometric means over the pictures), and those beyond five claimed standard deviations.
+build/sensitivity/results.tsv keeps them: a run that was interrupted is continued, and results of
+other sources are not used.
 """
 
 import argparse
@@ -31,7 +34,7 @@ MAPS = ("tag-tilt-distance flatness line points near-camera wrong-corners swappe
         "calibrate-extrapolation calibrate-wrong-views").split()
 SETS = "bouguet_left bouguet_right opencv_left visp_circles euroc_cam0".split()
 TIMES = ("render_s", "detect_s", "calibrate_s", "own_s", "time_us")
-STUDIES = {"estimate": ("corners", "halves", "maps"), "detect": ("pixels",)}
+STUDIES = {"estimate": ("corners", "halves", "maps"), "detect": ("answers",)}
 
 READER_NAME = "tagcal/internal/policy_factor.hpp"
 READER = """#pragma once
@@ -55,7 +58,8 @@ inline unsigned scaled(unsigned value, double by) {
 }  // namespace tagcal::internal::policy
 """
 SCALAR = re.compile(r"inline constexpr (double|int|unsigned|std::size_t) (k\w+) = ([^;]+);")
-LIST = re.compile(r"inline constexpr (double|int) (k\w+)\[(\d*)\] = \{([^}]+)\};")
+LIST = re.compile(r"inline constexpr (double|int|std::array<(?:double|int), \d+>) (k\w+)((?:\[\d*\])?)"
+                  r" = \{([^}]+)\};")
 SHARE = re.compile(r"inline constexpr Share (k\w+)\{(\d+), (\d+)\};")
 
 
@@ -68,8 +72,10 @@ def constants(layer):
 
 def variable(text):
   def elements(match):
-    values = ", ".join(f'scaled({v.strip()}, factor_of("{match[2]}"))' for v in match[4].split(","))
-    return f"inline const {match[1]} {match[2]}[{match[3]}] = {{{values}}};"
+    number = "double" if "double" in match[1] else "int"
+    values = ", ".join(f'scaled({number}{{{v.strip()}}}, factor_of("{match[2]}"))'
+                       for v in match[4].split(","))
+    return f"inline const {match[1]} {match[2]}{match[3]} = {{{values}}};"
 
   text = SCALAR.sub(r'inline const \1 \2 = scaled(\1{\3}, factor_of("\2"));', text)
   text = LIST.sub(elements, text)
@@ -110,15 +116,16 @@ def build(jobs):
   for command in (["cmake", "-S", TREE, "-B", folder, "-G", "Ninja", "-D",
                    "CMAKE_BUILD_TYPE=Release"],
                   ["cmake", "--build", folder, "-j", str(jobs), "--target", "worlds", "halves",
-                   "tagcal-study"]):
+                   "detect_answers", "tagcal-study"]):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode != 0:
       sys.exit(f"sensitivity.py: {' '.join(map(str, command))} failed:\n{done.stdout[-3000:]}")
   return folder
 
 
-def rows_of(study, programs, constant=None, factor=1):
-  """The rows of a study as lists of texts, without times; None if it fails with the constant."""
+def rows_of(study, programs, sets, constant=None, factor=1):
+  """The rows of a study as dictionaries of texts, without times; None if it fails with the
+  constant."""
   out = WORK / "run"
   shutil.rmtree(out, ignore_errors=True)
   out.mkdir(parents=True)
@@ -126,7 +133,8 @@ def rows_of(study, programs, constant=None, factor=1):
             out / "worlds.csv"]
   command = {
       "corners": [*worlds, "--count", "200", "--corners-only"],
-      "pixels": [*worlds, "--count", "120"],
+      "answers": [programs / "tools/studies/detect_answers", out / "answers.csv", WORK / "pictures",
+                  *sets],
       "halves": [programs / "tools/studies/halves", "--splits", "4", "--csv", out / "halves.csv",
                  *(ROOT / "tests/data/real_corners" / s for s in SETS)],
       "maps": [programs / "tools/tagcal-study", "stability", "--ours", "--trials", "5", "--seed",
@@ -145,7 +153,7 @@ def rows_of(study, programs, constant=None, factor=1):
   for path in sorted(out.glob("*.csv")):
     with path.open() as file:
       for row in csv.DictReader(file):
-        rows.append([v for k, v in row.items() if k not in TIMES])
+        rows.append({k: v for k, v in row.items() if k not in TIMES})
   return rows
 
 
@@ -162,11 +170,35 @@ def differs(a, b):
 def changed(before, after):
   """Percentage of the rows that differ; no number if the study failed."""
   if after is None:
-    return math.nan
+    return "failed"
   if len(before) != len(after):
-    return 100.0
-  count = sum(any(differs(x, y) for x, y in zip(a, b)) for a, b in zip(before, after))
-  return 100 * count / len(before)
+    return "100.0"
+  count = sum(any(differs(x, y) for x, y in zip(a.values(), b.values()))
+              for a, b in zip(before, after))
+  return f"{100 * count / len(before):.1f}"
+
+
+def changed_answers(before, after):
+  """What becomes of the corners that are found."""
+  if after is None:
+    return "failed"
+  rows = [[{k: float(v) for k, v in row.items() if k not in ("group", "picture")} for row in of]
+          for of in (before, after)]
+  right, wrong, beyond = ([sum(f(row) for row in of) for of in rows] for f in (
+      lambda row: row["found"] - row["wrong"], lambda row: row["wrong"], lambda row: row["beyond"]))
+
+  def growth(square, count):
+    ratios = [math.log(b[square] / count(b) / (a[square] / count(a))) for a, b in zip(*rows)
+              if min(a[square], b[square]) > 1e-9 and min(count(a), count(b)) > 0]
+    return math.exp(sum(ratios) / max(1, len(ratios)))
+
+  error = math.sqrt(growth("squares", lambda row: row["found"] - row["wrong"]))
+  claim = growth("distances", lambda row: row["claimed"])
+  return (f"{100 * (right[1] / max(1, right[0]) - 1):+.2f} | {wrong[1] - wrong[0]:+.0f} | "
+          f"{100 * (error - 1):+.2f} | {100 * (claim - 1):+.2f} | {beyond[1] - beyond[0]:+.0f}")
+
+
+HEADS = {"answers": ("right, %", "wrong", "error, %", "square over claim, %", "beyond 5 sd")}
 
 
 def main():
@@ -175,6 +207,8 @@ def main():
   parser.add_argument("layer", choices=POLICIES)
   parser.add_argument("constants", nargs="*", help="default: all of the layer")
   parser.add_argument("--jobs", type=int, default=2, help="of the build")
+  parser.add_argument("--sets", nargs="*", default=(), type=lambda s: pathlib.Path(s).resolve(),
+                      help="folders of real pictures with a target.yaml, for `answers`")
   options = parser.parse_args()
   known = constants(options.layer)
   if unknown := set(options.constants) - set(known):
@@ -187,23 +221,25 @@ def main():
     for line in results.read_text().splitlines():
       digest, name, factor, study, share = line.split("\t")
       if digest == sources:
-        done[name, float(factor), study] = float(share)
+        done[name, float(factor), study] = share
   studies = STUDIES[options.layer]
   before = {}
-  print("| constant | factor | " + " | ".join(f"{s}, %" for s in studies) + " |")
-  print("|---|" + "--:|" * (1 + len(studies)))
+  heads = [head for s in studies for head in HEADS.get(s, (f"{s}, %",))]
+  print("| constant | factor | " + " | ".join(heads) + " |")
+  print("|---|" + "--:|" * (1 + len(heads)))
   for name in options.constants or known:
     for factor in FACTORS:
       for study in studies:
         if (name, factor, study) in done:
           continue
         if study not in before:
-          before[study] = rows_of(study, programs)
-        share = changed(before[study], rows_of(study, programs, name, factor))
+          before[study] = rows_of(study, programs, options.sets)
+        after = rows_of(study, programs, options.sets, name, factor)
+        share = (changed_answers if study == "answers" else changed)(before[study], after)
         done[name, factor, study] = share
         with results.open("a") as file:
-          file.write(f"{sources}\t{name}\t{factor}\t{study}\t{share:.2f}\n")
-      shares = " | ".join(f"{done[name, factor, s]:.1f}" for s in studies)
+          file.write(f"{sources}\t{name}\t{factor}\t{study}\t{share}\n")
+      shares = " | ".join(done[name, factor, s] for s in studies)
       print(f"| {name} | {factor} | {shares} |", flush=True)
 
 

@@ -6,7 +6,6 @@
 
 #include "tagcal/detect/apriltag/family_detector.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
@@ -35,7 +34,7 @@ class TagReader {
 
   std::vector<DetectedTag> read(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
-    if (std::min(image.width(), image.height()) < policy::kTagMinPictureSidePx) return {};
+    if (std::min(image.width(), image.height()) < kMinPictureSidePx) return {};
     std::vector<FoundTag> found = find(image);
     if (refinement_ == Refinement::fit) fit(image, found);
     std::ranges::sort(found, {}, [](const FoundTag& tag) {

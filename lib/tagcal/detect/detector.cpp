@@ -9,7 +9,6 @@
 #include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
-#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -29,17 +28,16 @@ class Worker {
     check_size(camera_, image.size(), name);
     DetectedPicture found;
     found.view.image = name;
-    constexpr int kMinSide = policy::kTagMinPictureSidePx;
-    if (image.width() < kMinSide || image.height() < kMinSide) {
-      found.warnings.push_back(
-          fmt::format("{}: smaller than {}x{} pixels, was not searched", name, kMinSide, kMinSide));
+    if (std::min(image.width(), image.height()) < kMinPictureSidePx) {
+      found.warnings.push_back(fmt::format("{}: smaller than {}x{} pixels, was not searched", name,
+                                           kMinPictureSidePx, kMinPictureSidePx));
       return found;
     }
-    if (!finders_.empty() && std::max(image.width(), image.height()) > policy::kTagMaxPictureSidePx)
+    if (!finders_.empty() && std::max(image.width(), image.height()) > kMaxPictureSidePx)
       found.warnings.push_back(
           fmt::format("{}: wider or higher than {} pixels, is not searched "
                       "for tags at its full size",
-                      name, policy::kTagMaxPictureSidePx));
+                      name, kMaxPictureSidePx));
     TagCount count;
     for (const auto& finder : finders_) {
       const SeenBoards seen = finder->find(image);

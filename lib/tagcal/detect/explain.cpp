@@ -26,6 +26,10 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr int kSmallestTagPx = 20;  // side that a tag should have
+// px. A picture with a shorter side that shows no tag is called too small: a board hardly fits in.
+constexpr int kSmallPictureSidePx = 8 * kSmallestTagPx;
+
 std::vector<int> ids_of(const std::vector<FoundTag>& tags) {
   std::vector<int> ids;
   for (const FoundTag& tag : tags) ids.push_back(tag.id);
@@ -109,7 +113,7 @@ std::optional<double> measured_spacing(const AprilGrid& grid, const std::map<int
     if (place % grid.columns != grid.columns - 1) add(id + 1, 0);
     add(id + grid.columns, 1);
   }
-  if (gaps.size() < policy::kBoardMinGaps) return std::nullopt;
+  if (gaps.size() < 3) return std::nullopt;  // of three, one may be wrong
   return median(std::move(gaps));
 }
 
@@ -121,7 +125,7 @@ class Explainer {
   }
 
   Explanation run() {
-    if (std::min(image_.width(), image_.height()) < policy::kTagMinPictureSidePx) {
+    if (std::min(image_.width(), image_.height()) < kMinPictureSidePx) {
       result_.mistakes.push_back(small_text());
       return result_;
     }
@@ -132,8 +136,7 @@ class Explainer {
     explain_checkers();
     std::ranges::sort(result_.reported);
     std::ranges::sort(result_.not_reported, {}, &NotReported::id);
-    if (result_.reported.empty() &&
-        std::min(image_.width(), image_.height()) < policy::kBoardSmallPictureSidePx)
+    if (result_.reported.empty() && std::min(image_.width(), image_.height()) < kSmallPictureSidePx)
       result_.mistakes.push_back(small_text());
     return result_;
   }
@@ -215,12 +218,10 @@ class Explainer {
           is_border ? fmt::format("border_bits {}", wanted.border_bits) : wanted.family));
     }
     if (named || !nothing_found) return;
-    if (const std::size_t n = count_in(mirrored(first_size_), wanted);
-        n >= policy::kBoardMinOtherTags)
+    if (const std::size_t n = count_in(mirrored(first_size_), wanted); shows_other_kind(n, 0))
       result_.mistakes.push_back(fmt::format(
           "mirrored picture: {} tags are read after mirroring it; mirror the picture back", n));
-    if (const std::size_t n = count_in(inverted(first_size_), wanted);
-        n >= policy::kBoardMinOtherTags)
+    if (const std::size_t n = count_in(inverted(first_size_), wanted); shows_other_kind(n, 0))
       result_.mistakes.push_back(
           fmt::format("inverted picture: {} tags are read after exchanging black and white; invert "
                       "the picture back",
@@ -231,10 +232,9 @@ class Explainer {
     std::map<int, Quad> seen;
     for (const FoundTag& tag : completion.tags) seen[tag.id] = tag.corners;
     const std::optional<double> spacing = measured_spacing(grid, seen);
-    if (!spacing || std::abs(*spacing - grid.tag_spacing) < policy::kBoardSpacingTolerance) return;
-    const double in_metres = *spacing * grid.tag_size;
-    const bool metres = std::abs(grid.tag_spacing - in_metres) <
-                        policy::kBoardMetresTolerance * std::abs(in_metres);
+    if (!spacing || std::abs(*spacing - grid.tag_spacing) < policy::kSpacingTolerance) return;
+    const bool metres =
+        std::abs(grid.tag_spacing / grid.tag_size - *spacing) < policy::kSpacingTolerance;
     result_.mistakes.push_back(fmt::format(
         "wrong tag spacing: the gap is {:.2f} of a tag's side in the picture, {:.4g} in the "
         "target file{}; correct the target file",
@@ -243,8 +243,8 @@ class Explainer {
   }
 
   std::string small_text() const {
-    return fmt::format("picture too small: {}x{} pixels; a tag needs about 20 pixels along a side",
-                       image_.width(), image_.height());
+    return fmt::format("picture too small: {}x{} pixels; a tag needs about {} pixels along a side",
+                       image_.width(), image_.height(), kSmallestTagPx);
   }
 
   ImageView8 image_;

@@ -32,8 +32,7 @@ TagFit fit_parts(const ImageView<T>& image, const TagPattern& pattern, const Tag
     const TagRegion region = part_of_tag(pattern, start, i);
     TagFitter fitter(region, start, options);
     TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
-    if (options.shift_sd_px > 0 &&
-        part.shift_px.norm() > policy::kTagMaxShiftSds * options.shift_sd_px)
+    if (options.shift_sd_px > 0 && part.shift_px.norm() > policy::kOutlierSds * options.shift_sd_px)
       part.status = TagFitStatus::not_converged;
     if (part.status != TagFitStatus::converged) {
       fit.status = part.status;

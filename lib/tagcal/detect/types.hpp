@@ -109,7 +109,7 @@ enum class TagFitStatus {
   converged,
   not_converged,  // the pixels do not look like this pattern near the start
   out_of_image,   // a corner lies outside of the picture
-  too_small,      // cells too narrow against the blur, or too few pixels, to determine corners
+  too_small,      // too few pixels to determine corners
 };
 
 struct TagFitOptions {

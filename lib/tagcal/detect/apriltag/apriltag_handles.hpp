@@ -9,6 +9,12 @@
 // Private to detect: owning handles of the AprilTag library's objects.
 namespace tagcal::internal {
 
+// numeric: limits of AprilTag 3.3.0, px. It crashes on pictures of 2x2 px and smaller, of one row,
+// and of 5x3 px if decimated: pictures with a shorter side are not searched. It ends the program
+// from 32768 px on: pictures with a longer side are searched at half their size and less only.
+constexpr int kMinPictureSidePx = 8;
+constexpr int kMaxPictureSidePx = 32767;
+
 // Frees the decoding table too, which AprilTag does together with a detector only.
 struct FamilyDeleter {
   void (*destroy)(apriltag_family_t*) = nullptr;

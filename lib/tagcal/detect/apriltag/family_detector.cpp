@@ -18,6 +18,12 @@
 namespace tagcal::internal {
 namespace {
 
+// numeric: limit of memory. Tags of a family up to which two wrong bits may be accepted: AprilTag's
+// decoding table has an entry of 16 bytes for three times tags * bits * (bits - 1); 2115 tags of 41
+// bits take 166 MB, 42211 of 48 bits would take 4.6 GB.
+constexpr unsigned kMaxCodesForTwo = 4096;
+constexpr int kMaxDoubledPixels = 1'500'000;  // of a picture, as a limit of work
+
 // Corners in a picture from those in the doubled one, whose pixel x lies at x / 2 - 1 / 4.
 Quad undoubled(Quad corners) {
   for (Eigen::Vector2d& corner : corners) corner = corner / 2 - Eigen::Vector2d::Constant(1.0 / 4);
@@ -27,7 +33,7 @@ Quad undoubled(Quad corners) {
 int most_wrong_bits(const Wanted& wanted) {
   const FamilyHandle family = create_family(wanted.family, wanted.border_bits);
   const int by_distance = (static_cast<int>(family->h) - 1) / 2;  // a code stays the nearest one
-  return std::min(by_distance, family->ncodes > policy::kTagMaxCodesForTwo ? 1 : 2);
+  return std::min(by_distance, family->ncodes > kMaxCodesForTwo ? 1 : 2);
 }
 
 }  // namespace
@@ -45,7 +51,7 @@ int num_halvings(const ImageSize& size) {
 }
 
 bool is_worth_doubling(const ImageSize& size) {
-  return static_cast<double>(size.width) * size.height <= policy::kBoardMaxDoubledPixels;
+  return static_cast<double>(size.width) * size.height <= kMaxDoubledPixels;
 }
 
 void check_size(const Camera* camera, const ImageSize& size, const std::string& name) {
@@ -94,7 +100,7 @@ void FamilyDetector::find(const ImageView8& image, const Search& search,
   for (int i = 0; i < search.halvings; ++i)
     scaled.push_back(halved(i > 0 ? ImageView8(scaled.back()) : from));
   const ImageView8 searched = scaled.empty() ? from : ImageView8(scaled.back());
-  if (std::min(searched.width(), searched.height()) < policy::kTagMinPictureSidePx) return;
+  if (std::min(searched.width(), searched.height()) < kMinPictureSidePx) return;
   const Pass& pass = passes_[search.pass];
   const Eigen::Vector2d offset(search.box.left, search.box.top);
   for (const Sighting& seen : sightings(*pass.detector, searched, pass.shrink)) {

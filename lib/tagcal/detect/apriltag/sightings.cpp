@@ -10,6 +10,11 @@
 namespace tagcal::internal {
 namespace {
 
+// Bounds of the range of levels that is one colour: AprilTag's default, and what a tag of low
+// contrast has where the whole picture is finely textured.
+constexpr int kLeastRange = 5;
+constexpr int kMostRange = 20;
+
 // The quad with every side moved outwards by `distance`.
 Quad grown(const Quad& quad, double distance) {
   const auto side = [&](std::size_t i) {
@@ -28,13 +33,13 @@ Quad grown(const Quad& quad, double distance) {
 
 std::vector<Sighting> sightings(apriltag_detector_t& detector, const ImageView8& image,
                                 int shrink) {
-  if (std::max(image.width(), image.height()) > policy::kTagMaxPictureSidePx) return {};
+  if (std::max(image.width(), image.height()) > kMaxPictureSidePx) return {};
   Image8 shrunk;
   if (shrink > 0) shrunk = brightest(image, shrink);
   const ImageView8 looked_at = shrink > 0 ? ImageView8(shrunk) : image;
   detector.qtp.min_white_black_diff =
       std::clamp(static_cast<int>(std::lround(policy::kTagNoiseRange * noise_of(image))),
-                 policy::kTagLeastRange, policy::kTagMostRange);
+                 kLeastRange, kMostRange);
   // AprilTag does not write into the picture that it is given.
   image_u8_t view = {looked_at.width(), looked_at.height(), static_cast<int>(looked_at.stride()),
                      const_cast<std::uint8_t*>(looked_at.row(0))};

@@ -18,6 +18,8 @@
 namespace tagcal::internal {
 namespace {
 
+constexpr double kMaxPartShare = 0.6;  // numeric: a search of a larger part saves no time
+
 // Throws Error for a tag that its family does not have: nobody can see it.
 Wanted wanted_of(const std::vector<const Board*>& boards) {
   Wanted wanted;
@@ -64,10 +66,9 @@ std::optional<PixelBox> missing_part(const ImageSize& size, const SeenBoards& se
     for (const MissingTag& tag : completion.missing) {
       if (!may_be_there(tag)) continue;
       if (!tag.expected) return PixelBox{0, 0, size};
-      double longest = 0;
+      double margin = 0;  // a side of the tag
       for (std::size_t i = 0; i < 4; ++i)
-        longest = std::max(longest, ((*tag.expected)[(i + 1) % 4] - (*tag.expected)[i]).norm());
-      const double margin = policy::kBoardSearchMarginSides * longest;
+        margin = std::max(margin, ((*tag.expected)[(i + 1) % 4] - (*tag.expected)[i]).norm());
       for (const Eigen::Vector2d& corner : *tag.expected) {
         box.extend((corner.array() - margin).matrix());
         box.extend((corner.array() + margin).matrix());
@@ -76,7 +77,7 @@ std::optional<PixelBox> missing_part(const ImageSize& size, const SeenBoards& se
   }
   box = box.intersection(all);
   if (box.isEmpty() || box.sizes().minCoeff() < 1) return std::nullopt;
-  if (box.volume() > policy::kBoardMaxPartShare * all.volume()) return PixelBox{0, 0, size};
+  if (box.volume() > kMaxPartShare * all.volume()) return PixelBox{0, 0, size};
   const Eigen::Vector2i first = box.min().cast<int>();
   const Eigen::Vector2i sides = box.max().cast<int>() - first;
   return PixelBox{first.x(), first.y(), {sides.x(), sides.y()}};

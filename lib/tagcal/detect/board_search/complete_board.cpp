@@ -19,11 +19,8 @@ using Eigen::Vector2d;
 
 using namespace policy;
 
-// Cells that may have the wrong colour.
-struct Tolerance {
-  int bits = 1;
-  double fixed = kTagMaxWrongFixed;  // share of border and frame
-};
+// numeric: a found tag with a higher correlation is not laid out again, which saves time.
+constexpr double kSureCorrelation = 0.93;
 
 // Probability that random bits, in any of four rotations, are one of `ids` codes up to `wrong_bits`
 // wrong bits.
@@ -85,18 +82,16 @@ class PanelCompletion {
     const TagCells cells(family_, tag.id, surroundings_);
     FoundTag kept = found;
     const double before = pattern_correlation(image_, found.corners, cells);
-    if (!found.refined || before < kBoardSureCorrelation) {
+    if (!found.refined || before < kSureCorrelation) {
       const Quad best = best_correlated_quad(image_, found.corners, cells, 0);
-      if (found.refined
-              ? is_misplaced(found.corners, best, cells)
-              : pattern_correlation(image_, best, cells) > before + kBoardLostCorrelation) {
+      if (found.refined ? is_misplaced(found.corners, best, cells)
+                        : pattern_correlation(image_, best, cells) > before) {
         kept = rules_.refine(tag.id, best).value_or(FoundTag{tag.id, best, false});
         if (is_misplaced(kept.corners, best, cells)) kept = {tag.id, best, false};
       }
     }
-    const Tolerance tolerance{rules_.max_hamming + kTagMoreWrongBitsIfFound,
-                              kTagMaxWrongFixedIfFound};
-    const auto why = reason_to_reject(kept.corners, cells, tolerance);
+    const auto why =
+        reason_to_reject(kept.corners, cells, rules_.max_hamming + kTagMoreWrongBitsIfFound);
     if (why || !is_whole(kept, image_.size())) {
       missing = {tag.id, why.value_or(WhyNot::outside), kept.corners};
       return;
@@ -165,18 +160,18 @@ class PanelCompletion {
   // Reads a tag at a predicted place and adds it. No value if it was found.
   std::optional<WhyNot> try_at(const Quad& start, PlacedTag& tag, Completion& result) {
     if (is_cut(start)) return WhyNot::outside;
-    if (shortest_side(start) < kBoardMinCellPx * family_.width_at_border) return WhyNot::too_small;
+    // Cells below a pixel are not sampled.
+    if (shortest_side(start) < family_.width_at_border) return WhyNot::too_small;
     if (static_cast<std::size_t>(tag.id) >= family_.codes.size()) return WhyNot::other_bits;
     const TagCells cells(family_, tag.id, surroundings_);
     const Quad best = best_correlated_quad(image_, start, cells, kBoardReachCells);
-    const Tolerance tolerance{rules_.max_hamming, kTagMaxWrongFixed};
-    if (const auto why = reason_to_reject(best, cells, tolerance)) return why;
+    if (const auto why = reason_to_reject(best, cells, rules_.max_hamming)) return why;
     if (!is_inside(best, image_.size())) return WhyNot::outside;
     const std::optional<FoundTag> refined = rules_.refine(tag.id, best);
     if (!refined || !is_face(refined->corners)) return WhyNot::no_edges;
     if (!is_whole(*refined, image_.size())) return WhyNot::outside;
     if (is_misplaced(refined->corners, best, cells)) return WhyNot::no_edges;
-    if (const auto why = reason_to_reject(refined->corners, cells, tolerance)) return why;
+    if (const auto why = reason_to_reject(refined->corners, cells, rules_.max_hamming)) return why;
     set_seen(tag, refined->corners);
     result.tags.push_back(*refined);
     result.added.push_back(tag.id);
@@ -208,7 +203,7 @@ class PanelCompletion {
       if (other == &tag) return false;
       const std::optional<Quad> there = predicted(tag, {other}, 1);
       return there &&
-             largest_distance(*there, *tag.seen) < kBoardConfirmedShare * shortest_side(*tag.seen);
+             largest_distance(*there, *tag.seen) < kTagSameShare * shortest_side(*tag.seen);
     });
   }
 
@@ -223,25 +218,22 @@ class PanelCompletion {
   // True if refined corners are far from the best correlated ones and correlate clearly less.
   bool is_misplaced(const Quad& refined, const Quad& best, const TagCells& cells) const {
     const double cell = shortest_side(best) / cells.width_at_border();
-    return largest_distance(refined, best) >
-               std::max(kBoardWrongCornerCells * cell, kBoardWrongCornerPx) &&
-           pattern_correlation(image_, refined, cells) <
-               pattern_correlation(image_, best, cells) - kBoardLostCorrelation;
+    return largest_distance(refined, best) > std::max(kMaxMoveShare * cell, kBoardWrongCornerPx) &&
+           pattern_correlation(image_, refined, cells) < pattern_correlation(image_, best, cells);
   }
 
   std::optional<WhyNot> reason_to_reject(const Quad& quad, const TagCells& cells,
-                                         const Tolerance& tolerance) const {
+                                         int most_wrong_bits) const {
     const TagAnswer answer = read_tag(image_, quad, cells);
-    if (answer.contrast < kTagMinContrast) return WhyNot::no_contrast;
-    if (answer.wrong_fixed > tolerance.fixed) return WhyNot::no_border;
-    if (answer.wrong_bits > tolerance.bits) return WhyNot::other_bits;
-    if (pattern_correlation(image_, quad, cells) < kBoardMinCorrelation) return WhyNot::other_bits;
+    if (answer.contrast < kMinContrast) return WhyNot::no_contrast;
+    if (answer.wrong_fixed > kTagMaxWrongFixed) return WhyNot::no_border;
+    if (answer.wrong_bits > most_wrong_bits) return WhyNot::other_bits;
     return std::nullopt;
   }
 
   // True if the quad lies farther outside the picture than the prediction may err.
   bool is_cut(const Quad& quad) const {
-    const double margin = kBoardCutShare * shortest_side(quad);
+    const double margin = kBoardReachCells * shortest_side(quad) / family_.width_at_border;
     return std::ranges::any_of(quad, [&](const Vector2d& corner) {
       return corner.minCoeff() < -margin || corner.x() > image_.width() - 1 + margin ||
              corner.y() > image_.height() - 1 + margin;

@@ -17,6 +17,9 @@ namespace {
 
 using namespace policy;
 
+// numeric: weights of fitted corners and of straight sides under a roughly known lens, px
+constexpr double kFittedSdPx = 0.1;
+constexpr double kSidesSdPx = 1;
 constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work
 
 struct PanelTag {
@@ -76,7 +79,7 @@ class PanelRefinement {
  private:
   // True if the fit is final; adds the uncertainty of the lens to its covariance.
   bool is_finished(PanelTag& tag) const {
-    if (!(tag.last_move < kPanelConvergedSds) || !is_explained(tag)) return false;
+    if (!(tag.last_move < kConvergedSds) || !is_explained(tag)) return false;
     const auto by_lens = covariance_by_lens(*lens_, tag.found->corners);
     if (!by_lens) return false;
     tag.found->covariance_px2 += *by_lens;
@@ -87,13 +90,13 @@ class PanelRefinement {
   bool is_explained(const PanelTag& tag) const {
     const auto expected = predicted(tag);
     if (!expected) return false;
-    const double spread_px = kPanelFittedSdPx * lens_->spread;
+    const double spread_px = kFittedSdPx * lens_->spread;
     for (std::size_t i = 0; i < 4; ++i) {
       const auto at = static_cast<Eigen::Index>(2 * i);
       const double variance =
           spread_px * spread_px + tag.found->covariance_px2.block<2, 2>(at, at).trace() / 2;
       if ((tag.found->corners[i] - (*expected)[i]).squaredNorm() >
-          kPanelOutlierSds * kPanelOutlierSds * variance)
+          kOutlierSds * kOutlierSds * variance)
         return false;
     }
     return true;
@@ -107,7 +110,7 @@ class PanelRefinement {
   }
 
   static bool has_converged(const PanelTag& tag) {
-    return tag.is_plain || tag.last_move < kPanelConvergedSds;
+    return tag.is_plain || tag.last_move < kConvergedSds;
   }
   bool has_converged() const {
     return std::ranges::all_of(tags_, [](const PanelTag& tag) { return has_converged(tag); });
@@ -117,9 +120,8 @@ class PanelRefinement {
     std::vector<PanelCorner> corners;
     for (const PanelTag& tag : tags_)
       for (std::size_t i = 0; i < 4; ++i)
-        corners.push_back(
-            {tag.on_panel[i], tag.found->corners[i],
-             tag.found->fitted || tag.found->by_corner ? kPanelFittedSdPx : kPanelSidesSdPx});
+        corners.push_back({tag.on_panel[i], tag.found->corners[i],
+                           tag.found->fitted || tag.found->by_corner ? kFittedSdPx : kSidesSdPx});
     return corners;
   }
 
@@ -141,8 +143,8 @@ class PanelRefinement {
     if (!moves) return false;
     const auto sds = tag.found->covariance_px2.diagonal().cwiseSqrt();
     const double largest = moves->cwiseQuotient(sds).cwiseAbs().maxCoeff();
-    if (largest < kPanelConvergedSds) tag.last_move = largest;
-    return largest < kPanelConvergedSds;
+    if (largest < kConvergedSds) tag.last_move = largest;
+    return largest < kConvergedSds;
   }
 
   // Fits a tag under the present lens: from its corners or, as straight sides may be far off, from

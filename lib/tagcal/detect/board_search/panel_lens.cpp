@@ -30,6 +30,7 @@ using System = Eigen::Matrix<double, kCount, kCount>;
 constexpr double kFocals[] = {0.3, 0.45, 0.7, 1.2, 2.2};  // numeric: tried values
 constexpr std::size_t kStarts = 2;                        // best ones that are iterated
 constexpr int kMaxSteps = 40;                             // Gauss-Newton, as a limit of work
+constexpr double kLeastSpread = 0.1;   // numeric: of residuals, in sds; none is an outlier below it
 constexpr double kSmallGain = 1e-4;    // numeric: relative gain of the cost that ends the iteration
 constexpr double kMaxLogFocal = 0.3;   // numeric: largest step of the logarithm of f
 constexpr double kMaxLogAspect = 0.1;  // numeric: largest step of the logarithm of fy / fx
@@ -139,7 +140,7 @@ class PanelFit {
 
   // Robust standard deviation per coordinate; the distances have a Rayleigh distribution.
   static double spread(const std::vector<double>& distances) {
-    return std::max(kPanelMinSpread, median(distances) / kRayleighMedian);
+    return std::max(kLeastSpread, median(distances) / kRayleighMedian);
   }
 
   std::optional<State> converge(State state) const {

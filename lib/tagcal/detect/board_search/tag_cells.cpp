@@ -19,6 +19,13 @@ using Eigen::Vector3d;
 
 using namespace policy;
 
+// numeric: Gauss-Legendre's two places of an integral, for the mean level over a cell: 1 / sqrt(12)
+// cells from its centre.
+constexpr double kSampleOffset = 0.2887;
+constexpr double kStepCells = 1.0 / 2;  // of the search for the quad with the highest correlation
+constexpr double kLastStepPx = 0.2;     // numeric: smaller steps are left to the fit
+constexpr int kEnoughCells =
+    8;                      // of border and frame for a plane of levels, which has three numbers
 constexpr int kSweeps = 3;  // over all corners, for each step
 // Information about slopes and level of a plane of grey levels that is always there.
 constexpr double kSlopeInformation = 1e-3;  // numeric: holds slopes that the cells do not determine
@@ -131,12 +138,12 @@ Quad best_moved_quad(const ImageView8& image, const Quad& start, const TagCells&
   const double cells = pattern.width_at_border();
   const Vector2d across = (start[1] - start[0] + start[2] - start[3]) / (2 * cells);
   const Vector2d down = (start[0] - start[3] + start[1] - start[2]) / (2 * cells);
-  const int steps = static_cast<int>(std::floor(reach / kTagSearchStepCells));
+  const int steps = static_cast<int>(std::floor(reach / kStepCells));
   Quad best = start;
   double highest = pattern_correlation(image, start, pattern, 0);
   for (int y = -steps; y <= steps; ++y) {
     for (int x = -steps; x <= steps; ++x) {
-      const Quad there = moved(start, kTagSearchStepCells * (x * across + y * down));
+      const Quad there = moved(start, kStepCells * (x * across + y * down));
       const double here = pattern_correlation(image, there, pattern, 0);
       if (here <= highest) continue;
       highest = here;
@@ -154,7 +161,7 @@ struct Candidate {
 struct Fitting {
   ImageView8 image;
   const TagCells& pattern;
-  double spread = kTagCellSampleOffset;  // cells, from a cell's centre to its samples
+  double spread = kSampleOffset;  // cells, from a cell's centre to its samples
 
   Candidate at(const Quad& quad) const {
     return {quad, pattern_correlation(image, quad, pattern, spread)};
@@ -233,7 +240,7 @@ Levels fitted_levels(const std::vector<double>& levels, const TagCells& pattern)
   };
   for (const auto& [plane, colour] : {std::pair{&result.black, false}, {&result.white, true}}) {
     add(TagCells::Part::fixed, colour, *plane);
-    if (plane->count() < kTagMinFixedCells) add(TagCells::Part::bit, colour, *plane);
+    if (plane->count() < kEnoughCells) add(TagCells::Part::bit, colour, *plane);
     plane->fit();
   }
   return result;
@@ -271,7 +278,7 @@ TagAnswer read_tag(const ImageView8& image, const Quad& quad, const TagCells& pa
   const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
   if (!pixels) return answer;
   const int width = pattern.width();
-  const std::vector<double> raw = cell_levels(image, *pixels, width, kTagCellSampleOffset);
+  const std::vector<double> raw = cell_levels(image, *pixels, width, kSampleOffset);
   const std::vector<double> levels = sharpened(cell_levels(image, *pixels, width, 0), width);
   const Levels planes = fitted_levels(raw, pattern);
   const double middle = (width - 1) / 2.0;
@@ -295,17 +302,17 @@ TagAnswer read_tag(const ImageView8& image, const Quad& quad, const TagCells& pa
 }
 
 double pattern_correlation(const ImageView8& image, const Quad& quad, const TagCells& pattern) {
-  return pattern_correlation(image, quad, pattern, kTagCellSampleOffset);
+  return pattern_correlation(image, quad, pattern, kSampleOffset);
 }
 
 Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
                           double reach) {
   Quad quad = best_moved_quad(image, start, pattern, reach);
   const double cell_px = shortest_side(start) / pattern.width_at_border();
-  for (double step = kTagCornerStepCells; step * cell_px > kTagCornerLastStepPx; step /= 2) {
+  for (double step = kStepCells; step * cell_px > kLastStepPx; step /= 2) {
     // Smaller steps need samples nearer to the cells' edges, as far as these are sharp.
     const double edge = std::max(step, 1 / cell_px);
-    const Fitting fitting{image, pattern, std::max(kTagCellSampleOffset, 1.0 / 2 - edge)};
+    const Fitting fitting{image, pattern, std::max(kSampleOffset, 1.0 / 2 - edge)};
     Candidate best = fitting.at(quad);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       bool better = false;

@@ -12,6 +12,9 @@
 namespace tagcal::internal {
 namespace {
 
+// numeric: pictures that are searched first, of which all or none have another border.
+constexpr std::size_t kProbes = 3;
+
 int other_border(int border_bits) { return 3 - border_bits; }
 
 // The boards with the other border, laid out as a target file would have them.
@@ -39,7 +42,7 @@ class OtherReader {
       : finders_(board_finders(boards, {.refinement = Refinement::edges})) {}
 
   std::size_t count(const ImageView8& image) {
-    if (std::min(image.width(), image.height()) < policy::kTagMinPictureSidePx) return 0;
+    if (std::min(image.width(), image.height()) < kMinPictureSidePx) return 0;
     TagCount count;
     for (const auto& finder : finders_)
       for (const Completion& completion : finder->find(image).completions)
@@ -79,7 +82,7 @@ std::string warning_text(std::size_t shown, std::size_t num_pictures, int border
 bool is_sure(const ImageView8& image, const FoundTag& tag, const TagFamily& family) {
   const TagAnswer answer =
       read_tag(image, tag.corners, TagCells(family, tag.id, {.corner_squares = true}));
-  return answer.wrong_bits <= policy::kTagMaxWrongBitsIfSure &&
+  return answer.wrong_bits <= DetectOptions().max_hamming &&
          answer.wrong_fixed < policy::kTagMaxWrongFixed;
 }
 
@@ -108,7 +111,7 @@ std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& i
     });
   };
   const auto shows_other = [&](std::size_t i) { return shows_other_kind(read[i], counts[i].sure); };
-  const std::vector<std::size_t> probes = evenly_spread(suspicious, policy::kBoardBorderProbes);
+  const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
   look_at(probes);
   if (std::ranges::none_of(probes, shows_other)) return {};
   look_at(suspicious);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -27,7 +28,7 @@ struct TagCount {
 // True if a picture shows another kind of tags than the target's: `read` of that kind were surely
 // read, and `of_target` of the target's.
 inline bool shows_other_kind(std::size_t read, std::size_t of_target) {
-  return read >= policy::kBoardMinOtherTags && read >= policy::kBoardOtherTagsRatio * of_target;
+  return read >= policy::kOtherTagsRatio * std::max<std::size_t>(1, of_target);
 }
 
 // A warning if the pictures show the boards with the other border. Searches only pictures with more

@@ -8,6 +8,7 @@
 
 #include "tagcal/detect/board_search/panel_lens.hpp"
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/solvers/plane.hpp"
 
 namespace tagcal::internal {
@@ -19,18 +20,24 @@ using Eigen::Vector3d;
 
 Vector2d on_board(const CheckerCell& cell) { return {cell.first, cell.second}; }
 
+constexpr double kNear = 3.0 / 2;  // squares: the corners beside one, and halfway to the next
+
+bool is_near(const CheckerPlace& place, const CheckerCell& cell, double reach) {
+  return (place.on_board - on_board(cell)).cwiseAbs().maxCoeff() <= reach;
+}
+
 // The homography from the board about a corner, which is (0, 0), to pixels, by the places within
 // some squares of it. No value if they do not determine it.
 std::optional<Matrix3d> local_homography(const CheckerCell& cell,
                                          const std::vector<CheckerPlace>& known) {
-  for (const double reach : {1.5, policy::kCheckerLocalSquares}) {  // numeric: squares, near first
+  for (const double reach : {kNear, 1 + kNear}) {
     std::vector<Vector2d> points;
     std::vector<Vector3d> pixels;
     std::optional<Vector2d> origin;
     constexpr double kUnit = 1.0 / 32;  // per px: entries of similar size
     for (const CheckerPlace& place : known) {
       const Vector2d from = place.on_board - on_board(cell);
-      if (from.cwiseAbs().maxCoeff() > reach) continue;
+      if (!is_near(place, cell, reach)) continue;
       if (!origin) origin = place.at;
       points.push_back(from);
       pixels.push_back((kUnit * (place.at - *origin)).homogeneous());
@@ -67,19 +74,14 @@ std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
   if (!h) return std::nullopt;
   const Vector2d start = h->col(2).hnormalized();
   const double side = shorter_side(*h);
-  if (!start.allFinite() || side < policy::kCheckerMinSidePx) return std::nullopt;
-  TagFitOptions options;
+  if (!start.allFinite()) return std::nullopt;
+  TagFitOptions options = usual_fit_options(image_.size());
   options.camera = camera;
-  const double longer =
-      std::max({policy::kTagSmallestPicturePx, 1.0 * image_.width(), 1.0 * image_.height()});
-  options.bend_sd_per_px = policy::kTagBendSd / longer;
-  options.twist_sd_per_px2 = policy::kTagTwistSd / (longer * longer);
-  options.shift_sd_px = policy::kTagShiftSdPx;
   for (const double outside : {1.0, policy::kCheckerOutside}) {
     if (outside < 1 && !print_.is_at_edge(cell)) break;
     const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h, options);
     if (fit.status != TagFitStatus::converged) continue;
-    if ((fit.corner - start).norm() > policy::kCheckerMaxMove * side) continue;
+    if ((fit.corner - start).norm() > policy::kMaxMoveShare * side) continue;
     return CheckerCorner{fit.corner, fit.covariance_px2};
   }
   return std::nullopt;
@@ -98,8 +100,7 @@ CheckerCorners CheckerFitter::fit(const std::vector<CheckerPlace>& known) const 
         const CheckerCell cell{column, row};
         if (corners.contains(cell)) continue;
         std::size_t near = 0;
-        for (const CheckerPlace& place : places)
-          near += (place.on_board - on_board(cell)).norm() < policy::kCheckerNearSquares ? 1U : 0U;
+        for (const CheckerPlace& place : places) near += is_near(place, cell, kNear) ? 1U : 0U;
         if (near < 2 || near <= tried[cell]) continue;
         tried[cell] = near;
         const auto corner = fit_one(cell, places, camera_);
@@ -143,7 +144,7 @@ void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
     places.push_back({on_board(cell), corner.at});
   }
   const auto lens = lens_of_panel(on_panel, image_.size());
-  if (!lens || lens->spread > policy::kCheckerMaxSpread) return;
+  if (!lens || lens->spread > policy::kPanelTailSpreads) return;
   for (auto& [cell, corner] : corners)
     if (const auto fitted = fit_one(cell, places, &lens->camera)) corner = *fitted;
 }

@@ -16,6 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr int kLeastSidePx = 100;  // of a halved picture, as a limit of work
+
 // The bounds of a grid's cells.
 struct Bounds {
   GridCell low{0, 0}, high{0, 0};
@@ -46,7 +48,7 @@ void trim(JunctionGrid& grid) {
     const auto cut = [&](std::map<int, int>& count, int line, auto member) {
       int most = 0;
       for (const auto& [i, n] : count) most = std::max(most, n);
-      if (is_trimmed || count[line] >= policy::kGridMinLineShare * most) return;
+      if (is_trimmed || count[line] >= policy::kMinLineShare * most) return;
       std::erase_if(grid, [&](const auto& node) { return node.first.*member == line; });
       is_trimmed = true;
     };
@@ -128,16 +130,16 @@ bool is_of_size(const JunctionGrid& grid, const CheckerPrint& print) {
   return !numberings(bounds_of(grid), print).empty();
 }
 
-// True if enough corners were fitted, also of each outermost line.
+// True if most corners were fitted, and enough of each outermost line.
 bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
   const int columns = print.columns(), rows = print.rows();
   const auto count = [&](const auto& test) {
     return static_cast<double>(
         std::ranges::count_if(corners, [&](const auto& corner) { return test(corner.first); }));
   };
-  const double column = policy::kCheckerMinFittedOutside * rows;
-  const double row = policy::kCheckerMinFittedOutside * columns;
-  return static_cast<double>(corners.size()) >= policy::kCheckerMinFitted * columns * rows &&
+  const double column = policy::kMinLineShare * rows;
+  const double row = policy::kMinLineShare * columns;
+  return 2 * static_cast<int>(corners.size()) > columns * rows &&
          count([](const CheckerCell& c) { return c.first == 0; }) >= column &&
          count([&](const CheckerCell& c) { return c.first == columns - 1; }) >= column &&
          count([](const CheckerCell& c) { return c.second == 0; }) >= row &&
@@ -179,7 +181,7 @@ bool continues(const JunctionGrid& larger, const JunctionGrid& grid) {
     step = std::min(step, (node->second - one).norm());
   const auto is_in_larger = [&](const auto& node) {
     return std::ranges::any_of(larger, [&](const auto& other) {
-      return (other.second - node.second).norm() < policy::kGridTolerance * step;
+      return (other.second - node.second).norm() < policy::kMaxMoveShare * step;
     });
   };
   return 2 * std::ranges::count_if(grid, is_in_larger) > static_cast<std::ptrdiff_t>(grid.size());
@@ -290,7 +292,7 @@ void CheckerFinder::find_grids(const ImageView8& image) {
     levels_.push_back(grids_of(picture, static_cast<int>(levels_.size())));
     half = halved(picture);
     picture = half;
-  } while (std::min(picture.width(), picture.height()) >= policy::kCheckerMinPicturePx);
+  } while (std::min(picture.width(), picture.height()) >= kLeastSidePx);
 }
 
 bool CheckerFinder::is_part_of_larger(const JunctionGrid& grid, const Target& target) const {

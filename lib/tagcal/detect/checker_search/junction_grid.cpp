@@ -12,6 +12,11 @@ namespace {
 
 using Eigen::Vector2d;
 
+// px. Distances in which the next junction is looked for, as limits of work: halved pictures have
+// larger squares.
+constexpr double kFirstReachPx = 16;
+constexpr double kLastReachPx = 300;
+
 // Angle between two lines.
 double between(double a, double b) { return std::abs(std::remainder(a - b, std::numbers::pi)); }
 
@@ -71,12 +76,12 @@ class Grower {
  private:
   // True if the lines of `other` are those of `one` with the colours exchanged.
   bool is_opposite(const Junction& one, const Junction& other) const {
-    return between(one.first, other.second) < policy::kGridMaxTurn &&
-           between(one.second, other.first) < policy::kGridMaxTurn;
+    return between(one.first, other.second) < policy::kMaxTurn &&
+           between(one.second, other.first) < policy::kMaxTurn;
   }
   bool is_alike(const Junction& one, const Junction& other) const {
-    return between(one.first, other.first) < policy::kGridMaxTurn &&
-           between(one.second, other.second) < policy::kGridMaxTurn;
+    return between(one.first, other.first) < policy::kMaxTurn &&
+           between(one.second, other.second) < policy::kMaxTurn;
   }
 
   void add(const GridCell& cell, std::size_t i) {
@@ -89,9 +94,8 @@ class Grower {
   std::optional<std::size_t> next(std::size_t from, double direction) const {
     const Junction& one = junctions_[from];
     const Vector2d heading = along(direction);
-    const double least_cos = std::cos(policy::kGridMaxTurn);
-    for (double radius = policy::kGridFirstReachPx; radius < policy::kGridLastReachPx;
-         radius *= 2) {
+    const double least_cos = std::cos(policy::kMaxTurn);
+    for (double radius = kFirstReachPx; radius < kLastReachPx; radius *= 2) {
       std::optional<std::size_t> best;
       double least = radius;
       bins_.near(one.at, radius, [&](std::size_t i) {
@@ -117,7 +121,7 @@ class Grower {
       if (!below || *right == *below) continue;
       const Vector2d a = junctions_[*right].at - one.at, b = junctions_[*below].at - one.at;
       const auto last =
-          nearest(one.at + a + b, policy::kGridTolerance * std::min(a.norm(), b.norm()),
+          nearest(one.at + a + b, policy::kMaxMoveShare * std::min(a.norm(), b.norm()),
                   [&](const Junction& other) { return is_alike(one, other); });
       if (!last) continue;
       add({0, 0}, seed);
@@ -206,7 +210,7 @@ class Grower {
       const Prediction expected = predict(cell);
       if (expected.count == 0) continue;
       const Junction& like = junctions_[neighbour(cell)];
-      const auto found = nearest(expected.at, policy::kGridTolerance * expected.step,
+      const auto found = nearest(expected.at, policy::kMaxMoveShare * expected.step,
                                  [&](const Junction& other) { return is_opposite(like, other); });
       if (!found) continue;
       add(cell, *found);

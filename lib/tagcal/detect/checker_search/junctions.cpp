@@ -14,6 +14,11 @@ namespace {
 using Eigen::Vector2d;
 using std::numbers::pi;
 
+// Grey levels per px^2. Least root of minus the Hessian's determinant of the smoothed picture: a
+// junction of contrast C and spread s has C / (pi s^2).
+constexpr double kSpreadPx = 1.46;  // numeric: of a picture that is sharp enough, smoothed
+constexpr double kMinStrength = policy::kMinContrast / (kSpreadPx * kSpreadPx * pi);
+
 // Smooths with the binomial filter 1 4 6 4 1 in both directions: a Gaussian of 1 px.
 ImageF smoothed(const ImageView8& image) {
   const int width = image.width(), height = image.height();
@@ -82,7 +87,7 @@ std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& 
         sample(image, at + radius * Vector2d(std::cos(angle), std::sin(angle)));
   }
   const auto [low, high] = std::ranges::minmax(level);
-  if (high - low < policy::kJunctionMinContrast) return std::nullopt;
+  if (high - low < policy::kMinContrast) return std::nullopt;
   const float middle = (low + high) / 2;
   std::vector<double> up, down;  // angles at which white begins and ends
   for (std::size_t i = 0; i < kSamples; ++i) {
@@ -91,15 +96,14 @@ std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& 
     (b > 0 ? up : down).push_back(2 * pi * (static_cast<double>(i) + a / (a - b)) / kSamples);
   }
   if (up.size() != 2 || down.size() != 2) return std::nullopt;
-  if (std::abs(up[1] - up[0] - pi) > policy::kJunctionMaxBend ||
-      std::abs(down[1] - down[0] - pi) > policy::kJunctionMaxBend)
+  if (std::abs(up[1] - up[0] - pi) > policy::kMaxTurn ||
+      std::abs(down[1] - down[0] - pi) > policy::kMaxTurn)
     return std::nullopt;
   Junction junction{at, (up[0] + up[1] - pi) / 2, (down[0] + down[1] - pi) / 2, 0};
   while (junction.second <= junction.first) junction.second += pi;
   while (junction.second > junction.first + pi) junction.second -= pi;
   const double width = junction.second - junction.first;
-  if (width < policy::kJunctionMinAngle || width > pi - policy::kJunctionMinAngle)
-    return std::nullopt;
+  if (width < policy::kMaxTurn || width > pi - policy::kMaxTurn) return std::nullopt;
   return junction;
 }
 
@@ -128,7 +132,7 @@ bool is_peak(const ImageF& strength, int x, int y) {
 std::vector<Junction> find_junctions(const ImageView8& image) {
   const ImageF smooth = smoothed(image);
   const ImageF strength = saddles(smooth);
-  const auto least = static_cast<float>(std::pow(policy::kJunctionMinStrength, 2));
+  const auto least = static_cast<float>(std::pow(kMinStrength, 2));
   std::vector<Junction> junctions;
   for (int y = 3; y + 3 < image.height(); ++y) {
     for (int x = 3; x + 3 < image.width(); ++x) {

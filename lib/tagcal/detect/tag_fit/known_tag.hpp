@@ -16,6 +16,10 @@ struct KnownTagOptions {
   bool lens_follows = false;       // as in TagFitOptions
 };
 
+// The prior of shifts and bends in a picture of the given size: lenses bend lines in proportion to
+// the picture.
+TagFitOptions usual_fit_options(const ImageSize& size);
+
 // Fits a whole tag whose corners are known to 2 px. No value if the fit does not converge (unless
 // the corners are approximate, as asked for), or ends farther away, which is another minimum.
 std::optional<TagFit> fit_known_tag(const ImageView8& image, const TagPattern& pattern,

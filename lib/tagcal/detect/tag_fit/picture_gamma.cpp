@@ -12,6 +12,9 @@ namespace {
 
 using namespace policy;
 
+constexpr double kLargeSidePx = 45;  // of a tag that is large enough, as a limit of work
+constexpr double kStep = 0.35;       // numeric: of the search, of the logarithm
+
 // Fits a tag at a given gamma; no value if that fails.
 std::optional<TagFit> fit_with(const ImageView8& image, const TagInPicture& tag, double log_gamma) {
   return fit_known_tag(image, *tag.pattern, tag.corners,
@@ -76,17 +79,17 @@ double gamma_of_picture(const ImageView8& image, std::vector<TagInPicture> tags)
   // First the smallest of the large tags, which cost least, then the largest of the others.
   std::ranges::stable_sort(tags, {}, [](const TagInPicture& tag) {
     const double side = shortest_side(tag.corners);
-    return side >= kTagGammaMinSidePx ? side : 1e9 - side;
+    return side >= kLargeSidePx ? side : 1e9 - side;
   });
   GammaCost cost(image);
   for (const TagInPicture& tag : tags)
     if (cost.num_tags() < kTagGammaTags) cost.add(tag);
   if (cost.num_tags() == 0) return 1;
   const std::optional<double> linear = cost.linear();
-  const auto below = cost.at(-kTagGammaStep);
+  const auto below = cost.at(-kStep);
   if (!below) return 1;
   // Descends from gamma 1 in equal steps, then fits a parabola around the lowest.
-  double at = 0, step = kTagGammaStep;
+  double at = 0, step = kStep;
   std::optional<double> here = linear, before = below, after;
   while (*before < *here && at - step > kTagMinLogGamma) {
     after = here;
@@ -104,7 +107,7 @@ double gamma_of_picture(const ImageView8& image, std::vector<TagInPicture> tags)
   if (at == 0 && half * offset * offset < kTagGammaSure / 2) return 1;
   at = std::clamp(*rough, kTagMinLogGamma, kTagMaxLogGamma);
   if (*linear - cost.at(at).value_or(*linear) < kTagGammaSure) return 1;
-  step = 0.3 * kTagGammaStep;  // numeric: a narrower parabola around its minimum
+  step = 0.3 * kStep;  // numeric: a narrower parabola around its minimum
   before = cost.at(at - step);
   here = cost.at(at);
   after = cost.at(at + step);

@@ -8,20 +8,24 @@
 #include <vector>
 
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/known_tag.hpp"
 
 namespace tagcal::internal {
 namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
+constexpr std::size_t kMinPixels = 2 * 7;  // of a side: twice the parameters
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 using namespace policy;
 
-constexpr int kSelections = 3;       // selections of the pixels about the edge, at most
-constexpr int kSteps = 6;            // Gauss-Newton steps for each
-constexpr double kShorter = 0.3;     // numeric: factor for a step that was too long
-constexpr double kMaxStep = 0.5;     // numeric: largest step, of px and of the blur's logarithm
-constexpr double kSettledPx = 2e-3;  // numeric: end of the iteration
+constexpr double kHalfPixel = 1.0 / 2;
+constexpr double kRounding = 1.0 / 12;  // variance, levels squared
+constexpr int kSelections = 3;          // selections of the pixels about the edge, at most
+constexpr int kSteps = 6;               // Gauss-Newton steps for each
+constexpr double kShorter = 0.3;        // numeric: factor for a step that was too long
+constexpr double kMaxStep = 0.5;        // numeric: largest step, of px and of the blur's logarithm
+constexpr double kSettledPx = 2e-3;     // numeric: end of the iteration
 constexpr double kSettledLogBlur = 0.02;  // numeric: end of the iteration
 constexpr double kSameStripPx = 0.05;     // numeric: smaller moves need no new selection of pixels
 
@@ -44,6 +48,7 @@ struct Edge {
   Vector7 fit = Vector7::Zero();
 
   double blur() const { return std::exp(fit[5]); }
+  double felt() const { return kTagUnknownReach * blur() + kHalfPixel; }
   double slope(double along) const { return fit[1] + along * (2 * fit[2] + along * 3 * fit[6]); }
   double offset(double along) const {
     return fit[0] + along * (fit[1] + along * (fit[2] + along * fit[6]));
@@ -57,15 +62,14 @@ Edge edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   edge.direction = (to - from) / (2 * edge.half);
   // Corners run counter-clockwise as seen (y down), so outwards is to the right of `direction`.
   edge.normal = {-edge.direction.y(), edge.direction.x()};
-  edge.fit[5] = std::log(kEdgeStartBlurPx);
+  edge.fit[5] = std::log(kUsualSpreadPx);
   return edge;
 }
 
 // The pixels of a strip around the edge's present estimate, without its ends.
 std::vector<Sample> samples_about(const Edge& edge, const ImageView8& image) {
   std::vector<Sample> samples;
-  const double margin =
-      std::min(kEdgeEndBlurs * edge.blur() + kEdgeEndPx, kEdgeMaxEndShare * edge.half);
+  const double margin = std::min(edge.felt(), edge.half / 2);
   const double longest = edge.half - margin;
   const Eigen::Vector2d extent =
       longest * edge.direction.cwiseAbs() +
@@ -173,12 +177,13 @@ NormalEquations equations_of(const Edge& edge, const std::vector<Sample>& sample
 // determine blur and levels.
 class EdgePrior {
  public:
-  explicit EdgePrior(const Edge& edge) : centre_(edge.fit) {
+  EdgePrior(const Edge& edge, const ImageSize& size) : centre_(edge.fit) {
     centre_[2] = centre_[6] = 0;
-    centre_[5] = std::log(kEdgeStartBlurPx);
+    centre_[5] = std::log(kUsualSpreadPx);
     const double level = kEdgeLevelSdShare * std::abs(edge.fit[4]) + 1;
-    sd_ << 0, 0, kEdgeBendSdPerPx / 2 * edge.half * edge.half, level, level, kEdgeLogBlurSd,
-        kEdgeTwistSdPerPx2 * std::pow(edge.half, 3) / 6;
+    const TagFitOptions lens = usual_fit_options(size);
+    sd_ << 0, 0, kEdgeBendShare * lens.bend_sd_per_px / 2 * edge.half * edge.half, level, level,
+        kEdgeLogBlurSd, kEdgeBendShare * lens.twist_sd_per_px2 * std::pow(edge.half, 3) / 6;
   }
 
   double squares(const Edge& edge) const {
@@ -216,7 +221,7 @@ bool fit_to(const std::vector<Sample>& samples, const EdgePrior& prior, Edge& ed
     } else {
       best = edge;
       squares = sums.squares;
-      variance = std::max(kEdgeMinVariance, squares / static_cast<double>(samples.size() - 7));
+      variance = std::max(kRounding, squares / static_cast<double>(samples.size() - 7));
       prior.add(edge, variance, sums);
       change = sums.information.ldlt().solve(sums.gradient);
       if (!change.allFinite()) return false;
@@ -224,8 +229,9 @@ bool fit_to(const std::vector<Sample>& samples, const EdgePrior& prior, Edge& ed
     }
     edge = best;
     edge.fit += change;
-    edge.fit[5] = std::max(edge.fit[5], std::log(kEdgeMinBlurPx));
-    if (!(std::abs(edge.fit[0]) < kTagMaxMovePx && edge.fit[5] < kEdgeMaxLogBlur)) return false;
+    edge.fit[5] = std::max(edge.fit[5], std::log(kTagMinSpreadPx));
+    if (!(std::abs(edge.fit[0]) < kTagMaxMovePx && edge.fit[5] < std::log(kTagMaxSpreadPx)))
+      return false;
     const double moved = std::abs(change[0]) + std::abs(change[1]) + std::abs(change[2]);
     if (moved < kSettledPx && std::abs(change[5]) < kSettledLogBlur) break;
   }
@@ -235,19 +241,16 @@ bool fit_to(const std::vector<Sample>& samples, const EdgePrior& prior, Edge& ed
 bool fit_edge(Edge& edge, const ImageView8& image, double cell, bool dark_inside) {
   for (int selection = 0; selection < kSelections; ++selection) {
     // Three rows of pixels or more, as far as the neighbouring cells allow.
-    const double least =
-        std::clamp(kEdgeLeastReachCells * cell, kEdgeLeastReachLowPx, kEdgeLeastReachHighPx);
-    edge.reach = std::max(
-        least, std::min(kEdgeReachCells * cell, kEdgeReachBlurs * edge.blur() + kEdgeReachPx));
+    edge.reach = std::max(3 * kHalfPixel, std::min(cell / 2, edge.felt()));
     const std::vector<Sample> samples = samples_about(edge, image);
-    if (samples.size() < kEdgeMinPixels) return false;
+    if (samples.size() < kMinPixels) return false;
     if (!start_levels(edge, samples)) return false;
     const Vector7 before = edge.fit;
-    if (!fit_to(samples, EdgePrior(edge), edge)) return false;
+    if (!fit_to(samples, EdgePrior(edge, image.size()), edge)) return false;
     const Vector7 change = (edge.fit - before).cwiseAbs();
     if (selection > 0 && change[0] + change[1] + change[2] < kSameStripPx) break;
   }
-  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kTagMinContrast;
+  return (dark_inside ? edge.fit[4] : -edge.fit[4]) >= kMinContrast;
 }
 
 // Intersection of two edges: that of their tangents near the corner, repeated.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <variant>
 
+#include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/tag_fitter.hpp"
 #include "tagcal/solvers/plane.hpp"
 
@@ -14,8 +15,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using namespace tag_parameter;
-
-constexpr double kStartBlur = 0.8;  // numeric: start of the iteration, px
 
 }  // namespace
 
@@ -98,7 +97,7 @@ bool TagFitter::start_parameters(TagParameters& parameters) const {
   parameters.segment<3>(kM1) = tag_from_image.row(0);
   parameters.segment<3>(kM2) = tag_from_image.row(1);
   parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
-  parameters[kLogSpread] = std::log(kStartBlur * kStartBlur + kBoxVariance) / 2;
+  parameters[kLogSpread] = std::log(policy::kUsualSpreadPx);
   return parameters.allFinite() && start_levels(parameters);
 }
 

@@ -14,10 +14,13 @@ namespace {
 using Eigen::Vector2d;
 using namespace tag_parameter;
 
-constexpr double kMaxLogStep = 0.4;   // numeric: largest step of the spread's logarithm
-constexpr double kMaxStepPx = 0.7;    // numeric: largest step of a corner
-constexpr double kRoundingPx = 1e-5;  // numeric: no corner needs a smaller step
-constexpr double kTiny = 1e-12;       // numeric: keeps a step of zero from dividing by it
+constexpr double kConvergedSize = policy::kConvergedSds * policy::kConvergedSds;
+constexpr int kMinPixels = 64;            // of a fit, about twice its parameters
+constexpr double kCornerSettledSize = 1;  // squared, in sds: then the region's only corner decides
+constexpr double kMaxLogStep = 0.4;       // numeric: largest step of the spread's logarithm
+constexpr double kMaxStepPx = 0.7;        // numeric: largest step of a corner
+constexpr double kRoundingPx = 1e-5;      // numeric: no corner needs a smaller step
+constexpr double kTiny = 1e-12;           // numeric: keeps a step of zero from dividing by it
 // Expected size of the next step over the last one's, squared: at least, and in units of the last
 // step's square (px and blur in spreads, gain relative).
 constexpr double kLeastGain = 3e-4;    // numeric: Gauss-Newton's own rate of convergence
@@ -70,7 +73,7 @@ bool TagFitter::step() {
     const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
     const Vector2d of_corner = moves.segment<2>(at);
     const double corner_size = of_corner.dot(covariance.inverse() * of_corner);
-    left_over_ = corner_size_ < policy::kTagCornerSettledSize ? corner_size : size;
+    left_over_ = corner_size_ < kCornerSettledSize ? corner_size : size;
     corner_size_ = corner_size;
   }
   const double move = move_px_;
@@ -90,8 +93,8 @@ bool TagFitter::step() {
 void TagFitter::widen_prior_of_bends() {
   if (num_bends_ == 0 || is_strongly_bent_) return;
   const auto weighted = model_.parameters().cwiseAbs2().cwiseProduct(prior_);
-  is_strongly_bent_ = weighted.segment<4>(kBend).sum() > policy::kTagMaxSecondOrder ||
-                      weighted.segment<8>(kBend + 4).sum() > policy::kTagMaxThirdOrder;
+  is_strongly_bent_ = weighted.segment<4>(kBend).mean() > policy::kTagStrongBends ||
+                      weighted.segment<8>(kBend + 4).mean() > policy::kTagStrongBends;
   if (!is_strongly_bent_) return;
   prior_.segment<4>(kBend) /= policy::kTagStrongerBends * policy::kTagStrongerBends;
   prior_.segment<8>(kBend + 4) /= std::pow(policy::kTagStrongerBends, 4);
@@ -118,13 +121,10 @@ TagFit TagFitter::result() const {
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
-  const double largest = std::sqrt(fit.covariance_px2.diagonal().maxCoeff());
-  const bool matches = left_over_ < policy::kTagConvergedSize &&
-                       p[kGain] >= policy::kTagMinContrast &&
+  const bool matches = left_over_ < kConvergedSize && p[kGain] >= policy::kMinContrast &&
                        fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
-  const bool is_determined = num_pixels_ >= policy::kTagMinPixels && largest < policy::kTagMaxSdPx;
-  fit.status = is_determined ? TagFitStatus::converged : TagFitStatus::too_small;
+  fit.status = TagFitStatus::converged;
   return fit;
 }
 
@@ -132,9 +132,9 @@ void TagFitter::set_prior(const TagParameters& start) {
   // The lines about one corner may not determine a scale or the perspective.
   prior_mean_.head<kLogSpread>() = start.head<kLogSpread>();
   const auto weight = [](double sd) { return 1 / (sd * sd); };
-  const double place = weight(policy::kTagPlaceSd), scale = weight(policy::kTagScaleSd);
+  const double scale = weight(policy::kTagScaleSd);
   const double perspective = weight(policy::kTagPerspectiveSd);
-  prior_.head<kLogSpread>() << scale, scale, place, scale, scale, place, perspective, perspective;
+  prior_.head<kLogSpread>() << scale, scale, scale, scale, scale, scale, perspective, perspective;
   const double shift_sd = options_.shift_sd_px;
   prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? 1 / (shift_sd * shift_sd) : kHeld);
   const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
@@ -153,11 +153,11 @@ bool TagFitter::fit_windows() {
   const TagParameters prior = prior_;
   prior_.segment<2>(kM3).setConstant(kHeld);
   prior_.segment<2>(kShift).setConstant(kHeld);
-  for (const double window : policy::kTagWindowsPx) {
-    window_px_ = window;
+  for (int quarters = 1; quarters <= 3; ++quarters) {
+    window_px_ = quarters * policy::kTagInsidePx / 4;
     for (int i = 0; i < kMaxInWindow; ++i) {
       collect();
-      if (num_pixels_ < policy::kTagMinPixels || !step()) return false;
+      if (num_pixels_ < kMinPixels || !step()) return false;
       if (move_px_ < kNearPx) break;
     }
   }
@@ -176,7 +176,7 @@ bool TagFitter::fit_few_rows() {
   if (row_step_ == 1) return true;
   for (int i = 0; i < (region_.corner ? 1 : kMaxOnFewRows); ++i) {
     collect();
-    if (num_pixels_ < policy::kTagMinPixels) break;
+    if (num_pixels_ < kMinPixels) break;
     if (!step()) return false;
     ++iterations_;
     if (move_px_ < kNearPx) break;
@@ -187,17 +187,13 @@ bool TagFitter::fit_few_rows() {
 }
 
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole ||
-      2 * scale_ < policy::kTagMinPartsPx)
-    return false;
-  const double third_order = third_order_px();
-  if (third_order < policy::kTagThirdOrderPx) return false;
+  if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole) return false;
   // The information of all rows, from that of every row_step_-th.
   TagInformation system = row_step_ / variance_ * information_;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
-  return third_order > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
+  return third_order_px() > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
 TagFit TagFitter::iterate() {
@@ -208,15 +204,19 @@ TagFit TagFitter::iterate() {
     are_spans_fixed_ = k > kFreeIterations && model_.spread() < kWider * spans_spread_;
     if (!are_spans_fixed_) spans_spread_ = model_.spread();
     collect();
-    if (num_pixels_ < policy::kTagMinPixels) {
+    if (num_pixels_ < kMinPixels) {
       fit.status = TagFitStatus::too_small;
       return fit;
     }
     if (!step()) return fit;
     ++iterations_;
-    if (left_over_ < policy::kTagConvergedSize) break;
+    if (left_over_ < kConvergedSize) break;
   }
   return result();
+}
+
+bool TagFitter::is_like_window() const {
+  return variance_ < policy::kTagMaxVarianceGrowth * window_variance_;
 }
 
 TagFit TagFitter::fit() {
@@ -233,17 +233,13 @@ TagFit TagFitter::fit() {
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
     model_.set(in_window_);
-    window_px_ = policy::kTagWindowsPx.back();
+    window_px_ = 3 * policy::kTagInsidePx / 4;
     fit = iterate();
     if (!is_like_window()) return {};
   }
   // If the bends keep the fit from converging, the decision of the first steps stands.
   if (fit.status == TagFitStatus::converged) is_for_parts_ = is_bent_beyond_whole();
   return is_for_parts_ && fit.status != TagFitStatus::converged ? start_of_parts : fit;
-}
-
-bool TagFitter::is_like_window() const {
-  return variance_ < policy::kTagMaxVarianceGrowth * window_variance_;
 }
 
 }  // namespace tagcal::internal
