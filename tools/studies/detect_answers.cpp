@@ -1,10 +1,10 @@
 // The corners that `detect` finds in a fixed collection of pictures, a row a picture, as the
-// referee of the constants of detect/policy (tools/sensitivity.py, docs/sensitivity.md).
+// referee of the constants of detect/policy (tools/sensitivity.py, docs/trust/sensitivity.md).
 //   detect_answers OUT.csv PICTURES [SET...]
-// Rendered are views of random worlds (docs/worlds.md) with AprilGrids, whose tags are fitted, or
-// half of them again by their sides only (`edges`), and with checkerboards and
-// ChArUco boards in their place, all with the worlds' lenses, light, noise and blur; and pictures
-// without targets. PICTURES keeps them for the next run. A SET is a folder of real pictures with a
+// Rendered are views of random worlds (docs/trust/worlds.md) with AprilGrids, whose tags are
+// fitted, or half of them again by their sides only (`edges`), and with checkerboards and ChArUco
+// boards in their place, all with the worlds' lenses, light, noise and blur; and pictures without
+// targets. PICTURES keeps them for the next run. A SET is a folder of real pictures with a
 // target.yaml; the truth of its corners is a calibration of all of them by `fisheye4`.
 // Columns: corners that are visible; found; of these wrong (hidden, or off by more than 1 px);
 // of the others the sum of squared errors, the number with a covariance and the sum of their

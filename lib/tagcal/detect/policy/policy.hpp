@@ -5,7 +5,7 @@
 
 // Every number that decides which tags `detect` reports, where their corners are, and what it says
 // of a picture, once: its unit, meaning and source (a paper, a probability, geometry, or what it
-// does to the corners of docs/sensitivity.md, for the constant x0.7 and x1.4). Rounding,
+// does to the corners of docs/trust/sensitivity.md, for the constant x0.7 and x1.4). Rounding,
 // sizes, steps of iterations and limits of work stand where they are used, on lines that say
 // `// numeric:`. The kernels of tag_fit are compiled for one processor and do not include this
 // header.
@@ -114,8 +114,8 @@ inline constexpr double kTagShiftSdPx = 0.1;
 // claims -0.5 %, -62 beyond 5 sd.
 inline constexpr double kTagBendSd = 2;
 inline constexpr double kTagTwistSd = 10 * kTagBendSd;
-// px. Smaller pictures are taken for parts of one with this side (docs/corners.md). Source: the
-// smallest usual picture, QVGA.
+// px. Smaller pictures are taken for parts of one with this side (docs/trust/corners.md). Source:
+// the smallest usual picture, QVGA.
 inline constexpr double kTagSmallestPicturePx = 320;
 
 // Squared, in prior standard deviations: mean over the four bends of second, or the eight of
