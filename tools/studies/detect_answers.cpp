@@ -102,7 +102,7 @@ Image8 kept(const fs::path& file, const std::function<Image8()>& render) {
 }
 
 // A checkerboard, or a ChArUco board, in the place of the grid of tags.
-PlacedBoard squares_for(const Grid& grid, bool with_markers) {
+PlacedBoard squares_for(const AprilGrid& grid, bool with_markers) {
   const double pitch = grid.tag_size * (1 + grid.tag_spacing);
   const double side = with_markers ? pitch : pitch / 2;
   const auto squares = [&](int tags) {
@@ -114,8 +114,12 @@ PlacedBoard squares_for(const Grid& grid, bool with_markers) {
                      .row_spacing = side};
   board.columns += (board.columns + board.rows + 1) % 2;  // so that it has no symmetry
   const Pose shifted(Eigen::Quaterniond::Identity(), Eigen::Vector3d(side, side, 0));
-  return {with_markers ? charuco_board(board, {.size = 0.73 * side, .dictionary = "DICT_4X4_250"})
-                       : checkerboard_board(board),
+  if (!with_markers) return {make_board(board), shifted};
+  return {make_board(Charuco{.square_columns = board.columns + 1,
+                             .square_rows = board.rows + 1,
+                             .square_size = side,
+                             .marker_size = 0.73 * side,
+                             .dictionary = "DICT_4X4_250"}),
           shifted};
 }
 
@@ -132,7 +136,9 @@ bool draw(std::uint64_t index, const std::string& group, const fs::path& folder,
   const World world =
       draw_world({kSeed, index, std::string(kPixels), is_grid ? "" : "-bend-twist"});
   Scene scene = world.scene;
-  if (!is_grid) scene.boards = {squares_for(*scene.boards[0].board.grid, group == "charuco")};
+  if (!is_grid)
+    scene.boards = {
+        squares_for(std::get<AprilGrid>(scene.boards[0].board.pattern), group == "charuco")};
   picture = {group, std::to_string(index), scene.boards[0].board, {}, {}};
   if (is_grid) scene = real_scene(world);
   const auto& poses = std::get<ExplicitPath>(scene.path).camera_from_world;
