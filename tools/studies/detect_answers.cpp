@@ -150,8 +150,8 @@ bool draw(std::uint64_t index, const std::string& group, const fs::path& folder,
   if (pose == poses.end()) return false;
   picture.image = kept(folder / ((is_grid ? "tags" : group) + picture.name + ".png"), [&] {
     TagFamilies families;
-    const Board& board = picture.board;
-    if (!board.tags.empty()) families[board.family] = tag_family(board.family, board.border_bits);
+    if (const auto kind = tag_kind(picture.board))
+      families[kind->family] = tag_family(kind->family, kind->border_bits);
     return expose(render_light(scene, families, *pose), scene.sensor, Random(index, 1).next());
   });
   return true;
@@ -168,11 +168,10 @@ void add_worlds(const std::string& group, int count, const fs::path& folder, Ans
 
 void add_empty(Answers& answers) {
   const std::tuple<const char*, int, Board> boards[] = {
-      {"kalibr", 3, grid_board({6, 6, 0.088, 0.3, 0})},
-      {"tag16h5", 15, grid_board({6, 5, 0.04, 1.2, 0}, "tag16h5", 1, false)},
-      {"checkers", 3, checkerboard_board({8, 5, 0.03, 0.03})},
-      {"charuco", 3,
-       charuco_board({8, 5, 0.03, 0.03}, {.size = 0.022, .dictionary = "DICT_4X4_100"})}};
+      {"kalibr", 3, make_board(AprilGrid{6, 6, 0.088, 0.3})},
+      {"tag16h5", 15, make_board(AprilGrid{6, 5, 0.04, 1.2, 0, "tag16h5", 1, false})},
+      {"checkers", 3, make_board(Checkerboard{8, 5, 0.03, 0.03})},
+      {"charuco", 3, make_board(Charuco{9, 6, 0.03, 0.022, "DICT_4X4_100"})}};
   for (const auto& [name, count, board] : boards)
     for (int seed = 0; seed < count; ++seed)
       answers.add({"empty",
