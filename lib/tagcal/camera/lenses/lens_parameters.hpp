@@ -19,10 +19,10 @@ inline std::string range_text(const LensParameter& parameter) {
 
 // Throws Error unless the value is finite and in the range of the parameter.
 inline void check(const LensParameter& parameter, double value) {
+  if (parameter.holds(value)) return;
   const std::string name = "lens: " + std::string(parameter.name);
   if (!std::isfinite(value)) throw Error(name + " is not finite");
-  if (!parameter.holds(value))
-    throw Error(name + " must be " + range_text(parameter) + ", got " + short_number(value));
+  throw Error(name + " must be " + range_text(parameter) + ", got " + short_number(value));
 }
 
 // Returns the parameters of lens L unchanged, if they are such.
