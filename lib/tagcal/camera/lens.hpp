@@ -40,19 +40,19 @@ struct Ray {
 
 using PointJacobian = Eigen::Matrix<double, 2, 3>;
 
-// What a parameter does: `radial` coefficients multiply powers of the squared radius and vanish
-// without distortion; `shape` ones describe the curve from angle to radius itself.
+// The role of a parameter. A `radial` coefficient multiplies a power of the squared radius and
+// vanishes without distortion; a `shape` parameter describes the curve from angle to radius itself.
 enum class ParameterRole { focal_length, principal_point, radial, tangential, shape };
 
 struct LensParameter {
   std::string_view name;
   ParameterRole role = ParameterRole::radial;
-  // Of a radial coefficient: the power of the squared radius that it multiplies, negative in a
-  // denominator. 0 for others.
+  // The power of the squared radius that a radial coefficient multiplies, negative in a
+  // denominator; 0 for other roles.
   int power = 0;
-  // The standard deviation before any picture. Of distortion: the share of its radius by which a
-  // coefficient moves the corner of the image. Of a shape: of the parameter about `plain`. The
-  // scales and the principal point have theirs over the size of the image (estimate/policy).
+  // The standard deviation before any picture: of a distortion coefficient, the share of its radius
+  // by which it moves the corner of the image; of a shape, that of the parameter about `plain`. The
+  // policy of `estimate` has those of the scales and the principal point.
   double prior_sigma = 0;
   // The value without distortion, or that of a usual lens of this shape, for a focal length of 1 on
   // the axis at the pixel (0, 0).

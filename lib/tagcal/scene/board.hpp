@@ -157,7 +157,7 @@ Board make_board(BoardPattern pattern, const Substrate& substrate = {});
 // Corners 0..3 of a tag in the board frame.
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag);
 
-// What the points of a board are.
+// The kinds of points that a board has.
 enum class PointKind { measured, tag_corner, checker_corner };
 PointKind point_kind(const Board& board);
 

@@ -10,8 +10,8 @@
 namespace tagcal::internal {
 namespace {
 
-// Bounds of the range of levels that is one colour: AprilTag's default, and what a tag of low
-// contrast has where the whole picture is finely textured.
+// numeric: grey levels. Bounds of the range that counts as one colour: AprilTag's default, and the
+// contrast of a weak tag where the whole picture is finely textured.
 constexpr int kLeastRange = 5;
 constexpr int kMostRange = 20;
 
