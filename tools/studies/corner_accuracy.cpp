@@ -21,7 +21,7 @@
 #include "rendered_tag.hpp"
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
 #include "tagcal/detect/detector.hpp"
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 
 namespace {
 

@@ -133,9 +133,9 @@ int run(int argc, char** argv) {
     std::vector<ImageSource> sources;
     for (const auto& file : read.images)
       sources.push_back({file.filename().string(), [file] { return read_image(file); }});
-    const DetectResult found = detect_all(sources, read.dataset.boards, options);
-    Claims claims = claims_of(read.dataset, found.views());
-    for (const DetectedPicture& picture : found.pictures)
+    const std::vector<DetectedPicture> found = detect_all(sources, read.dataset.boards, options);
+    Claims claims = claims_of(read.dataset, views_of(found));
+    for (const DetectedPicture& picture : found)
       claims.unfitted += static_cast<int>(picture.unfitted.size());
     print(std::filesystem::path(folder).filename().string(), claims);
     print_worst(claims, worst);

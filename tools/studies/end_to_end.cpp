@@ -12,9 +12,9 @@
 #include <cstdlib>
 #include <map>
 
-#include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/scene_file.hpp"
@@ -24,7 +24,6 @@
 #include "worlds.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 struct Sums {
@@ -98,12 +97,12 @@ int run(int argc, char** argv) {
     for (const Refinement refinement : {Refinement::stock, Refinement::edges, Refinement::fit}) {
       DetectOptions detect;
       detect.refinement = refinement;
-      dataset.views = detect_all(set.sources, scene.boards, detect).views();
+      dataset.views = views_of(detect_all(set.sources, scene.boards, detect));
       c = calibrate(dataset, options);
       add(sums[static_cast<int>(refinement)], set, dataset.views, c, scene);
     }
     if (!is_answer(c.status)) continue;
-    dataset.views = refine_corners(set.sources, scene.boards, dataset.views, *c.camera).views;
+    dataset.views = refine_views(dataset, set.sources, *c.camera).views;
     add(sums[3], set, dataset.views, calibrate(dataset, options), scene);
   }
   std::printf("%-9s %7s | %8s %8s %8s %7s | %9s %7s %7s %7s %6s\n", "corners", "answers",

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
     }
     int pictures = 0;
     std::size_t tags = 0;
-    for (const View& view : detect_all(images, {{board, Pose()}}, {}).views()) {
+    for (const View& view : views_of(detect_all(images, {{board, Pose()}}))) {
       pictures += !view.observations.empty();
       tags += view.observations.size() / 4;
     }
