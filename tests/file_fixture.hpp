@@ -12,13 +12,12 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/geometry/pose.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/random.hpp"
 
 // Helpers of the tests of files.
 
 namespace tagcal {
-using namespace internal;
 
 namespace fs = std::filesystem;
 

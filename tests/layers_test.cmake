@@ -1,7 +1,8 @@
 # Holds the library to its layers and rooms. Run as
-#   cmake -D LIBRARY=<source>/lib -P layers_test.cmake               the check
-#   cmake -D LIBRARY=<source>/lib -D SCRATCH=<folder> -P ...         the check, and a proof that it
-#                                                                    fails on trees that break a rule
+#   cmake -D LIBRARY=<source>/lib -D TOOLS=<source>/tools -P layers_test.cmake
+#                                  the check; one of both may be missing
+#   cmake ... -D SCRATCH=<folder> -P ...
+#                                  the check, and a proof that it fails on trees that break a rule
 # Rules:
 #   1. A file includes its own layer or one to the left; estimate and detect are neighbours. Within
 #      estimate, detect and io a room includes itself and rooms to the left.
@@ -11,6 +12,7 @@
 #      library, Eigen and public headers, and with Eigen, be it through others, geometry/pose.hpp,
 #      which refuses an alignment of other flags. At most 59 of them.
 #   5. What stands in a sub-room is in the namespace tagcal::internal.
+#   6. A room of the tools includes itself and rooms to the left.
 cmake_minimum_required(VERSION 3.23)
 
 set(layers internal geometry solvers camera viewing scene uncertainty reproject estimate detect io validate study)
@@ -18,14 +20,18 @@ set(neighbours_estimate detect reproject)
 set(neighbours_detect estimate reproject)
 # Headers of a layer's own folder that have a place among its rooms; the others come last.
 set(rooms_estimate policy types findings pose bundle calibration checks facade)
-set(types_in_estimate types status)
+set(types_in_estimate types)
+set(findings_in_estimate findings)
 set(rooms_detect types policy tag_fit opencv apriltag board_search checker_search facade)
 set(types_in_detect types)
 set(tag_fit_in_detect refine)
 set(apriltag_in_detect families)
 set(rooms_io types text yaml image formats scene facade)
 set(types_in_io types)
+set(text_in_io text_file)
 set(most_public_headers 59)
+# `study` is tagcal-study, whose rooms of that name in lib are not of the tools.
+set(rooms_tools job draw report page_data watch commands study)
 
 set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h libdeflate.h tiffio.h stb
                   webp CLI nlohmann)
@@ -162,6 +168,27 @@ function(check_file library relative)
   set_property(GLOBAL APPEND PROPERTY includes_${module} ${theirs})
 endfunction()
 
+# Includes of a tool, "room/name.hpp"; `known`: all files of the tools.
+function(check_tool tools relative known)
+  string(REGEX REPLACE "/.*" "" room "${relative}")
+  list(FIND rooms_tools "${room}" ours)
+  if(ours EQUAL -1)
+    message(FATAL_ERROR "${relative}: ${room} is no room of the tools")
+  endif()
+  file(STRINGS "${tools}/${relative}" lines REGEX "^#include \"")
+  list(TRANSFORM lines REPLACE "^#include \"([^\"]+)\".*" "\\1")
+  foreach(include IN LISTS lines)
+    if(NOT include IN_LIST known)
+      continue()
+    endif()
+    string(REGEX REPLACE "/.*" "" their_room "${include}")
+    list(FIND rooms_tools "${their_room}" at)
+    if(at GREATER ours)
+      message(FATAL_ERROR "${relative}: room ${room} must not include \"${include}\"")
+    endif()
+  endforeach()
+endfunction()
+
 # Modules that include none but those that were taken off are taken off, until none is left.
 function(check_circles)
   get_property(left GLOBAL PROPERTY modules)
@@ -237,16 +264,33 @@ function(check_library library)
   message(STATUS "${count} files keep to their layers")
 endfunction()
 
+function(check_tools tools)
+  file(GLOB files RELATIVE "${tools}" "${tools}/*/*.hpp" "${tools}/*/*.cpp")
+  list(FILTER files EXCLUDE REGEX "^(studies|page)/")
+  list(LENGTH files count)
+  if(count EQUAL 0)
+    message(FATAL_ERROR "${tools}: no sources to check")
+  endif()
+  foreach(file IN LISTS files)
+    check_tool("${tools}" "${file}" "${files}")
+  endforeach()
+  message(STATUS "${count} files of the tools keep to their rooms")
+endfunction()
+
 # A tree of files, each given as `file=text`, one include a line; the check must say `verdict` (0:
-# fine).
+# fine). It is one of the tools if its first file is not below tagcal/ or study/a.
 function(expect verdict)
   set(tree "${SCRATCH}/layers_test_tree")
   file(REMOVE_RECURSE "${tree}")
+  set(kind TOOLS)
+  if(ARGN MATCHES "^(tagcal/|study/a)")
+    set(kind LIBRARY)
+  endif()
   foreach(entry IN LISTS ARGN)
     string(REGEX MATCH "^([^=]+)=(.*)$" matched "${entry}")
     file(WRITE "${tree}/${CMAKE_MATCH_1}" "#include <vector>\n#include ${CMAKE_MATCH_2}\n")
   endforeach()
-  execute_process(COMMAND ${CMAKE_COMMAND} -D LIBRARY=${tree} -P ${CMAKE_SCRIPT_MODE_FILE}
+  execute_process(COMMAND ${CMAKE_COMMAND} -D ${kind}=${tree} -P ${CMAKE_SCRIPT_MODE_FILE}
                   RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE why)
   file(REMOVE_RECURSE "${tree}")
   if(verdict EQUAL 0 AND NOT result EQUAL 0)
@@ -256,7 +300,12 @@ function(expect verdict)
   endif()
 endfunction()
 
-check_library("${LIBRARY}")
+if(LIBRARY)
+  check_library("${LIBRARY}")
+endif()
+if(TOOLS)
+  check_tools("${TOOLS}")
+endif()
 
 if(SCRATCH)
   expect(0 "tagcal/scene/a.cpp=\"tagcal/camera/lens.hpp\"")
@@ -290,5 +339,14 @@ if(SCRATCH)
   expect(1 "tagcal/camera/kernels/a.hpp=<vector>\nnamespace tagcal {\n}")
   expect(1 "tagcal/estimate/bundle/a.hpp=\"tagcal/estimate/bundle/b.hpp\""
            "tagcal/estimate/bundle/b.cpp=\"tagcal/estimate/bundle/a.hpp\"")
+  expect(0 "draw/a.cpp=\"job/b.hpp\"" "job/b.hpp=\"tagcal/error.hpp\"")
+  expect(0 "study/b.cpp=\"job/b.hpp\"" "job/b.hpp=\"study/chart/chart.hpp\"")
+  expect(0 "commands/a.cpp=\"commands/a.hpp\"" "commands/a.hpp=\"watch/b.hpp\""
+           "watch/b.hpp=\"report/c.hpp\"" "report/c.hpp=<vector>")
+  expect(1 "job/a.cpp=\"draw/b.hpp\"" "draw/b.hpp=<vector>")
+  expect(1 "draw/a.cpp=\"report/b.hpp\"" "report/b.hpp=<vector>")
+  expect(1 "report/a.hpp=\"commands/b.hpp\"" "commands/b.hpp=<vector>")
+  expect(1 "watch/a.hpp=\"commands/b.hpp\"" "commands/b.hpp=<vector>")
+  expect(1 "input/a.hpp=<vector>")
   message(STATUS "self-test: the check fails where it must")
 endif()

@@ -2,8 +2,8 @@
 
 #include "commands/commands.hpp"
 #include "commands/study_program.hpp"
-#include "input/command_line.hpp"
-#include "report/messages.hpp"
+#include "job/command_line.hpp"
+#include "job/messages.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -8,7 +8,6 @@
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/pose.hpp"
-#include "tagcal/estimate/view_selection.hpp"
 
 // The view to take next, the views that matter, and where the camera is.
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image_file.hpp"
 
 namespace tagcal::python {
 namespace {
@@ -64,7 +64,7 @@ AnyPicture::AnyPicture(py::handle argument, const char* name) {
 
 void check_new_picture(const ImageSize& size, const char* name) {
   try {
-    internal::check_picture_size(size.width, size.height);
+    check_pixel_count(size.width, size.height);
   } catch (const Error& error) {
     throw Error(std::string(name) + ": " + error.what());
   }

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image_file.hpp"
 
 namespace tagcal::python {
 namespace {
@@ -219,7 +219,7 @@ void check_picture(const py::array& array, const char* name, bool colour_too) {
     throw_shape(name, colour_too ? "(height, width) or (height, width, 3)" : "(height, width)",
                 array);
   try {
-    internal::check_picture_size(array.shape(1), array.shape(0));
+    check_pixel_count(array.shape(1), array.shape(0));
   } catch (const Error& error) {
     throw Error(std::string(name) + ": " + error.what());
   }

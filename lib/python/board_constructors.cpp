@@ -16,7 +16,6 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/overloaded.hpp"
-#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::python {
 using namespace py::literals;
@@ -25,12 +24,7 @@ namespace {
 // Throws Error if the family lacks a tag or cannot have the border, and for positions beyond
 // double.
 Board checked(Board board) {
-  if (const auto kind = tag_kind(board)) {
-    const TagFamily family =
-        internal::with_border(tag_family(kind->family, kind->border_bits), board);
-    const std::vector<Tag> tags = tags_of(board);
-    internal::printed_tag(family, std::ranges::max_element(tags, {}, &Tag::id)->id);
-  }
+  check_tags(board);
   for (const TargetPoint& point : target_points(board))
     if (!point.position.allFinite()) throw Error("board: its sizes are too large");
   return board;

@@ -16,7 +16,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/camera_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 // Files of cameras, of tagcal and of other programs.
 
@@ -90,8 +90,9 @@ CameraFile make_camera_file(std::vector<FileCamera> cameras, std::vector<ImagePo
 }
 
 void check_sizes(const CameraFile& file, const std::string& format) {
+  const auto* const known = &*std::ranges::find(camera_formats(), format, &CameraFormat::name);
   for (const FileCamera& camera : file.cameras)
-    if (format != "tum" && camera.calibration.camera.image_size == ImageSize{})
+    if (!known->only_poses && camera.calibration.camera.image_size == ImageSize{})
       throw Error("camera: the image size of \"" + camera.name +
                   "\" is not known: set it by with_size((width, height))");
 }
@@ -113,7 +114,7 @@ std::vector<std::string> write_camera(const fs::path& file, const CameraLike& ca
     const Calibration& calibration = py::cast<const Calibration&>(camera);
     if (!poses.empty()) throw Error("poses: a calibration has its own");
     py::gil_scoped_release release;
-    internal::write_whole(file, calibration_yaml(calibration));
+    write_whole(file, calibration_yaml(calibration));
     return {};
   }
   std::vector<ImagePose> image_poses;

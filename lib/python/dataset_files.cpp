@@ -12,7 +12,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 // Files of data sets: folders, corners, truth.
 
@@ -58,7 +58,7 @@ std::vector<std::string> write_folder(const fs::path& folder, const Dataset& dat
   fs::create_directories(folder, error);
   if (error) throw Error(folder.string() + ": cannot make the folder: " + error.message());
   constexpr const char* kFile = "observations.csv";
-  if (has_views) internal::write_whole(folder / kFile, observations_csv(dataset.views));
+  if (has_views) write_whole(folder / kFile, observations_csv(dataset.views));
   write_dataset(folder, dataset, images, has_views ? kFile : "");
   return notes;
 }

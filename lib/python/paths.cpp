@@ -8,8 +8,7 @@
 #include "python/records.hpp"
 #include "python/scene_parts.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/scene/scene_path.hpp"
-#include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/scene_file.hpp"
 
 // Poses of many views, for a Scene.
 
@@ -28,8 +27,8 @@ struct Jitter {
 };
 
 std::vector<Pose> poses_on(CameraPath path, int views, const Jitter& jitter) {
-  if (views < 1 || views > internal::limits::kMaxViews)
-    throw Error("views: must be 1 to " + std::to_string(internal::limits::kMaxViews) + ", got " +
+  if (views < 1 || views > scene_limits().views)
+    throw Error("views: must be 1 to " + std::to_string(scene_limits().views) + ", got " +
                 std::to_string(views));
   Scene scene;
   scene.path = std::move(path);

@@ -12,7 +12,7 @@
 #include "python/scene_parts.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/scene/viewing.hpp"
 
 namespace tagcal::python {
@@ -28,7 +28,7 @@ SceneView view_of_scene(const MovingScene& scene, int view, std::uint64_t seed) 
   check_view(scene, view);
   SceneView result{scene_in_view(scene, view), {}};
   const ImageSize& size = result.scene.camera.image_size;
-  internal::check_picture_size(size.width, size.height);
+  check_pixel_count(size.width, size.height);
   result.camera_from_world = camera_poses(scene, seed)[static_cast<std::size_t>(view)];
   return result;
 }

@@ -12,7 +12,7 @@
 #include "tagcal/camera/model.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/image/image_codec.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/scene/render.hpp"
 
 namespace tagcal::python {
@@ -40,7 +40,7 @@ struct Levels {
 Scene still_scene(const Camera& camera, const PosesLike& poses, const Sensor& sensor,
                   const Levels& levels, const std::optional<Light>& light) {
   try {
-    internal::check_picture_size(camera.image_size.width, camera.image_size.height);
+    check_pixel_count(camera.image_size.width, camera.image_size.height);
   } catch (const Error& error) {
     throw Error(std::string("camera: its image ") + error.what());
   }

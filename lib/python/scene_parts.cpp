@@ -11,8 +11,7 @@
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/limits.hpp"
-#include "tagcal/scene/visibility/polygon.hpp"
+#include "tagcal/io/scene_file.hpp"
 
 namespace tagcal::python {
 
@@ -48,10 +47,9 @@ Vignetting vignetting_of(const std::variant<std::string, std::vector<double>>& a
     return vignetting;
   }
   vignetting.polynomial = std::get<std::vector<double>>(argument);
-  if (vignetting.polynomial.size() > internal::limits::kMaxVignettingTerms)
-    throw Error("vignetting: must have at most " +
-                std::to_string(internal::limits::kMaxVignettingTerms) + " coefficients, got " +
-                std::to_string(vignetting.polynomial.size()));
+  if (vignetting.polynomial.size() > scene_limits().vignetting_terms)
+    throw Error("vignetting: must have at most " + std::to_string(scene_limits().vignetting_terms) +
+                " coefficients, got " + std::to_string(vignetting.polynomial.size()));
   for (const double a : vignetting.polynomial)
     if (!std::isfinite(a)) throw Error("vignetting: must be finite, got " + number(a));
   return vignetting;
@@ -83,10 +81,10 @@ Sensor sensor_of(double exposure, double blur_px, double noise_levels, int bits,
 
 Occluder occluder_of(const ArrayLike& corners, double grey) {
   const Rows3 rows(corners, "corners");
-  if (rows.size() < 3 || rows.size() > internal::kMaxPolygonCorners)
-    throw Error("corners: must have 3 to " + std::to_string(internal::kMaxPolygonCorners) +
+  if (rows.size() < 3 || rows.size() > scene_limits().polygon_corners)
+    throw Error("corners: must have 3 to " + std::to_string(scene_limits().polygon_corners) +
                 " rows, got " + std::to_string(rows.size()));
-  if (const auto wrong = internal::why_no_polygon(rows.span())) throw Error("corners: " + *wrong);
+  if (const auto wrong = occluder_defect(rows.span())) throw Error("corners: " + *wrong);
   return {{rows.span().begin(), rows.span().end()}, level(grey, "level")};
 }
 
@@ -97,7 +95,7 @@ std::vector<Occluder> cuboid_of(const ArrayLike& size_m, const PoseLike& world_f
   for (Occluder& face : faces) {
     face.name = "cuboid";
     for (Eigen::Vector3d& corner : face.corners) corner = pose * corner;
-    if (const auto wrong = internal::why_no_polygon(face.corners))
+    if (const auto wrong = occluder_defect(face.corners))
       throw Error("size_m: the corners of a face " + *wrong);
   }
   return faces;

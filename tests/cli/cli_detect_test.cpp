@@ -1,6 +1,6 @@
 // tagcal detect --explain and --draw, from outside.
 #include "cli_fixture.hpp"
-#include "report/warning_groups.hpp"
+#include "job/warning_groups.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace tagcal::tools {

@@ -2,8 +2,8 @@
 #include <numbers>
 
 #include "cli_pose_fixture.hpp"
+#include "job/terminal.hpp"
 #include "png_colours.hpp"
-#include "report/terminal.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/io/target_file.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "cli_fixture.hpp"
 #include "cli_process.hpp"
-#include "report/terminal.hpp"
+#include "job/terminal.hpp"
 
 namespace tagcal::tools {
 namespace {

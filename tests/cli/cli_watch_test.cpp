@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "cli_fixture.hpp"
-#include "report/progress.hpp"
+#include "job/progress.hpp"
 #include "watch/folder_follower.hpp"
 
 // `tagcal watch`: a folder that changes while the command runs, and the parts that need no clock.

@@ -310,7 +310,7 @@ std::vector<Case> all_cases() {
 
 // As the header lists them.
 std::set<std::string> listed_codes() {
-  std::ifstream header(TAGCAL_SOURCE_DIR "/lib/tagcal/estimate/findings/finding_codes.hpp");
+  std::ifstream header(TAGCAL_SOURCE_DIR "/lib/tagcal/estimate/findings.hpp");
   const std::regex definition(R"re(inline constexpr FindingCode ([a-z_]+)\{)re");
   std::set<std::string> codes;
   std::smatch name;

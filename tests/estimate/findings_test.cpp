@@ -5,10 +5,9 @@
 #include <set>
 #include <sstream>
 
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 std::set<std::string> documented_codes() {
@@ -24,7 +23,7 @@ std::set<std::string> documented_codes() {
 }
 
 TEST(Findings, EveryCodeIsInTheDocumentation) {
-  std::ifstream header(TAGCAL_SOURCE_DIR "/lib/tagcal/estimate/findings/finding_codes.hpp");
+  std::ifstream header(TAGCAL_SOURCE_DIR "/lib/tagcal/estimate/findings.hpp");
   const std::regex definition(R"re(inline constexpr FindingCode ([a-z_]+)\{"([a-z_]+)", ?)re");
   std::set<std::string> codes;
   std::size_t defined = 0;

@@ -9,7 +9,7 @@
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/refine_views.hpp"
-#include "tagcal/io/text/tags_csv.hpp"
+#include "tagcal/io/corners_file.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
 

@@ -17,6 +17,7 @@
 #include "tagcal/scene/visibility/polygon.hpp"
 
 namespace tagcal {
+using namespace internal;
 namespace {
 
 std::string repeated(const std::string& text, std::size_t count) {

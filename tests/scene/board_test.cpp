@@ -11,10 +11,9 @@
 #include "tagcal/error.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/dataset.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

@@ -6,10 +6,9 @@
 #include <array>
 
 #include "tagcal/detect/families.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

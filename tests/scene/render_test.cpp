@@ -4,11 +4,10 @@
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -12,20 +12,19 @@
 #include "commands/commands.hpp"
 #include "draw/board_sheet.hpp"
 #include "draw/sheet_pdf.hpp"
-#include "input/arguments.hpp"
-#include "input/input.hpp"
-#include "input/outputs.hpp"
-#include "report/messages.hpp"
-#include "report/plain_text.hpp"
+#include "job/arguments.hpp"
+#include "job/input.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/io/text_file.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

@@ -11,23 +11,22 @@
 #include "commands/calibrate_many.hpp"
 #include "commands/commands.hpp"
 #include "draw/uncertainty_picture.hpp"
-#include "input/arguments.hpp"
-#include "input/camera_input.hpp"
-#include "input/outputs.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/progress.hpp"
+#include "job/terminal.hpp"
 #include "page_data/html_page.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
-#include "report/terminal.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 struct Arguments {

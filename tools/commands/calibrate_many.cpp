@@ -15,20 +15,19 @@
 #include <utility>
 #include <vector>
 
-#include "commands/commands.hpp"
 #include "commands/many_outcomes.hpp"
-#include "input/digest.hpp"
-#include "input/input.hpp"
-#include "input/outputs.hpp"
+#include "job/command.hpp"
+#include "job/digest.hpp"
+#include "job/input.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/progress.hpp"
+#include "job/shown_parameters.hpp"
 #include "report/calibration_report.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
-#include "report/shown_parameters.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/calibration_file.hpp"
-#include "tagcal/io/text/folder_lock.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
 using namespace internal;

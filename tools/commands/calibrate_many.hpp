@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "commands/calibration_job.hpp"
+#include "job/calibration_job.hpp"
 
 namespace tagcal::tools {
 

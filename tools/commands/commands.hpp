@@ -1,22 +1,10 @@
 #pragma once
 
-#include <functional>
+#include "job/command.hpp"
 
-namespace CLI {
-class App;
-}  // namespace CLI
+// The table of commands (tagcal.cpp).
 
 namespace tagcal::tools {
-
-// Exit codes of the program (README).
-enum ExitCode : int { kAnswer = 0, kCheckFailed = 1, kBadInput = 2, kNoAnswer = 3 };
-
-// A command of the table in tagcal.cpp: its arguments, and the function to call after parsing.
-// `run` throws Error for bad input and prints results to stdout, everything else to stderr.
-struct Command {
-  CLI::App* arguments = nullptr;
-  std::function<int()> run;
-};
 
 Command add_render(CLI::App& app);
 Command add_detect(CLI::App& app);

@@ -2,9 +2,9 @@
 #include <string>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/manual.hpp"
-#include "report/messages.hpp"
+#include "job/arguments.hpp"
+#include "job/manual.hpp"
+#include "job/messages.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {

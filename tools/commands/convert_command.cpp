@@ -6,13 +6,13 @@
 
 #include "commands/commands.hpp"
 #include "commands/convert_model.hpp"
-#include "input/arguments.hpp"
-#include "input/camera_input.hpp"
-#include "input/input.hpp"
-#include "input/outputs.hpp"
-#include "input/reproject_targets.hpp"
-#include "report/messages.hpp"
-#include "report/terminal.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/reproject_targets.hpp"
+#include "job/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
 #include "tagcal/io/corners_file.hpp"
@@ -54,12 +54,10 @@ std::string format_of(const Arguments& arguments) {
 }
 
 // All cameras of the file for a format that holds several, else one.
-CameraFile read_cameras(const Arguments& arguments, const std::string& format) {
-  for (const CameraFormat& known : camera_formats()) {
-    std::error_code error;
-    if (known.name == format && known.several && std::filesystem::exists(arguments.in, error))
-      return read_camera_file(arguments.in);
-  }
+CameraFile read_cameras(const Arguments& arguments, const CameraFormat& format) {
+  std::error_code error;
+  if (format.several && std::filesystem::exists(arguments.in, error))
+    return read_camera_file(arguments.in);
   return read_one_camera(arguments.in);
 }
 
@@ -109,8 +107,9 @@ int run(const Arguments& arguments) {
   if (std::filesystem::is_regular_file(arguments.in, error) && is_corners_file(arguments.in) &&
       !is_camera_too(arguments.in))
     throw Error(fmt::format("{}: has corners: --target T.yaml names their board", arguments.in));
-  const std::string format = format_of(arguments);
-  if (format != "colmap") check_text_writable(arguments.out);  // which may write into a folder
+  const CameraFormat& format =
+      *std::ranges::find(camera_formats(), format_of(arguments), &CameraFormat::name);
+  if (!format.folder) check_text_writable(arguments.out);
   CameraFile file = read_cameras(arguments, format);
   add_image_size(file, arguments);
   if (!fit_models(file, arguments.in, arguments.model)) return kCheckFailed;
@@ -121,13 +120,13 @@ int run(const Arguments& arguments) {
     }
     file.poses = read_poses(arguments.poses);
   }
-  const std::vector<std::string> notes = write_camera_file(arguments.out, file, format);
+  const std::vector<std::string> notes = write_camera_file(arguments.out, file, format.name);
   print_notes(arguments.in, file.notes);
   print_notes(arguments.out, notes);
   const bool dropped = std::ranges::any_of(
       notes, [](const std::string& note) { return note.starts_with("dropped: the poses"); });
   const std::size_t num_poses = dropped ? 0 : file.poses.size();
-  print_to_stderr("wrote {} ({}, from {}): {} camera{}, {} pose{}\n", arguments.out, format,
+  print_to_stderr("wrote {} ({}, from {}): {} camera{}, {} pose{}\n", arguments.out, format.name,
                   file.format, file.cameras.size(), file.cameras.size() == 1 ? "" : "s", num_poses,
                   num_poses == 1 ? "" : "s");
   return kAnswer;

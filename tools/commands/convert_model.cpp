@@ -6,16 +6,15 @@
 #include <filesystem>
 
 #include "draw/lens_fit_picture.hpp"
-#include "input/arguments.hpp"
-#include "input/outputs.hpp"
-#include "report/messages.hpp"
+#include "job/arguments.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/lens_fit.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 LensFitSource source_of(const FileCamera& camera) {

@@ -10,21 +10,20 @@
 #include "commands/commands.hpp"
 #include "commands/detect_tags_run.hpp"
 #include "draw/tag_drawing.hpp"
-#include "input/arguments.hpp"
-#include "input/input.hpp"
-#include "input/output_folder.hpp"
-#include "input/outputs.hpp"
+#include "job/arguments.hpp"
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/output_folder.hpp"
+#include "job/outputs.hpp"
+#include "job/progress.hpp"
 #include "report/detection_report.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 struct Arguments {

@@ -6,22 +6,21 @@
 #include <optional>
 #include <set>
 
-#include "commands/commands.hpp"
 #include "draw/tag_drawing.hpp"
-#include "input/camera_input.hpp"
-#include "input/output_folder.hpp"
-#include "input/outputs.hpp"
+#include "job/camera_input.hpp"
+#include "job/command.hpp"
+#include "job/messages.hpp"
+#include "job/output_folder.hpp"
+#include "job/outputs.hpp"
+#include "job/progress.hpp"
 #include "report/detection_report.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/corners_file.hpp"
 #include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text/tags_csv.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Tags = std::vector<std::vector<DetectedTag>>;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "input/input.hpp"
+#include "job/input.hpp"
 
 namespace tagcal::tools {
 

@@ -10,13 +10,13 @@
 
 #include "commands/commands.hpp"
 #include "draw/uncertainty_picture.hpp"
-#include "input/arguments.hpp"
-#include "input/camera_input.hpp"
-#include "input/input.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/input.hpp"
+#include "job/messages.hpp"
+#include "job/plain_text.hpp"
+#include "job/terminal.hpp"
 #include "report/lens_comparison.hpp"
-#include "report/messages.hpp"
-#include "report/plain_text.hpp"
-#include "report/terminal.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "input/command_line.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "job/command_line.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/version.hpp"
 
 namespace tagcal::tools {
@@ -31,7 +31,7 @@ fs::path KeptOutcomes::file_of(const std::string& name) const { return folder_ /
 std::optional<ManyOutcome> KeptOutcomes::find(const std::string& name,
                                               const std::string& inputs) const {
   if (!fs::exists(file_of(name))) return std::nullopt;
-  const Json kept = Json::parse(internal::read_text(file_of(name)), nullptr, false);
+  const Json kept = Json::parse(read_text(file_of(name)), nullptr, false);
   if (!kept.is_object() || kept.value("inputs", "") != inputs) return std::nullopt;
   return ManyOutcome{static_cast<ExitCode>(kept.value("code", 2)), "",
                      kept.at("row").get<ManyOutcome::Row>(), kept.value("advice", ""),
@@ -45,7 +45,7 @@ void KeptOutcomes::keep(const std::string& name, const std::string& inputs,
                   {"row", outcome.row},
                   {"advice", outcome.advice},
                   {"json", outcome.json}};
-  internal::write_whole(file_of(name), kept.dump(-1, ' ', false, Json::error_handler_t::replace));
+  write_whole(file_of(name), kept.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 void KeptOutcomes::finish() const {

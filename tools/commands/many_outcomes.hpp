@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "commands/commands.hpp"
-#include "input/work_file.hpp"
+#include "job/command.hpp"
+#include "job/work_file.hpp"
 
 namespace tagcal::tools {
 

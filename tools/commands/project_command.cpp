@@ -8,19 +8,17 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/lens_input.hpp"
-#include "input/outputs.hpp"
-#include "input/point_table.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
+#include "job/arguments.hpp"
+#include "job/lens_input.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/point_table.hpp"
+#include "job/progress.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/csv_image.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Eigen::Matrix3d;

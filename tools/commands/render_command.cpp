@@ -9,21 +9,20 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/digest.hpp"
-#include "input/input.hpp"
-#include "input/output_folder.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
+#include "job/arguments.hpp"
+#include "job/digest.hpp"
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/output_folder.hpp"
+#include "job/progress.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
-#include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/text_file.hpp"
-#include "tagcal/io/yaml/yaml_boards.hpp"
+#include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/scene/render.hpp"
 #include "tagcal/version.hpp"
 
@@ -51,14 +50,14 @@ struct Arguments {
 };
 
 MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
-  if (arguments.views > limits::kMaxViews)
+  if (arguments.views > scene_limits().views)
     throw Error(
-        fmt::format("--views: must be {} at most, got {}", limits::kMaxViews, arguments.views));
+        fmt::format("--views: must be {} at most, got {}", scene_limits().views, arguments.views));
   MovingScene scene = read_moving_scene(arguments.scene, warnings);
   const ImageSize& size = scene.settings.camera.image_size;
-  if (std::int64_t{size.width} * size.height > limits::kMaxPixels)
+  if (std::int64_t{size.width} * size.height > scene_limits().pixels)
     throw Error(fmt::format("{}: camera: a picture must have at most {} pixels, got {}x{}",
-                            arguments.scene, limits::kMaxPixels, size.width, size.height));
+                            arguments.scene, scene_limits().pixels, size.width, size.height));
   if (arguments.views == 0) return scene;
   if (auto* path = std::get_if<ExplicitPath>(&scene.settings.path)) {
     const int poses = static_cast<int>(path->camera_from_world.size());
@@ -115,7 +114,7 @@ std::string work_of(const Arguments& arguments, const MovingScene& scene, const 
     throw Error(fmt::format("--resume: needs the scene in a file, got {}", arguments.scene));
   std::string boards;
   for (const PlacedBoard& placed : scene_in_view(scene, 0).boards)
-    boards += board_yaml(placed.board);
+    boards += target_yaml(placed.board);
   return fmt::format("tagcal {}\nscene {}\nboards {}\ncorners {}\nviews {}\nseed {}\ndepth {}\n",
                      TAGCAL_VERSION, digest_of_file(arguments.scene), digest_of(boards),
                      digest_of(observations_csv(dataset.views)), dataset.views.size(),

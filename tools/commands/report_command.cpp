@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/input.hpp"
+#include "job/arguments.hpp"
+#include "job/input.hpp"
 #include "page_data/content_from_file.hpp"
 #include "page_data/difference_page.hpp"
 #include "page_data/html_page.hpp"

@@ -1,251 +1,25 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <atomic>
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <set>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/camera_input.hpp"
-#include "input/input.hpp"
-#include "input/output_folder.hpp"
-#include "input/plane_poses.hpp"
-#include "input/reproject_targets.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
-#include "report/reproject_files.hpp"
+#include "commands/reproject_run.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/messages.hpp"
+#include "job/output_folder.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/internal/parallel.hpp"
-#include "tagcal/io/image_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
-#include "tagcal/reproject/maps.hpp"
-#include "tagcal/reproject/resampling.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
-  std::string camera;
-  std::vector<std::string> images;
-  std::string out;
-  ReprojectTask task;
-  std::string target;  // of --plane
-  std::string view;    // of --plane
-  std::string interpolation = "bilinear";
-  int border = 0;
-  bool mask = false;
-  bool maps = false;
-  bool force = false;
-  int threads = 0;
-};
-
-// The pictures of a run, which the camera took.
-struct Pictures {
-  std::vector<fs::path> files;
-  std::vector<std::string> names;  // of the new pictures
-};
-
-Pictures pictures_of(const Arguments& arguments, const Camera& camera) {
-  Pictures pictures;
-  std::set<std::string> used;
-  for (const std::string& image : arguments.images) {
-    const fs::path file = image;
-    const ImageSize size = read_image_size(file);
-    if (size != camera.image_size)
-      throw Error(fmt::format("{}: must be {}x{} pixels as {} says, got {}x{}", image,
-                              camera.image_size.width, camera.image_size.height, arguments.camera,
-                              size.width, size.height));
-    std::string name = file.stem().string() + ".png";
-    for (int i = 2; !used.insert(name).second; ++i)
-      name = fmt::format("{}-{}.png", file.stem().string(), i);
-    pictures.files.push_back(file);
-    pictures.names.push_back(name);
-  }
-  return pictures;
-}
-
-Interpolation interpolation_of(const std::string& name) {
-  if (name == "nearest") return Interpolation::nearest;
-  return name == "lanczos4" ? Interpolation::lanczos4 : Interpolation::bilinear;
-}
-
-// The border value in all values of a pixel.
-template <typename T>
-T border_pixel(int border) {
-  const int value = std::min(border, sizeof(T) % 2 == 0 ? 65535 : 255);
-  if constexpr (std::is_integral_v<T>) {
-    return static_cast<T>(value);
-  } else {
-    T pixel;
-    pixel.fill(static_cast<typename T::value_type>(value));
-    return pixel;
-  }
-}
-
-// One new picture of one picture.
-struct Job {
-  std::size_t picture = 0;
-  std::size_t target = 0;
-  Pose camera_from_target;
-};
-
-class Run {
- public:
-  Run(const Arguments& arguments, const CalibrationFile& file, Pictures pictures)
-      : arguments_(arguments), file_(file), camera_(file.camera), pictures_(std::move(pictures)) {}
-
-  // Fills in targets, and the pictures that go through them.
-  void plan() {
-    if (arguments_.task.plane) return plan_plane();
-    targets_ =
-        tiled(arguments_.task, direction_targets(arguments_.task, camera_, arguments_.camera));
-    poses_.resize(targets_.size());
-    for (std::size_t t = 0; t < targets_.size(); ++t) {
-      poses_[t] = {{"", targets_[t].camera_from_target}};
-      for (std::size_t i = 0; i < pictures_.files.size(); ++i)
-        jobs_.push_back({i, t, targets_[t].camera_from_target});
-    }
-  }
-
-  bool has_plan() const { return !targets_.empty(); }
-
-  // Names of the files to be written, relative to the folder.
-  std::vector<fs::path> files() const {
-    std::vector<fs::path> files;
-    for (const ReprojectTarget& target : targets_) {
-      const fs::path folder = target.folder;
-      files.push_back(folder / target_file_name(target.target));
-      if (arguments_.maps) files.push_back(folder / "map.npy");
-      if (arguments_.mask && !arguments_.task.plane) files.push_back(folder / "mask.png");
-    }
-    for (const Job& job : jobs_) {
-      files.push_back(file_of(job));
-      if (arguments_.mask && arguments_.task.plane) files.push_back(mask_of(job));
-    }
-    return files;
-  }
-
-  void write(const fs::path& folder) {
-    shares_.assign(targets_.size(), -1.0);
-    write_targets(folder);
-    Progress progress("reprojecting", static_cast<int>(jobs_.size()));
-    const int own_threads = jobs_.size() == 1 ? arguments_.threads : 1;
-    parallel_for(
-        jobs_.size(), arguments_.threads,
-        [&](std::size_t i) { write_picture(folder, jobs_[i], own_threads); },
-        [&](int done, int) { progress.update(done); });
-  }
-
-  std::string report() const {
-    std::string text;
-    for (std::size_t t = 0; t < targets_.size(); ++t) {
-      const std::string& name = targets_[t].folder;
-      const fs::path folder =
-          name.empty() ? fs::path(arguments_.out) : arguments_.out / fs::path(name);
-      const auto count = std::ranges::count(jobs_, t, &Job::target);
-      text += fmt::format("wrote {}: {}, {} ({}){}{}\n", folder.string(), count_text(count),
-                          target_file_name(targets_[t].target), described(targets_[t].target),
-                          arguments_.maps ? ", map.npy" : "",
-                          shares_[t] >= 0 ? fmt::format(", {:.1f} % seen", 100 * shares_[t]) : "");
-      if (shares_[t] == 0) text += "warning: the camera sees nothing of it\n";
-    }
-    return text;
-  }
-
- private:
-  static std::string count_text(std::ptrdiff_t count) {
-    return count == 1 ? "1 picture" : fmt::format("{} pictures", count);
-  }
-
-  void plan_plane() {
-    const PlanePoses found = plane_poses({arguments_.camera, &file_, arguments_.target,
-                                          arguments_.view, arguments_.images, arguments_.threads});
-    print_warnings(found.warnings);
-    if (found.camera_from_plane.empty()) return;
-    const PlaneRaster raster = plane_raster(arguments_.task, found.rectangle);
-    targets_ = tiled(arguments_.task, {{"", raster, Pose()}});
-    poses_.resize(targets_.size());
-    for (std::size_t t = 0; t < targets_.size(); ++t) {
-      for (const auto& [i, pose] : found.camera_from_plane) {
-        const bool has_picture = i < pictures_.names.size();  // none: for maps alone
-        poses_[t].emplace_back(has_picture ? pictures_.names[i] : "", pose);
-        if (has_picture) jobs_.push_back({i, t, pose});
-      }
-    }
-  }
-
-  fs::path file_of(const Job& job) const {
-    return fs::path(targets_[job.target].folder) / pictures_.names[job.picture];
-  }
-  fs::path mask_of(const Job& job) const {
-    fs::path file = file_of(job);
-    return file.replace_filename(file.stem().string() + "-mask.png");
-  }
-
-  void write_targets(const fs::path& folder) {
-    Progress progress(arguments_.maps ? "maps" : "targets", static_cast<int>(targets_.size()));
-    for (std::size_t t = 0; t < targets_.size(); ++t) {
-      progress.update(static_cast<int>(t));
-      write_target(folder, t);
-    }
-  }
-
-  void write_target(const fs::path& folder, std::size_t t) {
-    const ReprojectTarget& target = targets_[t];
-    const fs::path place = folder / target.folder;
-    fs::create_directories(place);
-    write_whole(place / target_file_name(target.target),
-                target_yaml(target.target, poses_[t], arguments_.camera));
-    if (arguments_.task.plane && poses_[t].size() > 1) return;  // a mask and a map for each pose
-    const Reprojection chain{camera_, target.target, poses_[t].front().second};
-    if (arguments_.maps)
-      write_whole(place / "map.npy", map_npy(pixel_map(chain, arguments_.threads)));
-    const Image8 seen = seen_mask(chain);
-    const auto count = std::ranges::count(seen.pixels(), 255);
-    shares_[t] = static_cast<double>(count) / static_cast<double>(seen.pixels().size());
-    if (arguments_.mask && !arguments_.task.plane) write_png(place / "mask.png", seen);
-  }
-
-  Image8 seen_mask(const Reprojection& chain) const {
-    ResampleOptions options{Interpolation::nearest, false, arguments_.threads};
-    return reproject(Image8(camera_.image_size), chain, options).seen;
-  }
-
-  void write_picture(const fs::path& folder, const Job& job, int threads) const {
-    const ResampleOptions options{interpolation_of(arguments_.interpolation), true, threads};
-    const Reprojection chain{camera_, targets_[job.target].target, job.camera_from_target};
-    std::visit(
-        [&]<typename T>(const Image<T>& picture) {
-          const Resampled<T> result =
-              reproject(picture, chain, options, border_pixel<T>(arguments_.border));
-          write_png(folder / file_of(job), result.image);
-          if (arguments_.mask && arguments_.task.plane)
-            write_png(folder / mask_of(job), result.seen);
-        },
-        read_picture(pictures_.files[job.picture]));
-  }
-
-  const Arguments& arguments_;
-  const CalibrationFile& file_;
-  const Camera& camera_;
-  Pictures pictures_;
-  std::vector<ReprojectTarget> targets_;
-  std::vector<NamedPoses> poses_;  // of each target
-  std::vector<Job> jobs_;
-  std::vector<double> shares_;  // of the pixels of each target that are seen; -1: not known
-};
-
 // Refuses to replace files, what the command reads even with --force.
-void check_not_replaced(const Arguments& arguments, const std::vector<fs::path>& files) {
+void check_not_replaced(const ReprojectArguments& arguments, const std::vector<fs::path>& files) {
   std::error_code none;
   for (const fs::path& name : files) {
     const fs::path file = fs::path(arguments.out) / name;
@@ -261,7 +35,7 @@ void check_not_replaced(const Arguments& arguments, const std::vector<fs::path>&
   }
 }
 
-void check_usage(const Arguments& arguments) {
+void check_usage(const ReprojectArguments& arguments) {
   check_task(arguments.task);
   if (arguments.images.empty() && !arguments.maps && !arguments.mask)
     throw Error("no pictures given: name them, or ask for --maps or --mask");
@@ -281,10 +55,10 @@ void check_usage(const Arguments& arguments) {
   }
 }
 
-int run(const Arguments& arguments) {
+int run(const ReprojectArguments& arguments) {
   check_usage(arguments);
   const CalibrationFile file = read_camera(arguments.camera);
-  Run reprojection(arguments, file, pictures_of(arguments, file.camera));
+  ReprojectRun reprojection(arguments, file);
   reprojection.plan();
   if (!reprojection.has_plan()) {
     print_to_stderr("no picture shows the target: nothing was written\n");
@@ -336,7 +110,7 @@ void add_tasks(CLI::App& command, ReprojectTask& task) {
 Command add_reproject(CLI::App& app) {
   CLI::App* command = add_command(
       app, "reproject", "pictures as another camera, a panorama or a plane would show them");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ReprojectArguments>();
   add_option(*command, "IMAGE", arguments->images, "pictures of the camera").text(" ");
   add_option(*command, "--camera", arguments->camera, "the camera's calibration")
       .text("C.yaml REQUIRED")

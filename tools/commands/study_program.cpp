@@ -8,8 +8,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "input/arguments.hpp"
-#include "report/messages.hpp"
+#include "job/arguments.hpp"
+#include "job/messages.hpp"
 
 namespace tagcal::tools {
 namespace {

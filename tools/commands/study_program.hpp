@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "commands/commands.hpp"
+#include "job/command.hpp"
 
 // `tagcal chart` and `tagcal stability` live in a program of their own beside this one,
 // tagcal-study, which links the libraries that they compare with.

@@ -7,13 +7,13 @@
 #include <string>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/camera_input.hpp"
-#include "input/input.hpp"
-#include "report/messages.hpp"
-#include "report/plain_text.hpp"
-#include "report/progress.hpp"
-#include "report/terminal.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/plain_text.hpp"
+#include "job/progress.hpp"
+#include "job/terminal.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/validate/validate.hpp"
 

@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/input.hpp"
-#include "input/view_input.hpp"
-#include "report/messages.hpp"
-#include "report/view_report.hpp"
+#include "draw/view_drawing.hpp"
+#include "job/arguments.hpp"
+#include "job/input.hpp"
+#include "job/messages.hpp"
+#include "job/view_input.hpp"
+#include "report/view_text.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {

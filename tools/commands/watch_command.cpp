@@ -10,20 +10,19 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "input/arguments.hpp"
-#include "input/input.hpp"
-#include "input/interruption.hpp"
-#include "input/outputs.hpp"
-#include "report/messages.hpp"
+#include "job/arguments.hpp"
+#include "job/find_corners.hpp"
+#include "job/interruption.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
 #include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
-#include "tagcal/io/text/csv_image.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "watch/watch_session.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

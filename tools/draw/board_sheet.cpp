@@ -9,7 +9,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/internal/overloaded.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
 using namespace internal;

@@ -11,10 +11,9 @@
 #include <system_error>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/view_frames.hpp"
+#include "job/view_frames.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

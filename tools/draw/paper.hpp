@@ -15,6 +15,6 @@ struct Paper {
 };
 
 inline constexpr std::array kPapers = {Paper{"a4", 210, 297}, Paper{"letter", 215.9, 279.4},
-                                Paper{"a3", 297, 420}};
+                                       Paper{"a3", 297, 420}};
 
 }  // namespace tagcal::tools

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "draw/sheet_text.hpp"
-#include "report/plain_text.hpp"
+#include "job/plain_text.hpp"
 #include "tagcal/scene/raster/coverage.hpp"
 
 namespace tagcal::tools {

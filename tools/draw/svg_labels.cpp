@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/plain_text.hpp"
+#include "job/plain_text.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -9,7 +9,6 @@
 #include "tagcal/viewing/clip.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tagcal/scene/scene.hpp"
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
 
@@ -44,8 +44,6 @@ class SvgPanel {
   std::string things(const Scene& scene) const;
 
  private:
-  using Shadows = internal::Shadows;
-
   std::string outline(const std::vector<Eigen::Vector3d>& corners, std::string_view style) const;
   std::string segment(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const;
   std::string visible_area(const std::vector<Eigen::Vector3d>& corners, const Shadows& shadows,

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "draw/heat_map.hpp"
-#include "report/shown_parameters.hpp"
+#include "job/shown_parameters.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -1,12 +1,13 @@
+#include "draw/view_drawing.hpp"
+
 #include <fmt/format.h>
 
 #include <string_view>
 
 #include "draw/svg_labels.hpp"
 #include "draw/view_panels.hpp"
-#include "report/plain_text.hpp"
-#include "report/view_report.hpp"
-#include "report/view_values.hpp"
+#include "job/plain_text.hpp"
+#include "job/view_values.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -8,11 +8,10 @@
 #include "draw/svg_labels.hpp"
 #include "draw/svg_panel.hpp"
 #include "draw/view_panels.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/scene/surfaces.hpp"
 #include "tagcal/viewing/projection.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

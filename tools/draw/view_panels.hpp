@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "report/view_report.hpp"
+#include "job/view_report.hpp"
 
 // The panels of the drawing of `tagcal view`: SVG groups with their own coordinates, in pixels from
 // the upper left corner. Elements with an `id` carry the positions that tests check.

@@ -7,11 +7,10 @@
 #include "draw/svg_labels.hpp"
 #include "draw/svg_panel.hpp"
 #include "draw/view_panels.hpp"
-#include "report/plain_text.hpp"
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "job/plain_text.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "tagcal/scene/print/black_squares.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -42,7 +42,7 @@ Square outline_of(const Board& board) {
 std::vector<Square> squares_of(const Board& board) {
   std::vector<Square> squares;
   if (checkers(board))
-    squares = internal::black_squares(board);
+    squares = black_squares(board);
   else
     for (const Tag& tag : tags_of(board)) squares.push_back(tag_corners(tag));
   if (squares.size() > kMostSquares) squares.resize(kMostSquares);

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "input/camera_input.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
 #include "page_data/page_parts.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/internal/parallel.hpp"
 

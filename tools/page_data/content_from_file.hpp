@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "input/input.hpp"
+#include "job/input.hpp"
 #include "page_data/page_content.hpp"
 
 namespace tagcal::tools {

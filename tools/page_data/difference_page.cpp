@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "input/camera_input.hpp"
+#include "job/camera_input.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/lens_comparison.hpp"
 

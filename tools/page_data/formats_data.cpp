@@ -9,10 +9,9 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/camera_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

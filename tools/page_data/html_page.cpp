@@ -6,15 +6,14 @@
 #include <string_view>
 #include <system_error>
 
-#include "input/outputs.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/plain_text.hpp"
 #include "page_data/page_assets.hpp"
-#include "report/messages.hpp"
-#include "report/plain_text.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,7 +60,7 @@ void check_page(const fs::path& out, const std::vector<std::string>& inputs) {
   check_text_writable(out);
   check_replaces_nothing({out}, {inputs.begin(), inputs.end()});
   std::error_code unknown;
-  if (internal::is_stream(out)) return;
+  if (is_stream(out)) return;
   if (fs::exists(out, unknown) && !may_be_replaced(out))
     throw Error(fmt::format("{}: exists and is no HTML page, which the report would replace",
                             out.string()));

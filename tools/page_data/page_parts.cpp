@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <string_view>
 
-#include "input/command_line.hpp"
-#include "report/shown_parameters.hpp"
-#include "report/terminal.hpp"
-#include "report/warning_groups.hpp"
+#include "job/command_line.hpp"
+#include "job/shown_parameters.hpp"
+#include "job/terminal.hpp"
+#include "job/warning_groups.hpp"
 #include "tagcal/uncertainty/projection_uncertainty.hpp"
 #include "tagcal/version.hpp"
 

@@ -7,20 +7,20 @@
 #include <optional>
 #include <set>
 
-#include "input/camera_input.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
 #include "page_data/board_data.hpp"
 #include "page_data/page_parts.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/camera_file.hpp"
-#include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
 namespace {
 
-constexpr int kMostCorners = 1'000'000;
+constexpr int kMostListed = 1'000'000;
 
 // A view of tagcal pose --json, as far as the page shows it.
 struct ReadView {
@@ -69,7 +69,7 @@ PageJson read_findings(const YamlValue& view) {
   PageJson findings = PageJson::array();
   const auto given = view.find("findings");
   if (!is_given(given)) return findings;
-  for (const YamlValue& finding : given->items(0, limits::kMaxListedPoses)) {
+  for (const YamlValue& finding : given->items(0, kMostListed)) {
     const std::string severity = one_of(
         finding.at("severity"), {severity_name(Severity::note), severity_name(Severity::warning),
                                  severity_name(Severity::refusal)});
@@ -86,7 +86,7 @@ std::set<CornerId> read_outliers(const YamlValue& view) {
   const auto given = view.find("outliers");
   if (!is_given(given)) return outliers;
   const int most = std::numeric_limits<int>::max();
-  for (const YamlValue& corner : given->items(0, kMostCorners))
+  for (const YamlValue& corner : given->items(0, kMostListed))
     outliers.insert({corner.at("tag_id").whole(0, most), corner.at("corner").whole(0, most)});
   return outliers;
 }
@@ -105,7 +105,7 @@ ReadView read_view(const YamlValue& view) {
       {"image", read.image},
       {"status", read_status(view.at("status"))},
       {"num_corners",
-       is_given(num_corners) ? PageJson(num_corners->whole(0, kMostCorners)) : PageJson()},
+       is_given(num_corners) ? PageJson(num_corners->whole(0, kMostListed)) : PageJson()},
       {"num_rejected", read.outliers.size()},
       {"rms_px", hypotheses.empty() ? PageJson() : hypotheses[0]["rms_px"]},
       {"max_px", nullptr},
@@ -118,7 +118,7 @@ ReadView read_view(const YamlValue& view) {
 std::vector<ReadView> read_views(const std::filesystem::path& file) {
   std::vector<ReadView> views;
   const YamlValue top = YamlValue::read(file);
-  for (const YamlValue& view : top.at("views").items(0, limits::kMaxListedPoses))
+  for (const YamlValue& view : top.at("views").items(0, kMostListed))
     views.push_back(read_view(view));
   return views;
 }

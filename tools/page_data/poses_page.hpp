@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "input/input.hpp"
+#include "job/input.hpp"
 #include "page_data/json_values.hpp"
 
 namespace tagcal::tools {

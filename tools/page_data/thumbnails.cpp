@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "report/progress.hpp"
+#include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/image_file.hpp"

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "job/plain_text.hpp"
+#include "job/shown_parameters.hpp"
 #include "report/calibration_report.hpp"
 #include "report/findings.hpp"
-#include "report/plain_text.hpp"
-#include "report/shown_parameters.hpp"
 
 namespace tagcal::tools {
 namespace {

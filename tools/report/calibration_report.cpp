@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "draw/uncertainty_picture.hpp"
+#include "job/shown_parameters.hpp"
+#include "job/terminal.hpp"
+#include "job/warning_groups.hpp"
 #include "report/dropped_corners.hpp"
 #include "report/findings.hpp"
-#include "report/shown_parameters.hpp"
-#include "report/terminal.hpp"
-#include "report/warning_groups.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -112,9 +112,7 @@ std::string projection_line(const ProjectionUncertainty& p) {
 // Standard deviations beyond which a term of the board is worth a line.
 constexpr double kShownSigmas = 2;
 
-bool is_significant(double value, double sigma) {
-  return std::abs(value) > kShownSigmas * sigma;
-}
+bool is_significant(double value, double sigma) { return std::abs(value) > kShownSigmas * sigma; }
 
 bool is_significant(const BoardWarp& warp) {
   return is_significant(warp.bend_mm.x(), warp.sigma_mm.x()) ||

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "commands/calibration_job.hpp"
+#include "job/calibration_job.hpp"
 
 namespace tagcal::tools {
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "report/terminal.hpp"
+#include "job/find_corners.hpp"
+#include "job/terminal.hpp"
 #include "tagcal/scene/board.hpp"
 
 namespace tagcal::tools {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "input/input.hpp"
+#include "job/input.hpp"
 
 namespace tagcal::tools {
 

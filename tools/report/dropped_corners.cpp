@@ -9,7 +9,7 @@
 #include <set>
 #include <string_view>
 
-#include "report/terminal.hpp"
+#include "job/terminal.hpp"
 
 namespace tagcal::tools {
 namespace {

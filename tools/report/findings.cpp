@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "report/terminal.hpp"
-#include "report/warning_groups.hpp"
+#include "job/terminal.hpp"
+#include "job/warning_groups.hpp"
 
 namespace tagcal::tools {
 

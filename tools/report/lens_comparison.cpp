@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "draw/uncertainty_picture.hpp"
-#include "input/lens_input.hpp"
-#include "report/terminal.hpp"
+#include "job/lens_input.hpp"
+#include "job/terminal.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::tools {

@@ -1,8 +1,8 @@
 #include "report/pose_report.hpp"
 
+#include "job/plain_text.hpp"
+#include "job/terminal.hpp"
 #include "report/findings.hpp"
-#include "report/plain_text.hpp"
-#include "report/terminal.hpp"
 
 #include <fmt/format.h>
 

@@ -5,11 +5,10 @@
 #include <bit>
 #include <cstring>
 
-#include "tagcal/io/yaml/yaml_parts.hpp"
+#include "tagcal/io/calibration_file.hpp"
 #include "tagcal/reproject/maps.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 std::string numbers(std::span<const double> values) {
@@ -33,23 +32,32 @@ std::string pose_yaml(const char* indent, const Pose& pose, bool with_translatio
   return text;
 }
 
-// The smallest model that contains the lens.
-std::string model_of(const Lens& lens) {
-  const auto p = parameters(lens);
-  const bool is_plain = std::all_of(p.begin() + 4, p.end(), [](double k) { return k == 0; });
-  const bool is_pinhole = is_plain && &kind_of(lens) == &kind_of<Perspective>();
-  return is_pinhole ? "pinhole" : std::string(full_model(lens).name());
+// True for a model whose free parameters are the scales and the principal point, each by itself.
+bool is_plain_model(const Model& model) {
+  return model.num_free() == 4 &&  // numeric: number of these parameters
+         std::ranges::all_of(model.free(), [](const FreeParameter& free) {
+           return free.lens_parameters.size() == 1 && free.lens_parameters.front() < 4;
+         });
+}
+
+// The model of a lens without distortion, if its kind has one; else that of all parameters.
+std::string_view model_of(const Lens& lens) {
+  for (const Model& model : Model::all())
+    if (is_plain_model(model) && model.contains({lens})) return model.name();
+  return full_model(lens).name();
 }
 
 std::string camera_yaml(const Camera& camera) {
   const auto p = parameters(camera.lens);
-  const std::string model = model_of(camera.lens);
+  const std::size_t all =  // the coefficients in OpenCV's order; none of parallel rays
+      kind_of(camera.lens).is_central ? static_cast<std::size_t>(full_model(camera.lens).num_free())
+                                      : 4;
   const double matrix[] = {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1};
   return fmt::format("image_width: {}\nimage_height: {}\n", camera.image_size.width,
                      camera.image_size.height) +
          matrix_yaml("camera_matrix", 3, matrix) +
-         matrix_yaml("distortion_coefficients", 1, distortion_of(camera.lens, model)) +
-         fmt::format("model: \"{}\"\n", model);
+         matrix_yaml("distortion_coefficients", 1, p.subspan(4, all - 4)) +
+         fmt::format("model: \"{}\"\n", model_of(camera.lens));
 }
 
 std::string panorama_yaml(const Panorama& p) {
@@ -72,7 +80,7 @@ std::string poses_yaml(const Target& target, const NamedPoses& poses) {
   if (!plane) return "source_camera_from_this:\n" + pose_yaml("   ", poses.front().second, false);
   std::string text = "camera_from_plane:\n";
   for (const auto& [name, pose] : poses)
-    text += fmt::format("   - image: {}\n", text_yaml(name)) + pose_yaml("     ", pose, true);
+    text += fmt::format("   - image: {}\n", quoted_yaml(name)) + pose_yaml("     ", pose, true);
   return text;
 }
 
@@ -92,7 +100,7 @@ std::string target_yaml(const Target& target, const NamedPoses& poses,
     text += panorama_yaml(*panorama);
   else
     text += plane_yaml(std::get<PlaneRaster>(target));
-  return text + fmt::format("source_camera: {}\n", text_yaml(source_camera)) +
+  return text + fmt::format("source_camera: {}\n", quoted_yaml(source_camera)) +
          poses_yaml(target, poses);
 }
 

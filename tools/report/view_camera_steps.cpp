@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "report/view_frames.hpp"
+#include "job/view_frames.hpp"
 #include "report/view_steps.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/viewing/projection.hpp"

@@ -3,8 +3,9 @@
 #include <Eigen/LU>
 #include <string_view>
 
-#include "report/plain_text.hpp"
+#include "job/plain_text.hpp"
 #include "report/view_steps.hpp"
+#include "report/view_text.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal::tools {
@@ -54,8 +55,8 @@ Json symmetric_json(const ViewingPipeline& p) {
 std::string distortion_note(const ViewReport& report) {
   const Camera& camera = report.pipeline.camera;
   if (kind_of(camera.lens).reaches_behind)
-    return "the lens is a fisheye: draw with this matrix, then distort the picture; it reaches "
-           "less than 180 deg";
+    return "the lens reaches 180 deg or more, a matrix less: draw with this matrix, then distort "
+           "the picture";
   if (!kind_of(camera.lens).is_central) return "parallel rays: a matrix has all of it";
   for (const double k : parameters(camera.lens).subspan(4))
     if (k != 0)

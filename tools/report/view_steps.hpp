@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "report/view_report.hpp"
-#include "report/view_values.hpp"
+#include "job/view_report.hpp"
+#include "job/view_values.hpp"
 
 namespace tagcal::tools {
 

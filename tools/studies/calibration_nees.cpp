@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <string>
 
-#include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"

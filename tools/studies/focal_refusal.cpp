@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {

@@ -17,7 +17,7 @@
 
 #include "real/real_sets.hpp"
 #include "tagcal/internal/parallel.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
 namespace {
@@ -154,7 +154,7 @@ int run(const RealOptions& options, std::size_t splits) {
     all.add(of_set);
   }
   print_totals(all);
-  if (!options.csv.empty()) internal::write_whole(options.csv, csv);
+  if (!options.csv.empty()) write_whole(options.csv, csv);
   return 0;
 }
 

@@ -13,7 +13,7 @@
 
 #include "real/real_sets.hpp"
 #include "tagcal/internal/parallel.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal {
@@ -132,7 +132,7 @@ int run(const Options& options) {
     all.add(of_set);
   }
   print("all sets", all, "");
-  if (!options.csv.empty()) internal::write_whole(options.csv, csv);
+  if (!options.csv.empty()) write_whole(options.csv, csv);
   return 0;
 }
 

@@ -30,7 +30,7 @@ KEYS = ["piece", "round", "seed", "seconds", "commands_s", "rss_kb", "calibratio
         "codes", "troubles"]
 # Messages, and the lines of progress of a process that takes more than a second.
 OWN_LINES = ("tagcal: ", "wrote ", "rendering: ", "detecting: ", "calibrating: ")
-MIN_CORNERS = 12  # fewer in all are bad input for `calibrate` (tools/input/input.cpp)
+MIN_CORNERS = 12  # fewer in all are bad input for `calibrate` (tools/job/find_corners.cpp)
 WORLDS = 12  # of 2 to 40 views, about 10 s a round
 # glibc keeps freed memory for the next round: the first tenth fills its arenas. What then still
 # grows by more than a kB a calibration is a leak: the smallest object of a result is larger.

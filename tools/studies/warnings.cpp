@@ -11,7 +11,7 @@
 
 #include "random_lens.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {

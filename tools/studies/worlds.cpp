@@ -21,7 +21,7 @@
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/target_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "worlds/draw.hpp"
 #include "worlds/judge.hpp"
 #include "worlds/record.hpp"

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "draw/gnuplot.hpp"
-#include "input/arguments.hpp"
-#include "input/output_folder.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
+#include "job/arguments.hpp"
+#include "job/messages.hpp"
+#include "job/output_folder.hpp"
+#include "job/progress.hpp"
 #include "study/chart/chart.hpp"
 #include "study/chart/chart_file.hpp"
 #include "study/chart/chart_plot.hpp"
@@ -17,12 +17,11 @@
 #include "study/machine.hpp"
 #include "study/study_commands.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/version.hpp"
 
 namespace tagcal::tools {
 using namespace study;
-using namespace internal;
 namespace {
 
 namespace fs = std::filesystem;

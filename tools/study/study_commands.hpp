@@ -1,6 +1,6 @@
 #pragma once
 
-#include "commands/commands.hpp"
+#include "job/command.hpp"
 
 namespace tagcal::tools {
 

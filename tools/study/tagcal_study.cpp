@@ -1,7 +1,7 @@
 // tagcal-study: the commands that compare with other libraries. `tagcal` starts it.
 
-#include "input/command_line.hpp"
-#include "report/messages.hpp"
+#include "job/command_line.hpp"
+#include "job/messages.hpp"
 #include "study/study_commands.hpp"
 
 namespace tagcal::tools {

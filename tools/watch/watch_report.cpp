@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/shown_parameters.hpp"
-#include "report/terminal.hpp"
+#include "job/shown_parameters.hpp"
+#include "job/terminal.hpp"
 
 namespace tagcal::tools {
 namespace {

@@ -7,17 +7,16 @@
 #include <cmath>
 #include <utility>
 
-#include "input/interruption.hpp"
+#include "job/interruption.hpp"
+#include "job/messages.hpp"
+#include "job/progress.hpp"
+#include "job/terminal.hpp"
 #include "report/calibration_report.hpp"
-#include "report/messages.hpp"
-#include "report/progress.hpp"
-#include "report/terminal.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/calibration_file.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
-using namespace internal;
 namespace {
 
 constexpr int kMissedLooks = 6;  // a folder that cannot be read so often is gone

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "commands/commands.hpp"
+#include "job/command.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "watch/folder_follower.hpp"
 #include "watch/watch_report.hpp"

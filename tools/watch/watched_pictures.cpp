@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "input/digest.hpp"
-#include "report/progress.hpp"
+#include "job/digest.hpp"
+#include "job/progress.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "watch/no_board.hpp"

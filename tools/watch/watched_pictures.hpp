@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "input/corner_cache.hpp"
+#include "job/corner_cache.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/scene/dataset.hpp"
 

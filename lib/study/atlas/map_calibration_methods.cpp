@@ -8,11 +8,10 @@
 #include "study/atlas/map_calibration.hpp"
 #include "study/peers/opencv_views.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/io/types.hpp"
 
 namespace tagcal::study {
-using namespace internal;
 namespace {
 
 // Returns true for a finding that the lens or the board may not be as stated.

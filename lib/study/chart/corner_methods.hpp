@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "study/method.hpp"
+#include "study/tasks/board_view.hpp"
 #include "study/tasks/tag_view.hpp"
 #include "tagcal/detect/refine.hpp"
-#include "tagcal/detect/tag_fit/quad.hpp"
 
 // Detection of the four corners of a tag in a picture, by ours and by the peers. Private to study.
 
@@ -18,7 +18,7 @@ using CornerBound = Eigen::Matrix<double, 8, 8>;
 // picture without noise, in proportion to the noise of a pixel and its rounding. NaN if the fit
 // does not converge.
 CornerBound corner_bound(const Image8& noiseless, const TagPattern& pattern,
-                         const internal::Quad& corners, const Camera& camera, double noise_levels);
+                         const TagCorners& corners, const Camera& camera, double noise_levels);
 
 struct CornerTask {
   TagViewSpec spec;
@@ -34,7 +34,7 @@ struct CornerTask {
 CornerTask draw_corner_task(const TagViewSpec& spec, Random& random);
 
 struct CornerAnswer {
-  internal::Quad corners;
+  TagCorners corners;
   std::optional<std::array<Matrix2, 4>> covariance_px2;  // of each corner, if claimed
 };
 

@@ -26,7 +26,7 @@ std::vector<CornerMethod> corner_methods() {
 
 class CornerErrors {
  public:
-  void add(const internal::Quad& found, const internal::Quad& truth) {
+  void add(const TagCorners& found, const TagCorners& truth) {
     for (std::size_t i = 0; i < 4; ++i) {
       const double e = (found[i] - truth[i]).squaredNorm();
       squares_ += e, largest_px_ = std::max(largest_px_, std::sqrt(e));

@@ -34,7 +34,7 @@ struct PictureTask {
   Pose camera_from_world;
   std::uint64_t noise_seed = 0;
   std::shared_ptr<const TemporaryPicture> file;
-  std::map<int, internal::Quad> corners;  // of the tags that are wholly in the picture
+  std::map<int, TagCorners> corners;  // of the tags that are wholly in the picture
   double bound_px = 0;                    // Cramer-Rao bound for a known lens, RMS of a coordinate
 };
 

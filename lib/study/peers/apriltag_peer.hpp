@@ -1,11 +1,12 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
-#include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/scene/image.hpp"
 
 // AprilTag's own detector. Private to study.
@@ -14,7 +15,8 @@ namespace tagcal::study {
 
 struct PeerTag {
   int id = 0;
-  internal::Quad corners;  // as tag_corners() orders them; pixel centres at whole numbers
+  // As tag_corners() orders them; pixel centres at whole numbers.
+  std::array<Eigen::Vector2d, 4> corners;
 };
 
 // Two threads must not create AprilTag's families at once.

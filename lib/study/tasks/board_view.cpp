@@ -7,16 +7,16 @@
 #include "tagcal/detect/families.hpp"
 
 namespace tagcal::study {
-using namespace internal;
 
 using Eigen::Vector3d;
 
 namespace {
 
 // No value if a corner is within a pixel of the border of the picture.
-std::optional<Quad> whole(const Tag& tag, const Camera& camera, const Pose& camera_from_world) {
+std::optional<TagCorners> whole(const Tag& tag, const Camera& camera,
+                                const Pose& camera_from_world) {
   const auto corners = tag_corners(tag);
-  Quad result;
+  TagCorners result;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto pixel = project(camera.lens, camera_from_world * corners[i]);
     if (!pixel || pixel->minCoeff() <= 1 || pixel->x() >= camera.image_size.width - 2 ||
@@ -39,8 +39,8 @@ BoardScene::BoardScene(const ImageSize& size, bool is_plain)
   scene.sensor = {1, 0.8, 3};
 }
 
-std::map<int, Quad> BoardScene::whole_tags(const Pose& camera_from_world) const {
-  std::map<int, Quad> tags;
+std::map<int, TagCorners> BoardScene::whole_tags(const Pose& camera_from_world) const {
+  std::map<int, TagCorners> tags;
   for (const Tag& tag : tags_of(board().board))
     if (const auto corners = whole(tag, scene.camera, camera_from_world))
       tags.emplace(tag.id, *corners);

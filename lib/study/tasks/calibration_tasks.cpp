@@ -4,12 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "tagcal/camera/batch.hpp"
 #include "tagcal/camera/model.hpp"
-#include "tagcal/estimate/pose/view_equations.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 
 namespace tagcal::study {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;
@@ -53,23 +52,25 @@ CalibrationTask draw_calibration(const Lens& lens, const std::string& model, int
 Eigen::MatrixXd calibration_information(const CalibrationTask& task) {
   const std::vector<FreeParameter>& free = Model::named(task.model).free();
   const auto k = static_cast<Eigen::Index>(free.size());
+  using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const std::vector<TargetPoint> board = target_points(task.dataset.boards[0].board);
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(k, k), gram;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(k, k);
   for (std::size_t i = 0; i < task.dataset.views.size(); ++i) {
     std::vector<Vector3d> points;
-    std::vector<Vector2d> pixels;
-    for (const Observation& o : task.dataset.views[i].observations) {
+    for (const Observation& o : task.dataset.views[i].observations)
       points.push_back(board[static_cast<std::size_t>(o.id.tag_id)].position);
-      pixels.push_back(o.pixel);
-    }
-    if (points.size() < 4) continue;
-    const ViewPoints view{points, pixels};
-    ParameterSums sums(view, free);
-    if (!sums.at(task.lens, task.camera_from_board[i], gram)) continue;
-    const Eigen::MatrixXd all = gram.selfadjointView<Eigen::Upper>();
-    const Eigen::MatrixXd both = all.block(0, 6, 6, k);
-    information +=
-        all.block(6, 6, k, k) - both.transpose() * all.topLeftCorner(6, 6).ldlt().solve(both);
+    const std::size_t n = points.size();
+    if (n < 4) continue;
+    std::vector<Vector2d> pixels(n);
+    std::vector<std::uint8_t> valid(n);
+    RowMajorX by_pose(2 * n, 6), by_free(2 * n, k);
+    if (project_with_jacobians(
+            task.lens, task.camera_from_board[i], points, free,
+            {pixels, valid, {by_pose.data(), 12 * n}, {by_free.data(), 2 * n * free.size()}}) < n)
+      continue;
+    const Eigen::MatrixXd both = by_pose.transpose() * by_free;
+    information += by_free.transpose() * by_free -
+                   both.transpose() * (by_pose.transpose() * by_pose).ldlt().solve(both);
   }
   return information / (task.sigma_px * task.sigma_px);
 }

@@ -3,31 +3,36 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "tagcal/estimate/pose/view_equations.hpp"
+#include "tagcal/camera/batch.hpp"
 #include "tagcal/geometry/pose.hpp"
 
 namespace tagcal::study {
-using namespace internal;
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+template <int Columns>
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Columns,
+                               Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
 
 double focal_of(const PoseTask& task) { return parameters(task.camera.lens)[0]; }
 
 template <int N>
 Eigen::Matrix<double, N, N> information(const PoseTask& task) {
   std::vector<Vector3d> points;
-  std::vector<Eigen::Vector2d> pixels;
-  for (const Correspondence& c : task.correspondences) {
-    points.push_back(c.point);
-    pixels.push_back(c.pixel);
-  }
-  ViewSums sums(task.camera.lens, {points, pixels});
-  NormalEquations<N> equations;
-  sums.at(state_of(task.camera_from_target, focal_of(task)), equations);
-  Eigen::Matrix<double, N, N> full = equations.information.template selfadjointView<Eigen::Upper>();
-  return full / (task.sigma_px * task.sigma_px);
+  for (const Correspondence& c : task.correspondences) points.push_back(c.point);
+  std::vector<Eigen::Vector2d> pixels(points.size());
+  std::vector<std::uint8_t> valid(points.size());
+  RowMajor<6> by_pose(2 * points.size(), 6);
+  RowMajor<1> by_focal(2 * points.size(), 1);
+  project_with_jacobians(
+      task.camera.lens, task.camera_from_target, points, Model::named("f").free(),
+      {pixels, valid, {by_pose.data(), 12 * points.size()}, {by_focal.data(), 2 * points.size()}});
+  Eigen::Matrix<double, Eigen::Dynamic, N> rows(by_pose.rows(), N);
+  rows.template leftCols<6>() = by_pose;
+  if constexpr (N == 7) rows.col(6) = focal_of(task) * by_focal;  // by log f
+  return rows.transpose() * rows / (task.sigma_px * task.sigma_px);
 }
 
 }  // namespace

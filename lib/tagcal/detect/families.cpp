@@ -22,6 +22,7 @@
 #include "tagcal/detect/apriltag/dictionary_family.hpp"
 #include "tagcal/detect/opencv/marker_dictionary.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -129,6 +130,14 @@ TagFamilies tag_families(const std::vector<PlacedBoard>& boards) {
     if (const auto kind = tag_kind(board))
       families[kind->family] = tag_family(kind->family, kind->border_bits);
   return families;
+}
+
+void check_tags(const Board& board) {
+  const auto kind = tag_kind(board);
+  if (!kind) return;
+  const TagFamily family =
+      internal::with_border(tag_family(kind->family, kind->border_bits), board);
+  for (const Tag& tag : tags_of(board)) internal::check_tag_id(family, tag.id);
 }
 
 }  // namespace tagcal

@@ -23,4 +23,8 @@ TagFamily tag_family(std::string_view name, int border_bits);
 // The families of all tags on the boards, as render_light needs them. Throws Error as tag_family.
 TagFamilies tag_families(const std::vector<PlacedBoard>& boards);
 
+// Throws Error if the family of a board's tags lacks one of them, or cannot have the border or the
+// corner squares of the board. Boards without tags have none to check.
+void check_tags(const Board& board);
+
 }  // namespace tagcal

@@ -10,7 +10,7 @@
 #include "tagcal/estimate/calibration/view_rejection.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
 #include "tagcal/estimate/checks/report.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/stopwatch.hpp"
 #include "tagcal/internal/text.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"

@@ -1,5 +1,3 @@
-#include "tagcal/estimate/view_selection.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/projection_effect.hpp"
 #include "tagcal/estimate/policy/policy.hpp"

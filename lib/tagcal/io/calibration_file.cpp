@@ -95,4 +95,6 @@ CalibrationFile read_calibration(const std::filesystem::path& file) {
   return usable_camera(read_one_camera(file.string()), file.string());
 }
 
+std::string quoted_yaml(std::string_view text) { return text_yaml(text); }
+
 }  // namespace tagcal

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/io/types.hpp"
@@ -20,5 +21,8 @@ CalibrationFile calibration_file(const Calibration& calibration);
 // Reads the camera of a file of tagcal or of another program, as usable_camera(read_one_camera(..))
 // of camera_file.hpp does: "FILE" or "FILE:NAME". Throws Error, naming file, key and value.
 CalibrationFile read_calibration(const std::filesystem::path& file);
+
+// A text as YAML, in double quotes, for the files that a program writes beside.
+std::string quoted_yaml(std::string_view text);
 
 }  // namespace tagcal

@@ -9,10 +9,9 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/format_table.hpp"
-#include "tagcal/io/text/folder_lock.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {
@@ -54,9 +53,11 @@ const FormatRow& row_of(std::string_view format) {
 
 CameraFile read_folder(const fs::path& folder) {
   std::error_code error;
-  const fs::path cameras = folder / "cameras.txt";
-  if (fs::is_regular_file(cameras, error))
-    return row_of("colmap").readers.front().read({cameras, read_text(cameras), {}});
+  for (const FormatRow& row : format_rows()) {
+    const fs::path cameras = folder / row.format.file;
+    if (row.format.folder && fs::is_regular_file(cameras, error))
+      return row.readers.front().read({cameras, read_text(cameras), {}});
+  }
   for (const char* const name : {"truth.yaml", "transforms.json"})
     if (fs::is_regular_file(folder / name, error)) return read_camera_file(folder / name);
   const bool binary = fs::is_regular_file(folder / "cameras.bin", error);

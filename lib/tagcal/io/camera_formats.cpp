@@ -14,7 +14,7 @@
 #include "tagcal/io/formats/opencv_xml.hpp"
 #include "tagcal/io/formats/tagcal_format.hpp"
 #include "tagcal/io/formats/tum_format.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -107,6 +107,7 @@ constexpr FormatRow kRows[] = {
                 .lenses = "PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE (SIMPLE_PINHOLE, "
                           "SIMPLE_RADIAL, RADIAL and their _FISHEYE are read too)",
                 .several = true,
+                .folder = true,
                 .file = "cameras.txt",
                 .ending = "cameras.txt"},
      .readers = {{{.has_text = is_colmap_cameras, .read = read_colmap_beside_images}}},

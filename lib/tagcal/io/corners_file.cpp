@@ -6,7 +6,7 @@
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/text/number_text.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
 using namespace internal;

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tagcal/detect/types.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 // Corners in the files of other programs (docs/tasks/convert.md). read_observations of
@@ -27,5 +28,11 @@ std::vector<std::string> write_corners(const std::filesystem::path& out,
                                        const std::vector<View>& views,
                                        const std::vector<PlacedBoard>& boards,
                                        std::string_view format);
+
+// The corners of tags without a board as a file of observations with one more column: `instance`
+// counts the tags of one id in an image, from 0. `tags` has a list for each image. Throws Error for
+// a name of an image that is not one line.
+std::string tags_csv(const std::vector<std::string>& images,
+                     const std::vector<std::vector<DetectedTag>>& tags);
 
 }  // namespace tagcal

@@ -10,7 +10,7 @@
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 #include "tagcal/io/yaml/yaml_placed_boards.hpp"
 

@@ -16,7 +16,7 @@
 #include "tagcal/io/image/image_codec.hpp"
 #include "tagcal/io/image/image_orientation.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -265,6 +265,10 @@ void write_picture(const std::filesystem::path& file, const Picture& picture) {
   const std::string kind = lower_case(file.extension().string());
   const auto encode = [&](const auto& image) { return encoded(kind, image); };
   write_whole(file, naming(file, [&] { return std::visit(encode, picture); }));
+}
+
+void check_pixel_count(std::int64_t width, std::int64_t height) {
+  check_picture_size(width, height);
 }
 
 }  // namespace tagcal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ Picture read_reduced(const std::filesystem::path& file, int least_width);
 // The size of a picture as read_image returns it, from its header alone. Reads the parts of the
 // file that it needs.
 ImageSize read_image_size(const std::filesystem::path& file);
+
+// Throws Error for a side below 1 px and for more than 100 megapixels, as the readers do.
+void check_pixel_count(std::int64_t width, std::int64_t height);
 
 // Returns true for a name that ends as those of pictures do: .png, .jpg, .jpeg, .tif, .tiff, .bmp,
 // .webp, .pgm, .ppm, in any case.

@@ -175,4 +175,12 @@ Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* wa
   return scene_in_view(scene, 0);
 }
 
+SceneLimits scene_limits() {
+  return {limits::kMaxViews, limits::kMaxVignettingTerms, limits::kMaxPixels, kMaxPolygonCorners};
+}
+
+std::optional<std::string> occluder_defect(std::span<const Eigen::Vector3d> corners) {
+  return why_no_polygon(corners);
+}
+
 }  // namespace tagcal

@@ -22,6 +22,9 @@ Board read_target(const std::filesystem::path& file, std::optional<int> first_id
                   std::vector<std::string>* warnings = nullptr,
                   std::optional<double> tag_size_m = {});
 
+// The text of a target file.
+std::string target_yaml(const Board& board);
+
 void write_target(const std::filesystem::path& file, const Board& board);
 
 }  // namespace tagcal

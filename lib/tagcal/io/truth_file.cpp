@@ -5,7 +5,7 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/text/limits.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal {

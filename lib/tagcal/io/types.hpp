@@ -63,6 +63,7 @@ struct CameraFormat {
   std::string_view lenses;   // that are read and written
   bool several = false;      // holds several cameras
   bool only_poses = false;
+  bool folder = false;      // of files, unless the name has the ending
   std::string_view file;    // its usual name
   std::string_view ending;  // of names that stand for the format; "": none
 };

@@ -5,13 +5,12 @@
 
 #include "tagcal/geometry/transform.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/surfaces.hpp"
 #include "tagcal/viewing/clip.hpp"
 #include "tagcal/viewing/projection.hpp"
 #include "tagcal/viewing/viewport.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Eigen::Vector3d;

@@ -9,9 +9,9 @@
 
 // A camera and its covariance, from which every uncertainty of a projection follows. Points to
 // pixels and back, with covariances to first order: that of the input, and that of the lens' free
-// parameters, which is independent of it. A lens and a pose that were
-// estimated from one another are not: what a moved or turned camera could explain is part of these
-// covariances too (projection_uncertainty subtracts it).
+// parameters, which is independent of it. A lens and a pose that were estimated from one another are
+// not: what a moved or turned camera could explain is part of these covariances too
+// (projection_uncertainty subtracts it).
 
 namespace tagcal {
 

@@ -3,10 +3,9 @@
 #include <set>
 
 #include "diagnoses.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 // Findings that blame what may be right in a world. The first that matches decides.

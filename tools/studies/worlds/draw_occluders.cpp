@@ -4,10 +4,9 @@
 #include <numbers>
 
 #include "draw.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Eigen::Vector2d;

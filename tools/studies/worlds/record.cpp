@@ -6,10 +6,9 @@
 #include <variant>
 
 #include "tagcal/error.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal {
-using namespace internal;
 namespace {
 
 using Field =

@@ -11,7 +11,7 @@
 #include "tagcal/detect/board_search/rough_lens_error.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::internal {
 namespace {

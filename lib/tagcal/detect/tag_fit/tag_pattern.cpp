@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "tagcal/detect/refine.hpp"
-#include "tagcal/scene/print/board_ink.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal {
 using namespace internal;

@@ -7,7 +7,7 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/robust_pose.hpp"
 #include "tagcal/internal/stopwatch.hpp"

@@ -9,7 +9,7 @@
 #include <unordered_map>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"

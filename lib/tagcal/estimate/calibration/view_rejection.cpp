@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 

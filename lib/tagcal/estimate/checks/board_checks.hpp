@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "tagcal/estimate/checks/evidence.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal::internal {
 

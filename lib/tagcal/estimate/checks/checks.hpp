@@ -4,7 +4,7 @@
 
 #include "tagcal/estimate/calibration/weak_calibration.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 namespace tagcal::internal {
 

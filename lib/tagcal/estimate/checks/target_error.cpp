@@ -6,7 +6,7 @@
 #include <map>
 
 #include "tagcal/camera/batch.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"

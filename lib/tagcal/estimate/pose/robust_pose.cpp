@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_ransac.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"

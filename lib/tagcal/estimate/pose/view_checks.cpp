@@ -7,7 +7,7 @@
 #include <array>
 #include <map>
 
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 
 namespace tagcal::internal {

@@ -13,7 +13,7 @@
 #include "tagcal/io/formats/text_lines.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -8,10 +8,11 @@
 #include "tagcal/io/formats/corner_lists.hpp"
 #include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/formats/opencv_camera.hpp"
 #include "tagcal/io/formats/opencv_format.hpp"
 #include "tagcal/io/formats/opencv_xml.hpp"
-#include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/limits.hpp"
+#include "tagcal/io/text_file.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
 namespace tagcal::internal {

@@ -8,9 +8,6 @@
 
 namespace tagcal::internal {
 
-// {rows, cols, data}, with or without OpenCV's tag.
-Eigen::MatrixXd read_matrix(const YamlValue& value);
-
 bool has_opencv_keys(const YamlValue& top);
 
 // The camera of tagcal, OpenCV or ROS; M1, D1, M2, D2 of a stereo pair; their views or

@@ -1,4 +1,4 @@
-#include "tagcal/io/text/folder_lock.hpp"
+#include "tagcal/io/text_file.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <thread>
 
-namespace tagcal::internal {
+namespace tagcal {
 
 FolderLock::FolderLock(const std::filesystem::path& folder, std::chrono::milliseconds patience)
     : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
@@ -24,4 +24,4 @@ FolderLock::~FolderLock() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-}  // namespace tagcal::internal
+}  // namespace tagcal

@@ -7,7 +7,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/number_text.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "tagcal/io/text_file.hpp"
 
 namespace tagcal::internal {
 namespace {

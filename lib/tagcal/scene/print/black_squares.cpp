@@ -1,8 +1,9 @@
-#include "tagcal/scene/print/black_squares.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 #include "tagcal/internal/overloaded.hpp"
 
-namespace tagcal::internal {
+namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::AlignedBox2d;
@@ -103,4 +104,4 @@ AlignedBox2d checkerboard_area(const Checkerboard& board) {
   return {-size, size.cwiseProduct(Vector2d(board.columns, board.rows))};
 }
 
-}  // namespace tagcal::internal
+}  // namespace tagcal

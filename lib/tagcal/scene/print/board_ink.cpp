@@ -1,4 +1,4 @@
-#include "tagcal/scene/print/board_ink.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 #include <fmt/format.h>
 
@@ -14,7 +14,8 @@
 #include "tagcal/internal/overloaded.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
 
-namespace tagcal::internal {
+namespace tagcal {
+using namespace internal;
 namespace {
 
 using Eigen::AlignedBox2d;
@@ -229,4 +230,4 @@ std::vector<Rectangle> ink_cells(const Board& board, const TagFamily& family) {
   return cells;
 }
 
-}  // namespace tagcal::internal
+}  // namespace tagcal

@@ -3,7 +3,7 @@
 #include <span>
 
 #include "tagcal/scene/image.hpp"
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::internal {
 

@@ -7,7 +7,7 @@
 #include "tagcal/scene/board.hpp"
 #include "tagcal/scene/raster/canvas.hpp"
 #include "tagcal/scene/raster/tracer.hpp"
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::internal {
 

@@ -1,11 +1,11 @@
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-namespace tagcal::internal {
+namespace tagcal {
 namespace {
 
 using Eigen::Vector3d;
@@ -88,7 +88,7 @@ std::vector<Polygon> with_shared_corners(const std::vector<Polygon>& parts, doub
 // In a common plane, where heights are 0 to rounding, the plane of a sheet that lies on the other
 // is moved towards the eye, and that of a sheet below it away: by twice the tolerance of the cuts.
 Shadows::Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
-    : sheets_(internal::sheets(scene, camera_from_world)),
+    : sheets_(tagcal::sheets(scene, camera_from_world)),
       all_(sheets_.size()),
       tolerance_m_(kFlat * scene_size(sheets_)) {
   std::iota(all_.begin(), all_.end(), std::size_t{0});
@@ -162,4 +162,4 @@ std::vector<Polygon> Shadows::visible_parts(Polygon polygon, std::size_t own,
   return parts.size() > 1 ? with_shared_corners(parts, tolerance_m_) : parts;
 }
 
-}  // namespace tagcal::internal
+}  // namespace tagcal

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "tagcal/scene/visibility/shadows.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 namespace tagcal::internal {
 

@@ -1,4 +1,4 @@
-#include "tagcal/scene/visibility/sheets.hpp"
+#include "tagcal/scene/surfaces.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "tagcal/error.hpp"
 
-namespace tagcal::internal {
+namespace tagcal {
 namespace {
 
 using Eigen::Vector3d;
@@ -58,4 +58,4 @@ std::string sheet_name(const Scene& scene, const Sheet& sheet) {
   return name.empty() ? fmt::format("occluder {}", sheet.occluder) : name;
 }
 
-}  // namespace tagcal::internal
+}  // namespace tagcal

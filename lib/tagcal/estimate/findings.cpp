@@ -1,0 +1,26 @@
+#include "tagcal/estimate/findings.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace tagcal {
+namespace {
+
+constexpr std::array kRefusals = {code::degenerate,     code::no_consensus,
+                                  code::not_converged,  code::focal_not_observable,
+                                  code::not_observable, code::target_unseen};
+
+}  // namespace
+
+FindingCode refusal_code(Status status) {
+  return *std::ranges::find(kRefusals, status, &FindingCode::status);
+}
+
+Status judge(std::span<const Finding> findings) {
+  const auto refusal = std::ranges::find_if(findings, is_refusal);
+  if (refusal == findings.end()) return Status::ok;
+  const auto code = std::ranges::find(kRefusals, refusal->code, &FindingCode::name);
+  return code == kRefusals.end() ? Status::degenerate : code->status;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,105 @@
+#include "job/calibration_job.hpp"
+
+#include <set>
+#include <utility>
+
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/progress.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/findings.hpp"
+
+namespace tagcal::tools {
+
+namespace {
+
+// Calibrates the views that are there now. The times are those of all calibrations.
+void calibrate_once_more(const Dataset& dataset, const CalibrateOptions& options,
+                         Calibration& calibration) {
+  const CalibrateSeconds before = calibration.seconds;
+  calibration = calibrate(dataset, options);
+  CalibrateSeconds& seconds = calibration.seconds;
+  seconds.start += before.start;
+  seconds.solve += before.solve;
+  seconds.covariance += before.covariance;
+  seconds.total += before.total;
+}
+
+// Refines the corners with the lens of the first calibration, and calibrates again.
+void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options, Input& input,
+                     CalibrationAnswer& answer) {
+  Calibration& calibration = answer.calibration;
+  const bool has_lens = is_answer(calibration.status) && calibration.model != "weak";
+  if (!has_lens) {
+    input.warnings.emplace_back("the corners are not refined: the first calibration gave no lens");
+    return;
+  }
+  const Stopwatch watch;
+  refine_views(input, *calibration.camera, job.threads, job.shows_progress);
+  answer.seconds.refine = watch.seconds();
+  std::optional<Progress> progress;
+  if (job.shows_progress) progress.emplace("calibrating again");
+  calibrate_once_more(input.dataset, options, calibration);
+}
+
+// Keeps the most informative views only, and calibrates again.
+std::optional<ViewSelection> select_and_calibrate(const CalibrationJob& job,
+                                                  const CalibrateOptions& options, Input& input,
+                                                  Calibration& calibration) {
+  ViewSelection selection = select_views(input.dataset, calibration, job.select);
+  if (selection.views.empty()) {
+    input.warnings.emplace_back(
+        "--select: no view is selected, because the calibration of all views has no covariance");
+    return std::nullopt;
+  }
+  std::set<std::size_t> kept;
+  for (const SelectedView& view : selection.views) kept.insert(view.view);
+  std::vector<View> views;
+  for (const std::size_t view : kept) views.push_back(std::move(input.dataset.views[view]));
+  input.dataset.views = std::move(views);
+  calibrate_once_more(input.dataset, options, calibration);
+  return selection;
+}
+
+// Throws Error for synthetic pictures whose own truth says that no model contains their camera.
+void check_truth_has_one_lens(const Input& input) {
+  const std::optional<Truth>& truth = input.dataset.truth;
+  if (!truth) return;
+  const auto* parallel = std::get_if<Parallel>(&truth->camera.lens);
+  if (parallel && parallel->oblique())
+    throw Error(input.name + ": truth.yaml: camera: is an oblique projection, which no model has");
+  if (!truth->lenses.empty())
+    throw Error(input.name +
+                ": truth.yaml: poses: each view has its own lens, calibrate finds one");
+}
+
+}  // namespace
+
+CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
+  const Stopwatch watch;
+  Input input = read_input(job.input);
+  check_truth_has_one_lens(input);
+  if (job.options.start) check_image_size(job.options.start->image_size, "--start", input);
+  need_views(input, job.threads, job.shows_progress);
+  CalibrationAnswer answer;
+  answer.seconds.read = watch.seconds();
+  std::optional<Progress> progress;
+  if (job.shows_progress) progress.emplace("calibrating");
+  CalibrateOptions options = job.options;
+  options.num_threads = static_cast<std::size_t>(job.threads);
+  answer.calibration = naming_options([&] { return calibrate(input.dataset, options); });
+  if (job.select > 0)
+    answer.selection = select_and_calibrate(job, options, input, answer.calibration);
+  progress.reset();
+  if (job.refine_corners) calibrate_again(job, options, input, answer);
+  std::vector<Finding> findings;
+  for (const std::string& warning : input.warnings) add(findings, code::input, warning);
+  auto& all = answer.calibration.findings;
+  all.insert(all.begin(), findings.begin(), findings.end());
+  if (job.advise) answer.advice = advise(input.dataset, answer.calibration);
+  answer.seconds.total = watch.seconds();
+  if (used) *used = std::move(input);
+  return answer;
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+
+#include "job/input.hpp"
+#include "tagcal/estimate/advice.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+
+namespace tagcal::tools {
+
+// One data set to calibrate.
+struct CalibrationJob {
+  InputArguments input;
+  CalibrateOptions options;
+  bool advise = false;
+  int select = 0;               // number of views to keep; 0: all
+  bool refine_corners = false;  // fit them again under the first lens, and calibrate again
+  int threads = 0;              // of detection and solver; 0: one per core
+  bool shows_progress = true;   // on stderr
+};
+
+// Wall-clock times of the command, beside those in CalibrateSeconds.
+struct CommandSeconds {
+  double read = 0;    // files and detection
+  double refine = 0;  // corners fitted again
+  double write = 0;   // files, pictures, the page
+  double total = 0;
+};
+
+struct CalibrationAnswer {
+  Calibration calibration;  // with findings about the input
+  std::optional<AdvisedView> advice;
+  std::optional<ViewSelection> selection;
+  CommandSeconds seconds;
+};
+
+// Reads the input, detects corners if it has no observations, and calibrates. `used`, if not
+// null, gets the input with the views that were calibrated. Throws Error for bad input.
+CalibrationAnswer run_job(const CalibrationJob& job, Input* used = nullptr);
+
+}  // namespace tagcal::tools

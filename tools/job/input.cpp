@@ -1,0 +1,230 @@
+#include "job/input.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "job/arguments.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "job/picture_files.hpp"
+#include "job/warning_groups.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/target_file.hpp"
+#include "tagcal/io/text_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::map<std::string, Refinement> kRefinements = {
+    {"stock", Refinement::stock}, {"edges", Refinement::edges}, {"fit", Refinement::fit}};
+
+// A picture is named by its file name, or by the given path if two pictures share a name. Throws
+// Error for a name that no file of corners can hold, before all the work.
+void set_images(const std::vector<fs::path>& files, Input& input) {
+  std::map<std::string, int> uses;
+  for (const fs::path& file : files) ++uses[file.filename().string()];
+  for (const fs::path& file : files) {
+    std::string name = file.filename().string();
+    if (uses[name] > 1) name = file.string();
+    if (!is_image_name(name))
+      throw Error(fmt::format("{}: the name of a picture must be one line", file.string()));
+    input.images.push_back({name, [file] { return read_image(file); }});
+    input.files[name] = file;
+  }
+}
+
+// Makes warnings of the messages about pictures that cannot be read, or the error.
+void leave_out(const std::vector<std::string>& unreadable, bool strict, bool none_left,
+               std::vector<std::string>& warnings) {
+  if (unreadable.empty()) return;
+  if (strict) throw Error(unreadable.front());
+  if (none_left) {
+    throw Error(unreadable.size() == 1 ? unreadable.front()
+                                       : fmt::format("none of {} pictures can be read: {}",
+                                                     unreadable.size(), unreadable.front()));
+  }
+  for (const std::string& message : unreadable)
+    warnings.push_back(message + "; the picture is left out");
+}
+
+void warn_of_unused(const Exclusion& exclusion, std::vector<std::string>& warnings) {
+  for (const std::string& pattern : exclusion.unused())
+    warnings.push_back(fmt::format("--exclude: {} is the name of no picture", pattern));
+}
+
+Board read_board(const InputArguments& arguments, Input& input) {
+  std::optional<double> size;
+  if (arguments.tag_size_m > 0) size = arguments.tag_size_m;
+  return read_target(arguments.target, {}, &input.warnings, size);
+}
+
+Input read_pictures(const InputArguments& arguments) {
+  if (!arguments.observations.empty()) {
+    throw Error("--observations: needs a DATASET, not --target");
+  }
+  Input input;
+  input.name = arguments.target.empty() ? arguments.inputs.front() : arguments.target;
+  if (!arguments.target.empty()) {
+    input.texts.emplace_back(arguments.target);
+    input.dataset.boards.push_back({read_board(arguments, input), {}});
+  }
+  std::vector<fs::path> files = picture_files(arguments.inputs);
+  Exclusion exclusion(arguments.excluded);
+  std::erase_if(files, [&](const fs::path& file) { return exclusion.excludes(file); });
+  if (files.empty()) throw Error("--exclude: leaves no picture");
+  warn_of_unused(exclusion, input.warnings);
+  std::vector<ImageSize> sizes;
+  const std::vector<std::string> unreadable = remove_unreadable(files, sizes);
+  leave_out(unreadable, arguments.strict, files.empty(), input.warnings);
+  input.dataset.image_size = common_size(files, sizes);
+  input.sized_by = files.front().string();
+  set_images(files, input);
+  return input;
+}
+
+Input read_folder(const InputArguments& arguments) {
+  const std::string& folder = arguments.inputs.front();
+  const char* const advice =
+      arguments.takes_pictures ? " (pictures need their board, --target T.yaml)" : "";
+  if (arguments.inputs.size() > 1) {
+    throw Error(fmt::format("{}: only one DATASET is possible{}", arguments.inputs[1], advice));
+  }
+  if (fs::is_regular_file(folder)) {
+    throw Error(
+        fmt::format("{}: must be a folder with dataset.yaml, got a file{}", folder, advice));
+  }
+  if (!fs::exists(fs::path(folder) / "dataset.yaml") && fs::is_directory(folder) &&
+      !list_pictures(folder).empty()) {
+    throw Error(fmt::format("{}: has pictures, but no dataset.yaml{}", folder, advice));
+  }
+  Exclusion exclusion(arguments.excluded);
+  DatasetFolder read =
+      read_dataset(folder, [&](const fs::path& file) { return exclusion.excludes(file); });
+  Input input;
+  input.name = input.sized_by = folder;
+  input.dataset = std::move(read.dataset);
+  input.warnings = std::move(read.warnings);
+  input.observations = read.observations.string();
+  input.texts = std::move(read.texts);
+  leave_out(read.unreadable, arguments.strict, read.images.empty(), input.warnings);
+  set_images(read.images, input);
+  if (!arguments.observations.empty()) {
+    input.observations = arguments.observations;
+    input.texts.emplace_back(arguments.observations);
+    input.dataset.views =
+        read_observations(arguments.observations, input.dataset.boards, &input.warnings);
+  }
+  std::erase_if(input.dataset.views,
+                [&](const View& view) { return exclusion.excludes(view.image); });
+  if (!arguments.excluded.empty() && input.images.empty() && input.dataset.views.empty())
+    throw Error("--exclude: leaves no picture");
+  warn_of_unused(exclusion, input.warnings);
+  return input;
+}
+
+// Pictures that are left out are not replaced either.
+void check_outputs(const InputArguments& arguments, const Input& input) {
+  std::vector<fs::path> outputs(arguments.other_outputs.begin(), arguments.other_outputs.end());
+  outputs.emplace_back(arguments.out);
+  std::vector<fs::path> inputs = input.texts;
+  inputs.insert(inputs.end(), arguments.inputs.begin(), arguments.inputs.end());
+  for (const auto& [name, file] : input.files) inputs.push_back(file);
+  check_replaces_nothing(outputs, inputs);
+}
+
+}  // namespace
+
+void add_input(CLI::App& command, InputArguments& arguments) {
+  add_option(command, "DATASET|IMAGE", arguments.inputs,
+             "a folder with dataset.yaml, or (with --target) pictures: files, folders, patterns "
+             "('photos/*.png') or @LIST, a file with one of these a line")
+      .text(" ")
+      .required();
+  add_option(command, "--target", arguments.target, "the board in the pictures: a target file")
+      .text("T.yaml");
+  add_picture_options(command, arguments);
+}
+
+void add_picture_options(CLI::App& command, InputArguments& arguments) {
+  arguments.takes_pictures = true;
+  add_positive(
+      command, "--tag-size", arguments.tag_size_m,
+      "side of the tags in metres, black edge to black edge, if --target is a field layout "
+      "of WPILib, which does not state it (0.1651)");
+  add_option(command, "--refinement", arguments.refinement,
+             "how corners are located in pictures: fit (of the whole printed tag, with "
+             "covariances; the default), edges (of its four sides) or stock (AprilTag's own)")
+      .one_of({"fit", "edges", "stock"})
+      .text("R");
+  add_option(command, "--exclude", arguments.excluded,
+             "leave out this picture: a name, or a pattern ('blurred*'); may be repeated")
+      .text("NAME")
+      .repeatable();
+  add_flag(command, "--strict", arguments.strict,
+           "a picture that cannot be read ends the run; default: it is left out with a warning");
+}
+
+void add_no_cache(CLI::App& command, bool& no_cache) {
+  add_flag(command, "--no-cache", no_cache,
+           "detect all corners again, and keep none beside --out (FILE.corners-cache)");
+}
+
+void add_observations(CLI::App& command, InputArguments& arguments) {
+  add_option(command, "--observations", arguments.observations,
+             "file with corners (of tagcal detect), instead of those of the data set")
+      .text("CSV");
+}
+
+Input read_input(const InputArguments& arguments) {
+  if (arguments.tag_size_m > 0 && arguments.target.empty())
+    throw Error("--tag-size: needs --target, a field layout of WPILib");
+  if (!arguments.observations.empty() && !arguments.refinement.empty())
+    throw Error("--refinement: belongs to corners found in pictures, not to --observations");
+  const bool is_dataset = arguments.target.empty() && arguments.family.empty();
+  Input input = is_dataset ? read_folder(arguments) : read_pictures(arguments);
+  if (!arguments.refinement.empty()) input.refinement = kRefinements.at(arguments.refinement);
+  input.strict = arguments.strict;
+  check_outputs(arguments, input);
+  if (!arguments.no_cache && !arguments.out.empty()) input.cache = corner_cache_of(arguments.out);
+  return input;
+}
+
+fs::path corner_cache_of(const fs::path& out) {
+  if (is_stream(out)) return {};  // nothing can stand beside it
+  fs::path cache = out;
+  return cache += ".corners-cache";
+}
+
+void check_image_size(const ImageSize& size, const std::string& file, const Input& input) {
+  const ImageSize& expected = input.dataset.image_size;
+  if (size == expected) return;
+  throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file, expected.width,
+                          expected.height, input.sized_by, size.width, size.height));
+}
+
+void leave_out_unreadable(Input& input, const std::vector<std::string>& unreadable) {
+  std::vector<std::string> messages;
+  std::vector<ImageSource> images;
+  for (std::size_t i = 0; i < unreadable.size(); ++i) {
+    if (unreadable[i].empty())
+      images.push_back(std::move(input.images[i]));
+    else
+      messages.push_back(unreadable[i]);
+  }
+  input.images = std::move(images);
+  leave_out(messages, input.strict, input.images.empty(), input.warnings);
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : in_groups(warnings))
+    print_to_stderr("tagcal: warning: {}\n", warning);
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "job/arguments.hpp"
+#include "tagcal/detect/detector.hpp"
+#include "tagcal/scene/dataset.hpp"
+
+namespace tagcal::tools {
+
+// The input arguments of a command: `DATASET`, or `--target T.yaml IMAGE...`, and optionally a file
+// with observations.
+struct InputArguments {
+  std::string target;                 // a target file; "" for a data set
+  double tag_size_m = 0;              // of a target file without one; 0: its default
+  std::string family;                 // of tags without a target; only `detect`
+  std::vector<std::string> inputs;    // one folder, or pictures
+  std::string observations;           // a CSV file that replaces those of the data set
+  std::string refinement;             // of corners in pictures; "": the default
+  std::vector<std::string> excluded;  // names or patterns of pictures (picture_files.hpp)
+  bool strict = false;                // a picture that cannot be read ends the run
+  bool takes_pictures = false;        // the command has --target, too
+  bool no_cache = false;
+  std::string out;  // the command's answer: the corner cache stands beside it; "": none
+  std::vector<std::string> other_outputs;
+};
+
+// `DATASET` or `IMAGE...`, `--target`, `--tag-size`, `--refinement`, `--exclude` and `--strict`.
+void add_input(CLI::App& command, InputArguments& arguments);
+// Those of the pictures only: all but the first two.
+void add_picture_options(CLI::App& command, InputArguments& arguments);
+void add_no_cache(CLI::App& command, bool& no_cache);
+void add_observations(CLI::App& command, InputArguments& arguments);
+
+struct Input {
+  std::string name;          // in messages
+  std::string sized_by;      // the data set or picture that has the image size
+  Dataset dataset;           // with views if there are observations
+  std::string observations;  // the file of the views; "": none
+  std::vector<ImageSource> images;
+  std::map<std::string, std::filesystem::path> files;  // of the images, by name
+  std::vector<std::filesystem::path> texts;            // all other files that were read
+  bool strict = false;
+  std::filesystem::path cache;  // file of corners found before; "": none
+  Refinement refinement = DetectOptions().refinement;
+  std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, if detected
+  std::vector<std::string> warnings;
+};
+
+// Reads boards, observations, truth, and the headers of the pictures. A picture that cannot be read
+// is left out with a warning, or throws Error if that is not allowed. Throws Error if the pictures
+// do not have one common size, or none is left, and if an output would replace a file that is read
+// or another output.
+Input read_input(const InputArguments& arguments);
+
+// The file of corners that stands beside a command's answer; "" for a device or a pipe.
+std::filesystem::path corner_cache_of(const std::filesystem::path& out);
+
+// Throws Error if a camera, read from `file`, has another image size than the pictures.
+void check_image_size(const ImageSize& size, const std::string& file, const Input& input);
+
+// Leaves out the pictures that turned out to be damaged, as read_input does: `unreadable` says for
+// each picture why, or "".
+void leave_out_unreadable(Input& input, const std::vector<std::string>& unreadable);
+
+void print_warnings(const std::vector<std::string>& warnings);  // to stderr
+
+}  // namespace tagcal::tools

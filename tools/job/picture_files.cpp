@@ -1,0 +1,176 @@
+#include "job/picture_files.hpp"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <glob.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
+#include "tagcal/io/text_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNamed = 5;  // odd pictures in a message
+
+bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+
+std::vector<fs::path> matches_of(const std::string& pattern) {
+  glob_t found{};
+  const int result = ::glob(pattern.c_str(), 0, nullptr, &found);
+  std::vector<fs::path> files;
+  std::error_code unknown;  // a loop of links is found out when it is read
+  for (std::size_t i = 0; result == 0 && i < found.gl_pathc; ++i)
+    if (!fs::is_directory(found.gl_pathv[i], unknown)) files.emplace_back(found.gl_pathv[i]);
+  ::globfree(&found);
+  if (files.empty()) throw Error(fmt::format("{}: matches no file", pattern));
+  return files;
+}
+
+std::vector<fs::path> pictures_in(const fs::path& folder) {
+  std::vector<fs::path> files = list_pictures(folder);
+  if (!files.empty()) return files;
+  const bool is_data_set = fs::exists(folder / "dataset.yaml");
+  throw Error(fmt::format(
+      "{}: {}", folder.string(),
+      is_data_set ? "is a data set: name its folder of pictures, or leave out --target and --family"
+                  : "has no pictures (png, jpg, tif, bmp, webp, pgm, ppm)"));
+}
+
+std::vector<fs::path> files_of(const std::string& argument) {
+  if (fs::is_directory(argument)) return pictures_in(argument);
+  if (is_pattern(argument) && !fs::exists(argument)) return matches_of(argument);
+  if (!fs::exists(argument)) throw Error(fmt::format("{}: no such file", argument));
+  return {argument};
+}
+
+// A line of a list as an argument. Errors name the list and the line.
+std::vector<fs::path> files_of_line(const std::string& line, const fs::path& list, int number) {
+  try {
+    const fs::path beside = list.parent_path() / line;
+    const bool is_here = fs::exists(line) || (is_pattern(line) && !fs::exists(beside) &&
+                                              !is_pattern(beside.parent_path().string()) &&
+                                              fs::is_directory(fs::path(line).parent_path()));
+    if (is_here || fs::path(line).is_absolute()) return files_of(line);
+    return files_of(beside.string());
+  } catch (const Error& error) {
+    throw Error(fmt::format("{}: line {}: {}", list.string(), number, error.what()));
+  }
+}
+
+std::vector<fs::path> files_of_list(const fs::path& list) {
+  const std::string text = read_plain_text(list);
+  std::vector<fs::path> files;
+  int number = 1;
+  for (std::size_t begin = 0; begin < text.size(); ++number) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
+    begin = end + 1;
+    if (line.empty() || line.starts_with('#')) continue;
+    const std::vector<fs::path> more = files_of_line(line, list, number);
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  if (files.empty()) throw Error(fmt::format("{}: names no pictures", list.string()));
+  return files;
+}
+
+std::string size_text(const ImageSize& size) {
+  return fmt::format("{}x{}", size.width, size.height);
+}
+
+// "b.png is 480x640 (turned by 90 degrees?)"
+std::string odd_text(const fs::path& file, const ImageSize& size, const ImageSize& common) {
+  const bool turned = size.width == common.height && size.height == common.width;
+  return fmt::format("{} is {}{}", file.string(), size_text(size),
+                     turned ? " (turned by 90 degrees)" : "");
+}
+
+}  // namespace
+
+std::vector<fs::path> picture_files(const std::vector<std::string>& arguments) {
+  std::vector<fs::path> files;
+  for (const std::string& argument : arguments) {
+    const bool is_list = argument.starts_with('@') && !fs::exists(argument);
+    const std::vector<fs::path> more =
+        is_list ? files_of_list(argument.substr(1)) : files_of(argument);
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  std::set<fs::path> seen;
+  for (const fs::path& file : files)
+    if (!seen.insert(file.lexically_normal()).second)
+      throw Error(fmt::format("{}: given twice", file.string()));
+  return files;
+}
+
+Exclusion::Exclusion(const std::vector<std::string>& patterns) {
+  for (const std::string& pattern : patterns) patterns_.push_back({pattern});
+}
+
+bool Exclusion::excludes(const fs::path& file) {
+  const std::string path = file.string(), name = file.filename().string();
+  bool excluded = false;
+  for (Pattern& pattern : patterns_) {
+    const std::string& text = pattern.text;
+    const bool matches = text == path || text == name ||
+                         ::fnmatch(text.c_str(), name.c_str(), 0) == 0 ||
+                         ::fnmatch(text.c_str(), path.c_str(), 0) == 0;
+    pattern.used = pattern.used || matches;
+    excluded = excluded || matches;
+  }
+  return excluded;
+}
+
+std::vector<std::string> Exclusion::unused() const {
+  std::vector<std::string> texts;
+  for (const Pattern& pattern : patterns_)
+    if (!pattern.used) texts.push_back(pattern.text);
+  return texts;
+}
+
+std::vector<std::string> remove_unreadable(std::vector<fs::path>& files,
+                                           std::vector<ImageSize>& sizes) {
+  std::vector<std::string> messages;
+  std::vector<fs::path> readable;
+  sizes.clear();
+  for (const fs::path& file : files) {
+    try {
+      sizes.push_back(read_image_size(file));
+      readable.push_back(file);
+    } catch (const Error& error) {
+      messages.emplace_back(error.what());
+    }
+  }
+  files = std::move(readable);
+  return messages;
+}
+
+ImageSize common_size(const std::vector<fs::path>& files, const std::vector<ImageSize>& sizes) {
+  ImageSize common;
+  std::ptrdiff_t most = 0;
+  for (const ImageSize& size : sizes)
+    if (const auto count = std::ranges::count(sizes, size); count > most) {
+      most = count;
+      common = size;
+      if (2 * static_cast<std::size_t>(count) > sizes.size()) break;
+    }
+  std::vector<std::string> odd;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (sizes[i] != common) odd.push_back(odd_text(files[i], sizes[i], common));
+  if (odd.empty()) return common;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(odd.size(), kMostNamed); ++i)
+    names += (i == 0 ? "" : ", ") + odd[i];
+  if (odd.size() > kMostNamed) names += fmt::format(", and {} more", odd.size() - kMostNamed);
+  throw Error(fmt::format(
+      "{}, but {} of {} pictures are {}: one camera has one image size; leave the others out with "
+      "--exclude",
+      names, most, sizes.size(), size_text(common)));
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,127 @@
+#include "job/point_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <iterator>
+#include <set>
+
+#include "tagcal/error.hpp"
+#include "tagcal/io/text_file.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
+  return text;
+}
+
+std::string text_of(const std::string& file) {
+  if (file != "-") return read_plain_text(file);
+  std::string text{std::istreambuf_iterator<char>(std::cin), {}};
+  check_plain_text(text, "stdin");
+  return text;
+}
+
+}  // namespace
+
+PointTable PointTable::read(const std::string& file) {
+  PointTable table;
+  table.file_ = file == "-" ? "stdin" : file;
+  std::string text = text_of(file);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark
+  CsvFields csv;
+  std::size_t number = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin), " \t\r"));
+    begin = end + 1;
+    ++number;
+    if (line.empty() || line.starts_with('#')) continue;
+    const std::string_view defect = csv.split(line);
+    if (!defect.empty()) throw Error(fmt::format("{}: line {}: {}", table.file_, number, defect));
+    std::vector<std::string> fields(csv.fields().begin(), csv.fields().end());
+    if (table.names_.empty()) {
+      table.names_ = std::move(fields);
+      std::set<std::string> names;
+      for (const std::string& name : table.names_)
+        if (!names.insert(name).second)
+          throw Error(fmt::format("{}: the column \"{}\" is there twice", table.file_, name));
+      continue;
+    }
+    if (fields.size() != table.names_.size())
+      throw Error(fmt::format("{}: line {}: must have {} fields as the header, got {}", table.file_,
+                              number, table.names_.size(), fields.size()));
+    table.rows_.push_back(std::move(fields));
+    table.line_numbers_.push_back(number);
+  }
+  if (table.names_.empty())
+    throw Error(fmt::format("{}: must begin with a line of column names", table.file_));
+  return table;
+}
+
+bool PointTable::is_empty(std::size_t row, const std::vector<std::size_t>& columns) const {
+  return std::ranges::all_of(columns,
+                             [&](std::size_t column) { return rows_[row][column].empty(); });
+}
+
+std::vector<std::size_t> PointTable::find(const std::vector<std::vector<std::string>>& sets) const {
+  for (const std::vector<std::string>& set : sets) {
+    std::vector<std::size_t> columns;
+    std::string missing;
+    for (const std::string& name : set) {
+      const auto place = std::ranges::find(names_, name);
+      if (place == names_.end())
+        missing = name;
+      else
+        columns.push_back(static_cast<std::size_t>(place - names_.begin()));
+    }
+    if (missing.empty()) return columns;
+    if (!columns.empty())
+      throw Error(fmt::format("{}: has the column \"{}\" but not \"{}\"", file_,
+                              names_[columns.front()], missing));
+  }
+  return {};
+}
+
+std::vector<std::size_t> PointTable::need(const std::vector<std::vector<std::string>>& sets) const {
+  std::vector<std::size_t> columns = find(sets);
+  if (!columns.empty()) return columns;
+  std::string wanted;
+  for (const auto& set : sets) wanted += (wanted.empty() ? "" : " or ") + joined(set);
+  throw Error(fmt::format("{}: must have the columns {}, has {}", file_, wanted, joined(names_)));
+}
+
+std::vector<double> PointTable::numbers(std::size_t row,
+                                        const std::vector<std::size_t>& columns) const {
+  const std::vector<std::string>& fields = rows_[row];
+  std::vector<double> numbers;
+  for (const std::size_t column : columns) {
+    const std::string& text = fields[column];
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    if (error != std::errc() || stop != end || !std::isfinite(number))
+      fail(row, {column}, "must be a finite number");
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
+void PointTable::fail(std::size_t row, const std::vector<std::size_t>& columns,
+                      const std::string& must) const {
+  std::vector<std::string> names, values;
+  for (const std::size_t column : columns) {
+    names.push_back(names_[column]);
+    values.push_back(rows_[row][column]);
+  }
+  throw Error(fmt::format("{}: line {}: {}: {}, got \"{}\"", file_, line_numbers_[row],
+                          joined(names), must, joined(values)));
+}
+
+}  // namespace tagcal::tools

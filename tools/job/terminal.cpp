@@ -1,0 +1,124 @@
+#include "job/terminal.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace tagcal::tools {
+namespace {
+
+bool shows_colour() {
+  const char* const no_colour = std::getenv("NO_COLOR");
+  const char* const terminal = std::getenv("TERM");
+  const bool is_dumb = terminal != nullptr && std::string_view(terminal) == "dumb";
+  return isatty(STDOUT_FILENO) == 1 && !is_dumb && (no_colour == nullptr || *no_colour == '\0');
+}
+
+// Of ECMA-48: bold and a colour, and the end of both.
+constexpr std::string_view kToneBegins = "\033[1;3", kToneEnds = "\033[0m";
+
+// Bytes of the code of `toned` at the start of a text.
+std::size_t tone_length(std::string_view text) {
+  if (text.starts_with(kToneEnds)) return kToneEnds.size();
+  const std::size_t length = kToneBegins.size() + 2;  // a digit and "m"
+  return text.starts_with(kToneBegins) && text.substr(0, length).ends_with('m') ? length : 0;
+}
+
+// Bytes of the control character at the start of a text: C0, delete, or C1 in UTF-8.
+std::size_t control_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x20) return text[0] == '\n' || text[0] == '\t' ? 0 : 1;
+  if (byte(0) == 0xc2 && text.size() > 1) return byte(1) >= 0x80 && byte(1) < 0xa0 ? 2 : 0;
+  return byte(0) == 0x7f ? 1 : 0;
+}
+
+// Decimals that show two significant digits of a number after rounding; at most 12.
+int decimals_of(double value) {
+  const std::string rounded = fmt::format("{:.1e}", value);  // "9.9e-03"
+  const int exponent = std::stoi(rounded.substr(rounded.find('e') + 1));
+  return std::clamp(1 - exponent, 0, 12);
+}
+
+// Of the last line.
+std::size_t visible_width(std::string_view text) {
+  return without_colours(text.substr(text.rfind('\n') + 1)).size();
+}
+
+}  // namespace
+
+std::string toned(Tone tone, std::string_view text) {
+  static const bool colour = shows_colour();
+  if (!colour) return std::string(text);
+  const int code = tone == Tone::good ? 2 : tone == Tone::caution ? 3 : 1;
+  return fmt::format("{}{}m{}{}", kToneBegins, code, text, kToneEnds);
+}
+
+// The codes run from ESC to "m".
+std::string without_colours(std::string_view text) {
+  std::string plain;
+  bool is_code = false;
+  for (const char c : text) {
+    if (c == '\033') is_code = true;
+    if (!is_code) plain += c;
+    if (c == 'm') is_code = false;
+  }
+  return plain;
+}
+
+std::string without_controls(std::string_view text) {
+  std::string plain;
+  while (!text.empty()) {
+    const std::size_t tone = tone_length(text), control = tone == 0 ? control_length(text) : 0;
+    const std::size_t length = std::max<std::size_t>(1, tone + control);
+    plain += control > 0 ? "?" : text.substr(0, length);
+    text.remove_prefix(length);
+  }
+  return plain;
+}
+
+std::string wrapped(std::string_view first, std::string_view text, std::size_t indent) {
+  std::string result(first);
+  std::size_t column = visible_width(first);
+  bool line_has_word = false;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (word.empty()) continue;
+    if (line_has_word && column + 1 + word.size() > kTextColumns) {
+      result += "\n" + std::string(indent, ' ');
+      column = indent;
+      line_has_word = false;
+    }
+    if (line_has_word) {
+      result += ' ';
+      ++column;
+    }
+    result += word;
+    column += word.size();
+    line_has_word = true;
+  }
+  return result + "\n";
+}
+
+std::string counted(std::size_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+Measured measured(double value, double sigma) {
+  if (!(sigma > 0) || !std::isfinite(sigma))
+    return {fmt::format("{:.6g}", value), std::isinf(sigma) ? "no bound" : ""};
+  const int decimals = decimals_of(sigma);
+  return {fmt::format("{:.{}f}", value, decimals), fmt::format("{:.{}f}", sigma, decimals)};
+}
+
+std::string two_digits(double value) {
+  constexpr double kSmallest = 1e-7;  // numeric: below it, zeros would hide the size
+  if (!(std::abs(value) >= kSmallest) || !std::isfinite(value)) return fmt::format("{:.2g}", value);
+  return fmt::format("{:.{}f}", value, decimals_of(value));
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tagcal/scene/moving_scene.hpp"
+#include "tagcal/scene/viewing.hpp"
+
+namespace tagcal::tools {
+
+// One camera of a scene, its matrices, and a point followed through them.
+struct ViewReport {
+  const Scene& scene;
+  std::string image;  // name of the view
+  ViewingPipeline pipeline;
+  NamedPoint point;
+  FollowedPoint followed;
+  Frames<Affine> frames;                 // the scene's hierarchy
+  const std::vector<HungBoard>& boards;  // on it
+};
+
+// If the point is seen, and else why not.
+std::string sight_line(const FollowedPoint& followed);
+
+// The planes of the view volume that a point is beyond: "far", "left and bottom"; "" inside.
+std::string planes_beyond(const ViewReport& report);
+
+// A fisheye has no view volume: a sentence on the pinhole to which the volume belongs; "" for other
+// lenses.
+std::string pinhole_note(const ViewReport& report);
+
+}  // namespace tagcal::tools
