@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-constexpr double kPlane = 0.05;
+constexpr double kThin = 0.05;
 constexpr double kFlat = 1e-7;  // thickness below which the answer of the plane is exact
 constexpr double kSameRad = 1e-4;
 constexpr int kMaxSteps = 40;
@@ -239,7 +239,7 @@ Solutions<WeakPerspectivePose, 2> weak_perspective_poses(
   const bool flat = frame.thickness < kFlat;
   for (const ScaledRotation& start : plane_solutions(m))
     minima.push_back(flat ? start : refined(m, start));
-  const bool space = frame.thickness >= kPlane;
+  const bool space = frame.thickness >= kThin;
   if (space) minima.push_back(refined(m, space_start(m)));
   for (const ScaledRotation& minimum : minima) {
     WeakPerspectivePose pose = posed(minimum, frame, spread);
