@@ -181,7 +181,7 @@ class EdgePrior {
     centre_[2] = centre_[6] = 0;
     centre_[5] = std::log(kUsualSpreadPx);
     const double level = kEdgeLevelSdShare * std::abs(edge.fit[4]) + 1;
-    const TagFitOptions lens = usual_fit_options(size);
+    const TagFitOptions lens = with_usual_priors({}, size);
     sd_ << 0, 0, kEdgeBendShare * lens.bend_sd_per_px / 2 * edge.half * edge.half, level, level,
         kEdgeLogBlurSd, kEdgeBendShare * lens.twist_sd_per_px2 * std::pow(edge.half, 3) / 6;
   }
