@@ -90,8 +90,7 @@ ViewSelection select_views(const Dataset& dataset, const Calibration& calibratio
   if (!calibration.camera || calibration.covariance.size() == 0) return {};
   const HeldModels models(calibration.fixed, Model::named(calibration.model).kind());
   const Model& model = models.named(calibration.model);
-  const MatrixXd effect =
-      projection_effect({&model, calibration.camera->lens, {}}, calibration.camera->image_size);
+  const MatrixXd effect = projection_effect(model, *calibration.camera);
   std::vector<Candidate> left = candidates(dataset, calibration, model);
   MatrixXd all = MatrixXd::Zero(model.num_free(), model.num_free());
   for (const Candidate& candidate : left) all += candidate.information;
