@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::vector<std::string> maps;
-  std::string out;
+  std::string out, from;
   int trials = 0, threads = 1;
   std::uint64_t seed = 1;
   bool quick = false, list = false, ours = false;
@@ -83,7 +83,9 @@ int run(const Arguments& a) {
   int misses = 0;
   for (StabilityMap& map : maps) {
     if (a.ours) map = ours_alone(std::move(map));
-    StabilityResult result = run_shown(map, a);
+    const fs::path made = fs::path(a.from) / (map.name + ".csv");
+    const bool is_made = !a.from.empty() && fs::exists(made);
+    StabilityResult result = is_made ? read_stability(map, read_text(made)) : run_shown(map, a);
     write_whole(folder.path() / (map.name + ".csv"), stability_csv(map, result));
     if (can_draw)
       draw_with_gnuplot(atlas_picture(map, result, origin), folder.path() / (map.name + ".png"));
@@ -110,6 +112,9 @@ Command add_stability(CLI::App& app) {
   const auto a = std::make_shared<Arguments>();
   add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all").text(" ");
   add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
+      .text("DIR");
+  add_option(*command, "--from", a->from,
+             "folder of maps' .csv that earlier runs made: these maps are read, not run again")
       .text("DIR");
   add_integer(*command, "--trials", a->trials, 1,
               "trials of each cell (other libraries: at most 200); default: the number of the map");
