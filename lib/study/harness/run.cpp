@@ -144,6 +144,8 @@ std::vector<Row> run_study(const Study& study, const StudyOptions& options,
     for (std::size_t i = 0; i < tasks.size(); ++i)
       ask_further(tasks[i], options, rows, next[i], missing);
     if (missing.empty()) break;
+    // Each trial visits all tasks, so that a slow moment of the machine affects all of them.
+    std::ranges::stable_sort(missing, {}, &Attempt::trial);
     parallel_for(
         missing.size(), options.threads,
         [&](std::size_t i) {
