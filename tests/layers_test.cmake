@@ -30,8 +30,8 @@ set(rooms_io types text yaml image formats scene facade)
 set(types_in_io types)
 set(text_in_io text_file)
 set(most_public_headers 59)
-# `study` is tagcal-study, whose rooms of that name in lib are not of the tools.
-set(rooms_tools job draw report page_data watch commands study)
+# `studies` is tagcal-study.
+set(rooms_tools job draw report page_data watch commands studies)
 
 set(third_parties ceres glog apriltag opencv2 yaml-cpp png.h jpeglib.h libdeflate.h tiffio.h stb
                   webp CLI nlohmann)
@@ -266,7 +266,7 @@ endfunction()
 
 function(check_tools tools)
   file(GLOB files RELATIVE "${tools}" "${tools}/*/*.hpp" "${tools}/*/*.cpp")
-  list(FILTER files EXCLUDE REGEX "^(studies|page)/")
+  list(FILTER files EXCLUDE REGEX "^page/")
   list(LENGTH files count)
   if(count EQUAL 0)
     message(FATAL_ERROR "${tools}: no sources to check")
@@ -278,12 +278,12 @@ function(check_tools tools)
 endfunction()
 
 # A tree of files, each given as `file=text`, one include a line; the check must say `verdict` (0:
-# fine). It is one of the tools if its first file is not below tagcal/ or study/a.
+# fine). It is one of the tools if its first file is not below tagcal/ or study/.
 function(expect verdict)
   set(tree "${SCRATCH}/layers_test_tree")
   file(REMOVE_RECURSE "${tree}")
   set(kind TOOLS)
-  if(ARGN MATCHES "^(tagcal/|study/a)")
+  if(ARGN MATCHES "^(tagcal/|study/)")
     set(kind LIBRARY)
   endif()
   foreach(entry IN LISTS ARGN)
@@ -340,7 +340,7 @@ if(SCRATCH)
   expect(1 "tagcal/estimate/bundle/a.hpp=\"tagcal/estimate/bundle/b.hpp\""
            "tagcal/estimate/bundle/b.cpp=\"tagcal/estimate/bundle/a.hpp\"")
   expect(0 "draw/a.cpp=\"job/b.hpp\"" "job/b.hpp=\"tagcal/error.hpp\"")
-  expect(0 "study/b.cpp=\"job/b.hpp\"" "job/b.hpp=\"study/chart/chart.hpp\"")
+  expect(0 "studies/b.cpp=\"job/b.hpp\"" "job/b.hpp=\"study/chart/chart.hpp\"")
   expect(0 "commands/a.cpp=\"commands/a.hpp\"" "commands/a.hpp=\"watch/b.hpp\""
            "watch/b.hpp=\"report/c.hpp\"" "report/c.hpp=<vector>")
   expect(1 "job/a.cpp=\"draw/b.hpp\"" "draw/b.hpp=<vector>")

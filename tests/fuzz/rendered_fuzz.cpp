@@ -92,7 +92,7 @@ void check_all_tags(const ImageSource& source, const TagKind& kind, const Detect
   for (const DetectedTag& tag : found.at(0).tags)
     for (const Eigen::Vector2d& corner : tag.corners)
       fuzz::require(corner.allFinite(), "corners are finite");
-  internal::tags_csv({source.name}, {found.at(0).tags});
+  tags_csv({source.name}, {found.at(0).tags});
 }
 
 // Changes a box of the picture in one of several ways.

@@ -54,10 +54,15 @@ TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const Tag
 std::vector<FitStage> TagFitter::rough_stages() const {
   std::vector<FitStage> stages;
   for (int quarters = 1; region_.corner && quarters <= 3; ++quarters)
-    stages.push_back({kMaxInWindow, true, window_px(quarters), 1, true});
+    stages.push_back({.max_steps = kMaxInWindow,
+                      .is_rough = true,
+                      .window_px = window_px(quarters),
+                      .is_affine = true});
   // Few rows about one corner do not determine all parameters.
   const int row_step = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
-  if (row_step > 1) stages.push_back({region_.corner ? 1 : kMaxOnFewRows, true, 0, row_step});
+  const int max_steps = region_.corner ? 1 : kMaxOnFewRows;
+  if (row_step > 1)
+    stages.push_back({.max_steps = max_steps, .is_rough = true, .row_step = row_step});
   return stages;
 }
 
@@ -92,6 +97,16 @@ TagParameters TagFitter::prior_weights() const {
   return weights;
 }
 
+// Expected size of the step after a step, over its own: second derivatives make it of second order,
+// and Gauss-Newton's approximation leaves a constant share.
+double TagFitter::share_left(const TagParameters& change, double move_px) const {
+  if (move_px < kRoundingPx) return 0;
+  const double bent = kSecondOrder * (std::pow(move_px / model_.spread(), 2) +
+                                      change[kLogSpread] * change[kLogSpread] +
+                                      std::pow(change[kGain] / model_.parameters()[kGain], 2));
+  return std::max(bent, kLeastGain);
+}
+
 // The step from the sums; no value if it is not finite.
 std::optional<FitStep> TagFitter::step() const {
   const auto& [information, gradient, squares, num_pixels] = sums_;
@@ -108,13 +123,8 @@ std::optional<FitStep> TagFitter::step() const {
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 1> moves = by * change;
   result.move_px = moves.cwiseAbs().maxCoeff();
-  // The next step's size is estimated from this one: second derivatives make it of second order,
-  // and Gauss-Newton's approximation leaves a constant share.
   const double size = change.dot(right) / variance;
-  const double bent = kSecondOrder * (std::pow(result.move_px / model_.spread(), 2) +
-                                      change[kLogSpread] * change[kLogSpread] +
-                                      std::pow(change[kGain] / model_.parameters()[kGain], 2));
-  result.left_over = result.move_px < kRoundingPx ? 0 : std::max(bent, kLeastGain) * size;
+  result.left_over = size * share_left(change, result.move_px);
   result.corner_size = last_.corner_size;
   if (region_.corner && stage_.row_step == 1) {
     // In a region of one corner only that corner must converge: the rest is poorly constrained.
@@ -229,11 +239,11 @@ TagFit TagFitter::fit() {
   const auto is_like_window = [&] {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
-  TagFit fit = result(run({options_.max_iterations}));
+  TagFit fit = result(run({.max_steps = options_.max_iterations}));
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
     model_.set(parameters);
-    fit = result(run({options_.max_iterations, false, window_px(3)}));
+    fit = result(run({.max_steps = options_.max_iterations, .window_px = window_px(3)}));
     if (!is_like_window()) return {};
   }
   // If the bends keep the fit from converging, the decision of the first steps stands.

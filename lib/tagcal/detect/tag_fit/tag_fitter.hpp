@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/tag_lens.hpp"
+#include "tagcal/detect/tag_fit/straight_view.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/detect/tag_fit/tag_region.hpp"
 #include "tagcal/detect/types.hpp"
@@ -104,6 +104,7 @@ class TagFitter {
   std::vector<FitStage> rough_stages() const;
   StageEnd run(const FitStage& stage);
   TagParameters prior_weights() const;
+  double share_left(const TagParameters& change, double move_px) const;
   std::optional<FitStep> step() const;
   bool widen_prior_of_bends();
   bool is_bent_beyond_whole() const;
