@@ -46,7 +46,8 @@ def old_stamps(root: Path) -> Iterator[str]:
 
 def prove() -> None:
     """The check finds each kind of mistake in a small tree, and none in a right one."""
-    row = "a_b | docs/a.md | block | true | lib\n"
+    place = Path("docs") / "a.md"
+    row = f"a_b | {place} | block | true | lib\n"
     stamp = "*Measured: `a_b`, version 0123abc of 2026-01-31.*\n"
     right = "<!-- measured: a_b -->\n\n1\n\n" + stamp
     cases = [(row, right, 0), (row, stamp, 1), (row, "1\n", 2), ("", right, 1),
@@ -57,10 +58,10 @@ def prove() -> None:
             for name in ("docs", "lib", "tools"):
                 (root / name).mkdir()
             (root / "tools/pages.txt").write_text(table)
-            (root / "docs/a.md").write_text(page)
+            (root / place).write_text(page)
             found = list(mistakes(root))
             assert len(found) == expected, (table, page, found)
-    piece = pages.Piece("a_b", Path("docs/a.md"), "block", "true", [])
+    piece = pages.Piece("a_b", place, "block", "true", [])
     made = pages.with_block(right, piece, "2\n", pages.Stamp("4567def", "2026-02-01"))
     assert made == right.replace("\n1\n", "\n2\n").replace("0123abc of 2026-01-31", "4567def of 2026-02-01")
 

@@ -12,7 +12,7 @@
 #include "studies/studies.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {

@@ -15,9 +15,9 @@
 
 #include "studies/studies.hpp"
 #include "study/quantile.hpp"
-#include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/io/dataset_file.hpp"
@@ -134,13 +134,14 @@ std::vector<Values> measure(const Pictures& set) {
     DetectOptions detect;
     detect.threads = 1;
     detect.refinement = refinement;
-    dataset.views = detect_all(set.sources, set.boards, detect).views();
+    dataset.views = views_of(detect_all(set.sources, set.boards, detect));
     c = calibrate(dataset, options);
     rows.push_back(row_of(name, set, dataset.views, c));
   }
   const std::vector<View> found = dataset.views;
   const auto add = [&](const char* name, const Camera& camera) {
-    dataset.views = internal::refine_corners(set.sources, set.boards, found, camera).views;
+    dataset.views = found;
+    dataset.views = refine_views(dataset, set.sources, camera).views;
     rows.push_back(row_of(name, set, dataset.views, calibrate(dataset, options)));
   };
   if (is_answer(c.status)) add("fit+lens", *c.camera);

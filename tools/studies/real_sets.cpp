@@ -10,8 +10,8 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 namespace tagcal {
 

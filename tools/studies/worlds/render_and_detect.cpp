@@ -90,7 +90,7 @@ Measured render_and_detect(const World& world, Record& r) {
   DetectOptions detect;
   detect.threads = 1;
   Measured result{{scene.camera.image_size, scene.boards, {}, {}}, {}};
-  result.dataset.views = detect_all(set.pictures, scene.boards, detect).views();
+  result.dataset.views = views_of(detect_all(set.pictures, scene.boards, detect));
   r.detect_s = lap();
   for (std::size_t v = 0; v < set.corners.size(); ++v)
     result.gross.push_back(judge_view(set.corners[v], result.dataset.views[v], r));

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/checker_search/checker_corners.hpp"
 #include "tagcal/detect/checker_search/junction_grid.hpp"
 #include "tagcal/detect/types.hpp"
@@ -12,10 +12,6 @@
 
 // Private to detect.
 namespace tagcal::internal {
-
-// The turns by which a checkerboard looks the same.
-enum class BoardSymmetry { none, half_turn, quarter_turn };
-BoardSymmetry symmetry_of(const Checkerboard& board);
 
 // Why a board is not reported, or what a reader of its corners should know.
 enum class CheckerAnswer {
@@ -51,7 +47,7 @@ class CheckerFinder {
     const Board* board = nullptr;
     Checkerboard squares;
     CheckerPrint print;
-    std::unique_ptr<BoardFinder> markers;  // of a ChArUco board
+    std::optional<TagSearch> markers;  // of a ChArUco board
   };
 
   void find_grids(const ImageView8& image);
@@ -61,7 +57,7 @@ class CheckerFinder {
                          const std::vector<JunctionGrid>& grids) const;
   std::optional<CheckerCorners> fitted(const ImageView8& image, const Target& target,
                                        const JunctionGrid& grid) const;
-  SeenChecker find_charuco(const ImageView8& image, const Target& target) const;
+  SeenChecker find_charuco(const ImageView8& image, Target& target) const;
 
   const Camera* camera_;
   std::vector<const Board*> boards_;
@@ -69,8 +65,5 @@ class CheckerFinder {
   // The grids of the present picture, then those of its halves; each list begins with the largest.
   std::vector<std::vector<JunctionGrid>> levels_;
 };
-
-// One sentence for each board that looks the same if it is turned.
-std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal::internal

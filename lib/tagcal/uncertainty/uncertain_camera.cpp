@@ -1,4 +1,4 @@
-#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 #include <fmt/format.h>
 
@@ -26,25 +26,26 @@ struct Linear {
   Matrix2 by_lens_px2 = Matrix2::Zero();
 };
 
-std::span<const FreeParameter> free_of(const UncertainLens& lens) {
-  if (!lens.model || lens.covariance.size() == 0) return {};
-  const Eigen::Index n = lens.model->num_free();
-  if (lens.covariance.rows() != n || lens.covariance.cols() != n)
+std::span<const FreeParameter> free_of(const UncertainCamera& known) {
+  if (!known.model || known.covariance.size() == 0) return {};
+  const Eigen::Index n = known.model->num_free();
+  if (known.covariance.rows() != n || known.covariance.cols() != n)
     throw Error("the covariance of the lens must be " + std::to_string(n) + " x " +
-                std::to_string(n) + " with model " + std::string(lens.model->name()) + ", got " +
-                std::to_string(lens.covariance.rows()) + " x " +
-                std::to_string(lens.covariance.cols()));
-  return lens.model->free();
+                std::to_string(n) + " with model " + std::string(known.model->name()) + ", got " +
+                std::to_string(known.covariance.rows()) + " x " +
+                std::to_string(known.covariance.cols()));
+  return known.model->free();
 }
 
-std::optional<Linear> linearised(const UncertainLens& lens, const Vector3d& x) {
-  const std::span<const FreeParameter> free = free_of(lens);
+std::optional<Linear> linearised(const UncertainCamera& known, const Vector3d& x) {
+  const std::span<const FreeParameter> free = free_of(known);
   std::array<Vector2d, 1> pixel;
   std::array<std::uint8_t, 1> valid{};
   std::array<double, 12> by_pose{};
   std::vector<double> by_parameters(2 * free.size());
   const std::array<Vector3d, 1> points = {x};
-  project_with_jacobians(lens.lens, Pose(), points, free, {pixel, valid, by_pose, by_parameters});
+  project_with_jacobians(known.camera.lens, Pose(), points, free,
+                         {pixel, valid, by_pose, by_parameters});
   if (valid[0] == 0) return std::nullopt;
   Linear linear{pixel[0], {}, Matrix2::Zero()};
   for (int row = 0; row < 2; ++row)
@@ -54,7 +55,7 @@ std::optional<Linear> linearised(const UncertainLens& lens, const Vector3d& x) {
     using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
     const Eigen::Map<const Rows> rows(by_parameters.data(), 2,
                                       static_cast<Eigen::Index>(free.size()));
-    linear.by_lens_px2 = rows * lens.covariance * rows.transpose();
+    linear.by_lens_px2 = rows * known.covariance * rows.transpose();
   }
   return linear;
 }
@@ -69,7 +70,35 @@ Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
   return basis;
 }
 
+// Matrix from the free parameters of one model to those of another.
+Eigen::MatrixXd parameters_from(const Model& from, const Model& to) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(to.num_free(), from.num_free());
+  for (int i = 0; i < to.num_free(); ++i) {
+    const auto& target = to.free()[static_cast<std::size_t>(i)].lens_parameters;
+    for (int j = 0; j < from.num_free(); ++j)
+      for (const int k : from.free()[static_cast<std::size_t>(j)].lens_parameters)
+        if (std::ranges::find(target, k) != target.end())
+          result(i, j) += 1.0 / static_cast<double>(target.size());
+  }
+  return result;
+}
+
 }  // namespace
+
+MatrixX covariance_by(const Model& model, const UncertainCamera& known) {
+  const Eigen::MatrixXd by_free = parameters_from(*known.model, model);
+  return by_free * known.covariance * by_free.transpose();
+}
+
+std::vector<double> lens_sigmas(const UncertainCamera& known) {
+  std::vector<double> sigmas(parameters(known.camera.lens).size(), 0.0);
+  for (std::size_t i = 0; i < known.model->free().size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    for (const int k : known.model->free()[i].lens_parameters)
+      sigmas[static_cast<std::size_t>(k)] = std::sqrt(std::max(known.covariance(at, at), 0.0));
+  }
+  return sigmas;
+}
 
 std::string covariance_defect(const MatrixX& matrix) {
   constexpr double kRounding = 1e-5;       // numeric: files have six digits
@@ -96,8 +125,9 @@ std::string covariance_defect(const MatrixX& matrix) {
   return llt.info() == Eigen::Success ? "" : "must be positive semi-definite";
 }
 
-std::optional<UncertainPixel> project(const UncertainLens& lens, const UncertainPoint& in_camera) {
-  const std::optional<Linear> linear = linearised(lens, in_camera.x);
+std::optional<UncertainPixel> project(const UncertainCamera& known,
+                                      const UncertainPoint& in_camera) {
+  const std::optional<Linear> linear = linearised(known, in_camera.x);
   if (!linear) return std::nullopt;
   return UncertainPixel{
       linear->pixel,
@@ -105,11 +135,12 @@ std::optional<UncertainPixel> project(const UncertainLens& lens, const Uncertain
 }
 
 // The pixel stays where it is while direction and parameters change: J_d dd = du - J_p dp.
-std::optional<UncertainPoint> direction(const UncertainLens& lens, const UncertainPixel& pixel) {
-  if (!kind_of(lens.lens).is_central) throw Error("a parallel lens has no rays from one centre");
-  const std::optional<Ray> ray = ray_in_camera(lens.lens, pixel.pixel);
+std::optional<UncertainPoint> direction(const UncertainCamera& known, const UncertainPixel& pixel) {
+  if (!kind_of(known.camera.lens).is_central)
+    throw Error("a parallel lens has no rays from one centre");
+  const std::optional<Ray> ray = ray_in_camera(known.camera.lens, pixel.pixel);
   if (!ray) return std::nullopt;
-  const std::optional<Linear> linear = linearised(lens, ray->direction);
+  const std::optional<Linear> linear = linearised(known, ray->direction);
   if (!linear) return std::nullopt;
   const Eigen::Matrix<double, 3, 2> basis = across(ray->direction);
   const Eigen::Matrix2d by_direction = linear->by_point * basis;
@@ -118,9 +149,10 @@ std::optional<UncertainPoint> direction(const UncertainLens& lens, const Uncerta
   return UncertainPoint{ray->direction, by_pixel * sum * by_pixel.transpose()};
 }
 
-std::optional<UncertainPoint> point_at_depth(const UncertainLens& lens, const UncertainPixel& pixel,
-                                             double depth_m, double sigma_depth_m) {
-  const std::optional<UncertainPoint> ray = direction(lens, pixel);
+std::optional<UncertainPoint> point_at_depth(const UncertainCamera& known,
+                                             const UncertainPixel& pixel, double depth_m,
+                                             double sigma_depth_m) {
+  const std::optional<UncertainPoint> ray = direction(known, pixel);
   if (!ray || !(ray->x.z() > 0) || !(depth_m > 0)) return std::nullopt;
   const Vector3d per_depth = ray->x / ray->x.z();
   Matrix3d by_direction = depth_m / ray->x.z() * Matrix3d::Identity();
@@ -130,9 +162,10 @@ std::optional<UncertainPoint> point_at_depth(const UncertainLens& lens, const Un
                             sigma_depth_m * sigma_depth_m * per_depth * per_depth.transpose()};
 }
 
-std::optional<UncertainPoint> point_on_plane(const UncertainLens& lens, const UncertainPixel& pixel,
+std::optional<UncertainPoint> point_on_plane(const UncertainCamera& known,
+                                             const UncertainPixel& pixel,
                                              const Pose& camera_from_plane) {
-  const std::optional<UncertainPoint> ray = direction(lens, pixel);
+  const std::optional<UncertainPoint> ray = direction(known, pixel);
   if (!ray) return std::nullopt;
   const Pose plane_from_camera = camera_from_plane.inverse();
   const Matrix3d turn = plane_from_camera.rotation_matrix();

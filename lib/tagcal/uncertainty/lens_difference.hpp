@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tagcal/estimate/types.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal {
 
@@ -48,7 +48,7 @@ struct DifferenceTest {
 // 1946), whose quantile is that of Wilson and Hilferty (1931). A lens without a
 // covariance counts as exact. No value if both are, or if fewer than six samples have a ray in
 // both.
-std::optional<DifferenceTest> difference_test(const UncertainLens& a, const UncertainLens& b,
+std::optional<DifferenceTest> difference_test(const UncertainCamera& a, const UncertainCamera& b,
                                               std::span<const Eigen::Vector2d> samples,
                                               const LensDifference& difference);
 

@@ -1,4 +1,4 @@
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +14,36 @@ namespace {
 
 using Eigen::Vector2d;
 
+bool has_ascending(const std::vector<double>& lines, std::size_t least) {
+  return lines.size() >= least && lines.size() <= kMaxTagLines &&
+         std::ranges::is_sorted(lines, std::ranges::less_equal());
+}
+
 void check(const TagPattern& pattern) {
   const std::size_t n = pattern.lines.size();
-  if (n < 4 || n > kMaxTagLines || pattern.cells.size() != (n - 1) * (n - 1))
-    throw Error("refine_tag: pattern: must have 4 to 24 lines and a cell between each two");
-  if (!std::ranges::is_sorted(pattern.lines, std::ranges::less_equal()))
-    throw Error("refine_tag: pattern: lines must ascend");
+  if (!has_ascending(pattern.lines, 4) || pattern.cells.size() != (n - 1) * (n - 1))
+    throw Error(
+        "refine_tag: pattern: must have 4 to 24 ascending lines and a cell between each two");
+}
+
+void check(const CornerPattern& pattern) {
+  for (const std::vector<double>* lines : {&pattern.columns, &pattern.rows})
+    if (!has_ascending(*lines, 3) || std::ranges::find(*lines, 0.0) == lines->end())
+      throw Error("refine_corner: pattern: must have 3 to 24 ascending lines, one of them at 0");
+  if (pattern.cells.size() != (pattern.columns.size() - 1) * (pattern.rows.size() - 1))
+    throw Error("refine_corner: pattern: must have a cell between each two lines");
+}
+
+void check_camera(const Camera* camera, const ImageSize& size, const std::string& caller) {
+  if (camera && camera->image_size != size)
+    throw Error(caller + ": camera: its image must have the size of the picture");
+}
+
+template <typename T>
+TagFit fit_region(const ImageView<T>& image, const TagRegion& region, const TagCorners& start,
+                  const TagFitOptions& options) {
+  TagFitter fitter(region, start, options);
+  return fitter.cut(image) ? fitter.fit() : TagFit();
 }
 
 // Fits each corner of a large tag by itself, from pixels of its own.
@@ -29,9 +53,7 @@ TagFit fit_parts(const ImageView<T>& image, const TagPattern& pattern, const Tag
   TagFit fit;
   fit.is_by_corner = true;
   for (std::size_t i = 0; i < 4; ++i) {
-    const TagRegion region = part_of_tag(pattern, start, i);
-    TagFitter fitter(region, start, options);
-    TagFit part = fitter.cut(image) ? fitter.fit() : TagFit();
+    TagFit part = fit_region(image, part_of_tag(pattern, start, i), start, options);
     if (options.shift_sd_px > 0 && part.shift_px.norm() > policy::kOutlierSds * options.shift_sd_px)
       part.status = TagFitStatus::not_converged;
     if (part.status != TagFitStatus::converged) {
@@ -92,8 +114,7 @@ template <typename T>
 TagFit refine(const ImageView<T>& image, const TagPattern& pattern, const TagCorners& start,
               const TagFitOptions& options) {
   check(pattern);
-  if (options.camera && options.camera->image_size != image.size())
-    throw Error("refine_tag: camera: its image must have the size of the picture");
+  check_camera(options.camera, image.size(), "refine_tag");
   TagFit fit;
   fit.status = TagFitStatus::out_of_image;
   if (!is_inside(start, image.size(), 0)) return fit;
@@ -103,6 +124,28 @@ TagFit refine(const ImageView<T>& image, const TagPattern& pattern, const TagCor
   if (fit.status == TagFitStatus::converged && !is_inside(fit.corners, image.size(), 0))
     fit.status = TagFitStatus::out_of_image;
   return fit;
+}
+
+template <typename T>
+CornerFit refine(const ImageView<T>& image, const CornerPattern& pattern,
+                 const Eigen::Matrix3d& image_from_pattern, const TagFitOptions& options) {
+  check(pattern);
+  check_camera(options.camera, image.size(), "refine_corner");
+  const auto is_in_picture = [&](const Vector2d& at) {
+    return is_inside({at, at, at, at}, image.size(), 0);
+  };
+  CornerFit result;
+  const auto [region, start] = about_corner(pattern, image_from_pattern);
+  result.status = TagFitStatus::out_of_image;
+  if (!is_in_picture(start[0])) return result;
+  const TagFit fit = fit_region(image, region, start, options);
+  static_cast<PatternFit&>(result) = fit;
+  result.corner = fit.corners[0];
+  const Eigen::Matrix2d covariance = fit.covariance_px2.topLeftCorner<2, 2>();
+  result.covariance_px2 = (covariance + covariance.transpose()) / 2;
+  if (fit.status == TagFitStatus::converged && !is_in_picture(result.corner))
+    result.status = TagFitStatus::out_of_image;
+  return result;
 }
 
 }  // namespace
@@ -115,6 +158,16 @@ TagFit refine_tag(const ImageView8& image, const TagPattern& pattern,
 TagFit refine_tag(const ImageView16& image, const TagPattern& pattern,
                   const std::array<Vector2d, 4>& start, const TagFitOptions& options) {
   return refine(image, pattern, start, options);
+}
+
+CornerFit refine_corner(const ImageView8& image, const CornerPattern& pattern,
+                        const Eigen::Matrix3d& image_from_pattern, const TagFitOptions& options) {
+  return refine(image, pattern, image_from_pattern, options);
+}
+
+CornerFit refine_corner(const ImageView16& image, const CornerPattern& pattern,
+                        const Eigen::Matrix3d& image_from_pattern, const TagFitOptions& options) {
+  return refine(image, pattern, image_from_pattern, options);
 }
 
 }  // namespace tagcal

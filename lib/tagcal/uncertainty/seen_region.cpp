@@ -1,11 +1,11 @@
-#include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/uncertainty/seen_region.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 
-#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/internal/text.hpp"
+#include "tagcal/uncertainty/policy/policy.hpp"
 
 namespace tagcal {
 using namespace internal;

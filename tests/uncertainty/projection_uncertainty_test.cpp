@@ -1,11 +1,11 @@
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 #include <gtest/gtest.h>
 
 #include "fresh_noise.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -113,19 +113,19 @@ TEST(DifferenceTest, ScoresOfDrawnLensesAreNormal) {
     for (std::size_t i = 0; i < values.size(); ++i) values[i] += sigma[i] * random.normal();
     values[0] += shift;
     const Eigen::Map<const Eigen::Vector4d> sd(sigma.data());
-    return UncertainLens{&model, *model.lens(values, kSize),
-                         sd.cwiseAbs2().asDiagonal().toDenseMatrix()};
+    return UncertainCamera{
+        &model, {*model.lens(values, kSize), kSize}, sd.cwiseAbs2().asDiagonal().toDenseMatrix()};
   };
-  const auto score = [&](const UncertainLens& a, const UncertainLens& b) {
-    const auto d = lens_difference({a.lens, kSize}, {b.lens, kSize}, samples, kInfinitelyFar);
+  const auto score = [&](const UncertainCamera& a, const UncertainCamera& b) {
+    const auto d = lens_difference(a.camera, b.camera, samples, kInfinitelyFar);
     return difference_test(a, b, samples, d.value()).value();
   };
   Random random(7);
   constexpr int kDraws = 400;
   double sum = 0, squares = 0, ratio = 0;
   for (int i = 0; i < kDraws; ++i) {
-    const UncertainLens a = drawn(sigma_a, random), b = drawn(sigma_b, random);
-    const auto d = lens_difference({a.lens, kSize}, {b.lens, kSize}, samples, kInfinitelyFar);
+    const UncertainCamera a = drawn(sigma_a, random), b = drawn(sigma_b, random);
+    const auto d = lens_difference(a.camera, b.camera, samples, kInfinitelyFar);
     const DifferenceTest test = score(a, b);
     sum += test.in_sigmas;
     squares += test.in_sigmas * test.in_sigmas;
@@ -135,7 +135,7 @@ TEST(DifferenceTest, ScoresOfDrawnLensesAreNormal) {
   EXPECT_NEAR(squares / kDraws, 1, 0.25);
   EXPECT_NEAR(ratio / kDraws, 1, 0.15);
   EXPECT_GT(score(drawn(sigma_a, random), drawn(sigma_b, random, 10)).in_sigmas, 5);
-  UncertainLens exact = drawn({}, random);
+  UncertainCamera exact = drawn({}, random);
   exact.covariance.resize(0, 0);
   EXPECT_LT(score(drawn(sigma_a, random), exact).in_sigmas, 3.5);
   EXPECT_FALSE(difference_test(exact, exact, samples, {}).has_value());

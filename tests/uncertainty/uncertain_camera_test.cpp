@@ -1,4 +1,4 @@
-#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 #include <gtest/gtest.h>
 
@@ -37,26 +37,26 @@ VectorXd drawn(const Eigen::MatrixXd& covariance, Random& random) {
   return covariance.llt().matrixL() * z;
 }
 
-UncertainLens brown(Random& random) {
+UncertainCamera brown(Random& random) {
   const Lens lens = Perspective({900, 905, 640, 395, -0.2, 0.05, 1e-3, -1e-3, 0.01, 0, 0, 0});
   VectorXd sigmas(9);
   sigmas << 0.8, 0.7, 0.5, 0.6, 2e-3, 4e-3, 1e-4, 1e-4, 3e-3;
-  return {&Model::named("opencv5"), lens, covariance_of(sigmas, random)};
+  return {&Model::named("opencv5"), {lens, kSize}, covariance_of(sigmas, random)};
 }
 
-UncertainLens fisheye(Random& random) {
+UncertainCamera fisheye(Random& random) {
   const Lens lens = Fisheye({400, 402, 640, 395, 0.02, -0.01, 0.003, -0.0005});
   VectorXd sigmas(8);
   sigmas << 0.5, 0.4, 0.5, 0.6, 1e-3, 1e-3, 5e-4, 1e-4;
-  return {&Model::named("fisheye4"), lens, covariance_of(sigmas, random)};
+  return {&Model::named("fisheye4"), {lens, kSize}, covariance_of(sigmas, random)};
 }
 
 // The lens with parameters drawn from its covariance.
-UncertainLens sample(const UncertainLens& lens, Random& random) {
-  std::vector<double> free = lens.model->free_values(lens.lens);
+UncertainCamera sample(const UncertainCamera& lens, Random& random) {
+  std::vector<double> free = lens.model->free_values(lens.camera.lens);
   const VectorXd step = drawn(lens.covariance, random);
   for (std::size_t i = 0; i < free.size(); ++i) free[i] += step[static_cast<Eigen::Index>(i)];
-  return {nullptr, *lens.model->lens(free, kSize), {}};
+  return {nullptr, {*lens.model->lens(free, kSize), kSize}, {}};
 }
 
 // Mean outer product of samples about a value, beside its prediction: every variance along an
@@ -85,7 +85,7 @@ auto many(const Draw& draw) {
 class UncertainPoints : public testing::TestWithParam<bool> {
  protected:
   Random random_{5, 1};
-  const UncertainLens lens_ = GetParam() ? fisheye(random_) : brown(random_);
+  const UncertainCamera lens_ = GetParam() ? fisheye(random_) : brown(random_);
   const Matrix2 pixel_px2_ = (Matrix2() << 0.3, 0.1, 0.1, 0.2).finished();
 
   UncertainPixel pixel_near(const Vector2d& pixel) {
@@ -97,7 +97,7 @@ TEST_P(UncertainPoints, ProjectionsScatterAsTheirCovarianceSays) {
   const Matrix3d cov = covariance_of(Vector3d(2e-3, 1e-3, 5e-3), random_);
   const UncertainPoint point{{0.5, -0.3, 1.2}, cov};
   const UncertainPixel at = *project(lens_, point);
-  EXPECT_LT((at.pixel - *project(lens_.lens, point.x)).norm(), 1e-9);
+  EXPECT_LT((at.pixel - *project(lens_.camera.lens, point.x)).norm(), 1e-9);
   expect_covariance(
       many([&] {
         const UncertainPoint moved{point.x + Vector3d(drawn(cov, random_)), Matrix3d::Zero()};
@@ -136,7 +136,7 @@ TEST_P(UncertainPoints, PointsOnAPlaneScatterAsTheirCovarianceSays) {
   const UncertainPixel pixel{{900, 300}, pixel_px2_};
   const UncertainPoint point = *point_on_plane(lens_, pixel, pose);
   EXPECT_EQ(point.x.z(), 0);
-  EXPECT_LT((*project(lens_.lens, pose * point.x) - pixel.pixel).norm(), 1e-9);
+  EXPECT_LT((*project(lens_.camera.lens, pose * point.x) - pixel.pixel).norm(), 1e-9);
   expect_covariance(
       many([&] {
         return Vector3d(point_on_plane(sample(lens_, random_), pixel_near(pixel.pixel), pose)->x -
@@ -158,19 +158,19 @@ TEST_P(UncertainPoints, ThereAndBackIsThePixel) {
 INSTANTIATE_TEST_SUITE_P(Lenses, UncertainPoints, testing::Bool());
 
 TEST(UncertainPointsDomain, NoValueOutsideIt) {
-  const UncertainLens lens{nullptr, pinhole(500, 500, 320, 240), {}};
+  const UncertainCamera lens{nullptr, {pinhole(500, 500, 320, 240)}, {}};
   EXPECT_FALSE(project(lens, {{0, 0, -1}, Matrix3d::Zero()}));
   EXPECT_FALSE(project(lens, {{0, 0, 0}, Matrix3d::Zero()}));
   const Pose behind = translation({0, 0, -2});
   EXPECT_FALSE(point_on_plane(lens, {{320, 240}, {}}, behind));
   EXPECT_FALSE(point_at_depth(lens, {{320, 240}, {}}, 0));
-  const UncertainLens wide{nullptr, Fisheye({100, 100, 320, 240, 0, 0, 0, 0}), {}};
+  const UncertainCamera wide{nullptr, {Fisheye({100, 100, 320, 240, 0, 0, 0, 0})}, {}};
   EXPECT_FALSE(point_at_depth(wide, {{640, 240}, {}}, 1));  // beside the camera
   EXPECT_FALSE(direction(wide, {{900, 240}, {}}));          // beyond half a turn
-  const UncertainLens parallel{nullptr, Parallel({100, 100, 320, 240, 0, 0}), {}};
+  const UncertainCamera parallel{nullptr, {Parallel({100, 100, 320, 240, 0, 0})}, {}};
   EXPECT_THROW(direction(parallel, {{320, 240}, {}}), Error);
-  const UncertainLens wrong{&Model::named("f"), pinhole(500, 500, 320, 240),
-                            MatrixX::Identity(2, 2)};
+  const UncertainCamera wrong{
+      &Model::named("f"), {pinhole(500, 500, 320, 240)}, MatrixX::Identity(2, 2)};
   EXPECT_THROW(project(wrong, {{0, 0, 1}, Matrix3d::Zero()}), Error);
 }
 

@@ -1,4 +1,4 @@
-#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -38,6 +38,16 @@ Wanted wanted_of(const std::vector<const Board*>& boards) {
   return wanted;
 }
 
+Wanted any_of(const TagKind& kind) {
+  Wanted wanted;
+  wanted.family = kind.family;
+  wanted.border_bits = kind.border_bits;
+  wanted.any = tag_family(kind.family, kind.border_bits);
+  // Tags with two bits of border mostly come from Kalibr's boards, whose squares touch them.
+  wanted.corner_squares = kind.border_bits == 2;
+  return wanted;
+}
+
 // True if a search in a finer picture may find the tag.
 bool may_be_there(const MissingTag& tag) {
   return tag.why != WhyNot::too_small && tag.why != WhyNot::outside;
@@ -52,14 +62,14 @@ void drop_unfitted(Completion& completion) {
 }
 
 // True if there is no tag of the family at all.
-bool shows_nothing(const SeenBoards& seen) {
-  return seen.strange.empty() && seen.repeated.empty() &&
+bool shows_nothing(const SeenTags& seen) {
+  return seen.tags.empty() && seen.strange.empty() && seen.repeated.empty() &&
          std::ranges::all_of(seen.completions,
                              [](const Completion& completion) { return completion.tags.empty(); });
 }
 
 // The part of the picture where missing tags may be; no value if nothing is missing.
-std::optional<PixelBox> missing_part(const ImageSize& size, const SeenBoards& seen) {
+std::optional<PixelBox> missing_part(const ImageSize& size, const SeenTags& seen) {
   Eigen::AlignedBox2d box;
   const Eigen::AlignedBox2d all(Eigen::Vector2d::Zero(), Eigen::Vector2d(size.width, size.height));
   for (const Completion& completion : seen.completions) {
@@ -85,44 +95,46 @@ std::optional<PixelBox> missing_part(const ImageSize& size, const SeenBoards& se
 
 }  // namespace
 
-BoardFinder::BoardFinder(std::vector<const Board*> boards, const DetectOptions& options)
+TagSearch::TagSearch(const Wanted& wanted, std::vector<const Board*> boards,
+                     const DetectOptions& options)
     : boards_(std::move(boards)),
-      max_hamming_(options.max_hamming),
-      halves_(options.refinement != Refinement::stock),
-      is_fitted_(options.refinement == Refinement::fit),
-      detector_(wanted_of(boards_), options),
-      family_(tag_family(wanted().family, wanted().border_bits)) {}
+      options_(options),
+      detector_(wanted, options),
+      family_(tag_family(wanted.family, wanted.border_bits)) {}
 
-SeenBoards BoardFinder::find(const ImageView8& image) {
-  SeenBoards seen;
-  const PixelBox all{0, 0, image.size()};
-  std::optional<PixelBox> part = all;
-  for (int halvings = halves_ ? num_halvings(image.size()) : 0; halvings >= 0; --halvings) {
-    for (std::size_t pass = 0; part && pass < detector_.num_passes(); ++pass) {
-      search(image, {*part, halvings, pass}, seen);
-      part = missing_part(image.size(), seen);
-    }
-  }
-  const bool small = is_worth_doubling(image.size());
-  for (std::size_t pass = 0; pass < detector_.num_passes(); ++pass)
-    if (halves_ && small && shows_nothing(seen)) search(image, {all, -1, pass}, seen);
-  if (is_fitted_) {
-    std::vector<FoundTag*> tags;
-    for (Completion& completion : seen.completions)
-      for (FoundTag& tag : completion.tags) tags.push_back(&tag);
-    const auto fit_bent = [&] {
-      for (std::size_t i = 0; i < boards_.size(); ++i)
-        fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
-    };
-    fit_bent();
-    if (detector_.find_gamma(image, tags)) fit_bent();
-    detector_.forget_gamma();
-    for (Completion& completion : seen.completions) drop_unfitted(completion);
-  }
+TagSearch::TagSearch(std::vector<const Board*> boards, const DetectOptions& options)
+    : TagSearch(wanted_of(boards), boards, options) {}
+
+TagSearch::TagSearch(const TagKind& kind, const DetectOptions& options)
+    : TagSearch(any_of(kind), {}, options) {}
+
+SeenTags TagSearch::find(const ImageView8& image) {
+  SeenTags seen;
+  seen.completions.resize(boards_.size());
+  if (std::min(image.width(), image.height()) < kMinPictureSidePx) return seen;
+  search_scales(image, seen);
+  if (options_.refinement == Refinement::fit) fit(image, seen);
   return seen;
 }
 
-void BoardFinder::search(const ImageView8& image, const Search& where, SeenBoards& seen) {
+void TagSearch::search_scales(const ImageView8& image, SeenTags& seen) {
+  const bool is_refined = options_.refinement != Refinement::stock;
+  const PixelBox all{0, 0, image.size()};
+  std::optional<PixelBox> part = all;
+  for (int halvings = is_refined ? num_halvings(image.size()) : 0; halvings >= 0; --halvings) {
+    for (std::size_t pass = 0; part && pass < detector_.num_passes(); ++pass) {
+      search(image, {*part, halvings, pass}, seen);
+      if (!boards_.empty()) part = missing_part(image.size(), seen);
+    }
+  }
+  if (!is_refined || !is_worth_doubling(image.size()) || !shows_nothing(seen)) return;
+  // Of boards the first tags suffice: they are completed from these.
+  for (std::size_t pass = 0; pass < detector_.num_passes(); ++pass)
+    if (boards_.empty() || shows_nothing(seen)) search(image, {all, -1, pass}, seen);
+}
+
+void TagSearch::search(const ImageView8& image, const Search& where, SeenTags& seen) {
+  if (boards_.empty()) return detector_.find(image, where, seen.tags);
   std::vector<FoundTag> tags;
   for (const Completion& completion : seen.completions)
     tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
@@ -130,9 +142,27 @@ void BoardFinder::search(const ImageView8& image, const Search& where, SeenBoard
   complete(image, unique_tags(tags, seen), seen);
 }
 
+void TagSearch::fit(const ImageView8& image, SeenTags& seen) {
+  std::vector<FoundTag*> tags;
+  for (FoundTag& tag : seen.tags) tags.push_back(&tag);
+  for (Completion& completion : seen.completions)
+    for (FoundTag& tag : completion.tags) tags.push_back(&tag);
+  const auto fit_bent = [&] {
+    for (FoundTag& tag : seen.tags)
+      if (!tag.fitted) tag = detector_.refined(image, tag.id, tag.corners, false).value_or(tag);
+    for (std::size_t i = 0; i < boards_.size(); ++i)
+      fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
+  };
+  fit_bent();
+  if (detector_.find_gamma(image, tags)) fit_bent();
+  detector_.forget_gamma();
+  std::erase_if(seen.tags, [](const FoundTag& tag) { return !tag.fitted; });
+  for (Completion& completion : seen.completions) drop_unfitted(completion);
+}
+
 // The boards' tags that were seen once; adds the others to `seen`.
-std::vector<FoundTag> BoardFinder::unique_tags(const std::vector<FoundTag>& tags,
-                                               SeenBoards& seen) const {
+std::vector<FoundTag> TagSearch::unique_tags(const std::vector<FoundTag>& tags,
+                                             SeenTags& seen) const {
   std::map<int, int> count;
   for (const FoundTag& tag : tags) ++count[tag.id];
   for (const auto& [id, times] : count) {
@@ -148,9 +178,9 @@ std::vector<FoundTag> BoardFinder::unique_tags(const std::vector<FoundTag>& tags
   return single;
 }
 
-void BoardFinder::complete(const ImageView8& image, const std::vector<FoundTag>& tags,
-                           SeenBoards& seen) {
-  const CompletionRules rules{max_hamming_, seen.repeated, [&](int id, const Quad& start) {
+void TagSearch::complete(const ImageView8& image, const std::vector<FoundTag>& tags,
+                         SeenTags& seen) {
+  const CompletionRules rules{options_.max_hamming, seen.repeated, [&](int id, const Quad& start) {
                                 return detector_.refined(image, id, start);
                               }};
   seen.completions.clear();
@@ -158,18 +188,17 @@ void BoardFinder::complete(const ImageView8& image, const std::vector<FoundTag>&
     seen.completions.push_back(complete_board(image, *board, family_, tags, rules));
 }
 
-std::vector<std::unique_ptr<BoardFinder>> board_finders(const std::vector<PlacedBoard>& boards,
-                                                        const DetectOptions& options) {
+std::vector<TagSearch> tag_searches(const std::vector<PlacedBoard>& boards,
+                                    const DetectOptions& options) {
   std::map<std::pair<std::string, int>, std::vector<const Board*>> by_family;
   for (const PlacedBoard& placed : boards) {
     if (point_kind(placed.board) != PointKind::tag_corner) continue;
     const TagKind kind = tag_kind(placed.board).value();
     by_family[{kind.family, kind.border_bits}].push_back(&placed.board);
   }
-  std::vector<std::unique_ptr<BoardFinder>> finders;
-  for (auto& [family, of_family] : by_family)
-    finders.push_back(std::make_unique<BoardFinder>(std::move(of_family), options));
-  return finders;
+  std::vector<TagSearch> searches;
+  for (auto& [family, of_family] : by_family) searches.emplace_back(std::move(of_family), options);
+  return searches;
 }
 
 }  // namespace tagcal::internal

@@ -63,7 +63,7 @@ TagCornerJacobian TagFitter::corner_jacobian() const {
           Vector2d::Unit(k) +
           (bend_basis(more.x(), more.y()) - bend_basis(less.x(), less.y())) * bend / (2 * kDelta);
     }
-    Eigen::Matrix2d pixels = scale_ * Eigen::Matrix2d::Identity();
+    Eigen::Matrix2d pixels = region_.scale * Eigen::Matrix2d::Identity();
     if (view_) pixels = view_->pixel_by_place(place).value_or(pixels);
     result.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = pixels * straight.inverse() * by;
   }
@@ -76,7 +76,7 @@ double TagFitter::third_order_px() const {
     const Vector2d place = corner(i);
     const Vector2d moved =
         bend_basis(place.x(), place.y()).rightCols<8>() * model_.parameters().segment<8>(kBend + 4);
-    largest = std::max(largest, scale_ * moved.norm());
+    largest = std::max(largest, region_.scale * moved.norm());
   }
   return largest;
 }

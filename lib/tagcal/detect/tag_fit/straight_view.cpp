@@ -1,4 +1,4 @@
-#include "tagcal/detect/tag_fit/tag_lens.hpp"
+#include "tagcal/detect/tag_fit/straight_view.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

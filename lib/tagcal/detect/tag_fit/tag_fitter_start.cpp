@@ -20,17 +20,17 @@ using namespace tag_parameter;
 
 std::optional<Vector2d> TagFitter::straight_place(const Vector2d& pixel) const {
   if (view_) return view_->place(pixel);
-  return (pixel - middle_) / scale_;
+  return (pixel - region_.middle) / region_.scale;
 }
 
 std::optional<Vector2d> TagFitter::pixel(const Vector2d& straight_place) const {
   if (view_) return view_->pixel(straight_place);
-  return middle_ + scale_ * straight_place;
+  return region_.middle + region_.scale * straight_place;
 }
 
 bool TagFitter::look() {
   if (options_.camera && kind_of(options_.camera->lens).is_central) {
-    view_ = StraightView::about(options_.camera->lens, middle_, scale_);
+    view_ = StraightView::about(options_.camera->lens, region_.middle, region_.scale);
     if (!view_) return false;
   }
   std::array<Vector3d, 4> places;
@@ -83,7 +83,7 @@ bool TagFitter::cut(const ImageView<T>& image) {
   spans_.resize(static_cast<std::size_t>(patch_.height));
   if (view_)
     places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),
-                    ImageSize{patch_.width, patch_.height}, scale_);
+                    ImageSize{patch_.width, patch_.height}, region_.scale);
   return true;
 }
 
