@@ -36,7 +36,9 @@ class Stamp:
 
 
 def git(root: Path, *arguments: str) -> str | None:
-    """What git prints; no value if it fails, as in a tree without history."""
+    """What git prints; no value if it fails, as in a tree without history, or is not there."""
+    if not shutil.which("git"):
+        return None
     done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True)
     return done.stdout.strip() if done.returncode == 0 else None
 

@@ -1,0 +1,80 @@
+"""Each piece of tools/pages.txt has a stamp on its page, and the stamps that are old are printed.
+
+docs_test.py ROOT    the check, after a proof that it fails where it must
+
+Fails for a piece without a stamp, a stamp of no piece, a block without a mark, and a path that is not
+there. A stamp that is older than the last change of what it measures is printed only: the numbers may
+still be right, and tools/pages.sh takes hours. Without the history of git nothing is known to be old.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import Iterator
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tools"))
+import pages
+
+
+def mistakes(root: Path) -> Iterator[str]:
+    pieces = pages.pieces(root)
+    known: dict[Path, set[str]] = {}
+    for piece in pieces:
+        yield from (f"tools/pages.txt: {piece.name}: there is no {path}" for path in piece.paths
+                    if not (root / path).exists())
+        if piece.output == "part":
+            continue
+        known.setdefault(piece.page, set()).add(piece.name)
+        page = root / piece.page
+        text = page.read_text() if page.is_file() else ""
+        if piece.name not in pages.stamps_of(text):
+            yield f"{piece.page}: has no stamp of {piece.name}"
+        if piece.output == "block" and piece.mark not in text:
+            yield f"{piece.page}: has no {piece.mark}"
+    for page in sorted((root / "docs").rglob("*.md")):
+        place = page.relative_to(root)
+        for name in pages.stamps_of(page.read_text()).keys() - known.get(place, set()):
+            yield f"{place}: {name} is no piece of tools/pages.txt"
+
+
+def old_stamps(root: Path) -> Iterator[str]:
+    for piece in pages.pieces(root):
+        stamp = None if piece.output == "part" else pages.stamp_of(piece, root)
+        if stamp and (change := pages.changes_since(piece, stamp, root)):
+            yield f"{piece.page}: {piece.name} of {stamp.date} is older than {change}"
+
+
+def prove() -> None:
+    """The check finds each kind of mistake in a small tree, and none in a right one."""
+    place = Path("docs") / "a.md"
+    row = f"a_b | {place} | block | true | lib\n"
+    stamp = "*Measured: `a_b`, version 0123abc of 2026-01-31.*\n"
+    right = "<!-- measured: a_b -->\n\n1\n\n" + stamp
+    cases = [(row, right, 0), (row, stamp, 1), (row, "1\n", 2), ("", right, 1),
+             (row.replace("lib", "no"), right, 1)]
+    for table, page, expected in cases:
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name in ("docs", "lib", "tools"):
+                (root / name).mkdir()
+            (root / "tools/pages.txt").write_text(table)
+            (root / place).write_text(page)
+            found = list(mistakes(root))
+            assert len(found) == expected, (table, page, found)
+    piece = pages.Piece("a_b", place, "block", "true", [])
+    made = pages.with_block(right, piece, "2\n", pages.Stamp("4567def", "2026-02-01"))
+    assert made == right.replace("\n1\n", "\n2\n").replace("0123abc of 2026-01-31", "4567def of 2026-02-01")
+
+
+def main() -> int:
+    prove()
+    root = Path(sys.argv[1])
+    for line in old_stamps(root):
+        print(f"old: {line}")
+    found = list(mistakes(root))
+    print("\n".join(found))
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
