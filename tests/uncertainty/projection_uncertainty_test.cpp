@@ -151,7 +151,7 @@ TEST(ProjectionUncertainty, IsThatOfSolvesWithFreshNoise) {
   for (const double distance : {kInfinitelyFar, 1.0}) {
     const PredictedAndObserved r = fresh_noise(exact, 0.3, distance, kSolves);
     ASSERT_EQ(r.solves, kSolves);
-    // One standard deviation from 200 solves is known to 5 %; studies/projection_sd has 5,000.
+    // One standard deviation from 200 solves is known to 5 %; tagcal-study calibration_nees has more.
     EXPECT_NEAR(r.ratio(6, 10), 1, 0.2) << distance;
     for (const int row : {0, 12})
       for (const int column : {0, 20}) EXPECT_NEAR(r.ratio(row, column), 1, 0.2) << distance;

@@ -37,15 +37,15 @@ std::string side_name(int x, int y, const char* middle) {
   return vertical + (vertical.empty() || horizontal.empty() ? "" : " ") + horizontal;
 }
 
-struct Candidate {
+struct PossibleView {
   double tilt_rad = 0;
   int side = 0;  // the side nearest to the camera: 0 upper, 1 upper right, ... by 45 degrees
   int column = 0, row = 0;  // -1, 0, 1
   double distance_m = 1;
 };
 
-std::vector<Candidate> candidates(double distance_m) {
-  std::vector<Candidate> all;
+std::vector<PossibleView> candidates(double distance_m) {
+  std::vector<PossibleView> all;
   for (const double share : {1.0, 0.7, 0.5, 1.4})  // numeric: tried values
     for (const int row : {0, -1, 1})
       for (const int column : {0, -1, 1})
@@ -73,12 +73,12 @@ struct BoardPoints {
   }
 };
 
-Vector2d pixel_of(const Candidate& c, const ImageSize& size) {
+Vector2d pixel_of(const PossibleView& c, const ImageSize& size) {
   constexpr double kOffset = 0.3;  // numeric: tried places, as a share of the image
   return image_centre(size) + kOffset * Vector2d(c.column * size.width, c.row * size.height);
 }
 
-std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const BoardPoints& board) {
+std::optional<Pose> pose_of(const PossibleView& c, const Camera& camera, const BoardPoints& board) {
   const auto ray = ray_in_camera(camera.lens, pixel_of(c, camera.image_size));
   if (!ray) return std::nullopt;
   const double angle = c.side * std::numbers::pi / 4;
@@ -168,7 +168,7 @@ double focal_sigma(const Model& model, const MatrixXd& covariance) {
   return largest;
 }
 
-std::string instruction_of(const Candidate& c, const AdvisedView& view) {
+std::string instruction_of(const PossibleView& c, const AdvisedView& view) {
   constexpr std::array<std::array<int, 2>, 8> kSides = {
       {{0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}}};
   const auto& side = kSides[static_cast<std::size_t>(c.side)];
@@ -208,7 +208,7 @@ std::vector<std::string> parts_covered_by(const ViewProblem& view, const Current
 }
 
 struct JudgedView {
-  Candidate candidate;
+  PossibleView candidate;
   Pose pose;
   MatrixXd covariance;  // of the parameters after this view
   double variance = 0;  // of the projection at infinity, mean over the image, px^2
@@ -220,7 +220,7 @@ std::vector<JudgedView> judge_candidates(const BoardPoints& board, const Current
   const std::vector<std::string> missing = current.seen.missing_parts();
   const double noise = current.sigma_px * current.sigma_px;
   std::vector<JudgedView> all;
-  for (const Candidate& c : candidates(current.distance_m)) {
+  for (const PossibleView& c : candidates(current.distance_m)) {
     const auto pose = pose_of(c, current.camera, board);
     const auto view = pose ? visible_part(board, current.camera, *pose) : std::nullopt;
     if (!view) continue;

@@ -7,7 +7,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/scene/render.hpp"
 #include "tagcal/scene/viewing.hpp"
-#include "thread_time.hpp"
+#include "study/processor_time.hpp"
 
 namespace tagcal {
 namespace {
@@ -83,7 +83,7 @@ std::vector<char> judge_view(const std::map<CornerId, Eigen::Vector2d>& exact, c
 }  // namespace
 
 Measured render_and_detect(const World& world, Record& r) {
-  Lap lap;
+  study::Lap lap;
   const Rendered set = rendered(real_scene(world), render_seed(world));
   r.render_s = lap();
   const Scene& scene = world.scene;

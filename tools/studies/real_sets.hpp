@@ -1,7 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,16 +10,6 @@
 // Data sets of real cameras, of which parts are calibrated (halves.cpp, single_views.cpp).
 
 namespace tagcal {
-
-struct RealOptions {
-  std::vector<std::string> folders;
-  std::string model = "auto";
-  std::uint64_t seed = 1;
-  int threads = 2;
-  std::string csv;
-};
-
-void add_options(CLI::App& app, RealOptions& options);
 
 struct RealSet {
   std::string name;  // of its folder
@@ -68,24 +56,5 @@ SeenRegion region_of(const Dataset& set);
 // Nodes without an uncertainty are skipped. No value if the lenses cannot be compared.
 std::optional<ProjectionTest> test_projection(const Calibration& a, const Calibration& b,
                                               const SeenRegion& region);
-
-// Differences in units of their standard deviations.
-class Scores {
- public:
-  void add(double z) { z_.push_back(z); }
-  void add(const Scores& other) { z_.insert(z_.end(), other.z_.begin(), other.z_.end()); }
-
-  int count() const { return static_cast<int>(z_.size()); }
-  int beyond() const;  // |z| > 3
-  double rms() const;
-  double worst() const;
-  std::string text() const;  // rms, share beyond 3 in %, worst; in 21 characters
-
- private:
-  std::vector<double> z_;
-};
-
-double percent(double part, double whole);  // 0 of nothing
-double rms_of(const std::vector<double>& values);
 
 }  // namespace tagcal

@@ -5,18 +5,19 @@
 #include <string>
 #include <vector>
 
-#include "draw/gnuplot.hpp"
+#include "draw/paint.hpp"
 #include "input/arguments.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
+#include "studies/machine.hpp"
+#include "studies/studies.hpp"
 #include "study/chart/chart.hpp"
 #include "study/chart/chart_file.hpp"
 #include "study/chart/chart_plot.hpp"
 #include "study/chart/chart_table.hpp"
-#include "study/machine.hpp"
-#include "study/study_commands.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/version.hpp"
 
@@ -46,20 +47,14 @@ void write_result(const ChartResult& result, const fs::path& place, OutputFolder
   write_whole(folder.path() / "trials.csv", trials_text(result));
   write_whole(folder.path() / "chart.csv", points_csv(result, points));
   write_whole(folder.path() / "chart.md", chart_markdown(result, points));
-  const bool can_draw = has_gnuplot();
-  if (can_draw) {
-    for (const ChartPicture& picture : chart_pictures(result, points))
-      draw_with_gnuplot(picture.script, folder.path() / picture.file_name);
+  for (const auto& [name, drawing] : chart_pictures(result, points)) {
+    write_whole(folder.path() / (name + ".svg"), drawing_svg(drawing));
+    write_png(folder.path() / (name + ".png"), drawing_image(drawing, 2));
   }
   folder.publish();
   say_wrote(place);
-  fmt::print("{}: {} panels, {} methods, {} trials a panel; see chart.md{}\n", place.string(),
-             result.panels.size(), result.methods.size(), result.num_trials,
-             can_draw ? " and chart.png" : "");
-  if (!can_draw)
-    print_to_stderr(
-        "tagcal: warning: gnuplot is missing: chart.csv and chart.md are written, but no pictures "
-        "(Debian: gnuplot-nox)\n");
+  fmt::print("{}: {} panels, {} methods, {} trials a panel; see chart.md and chart.png\n",
+             place.string(), result.panels.size(), result.methods.size(), result.num_trials);
 }
 
 ChartResult run_job(const Arguments& a, const std::string& name) {

@@ -15,15 +15,6 @@
 
 namespace tagcal {
 
-void add_options(CLI::App& app, RealOptions& options) {
-  app.add_option("DATASETS", options.folders, "folders with dataset.yaml")->required();
-  app.add_option("--model", options.model, "of all calibrations (auto)");
-  app.add_option("--seed", options.seed, "of the random parts (1)");
-  app.add_option("--threads", options.threads, "calibrations side by side (2)")
-      ->check(CLI::Range(1, 1024));
-  app.add_option("--csv", options.csv, "file to write, one line per part");
-}
-
 std::vector<RealSet> read_sets(const std::vector<std::string>& folders) {
   std::vector<RealSet> sets;
   for (const std::string& folder : folders) {
@@ -104,30 +95,6 @@ std::optional<ProjectionTest> test_projection(const Calibration& a, const Calibr
   }
   if (nodes == 0) return std::nullopt;
   return ProjectionTest{std::sqrt(difference / nodes), std::sqrt(claim / nodes), printed};
-}
-
-int Scores::beyond() const {
-  return static_cast<int>(std::ranges::count_if(z_, [](double z) { return !(std::abs(z) <= 3); }));
-}
-
-double Scores::rms() const { return rms_of(z_); }
-
-double Scores::worst() const {
-  double worst = 0;
-  for (const double z : z_) worst = std::max(worst, std::abs(z));
-  return worst;
-}
-
-std::string Scores::text() const {
-  return fmt::format("{:6.2f} {:6.1f} {:7.1f}", rms(), percent(beyond(), count()), worst());
-}
-
-double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
-
-double rms_of(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 }  // namespace tagcal

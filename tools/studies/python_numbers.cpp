@@ -1,24 +1,22 @@
 // Poses of single tags and projections of points with their times, for comparison with the Python
-// module on the same numbers: python_overhead.py runs this program and prints the table.
-//
-//   python_overhead FOLDER        writes float64 files of numbers and answers into the folder, and
-//                                 prints two lines: "pose" and us per tag, "project" and ms
+// module on the same numbers: python_overhead.py runs this study and prints the table. Writes
+// float64 files of numbers and answers into a folder.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <span>
 #include <vector>
 
+#include "studies/studies.hpp"
 #include "tagcal/camera/camera.hpp"
 #include "tagcal/estimate/pose.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
 #include "tagcal/random.hpp"
 
+namespace tagcal {
+using namespace study;
 namespace {
-
-using namespace tagcal;
 
 constexpr int kTags = 2000;
 constexpr int kPoints = 1'000'000;
@@ -98,13 +96,24 @@ double time_projection(const std::filesystem::path& folder, const Camera& camera
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "usage: python_overhead FOLDER\n";
-    return 2;
-  }
-  const std::filesystem::path folder = argv[1];
-  const Camera camera{Perspective({700, 705, 330, 236, -0.2, 0.06, 0.001, -0.0005}), {640, 480}};
-  std::cout << "pose " << time_poses(folder, camera) << "\n";
-  std::cout << "project " << time_projection(folder, camera) << "\n";
+Study python_numbers_study() {
+  const auto tasks = [](const StudyOptions& options) {
+    const std::filesystem::path folder = options.inputs.front();
+    const Camera camera{Perspective({700, 705, 330, 236, -0.2, 0.06, 0.001, -0.0005}), {640, 480}};
+    const auto task = [&](const char* name, auto time) {
+      return Task{name, [=](std::uint64_t) { return std::vector<Values>{{time(folder, camera)}}; },
+                  1};
+    };
+    return std::vector<Task>{task("pose, us a tag", time_poses),
+                             task("project, ms", time_projection)};
+  };
+  return {.name = "python_numbers",
+          .summary = "numbers, answers and times for tools/studies/python_overhead.py",
+          .inputs = "folder to write to",
+          .count = 1,
+          .columns = {"time"},
+          .tasks = tasks,
+          .tables = {{{"task"}, {sum_of("time", "time", 4)}}}};
 }
+
+}  // namespace tagcal

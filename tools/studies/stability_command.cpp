@@ -6,19 +6,20 @@
 #include <string>
 #include <vector>
 
-#include "draw/gnuplot.hpp"
+#include "draw/paint.hpp"
 #include "input/arguments.hpp"
 #include "input/output_folder.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
+#include "studies/machine.hpp"
+#include "studies/studies.hpp"
 #include "study/atlas/atlas_page.hpp"
 #include "study/atlas/atlas_plot.hpp"
 #include "study/atlas/stability.hpp"
 #include "study/atlas/stability_file.hpp"
 #include "study/chart/chart.hpp"
-#include "study/machine.hpp"
-#include "study/study_commands.hpp"
 #include "tagcal/error.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
 #include "tagcal/version.hpp"
 
@@ -31,7 +32,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::vector<std::string> maps;
-  std::string out;
+  std::string out, from;
   int trials = 0, threads = 1;
   std::uint64_t seed = 1;
   bool quick = false, list = false, ours = false;
@@ -78,16 +79,17 @@ int run(const Arguments& a) {
   if (a.out.empty()) throw Error("stability: needs --out DIR, or --list");
   OutputFolder folder(a.out, OutputFolder::Taken::by_any_folder);
   const std::vector<std::string> origin = origin_of(a);
-  const bool can_draw = has_gnuplot();
   std::vector<AtlasSheet> sheets;
   int misses = 0;
   for (StabilityMap& map : maps) {
     if (a.ours) map = ours_alone(std::move(map));
-    StabilityResult result = run_shown(map, a);
+    const fs::path made = fs::path(a.from) / (map.name + ".csv");
+    const bool is_made = !a.from.empty() && fs::exists(made);
+    StabilityResult result = is_made ? read_stability(map, read_text(made)) : run_shown(map, a);
     write_whole(folder.path() / (map.name + ".csv"), stability_csv(map, result));
-    if (can_draw)
-      draw_with_gnuplot(atlas_picture(map, result, origin), folder.path() / (map.name + ".png"));
-    sheets.push_back({std::move(map), std::move(result), can_draw});
+    write_png(folder.path() / (map.name + ".png"),
+              drawing_image(atlas_picture(map, result, origin), 2));
+    sheets.push_back({std::move(map), std::move(result)});
     misses += static_cast<int>(missing_marks(sheets.back().map, sheets.back().result).size());
   }
   write_whole(folder.path() / "atlas.md", atlas_page(sheets, origin));
@@ -95,10 +97,6 @@ int run(const Arguments& a) {
   say_wrote(a.out);
   fmt::print("{}: {} maps, {} cells or maps of tagcal miss the marks; see atlas.md\n", a.out,
              sheets.size(), misses);
-  if (!can_draw)
-    print_to_stderr(
-        "tagcal: warning: gnuplot is missing: the tables and atlas.md are written, but no pictures "
-        "(Debian: gnuplot-nox)\n");
   return kAnswer;
 }
 
@@ -110,6 +108,9 @@ Command add_stability(CLI::App& app) {
   const auto a = std::make_shared<Arguments>();
   add_option(*command, "MAP", a->maps, "names of maps (see --list); default: all").text(" ");
   add_option(*command, "--out", a->out, "folder for atlas.md and each map's .csv and .png")
+      .text("DIR");
+  add_option(*command, "--from", a->from,
+             "folder of maps' .csv that earlier runs made: these maps are read, not run again")
       .text("DIR");
   add_integer(*command, "--trials", a->trials, 1,
               "trials of each cell (other libraries: at most 200); default: the number of the map");

@@ -1,4 +1,4 @@
-#include "study/machine.hpp"
+#include "studies/machine.hpp"
 
 #include <ctime>
 #include <fstream>
