@@ -20,7 +20,7 @@ using Matrix8 = Eigen::Matrix<double, 8, 8, Eigen::DontAlign>;
 enum class Refinement {
   stock,  // as AprilTag gives them
   edges,  // each side of the tag fitted by itself, without covariances
-  fit,    // the whole printed pattern fitted (refine_tag.hpp), with covariances; if that fails,
+  fit,    // the whole printed pattern fitted (refine.hpp), with covariances; if that fails,
           // under the lens estimated from the picture's tags; if that fails too, the tag is not
           // reported
 };

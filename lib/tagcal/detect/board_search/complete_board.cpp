@@ -19,9 +19,6 @@ using Eigen::Vector2d;
 
 using namespace policy;
 
-// numeric: a found tag with a higher correlation is not laid out again, which saves time.
-constexpr double kSureCorrelation = 0.93;
-
 // Probability that random bits, in any of four rotations, are one of `ids` codes up to `wrong_bits`
 // wrong bits.
 double chance_of_code(const TagFamily& family, std::size_t ids, int wrong_bits) {
@@ -77,7 +74,7 @@ class PanelCompletion {
     const TagCells cells(family_, tag.id, surroundings_);
     FoundTag kept = found;
     const double before = pattern_correlation(image_, found.corners, cells);
-    if (!found.refined || before < kSureCorrelation) {
+    if (!found.refined || before < kBoardSureCorrelation) {
       const Quad best = best_correlated_quad(image_, found.corners, cells, 0);
       if (found.refined ? is_misplaced(found.corners, best, cells)
                         : pattern_correlation(image_, best, cells) > before) {

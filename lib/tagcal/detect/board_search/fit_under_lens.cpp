@@ -18,7 +18,8 @@ namespace {
 
 using namespace policy;
 
-// numeric: weights of fitted corners and of straight sides under a roughly known lens, px
+// numeric: weights of fitted corners and of straight sides in the estimate of the lens, px; no
+// picture of docs/trust/sensitivity.md depends on them
 constexpr double kFittedSdPx = 0.1;
 constexpr double kSidesSdPx = 1;
 constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work

@@ -22,8 +22,9 @@ struct SeenTags {
 // searched first, which is quick and shows large tags in noise; boards are completed from these.
 // Tags that are still missing, and may be in the picture, are searched for in less halved ones,
 // only where they may be. A picture that shows no tag at all and is not large is doubled: then tags
-// are read down to 10 px. Tags are fitted, strongly bent ones too, then again with the picture's
-// gamma; tags without a fit are dropped. Pictures with a side below 8 px are not searched.
+// are read down to 10 px. With Refinement::fit, tags are fitted, strongly bent ones too, then again
+// with the picture's gamma, and tags without a fit are dropped. Pictures with a side below 8 px are
+// not searched.
 class TagSearch {
  public:
   // The boards must outlive it and be of one family and border. Throws Error as tag_family() does.

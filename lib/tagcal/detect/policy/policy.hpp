@@ -181,6 +181,10 @@ inline constexpr double kBoardMinHalvedPixels = 150'000;
 inline constexpr std::size_t kBoardNeighbours = 4;
 // Cells by which a prediction may be off. Source: x0.7 and x1.4: nothing.
 inline constexpr double kBoardReachCells = 2;
+// Least correlation with its pattern at which the corners of a refined tag are kept without a
+// search for a higher one. Source: x0.7: nothing; x1.4, a search for each: corners -0.1 %, -11
+// beyond 5 sd.
+inline constexpr double kBoardSureCorrelation = 0.93;
 // px. Refined corners are wrong if they lie farther from the quad of highest correlation (the
 // search is no finer), and farther than kMaxMoveShare of a cell, and correlate less. Source:
 // x0.7: corners -0.4 %, errors +0.3 %, squares over claims +0.2 %, -11 beyond 5 sd; x1.4:
