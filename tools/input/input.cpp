@@ -17,6 +17,7 @@
 #include "report/warning_groups.hpp"
 #include "tagcal/detect/board_search/refine_corners.hpp"
 #include "tagcal/detect/checker_search/refine_checkers.hpp"
+#include "tagcal/detect/circle_search/refine_circles.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
@@ -322,7 +323,13 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
                                           });
   const RefinedCorners checkers =
       refine_checkers(input.images, input.dataset.boards, refined.views, camera, threads);
-  input.dataset.views = checkers.views;
+  const RefinedCorners circles =
+      refine_circles(input.images, input.dataset.boards, checkers.views, camera, threads);
+  input.dataset.views = circles.views;
+  if (circles.num_refined < circles.num_tags)
+    input.warnings.push_back(
+        fmt::format("{} of {} centres of circles are not refined: the fit with the lens failed",
+                    circles.num_tags - circles.num_refined, circles.num_tags));
   if (checkers.num_refined < checkers.num_tags)
     input.warnings.push_back(
         fmt::format("{} of {} corners of checkerboards are not refined: the fit with the lens "

@@ -4,9 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 
-#include "tagcal/scene/print/black_squares.hpp"
+#include "tagcal/scene/print/board_ink.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -14,7 +13,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Square = std::array<Vector3d, 4>;
+using Square = std::vector<Vector3d>;
 
 constexpr std::size_t kMostSquares = 2000;
 
@@ -28,7 +27,8 @@ Square rectangle(const Vector3d& low, const Vector3d& high) {
   return {low, {high.x(), low.y(), low.z()}, high, {low.x(), high.y(), high.z()}};
 }
 
-// The printed part: a checkerboard has a square more than corners on each side.
+// The printed part: a checkerboard has a square more than corners on each side, a grid of circles a
+// radius more than centres.
 Square outline_of(const Board& board) {
   AlignedBox3d box = box_of(target_points(board));
   if (const auto squares = checkers(board)) {
@@ -36,15 +36,25 @@ Square outline_of(const Board& board) {
     box.min() -= square;
     box.max() += square;
   }
+  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern)) {
+    const Vector3d radius(grid->diameter / 2, grid->diameter / 2, 0);
+    box.min() -= radius;
+    box.max() += radius;
+  }
   return rectangle(box.min(), box.max());
 }
 
 std::vector<Square> squares_of(const Board& board) {
   std::vector<Square> squares;
-  if (checkers(board))
-    squares = internal::black_squares(board);
+  const auto add = [&](const auto& corners) {
+    squares.emplace_back(corners.begin(), corners.end());
+  };
+  if (point_kind(board) == PointKind::circle_centre)
+    squares = internal::drawn_print(board, internal::board_panels(board, 0).front());
+  else if (checkers(board))
+    std::ranges::for_each(internal::black_squares(board), add);
   else
-    for (const Tag& tag : tags_of(board)) squares.push_back(tag_corners(tag));
+    for (const Tag& tag : tags_of(board)) add(tag_corners(tag));
   if (squares.size() > kMostSquares) squares.resize(kMostSquares);
   return squares;
 }

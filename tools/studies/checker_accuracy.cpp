@@ -7,6 +7,8 @@
 //   checker_accuracy found [views, default 300]
 // The same for ChArUco boards:
 //   checker_accuracy charuco [views, default 100]
+// Centres of circles under a strong lens, beside the bound and cv::findCirclesGrid:
+//   checker_accuracy circles [views per row, default 12]
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -106,6 +108,17 @@ struct Fits {
   }
 };
 
+// Of a bound in px, scaled from the noise of its picture to that of a row, each with its rounding.
+double scale_of_bound(const CheckerViewSpec& spec, double noise_levels) {
+  return std::hypot(spec.noise_levels, std::sqrt(1.0 / 12)) /
+         std::hypot(noise_levels, std::sqrt(1.0 / 12));
+}
+
+void print(const CheckerViewSpec& spec) {
+  std::printf("%.0f px, tilt %.0f deg, blur %.1f px, noise %.0f\n", spec.square_px, spec.tilt_deg,
+              spec.blur_px, spec.noise_levels);
+}
+
 struct Row {
   CheckerViewSpec spec;
 };
@@ -131,17 +144,77 @@ void run(const Row& row, int count) {
     add_corner_sub_pix(view, std::min(5.0, row.spec.square_px / 3), random, sub_pix);
     add_sector_based(view, &sector_based);
   }
-  const double rounding = 1.0 / 12, quiet = 0.25;  // variances, levels squared
-  const double scale =
-      std::sqrt((row.spec.noise_levels * row.spec.noise_levels + rounding) / (quiet + rounding));
-  bound = scale * std::sqrt(exact.predicted / (2 * exact.errors.count()));
-  std::printf("%.0f px, tilt %.0f deg, blur %.1f px, noise %.0f\n", row.spec.square_px,
-              row.spec.tilt_deg, row.spec.blur_px, row.spec.noise_levels);
+  bound = scale_of_bound(row.spec, 0.5) * std::sqrt(exact.predicted / (2 * exact.errors.count()));
+  print(row.spec);
   unknown.print("fit", bound);
   known.print("known lens", bound);
   for (const auto& [name, errors] : {std::pair{"cornerSubPix", &sub_pix}, {"SB", &sector_based}})
     std::printf("  %-12s %5d corners  rms %.4f  (%.2f)\n", name, errors->count(), errors->rms(),
                 errors->rms() / bound);
+}
+
+// The distances of the true centres to the nearest ones that OpenCV finds.
+bool add_circles_grid(const CheckerView& view, Errors& errors) {
+  const auto& grid = std::get<CircleGrid>(view.board.pattern);
+  std::vector<cv::Point2f> centres;
+  if (!cv::findCirclesGrid(
+          as_mat(view.image), {grid.columns, grid.rows}, centres,
+          grid.asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID))
+    return false;
+  for (const auto& [id, at] : view.corners) {
+    Eigen::Vector2d nearest(1e9, 1e9);
+    for (const cv::Point2f& centre : centres)
+      if (const Eigen::Vector2d found(centre.x, centre.y);
+          (found - at).norm() < (nearest - at).norm())
+        nearest = found;
+    errors.add(nearest, at);
+  }
+  return true;
+}
+
+const Row kCircleRows[] = {{{24, 0, .8, 2}},  {{24, 30, .8, 2}}, {{24, 45, .8, 2}},
+                           {{24, 60, .8, 2}}, {{14, 30, .8, 2}}, {{14, 60, .8, 2}},
+                           {{34, 60, .8, 2}}, {{24, 60, .8, 8}}, {{24, 60, 1.5, 2}}};
+
+// Symmetric and asymmetric grids in turn, through a barrel lens and a fisheye. The bound is the
+// covariance of a fit under the true lens to the picture with more noise, scaled to its noise: with
+// next to none the misfit of the model counts.
+void run_circles(const Row& row, int count) {
+  const ImageSize size{640, 480};
+  const Camera cameras[] = {{Perspective({530, 530, 322, 238, -.4, .18}), size},
+                            {Fisheye({270, 270, 322, 238, -.02, .004, -.002, 0}), size}};
+  const Board boards[] = {make_board(CircleGrid{8, 6, .02, .01}),
+                          make_board(CircleGrid{4, 9, .02, .014, true})};
+  Random random(41);
+  CheckerViewSpec loud = row.spec;
+  loud.noise_levels = 8;
+  Fits unknown, known, exact;
+  Errors theirs;
+  int whole = 0, found = 0, found_by_opencv = 0;
+  for (int i = 0; i < count; ++i) {
+    CheckerViewSpec spec = row.spec;
+    spec.roll_rad = random.uniform(-1, 1);
+    Random again = random;
+    const CheckerView view = checker_view(boards[i % 2], cameras[i / 2 % 2], spec, random);
+    if (!view.is_whole) continue;
+    ++whole;
+    const View seen = found_in(view.image, view, nullptr);
+    found += seen.observations.size() == view.corners.size() ? 1 : 0;
+    unknown.add(seen, view);
+    known.add(found_in(view.image, view, &view.camera), view);
+    loud.roll_rad = spec.roll_rad;
+    const CheckerView same = checker_view(view.board, view.camera, loud, again);
+    exact.add(found_in(same.image, same, &view.camera), same);
+    found_by_opencv += add_circles_grid(view, theirs) ? 1 : 0;
+  }
+  const double bound = scale_of_bound(row.spec, loud.noise_levels) *
+                       std::sqrt(exact.predicted / (2 * exact.errors.count()));
+  print(row.spec);
+  unknown.print("fit", bound);
+  known.print("known lens", bound);
+  std::printf("  %-12s %5d centres  rms %.4f  (%.2f)\n", "OpenCV", theirs.count(), theirs.rms(),
+              theirs.rms() / bound);
+  std::printf("  found whole: %d of %d; findCirclesGrid %d\n", found, whole, found_by_opencv);
 }
 
 void run_found(int count, bool with_markers) {
@@ -198,6 +271,10 @@ int main(int argc, char** argv) {
   if (kind == "found" || kind == "charuco") {
     const bool with_markers = kind == "charuco";
     run_found(argc > 2 ? std::atoi(argv[2]) : with_markers ? 100 : 300, with_markers);
+    return 0;
+  }
+  if (kind == "circles") {
+    for (const Row& row : kCircleRows) run_circles(row, argc > 2 ? std::atoi(argv[2]) : 12);
     return 0;
   }
   const int count = argc > 1 ? std::atoi(argv[1]) : 12;

@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/board_symmetry.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
+#include "tagcal/detect/circle_search/circle_finder.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -22,7 +24,8 @@ class Worker {
   Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
       : camera_(options.camera),
         finders_(board_finders(boards, options)),
-        checkers_(boards, options) {}
+        checkers_(boards, options),
+        circles_(boards, options) {}
 
   DetectedPicture detect(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
@@ -53,6 +56,7 @@ class Worker {
     found.num_sure = static_cast<int>(count.sure);
     found.num_unread = static_cast<int>(count.unread);
     add_checkers(image, name, found);
+    add_circles(image, name, found);
     std::sort(found.view.observations.begin(), found.view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
     if (found.view.observations.empty() && !finders_.empty())
@@ -83,6 +87,14 @@ class Worker {
     }
   }
 
+  void add_circles(const ImageView8& image, const std::string& name, DetectedPicture& found) const {
+    std::vector<Observation>& corners = found.view.observations;
+    for (const SeenCircles& seen : circles_.find(image)) {
+      corners.insert(corners.end(), seen.centres.begin(), seen.centres.end());
+      if (!seen.why_not.empty()) found.warnings.push_back(name + ": " + seen.why_not);
+    }
+  }
+
   static void add_corners(const FoundTag& tag, View& view) {
     for (int i = 0; i < 4; ++i) {
       Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
@@ -94,6 +106,7 @@ class Worker {
   const Camera* camera_;
   std::vector<std::unique_ptr<BoardFinder>> finders_;
   CheckerFinder checkers_;
+  CircleFinder circles_;
 };
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace tagcal {
 
-// Finds the corners of the boards' tags and checkerboards in one picture. Tags that are on no
+// Finds the corners of the boards' tags and checkerboards and the centres of their circles
+// in one picture. Tags that are on no
 // board, and tags of one id seen at two places, are not reported but named in the warnings, which
 // begin with `name`, as does an Error. Pictures with a side below 8 px are not searched. Corners:
 // pixel centres at whole numbers. Throws Error if the picture's size differs from that of the given

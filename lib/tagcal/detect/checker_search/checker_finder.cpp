@@ -199,12 +199,6 @@ std::vector<Observation> observations_of(const CheckerCorners& corners, const Ch
 
 }  // namespace
 
-BoardSymmetry symmetry_of(const Checkerboard& board) {
-  if ((board.columns + board.rows) % 2 != 0) return BoardSymmetry::none;
-  return board.columns == board.rows && board.columns % 2 == 0 ? BoardSymmetry::quarter_turn
-                                                               : BoardSymmetry::half_turn;
-}
-
 std::string why_not_text(const SeenChecker& seen, const Board& board) {
   const Checkerboard squares = checkers(board).value();
   const std::string name =
@@ -225,24 +219,6 @@ std::string why_not_text(const SeenChecker& seen, const Board& board) {
       return fmt::format("{} is seen more than once, so it is not reported", name);
   }
   return {};
-}
-
-std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards) {
-  std::vector<std::string> warnings;
-  for (const PlacedBoard& placed : boards) {
-    const auto board = checkers(placed.board);
-    if (!board || tag_kind(placed.board)) continue;
-    const BoardSymmetry symmetry = symmetry_of(*board);
-    if (symmetry == BoardSymmetry::none) continue;
-    warnings.push_back(fmt::format(
-        "the checkerboard of {} x {} corners looks the same after {}: in each picture its y axis "
-        "is taken to be the one that points up most, so a board on its head is numbered from the "
-        "wrong end. A calibration does not change, poses do. Use a board with an odd number of "
-        "squares in one direction and an even number in the other",
-        board->columns, board->rows,
-        symmetry == BoardSymmetry::half_turn ? "half a turn" : "a quarter turn"));
-  }
-  return warnings;
 }
 
 CheckerFinder::CheckerFinder(const std::vector<PlacedBoard>& boards, const DetectOptions& options)

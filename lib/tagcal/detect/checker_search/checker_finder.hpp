@@ -13,10 +13,6 @@
 // Private to detect.
 namespace tagcal::internal {
 
-// The turns by which a checkerboard looks the same.
-enum class BoardSymmetry { none, half_turn, quarter_turn };
-BoardSymmetry symmetry_of(const Checkerboard& board);
-
 // Why a board is not reported, or what a reader of its corners should know.
 enum class CheckerAnswer {
   found,
@@ -69,8 +65,5 @@ class CheckerFinder {
   // The grids of the present picture, then those of its halves; each list begins with the largest.
   std::vector<std::vector<JunctionGrid>> levels_;
 };
-
-// One sentence for each board that looks the same if it is turned.
-std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards);
 
 }  // namespace tagcal::internal
