@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal {

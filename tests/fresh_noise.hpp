@@ -2,8 +2,8 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 #include "worlds.hpp"
 
 // Projection uncertainty as predicted at the truth, and as solves with fresh noise show it.
@@ -58,9 +58,9 @@ inline PredictedAndObserved fresh_noise(const Bundle& exact, double sigma_px, do
                                         int solves) {
   const std::vector<Eigen::Vector2d> samples = seen_region(exact).samples();
   PredictedAndObserved result;
-  result.predicted =
-      projection_uncertainty({exact.model, exact.lens(), covariance_for(exact, sigma_px)},
-                             {exact.image_size}, samples, distance_m);
+  result.predicted = projection_uncertainty(
+      {exact.model, {exact.lens(), exact.image_size}, covariance_for(exact, sigma_px)},
+      {exact.image_size}, samples, distance_m);
   result.variance = 0 * result.predicted.sigma_px;
   for (int i = 0; i < solves; ++i) {
     Bundle noisy = with_noise(exact, sigma_px, Random(77, static_cast<std::uint64_t>(i)));

@@ -13,16 +13,15 @@
 #   5. What stands in a sub-room is in the namespace tagcal::internal.
 cmake_minimum_required(VERSION 3.23)
 
-set(layers internal geometry solvers camera viewing scene reproject estimate detect io validate study)
+set(layers internal geometry solvers camera viewing scene uncertainty reproject estimate detect io validate study)
 set(neighbours_estimate detect reproject)
 set(neighbours_detect estimate reproject)
 # Headers of a layer's own folder that have a place among its rooms; the others come last.
 set(rooms_estimate policy types findings pose bundle calibration checks facade)
-set(types_in_estimate types status seen_region)
-set(bundle_in_estimate projection_uncertainty calibration_diff advice)
+set(types_in_estimate types status)
 set(rooms_detect types policy tag_fit opencv apriltag board_search checker_search circle_search facade)
 set(types_in_detect types)
-set(tag_fit_in_detect refine_tag refine_corner)
+set(tag_fit_in_detect refine)
 set(apriltag_in_detect families)
 set(rooms_io types text yaml image formats scene facade)
 set(types_in_io types)

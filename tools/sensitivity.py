@@ -115,8 +115,8 @@ def build(jobs):
   folder = TREE / "build"
   for command in (["cmake", "-S", TREE, "-B", folder, "-G", "Ninja", "-D",
                    "CMAKE_BUILD_TYPE=Release"],
-                  ["cmake", "--build", folder, "-j", str(jobs), "--target", "worlds", "halves",
-                   "detect_answers", "tagcal-study"]):
+                  ["cmake", "--build", folder, "-j", str(jobs), "--target",
+                   "tagcal-study"]):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode != 0:
       sys.exit(f"sensitivity.py: {' '.join(map(str, command))} failed:\n{done.stdout[-3000:]}")
@@ -129,15 +129,15 @@ def rows_of(study, programs, sets, constant=None, factor=1):
   out = WORK / "run"
   shutil.rmtree(out, ignore_errors=True)
   out.mkdir(parents=True)
-  worlds = [programs / "tools/studies/worlds", "run", "--seed", "31", "--threads", "1", "--out",
-            out / "worlds.csv"]
+  program = programs / "tools/tagcal-study"
   command = {
-      "corners": [*worlds, "--count", "200", "--corners-only"],
-      "answers": [programs / "tools/studies/detect_answers", out / "answers.csv", WORK / "pictures",
-                  *sets],
-      "halves": [programs / "tools/studies/halves", "--splits", "4", "--csv", out / "halves.csv",
+      "corners": [program, "worlds", "run", "--seed", "31", "--threads", "1", "--count", "200",
+                  "--corners-only", "--out", out / "worlds.csv"],
+      "answers": [program, "detect_answers", "--csv", out / "answers.csv", "--pictures",
+                  WORK / "pictures", *sets],
+      "halves": [program, "halves", "--count", "4", "--csv", out / "halves.csv",
                  *(ROOT / "tests/data/real_corners" / s for s in SETS)],
-      "maps": [programs / "tools/tagcal-study", "stability", "--ours", "--trials", "5", "--seed",
+      "maps": [program, "stability", "--ours", "--trials", "5", "--seed",
                "9", "--threads", "1", "--out", out, *MAPS],
   }[study]
   environment = dict(os.environ)
@@ -152,7 +152,7 @@ def rows_of(study, programs, sets, constant=None, factor=1):
   rows = []
   for path in sorted(out.glob("*.csv")):
     with path.open() as file:
-      for row in csv.DictReader(file):
+      for row in csv.DictReader(line for line in file if not line.startswith("#")):
         rows.append({k: v for k, v in row.items() if k not in TIMES})
   return rows
 
@@ -182,7 +182,7 @@ def changed_answers(before, after):
   """What becomes of the corners that are found."""
   if after is None:
     return "failed"
-  rows = [[{k: float(v) for k, v in row.items() if k not in ("group", "picture")} for row in of]
+  rows = [[{k: float(v) for k, v in row.items() if k not in ("task", "trial", "picture")} for row in of]
           for of in (before, after)]
   right, wrong, beyond = ([sum(f(row) for row in of) for of in rows] for f in (
       lambda row: row["found"] - row["wrong"], lambda row: row["wrong"], lambda row: row["beyond"]))

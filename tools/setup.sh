@@ -14,7 +14,7 @@ packages=(
   libeigen3-dev libceres-dev libapriltag-dev libopencv-dev
   libcli11-dev libfmt-dev libyaml-cpp-dev nlohmann-json3-dev libpng-dev libjpeg-dev
   libdeflate-dev libtiff-dev libwebp-dev libstb-dev libcairo2-dev libopencv-contrib-dev
-  libgtest-dev librapidcheck-dev gnuplot-nox
+  libgtest-dev librapidcheck-dev
 )
 python=(
   python3-dev pybind11-dev python3-numpy python3-pytest python3-opencv python3-matplotlib

@@ -46,7 +46,7 @@ std::optional<py::array_t<double>> covariance_of_answer(const Calibration& c) {
   return matrix_array(c.covariance);
 }
 
-std::optional<UncertainLens> claim_of_answer(const Calibration& c) {
+std::optional<UncertainCamera> claim_of_answer(const Calibration& c) {
   return camera_of_answer(c) ? c.claim : std::nullopt;
 }
 

@@ -12,6 +12,7 @@
 #include "python/grey_image.hpp"
 #include "python/records.hpp"
 #include "tagcal/detect/detector.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::python {
@@ -90,9 +91,9 @@ class Batch {
 DetectedViews detect_batch(const std::vector<ImageSource>& sources,
                            const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
   DetectedViews found;
-  DetectResult result = detect_all(sources, boards, options);
-  found.warnings = std::move(result.warnings);
-  for (DetectedPicture& picture : result.pictures) {
+  std::vector<DetectedPicture> pictures = detect_all(sources, boards, options);
+  found.warnings = board_warnings(sources, pictures, boards, options);
+  for (DetectedPicture& picture : pictures) {
     found.warnings.insert(found.warnings.end(), picture.warnings.begin(), picture.warnings.end());
     found.views.push_back({std::move(picture.view), std::move(picture.unfitted),
                            std::move(picture.warnings), std::move(picture.unreadable)});
@@ -111,6 +112,14 @@ DetectedViews detect_many(const std::vector<ImageLike>& images, const TargetLike
   const Batch batch(images, names);
   py::gil_scoped_release release;
   return detect_batch(batch.sources(), boards, options);
+}
+
+std::vector<View> refine_again(const std::vector<ImageLike>& images, const Dataset& dataset,
+                               const Camera& camera,
+                               const std::optional<std::vector<std::string>>& names, int threads) {
+  const Batch batch(images, names);
+  py::gil_scoped_release release;
+  return refine_views(dataset, batch.sources(), camera, threads).views;
 }
 
 DetectedView detect_one(const ImageLike& image, const TargetLike& target,
@@ -209,6 +218,11 @@ void bind_functions(py::module_& m) {
         "The same for a list of pictures, arrays or paths, in parallel (`threads` 0: one per "
         "core). `names`: of the views; by default those of the files, or \"images[3]\". With "
         "`skip_unreadable`, a file that cannot be read becomes a view without corners.");
+  m.def("refine_views", &refine_again, py::arg("images"), py::arg("dataset"), py::arg("camera"),
+        py::arg("names") = py::none(), py::arg("threads") = 0,
+        "The views of a data set with the corners fitted again in their pictures under a known "
+        "lens, that of a first calibration for example: large tags, and corners near the border, "
+        "become more accurate. Pictures are found by the views' names; `names` as of detect_all.");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tagcal/detect/detect_tags.hpp"
+#include "tagcal/detect/detector.hpp"
 
 #include <pybind11/eigen.h>
 #include <pybind11/pybind11.h>

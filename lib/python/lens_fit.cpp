@@ -19,8 +19,8 @@ namespace {
 
 LensFit fit(const CameraLike& camera, const std::string& model, double max_difference_px) {
   const CalibrationFile known = known_camera(camera, "camera");
-  const UncertainLens claim = uncertain_lens(known);
-  LensFitSource source{{claim.lens, known.camera.image_size}, {}, claim.covariance, known.seen};
+  const UncertainCamera claim = uncertain_camera(known);
+  LensFitSource source{claim.camera, {}, claim.covariance, known.seen};
   if (claim.model) source.free = claim.model->free();
   if (!(max_difference_px >= 0 && std::isfinite(max_difference_px)))
     throw Error("max_difference_px: must be >= 0 (0: 0.1 px), got " + number(max_difference_px));

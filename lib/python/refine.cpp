@@ -9,8 +9,7 @@
 #include "python/grey_image.hpp"
 #include "python/records.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/refine_corner.hpp"
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal::python {

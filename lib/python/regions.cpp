@@ -8,7 +8,7 @@
 #include "python/camera.hpp"
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/uncertainty/seen_region.hpp"
 
 // Binds the region of the corners in an image, and grids of nodes over it.
 

@@ -11,8 +11,8 @@
 #include "python/geometry.hpp"
 #include "python/records.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
-#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::python {
 
@@ -86,7 +86,7 @@ UncertainArrays project_uncertain(const CalibrationFile& known, const ArrayLike&
   UncertainRows<2> result(rows.size());
   {
     py::gil_scoped_release release;
-    const UncertainLens lens = uncertain_lens(known);
+    const UncertainCamera lens = uncertain_camera(known);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (const auto pixel = project(lens, UncertainPoint{rows[i], noise[i]}))
         result.set(i, pixel->pixel, pixel->covariance_px2);
@@ -106,7 +106,7 @@ UncertainArrays points_of_pixels(const CalibrationFile& known, const ArrayLike& 
   UncertainRows<3> result(rows.size());
   {
     py::gil_scoped_release release;
-    const UncertainLens lens = uncertain_lens(known);
+    const UncertainCamera lens = uncertain_camera(known);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const UncertainPixel pixel{rows[i], noise[i]};
       const std::optional<UncertainPoint> x = point(lens, pixel, i);
@@ -187,7 +187,7 @@ CalibrationFile uncertain_camera(const Camera& camera, const std::optional<std::
   if (!covariance) return known;
   const Model& of_model = held.named(*model);
   known.covariance = covariance_matrices(covariance, "covariance", 1, of_model.num_free()).front();
-  known.sigmas = lens_sigmas({&of_model, camera.lens, known.covariance});
+  known.sigmas = lens_sigmas({&of_model, camera, known.covariance});
   return known;
 }
 
@@ -196,31 +196,31 @@ std::optional<py::array_t<double>> covariance_or_none(const CalibrationFile& kno
   return matrix_array(known.covariance);
 }
 
-std::optional<UncertainLens> claim_or_none(const CalibrationFile& known) {
-  const UncertainLens claim = uncertain_lens(known);
+std::optional<UncertainCamera> claim_or_none(const CalibrationFile& known) {
+  const UncertainCamera claim = uncertain_camera(known);
   return claim.model ? std::optional(claim) : std::nullopt;
 }
 
 void bind_claim(py::module_& m) {
-  Record<UncertainLens>(m, "Claim",
-                        "What is known of a lens: the covariance of the free parameters of a "
-                        "model. Of a calibration it is the largest model that the data need, not "
-                        "only that of the answer.")
+  Record<UncertainCamera>(m, "Claim",
+                          "What is known of a lens: the covariance of the free parameters of a "
+                          "model. Of a calibration it is the largest model that the data need, not "
+                          "only that of the answer.")
       .field(
-          "model", [](const UncertainLens& c) { return std::string(c.model->name()); },
+          "model", [](const UncertainCamera& c) { return std::string(c.model->name()); },
           "The name of that model.")
       .field(
           "parameters",
-          [](const UncertainLens& c) {
+          [](const UncertainCamera& c) {
             std::vector<std::string> names;
             for (const FreeParameter& free : c.model->free()) names.emplace_back(free.name);
             return names;
           },
           "The names of its free parameters: the rows of `covariance`.")
       .field(
-          "covariance", [](const UncertainLens& c) { return matrix_array(c.covariance); },
+          "covariance", [](const UncertainCamera& c) { return matrix_array(c.covariance); },
           "(K, K); zero for parameters that were held.")
-      .representation([](const UncertainLens& c) {
+      .representation([](const UncertainCamera& c) {
         return std::string(c.model->name()) + ", " + counted(c.model->free().size(), "parameter");
       });
 }

@@ -9,7 +9,7 @@
 namespace tagcal::python {
 
 // A camera and what is known of it: a Camera (taken as exact), an UncertainCamera (which is
-// CalibrationFile in C++) or a Calibration.
+// CalibrationFile in C++, and its `claim` is UncertainCamera) or a Calibration.
 using CameraLike = Argument<"CameraLike">;
 
 // Throws Error with the argument's name for other objects, and for a calibration without a camera.

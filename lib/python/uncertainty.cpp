@@ -11,8 +11,8 @@
 #include "python/uncertain_camera.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/advice.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::python {
 namespace {
@@ -37,8 +37,8 @@ Samples samples_of(const std::optional<ArrayLike>& argument, const CalibrationFi
 }
 
 // Throws Error unless the camera has a covariance.
-UncertainLens claim_of(const CalibrationFile& known, const char* name) {
-  UncertainLens claim = uncertain_lens(known);
+UncertainCamera claim_of(const CalibrationFile& known, const char* name) {
+  UncertainCamera claim = uncertain_camera(known);
   if (!claim.model)
     throw Error(std::string(name) +
                 ": must have a covariance, as a Calibration or an UncertainCamera has");
@@ -49,7 +49,7 @@ ProjectionUncertainty projection_of(const CameraLike& camera, double distance_m,
                                     const std::optional<ImageGrid>& grid,
                                     const std::optional<ArrayLike>& samples) {
   const CalibrationFile known = known_camera(camera, "camera");
-  const UncertainLens claim = claim_of(known, "camera");
+  const UncertainCamera claim = claim_of(known, "camera");
   check_distance(distance_m, "distance_m");
   const Samples pixels = samples_of(samples, known);
   const ImageGrid nodes = grid.value_or(ImageGrid{known.camera.image_size});
@@ -60,7 +60,7 @@ ProjectionUncertainty projection_of(const CameraLike& camera, double distance_m,
 std::vector<WeakDirection> weak_directions_of(const CameraLike& camera,
                                               const std::optional<ArrayLike>& samples) {
   const CalibrationFile known = known_camera(camera, "camera");
-  const UncertainLens claim = claim_of(known, "camera");
+  const UncertainCamera claim = claim_of(known, "camera");
   const Samples pixels = samples_of(samples, known);
   py::gil_scoped_release release;
   return weak_directions(claim, pixels);

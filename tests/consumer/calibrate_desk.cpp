@@ -2,8 +2,8 @@
 #include <Eigen/Dense>
 #include <iostream>
 #include <tagcal/estimate/calibrate.hpp>
-#include <tagcal/estimate/calibration_diff.hpp>
 #include <tagcal/io/dataset_file.hpp>
+#include <tagcal/uncertainty/lens_difference.hpp>
 #include <vector>
 
 namespace {

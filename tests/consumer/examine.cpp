@@ -2,9 +2,9 @@
 #include <iostream>
 #include <tagcal/estimate/advice.hpp>
 #include <tagcal/estimate/calibrate.hpp>
-#include <tagcal/estimate/calibration_diff.hpp>
-#include <tagcal/estimate/projection_uncertainty.hpp>
 #include <tagcal/io/dataset_file.hpp>
+#include <tagcal/uncertainty/lens_difference.hpp>
+#include <tagcal/uncertainty/projection_uncertainty.hpp>
 #include <tagcal/validate/validate.hpp>
 
 int main(int argc, char** argv) {
@@ -13,15 +13,15 @@ int main(int argc, char** argv) {
   const tagcal::Calibration found = tagcal::calibrate(dataset);
   if (!tagcal::is_answer(found.status) || !found.camera || !dataset.truth) return 3;
 
-  // estimate/seen_region.hpp: where corners were, and which parts of the image have none
+  // uncertainty/seen_region.hpp: where corners were, and which parts of the image have none
   const std::vector<Eigen::Vector2d> samples = found.seen.samples();
   std::cout << "seen " << 100 * found.seen.share() << " %\n";
-  // estimate/projection_uncertainty.hpp: standard deviation of the projection, here at 1 m
-  const tagcal::UncertainLens& lens = *found.claim;
+  // uncertainty/projection_uncertainty.hpp: standard deviation of the projection, here at 1 m
+  const tagcal::UncertainCamera& lens = *found.claim;
   const tagcal::ImageGrid grid{dataset.image_size};
   std::cout << "sd at 1 m " << tagcal::projection_uncertainty(lens, grid, samples, 1).region_px
             << " px\n";
-  // estimate/calibration_diff.hpp: how far two cameras project apart, a turned camera taken out
+  // uncertainty/lens_difference.hpp: how far two cameras project apart, a turned camera taken out
   if (const auto difference = tagcal::lens_difference(dataset.truth->camera, *found.camera, samples,
                                                       tagcal::kInfinitelyFar))
     std::cout << "off the truth by " << difference->rms_px << " px\n";

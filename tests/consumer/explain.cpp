@@ -3,7 +3,7 @@
 #include <tagcal/detect/detector.hpp>
 #include <tagcal/detect/explain.hpp>
 #include <tagcal/detect/families.hpp>
-#include <tagcal/detect/refine_tag.hpp>
+#include <tagcal/detect/refine.hpp>
 #include <tagcal/io/scene_file.hpp>
 #include <tagcal/io/target_file.hpp>
 #include <tagcal/scene/render.hpp>
@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   // detect/explain.hpp
   const tagcal::Explanation why = tagcal::explain(image, scene.boards);
   std::cout << why.reported.size() << " tags reported, " << why.not_reported.size() << " not\n";
-  // detect/refine_tag.hpp: the corners of one tag, from AprilTag's own
+  // detect/refine.hpp: the corners of one tag, from AprilTag's own
   const tagcal::View view =
       tagcal::detect(image, scene.boards, {.refinement = tagcal::Refinement::stock}).view;
   if (view.observations.size() < 4) return 1;

@@ -1,8 +1,8 @@
 // Undistorts a picture, and projects a point with the camera's uncertainty.
 #include <iostream>
-#include <tagcal/estimate/uncertain_points.hpp>
 #include <tagcal/reproject/cameras.hpp>
 #include <tagcal/reproject/resampling.hpp>
+#include <tagcal/uncertainty/uncertain_camera.hpp>
 
 int main() {
   const tagcal::Camera camera{
@@ -16,8 +16,8 @@ int main() {
             << ", seen " << int(seen(0, 0)) << "\n";
 
   // Variances of fx and fy, cx, cy: those of a calibration (Calibration::covariance).
-  tagcal::UncertainLens lens{&tagcal::Model::named("f+c"), camera.lens,
-                             tagcal::MatrixX::Zero(3, 3)};
+  tagcal::UncertainCamera lens{&tagcal::Model::named("f+c"), camera.lens,
+                               tagcal::MatrixX::Zero(3, 3)};
   lens.covariance.diagonal() << 0.25, 0.01, 0.01;
   const auto pixel = tagcal::project(lens, {{0.2, 0.1, 1}, 1e-6 * Eigen::Matrix3d::Identity()});
   if (pixel)

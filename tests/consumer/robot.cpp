@@ -29,7 +29,7 @@ int main() {
   const tagcal::CameraInTarget robot = tagcal::camera_in_target(pose.hypotheses.front());
   std::cout << "camera at " << robot.position_m.transpose() << " m, azimuth " << robot.azimuth_rad
             << ", elevation " << robot.elevation_rad << " rad\n";
-  // detect/detect_tags.hpp: no board, ids may repeat
+  // detect/detector.hpp: no board, ids may repeat
   for (const tagcal::DetectedTag& tag : tagcal::detect_tags(image, {.family = "tag36h11"}))
     std::cout << "tag " << tag.id << " at " << tag.corners[0].transpose() << "\n";
   std::cout << "tagcal " << TAGCAL_VERSION << "\n";

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "false_tag_pictures.hpp"
-#include "tagcal/detect/detect_tags.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"

@@ -8,7 +8,7 @@
 #include "rendered_checkerboard.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/explain.hpp"
-#include "tagcal/detect/refine_corner.hpp"
+#include "tagcal/detect/refine.hpp"
 
 namespace tagcal {
 namespace {
@@ -86,20 +86,21 @@ TEST(Checkerboards, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
         checker_view(checkers(columns, rows), camera(0), {20, 20, .8, 2, .3}, random);
     const CheckerView turned = checker_view(checkers(columns, rows), camera(0),
                                             {20, 20, .8, 2, std::numbers::pi + .3}, random);
-    const DetectResult result =
-        detect_all({{"a", [&] { return upright.image; }}, {"b", [&] { return turned.image; }}},
-                   {{upright.board, Pose()}}, {});
-    ASSERT_EQ(result.warnings.size(), 1U);
-    EXPECT_NE(result.warnings[0].find(turn), std::string::npos) << result.warnings[0];
+    const std::vector<ImageSource> images = {{"a", [&] { return upright.image; }},
+                                             {"b", [&] { return turned.image; }}};
+    const std::vector<DetectedPicture> found = detect_all(images, {{upright.board, Pose()}});
+    const auto warnings = board_warnings(images, found, {{upright.board, Pose()}});
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_NE(warnings[0].find(turn), std::string::npos) << warnings[0];
     const auto last = static_cast<std::size_t>(columns * rows);
-    ASSERT_EQ(result.pictures[0].view.observations.size(), last);
-    EXPECT_LT(nees(result.pictures[0].view, upright), 2);
-    ASSERT_EQ(result.pictures[1].view.observations.size(), last);
+    ASSERT_EQ(found[0].view.observations.size(), last);
+    EXPECT_LT(nees(found[0].view, upright), 2);
+    ASSERT_EQ(found[1].view.observations.size(), last);
     // The board on its head is numbered from its other end.
-    EXPECT_LT((result.pictures[1].view.observations[0].pixel -
-               turned.corners.at({static_cast<int>(last) - 1, 0}))
-                  .norm(),
-              0.3);
+    EXPECT_LT(
+        (found[1].view.observations[0].pixel - turned.corners.at({static_cast<int>(last) - 1, 0}))
+            .norm(),
+        0.3);
   }
 }
 

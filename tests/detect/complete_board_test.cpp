@@ -156,7 +156,7 @@ TEST(CompleteBoard, ALoneTagOfASmallFamilyIsNotBelieved) {
   EXPECT_EQ(completed(large, {large.seed(7)}).tags.size(), 1u);
 }
 
-// studies/false_tags.cpp looks at more.
+// tagcal-study false_tags looks at more.
 TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
   std::vector<ImageSource> images;
   for (std::uint64_t seed = 1; seed <= 10; ++seed)
@@ -165,7 +165,7 @@ TEST(CompleteBoard, NoTagsInPicturesWithoutTags) {
        {kalibr_board(), make_board(AprilGrid{6, 6, 0.04, 1, 0, "tag36h11", 1, false}),
         make_board(AprilGrid{5, 5, 0.04, 1, 0, "tag25h9", 1, false}),
         make_board(AprilGrid{6, 5, 0.04, 1.2, 0, "tag16h5", 1, false})}) {
-    for (const DetectedPicture& picture : detect_all(images, {{board, Pose()}}, {}).pictures)
+    for (const DetectedPicture& picture : detect_all(images, {{board, Pose()}}))
       EXPECT_TRUE(picture.view.observations.empty()) << picture.view.image;
   }
 }

@@ -57,13 +57,13 @@ struct Offsets {
 };
 
 // Picture i shows tag i.
-Offsets offsets_of(const DetectResult& result, const std::vector<Patch>& patches) {
+Offsets offsets_of(const std::vector<DetectedPicture>& result, const std::vector<Patch>& patches) {
   Offsets offsets;
   int n = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const auto& corners = patches[i].corners;
     const Eigen::Vector2d centre = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
-    for (const Observation& seen : result.pictures[i].view.observations) {
+    for (const Observation& seen : result[i].view.observations) {
       EXPECT_EQ(seen.id.tag_id, static_cast<int>(i));
       const Eigen::Vector2d& truth = corners[static_cast<std::size_t>(seen.id.corner)];
       const Eigen::Vector2d error = seen.pixel - truth;
@@ -264,14 +264,14 @@ TEST(Detector, ThreadsDoNotChangeTheAnswer) {
   const std::vector<PlacedBoard> boards = {board_of("tag36h11", 2, 2, 8)};
   DetectOptions options;
   options.threads = 1;
-  const DetectResult one = detect_all(sources_of(patches), boards, options);
-  EXPECT_EQ(one.pictures[3].view.observations.size(), 4u);
-  EXPECT_TRUE(one.pictures[4].view.observations.empty());
+  const std::vector<DetectedPicture> one = detect_all(sources_of(patches), boards, options);
+  EXPECT_EQ(one[3].view.observations.size(), 4u);
+  EXPECT_TRUE(one[4].view.observations.empty());
   for (const int threads : {2, 5, 0}) {
     options.threads = threads;
     int calls = 0;
     int last = 0;
-    const DetectResult many =
+    const std::vector<DetectedPicture> many =
         detect_all(sources_of(patches), boards, options, [&](int done, int total) {
           ++calls;
           EXPECT_EQ(done, last + 1);
@@ -279,13 +279,12 @@ TEST(Detector, ThreadsDoNotChangeTheAnswer) {
           EXPECT_EQ(total, 12);
         });
     EXPECT_EQ(calls, 12);
-    EXPECT_EQ(many.warnings, one.warnings);
-    ASSERT_EQ(many.pictures.size(), one.pictures.size());
-    for (std::size_t i = 0; i < one.pictures.size(); ++i) {
-      const auto& a = one.pictures[i].view.observations;
-      const auto& b = many.pictures[i].view.observations;
-      EXPECT_EQ(many.pictures[i].view.image, one.pictures[i].view.image);
-      EXPECT_EQ(many.pictures[i].warnings, one.pictures[i].warnings);
+    ASSERT_EQ(many.size(), one.size());
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      const auto& a = one[i].view.observations;
+      const auto& b = many[i].view.observations;
+      EXPECT_EQ(many[i].view.image, one[i].view.image);
+      EXPECT_EQ(many[i].warnings, one[i].warnings);
       EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end(),
                              [](const Observation& p, const Observation& q) {
                                return p.id == q.id && p.pixel == q.pixel;
@@ -313,7 +312,7 @@ TEST(Detector, AnErrorOfAPictureIsTheFirstOne) {
     }
   }
   EXPECT_THROW(detect_all({}, {board_of("tag99", 1, 0, 5)}, {}), Error);
-  EXPECT_TRUE(detect_all({}, {board_of("tag36h11", 1, 0, 5)}, {}).pictures.empty());
+  EXPECT_TRUE(detect_all({}, {board_of("tag36h11", 1, 0, 5)}, {}).empty());
 }
 
 enum class Filling { black, white, noise, checker };
@@ -347,9 +346,9 @@ TEST(Detector, SmallAndEmptyPicturesHoldNothing) {
     }
     add({200, 150}, filling);
   }
-  const DetectResult result =
+  const std::vector<DetectedPicture> result =
       detect_all(sources, {board_of("tag36h11", 2, 0, 587), board_of("tag25h9", 1, 0, 35)}, {});
-  for (const DetectedPicture& picture : result.pictures) {
+  for (const DetectedPicture& picture : result) {
     EXPECT_TRUE(picture.view.observations.empty());
     EXPECT_FALSE(picture.warnings.empty());  // each says why
   }

@@ -71,18 +71,26 @@ TEST(Explain, WrongFamilyBorderAndIds) {
   expect_one_mistake(explained(plain, other), "wrong ids: 12 tags");
 }
 
-DetectResult detected(const std::vector<Image8>& images, const Board& board) {
+struct Detected {
+  std::vector<DetectedPicture> pictures;
+  std::vector<std::string> warnings;
+};
+
+Detected detected(const std::vector<Image8>& images, const Board& board) {
   std::vector<ImageSource> sources;
   for (const Image8& image : images)
     sources.push_back({std::to_string(sources.size()) + ".png", [&image] { return image; }});
-  return detect_all(sources, {{board, Pose()}}, {.threads = 2});
+  const DetectOptions options{.threads = 2};
+  Detected result{detect_all(sources, {{board, Pose()}}, options), {}};
+  result.warnings = board_warnings(sources, result.pictures, {{board, Pose()}}, options);
+  return result;
 }
 
 // `detect` and `calibrate` say so, too, of all pictures in one warning.
 TEST(WrongBorder, IsNamedFirstAmongTheWarnings) {
   for (const int border : {1, 2}) {
     const Image8 image = picture_of(grid_of("tag36h11", border));
-    const DetectResult wrong =
+    const Detected wrong =
         detected({image, image, image, image, image}, grid_of("tag36h11", 3 - border));
     ASSERT_FALSE(wrong.warnings.empty())
         << border << ": " << wrong.pictures[0].view.observations.size() << " corners";
@@ -102,7 +110,7 @@ TEST(WrongBorder, IsNotNamedForPicturesThatShowLittle) {
   Image8 hidden = picture_of(board);
   for (int y = 0; y < hidden.height(); ++y)
     for (int x = hidden.width() / 3; x < hidden.width(); ++x) hidden(x, y) = 128;
-  const DetectResult little = detected({hidden, Image8({480, 360}, 128)}, board);
+  const Detected little = detected({hidden, Image8({480, 360}, 128)}, board);
   EXPECT_GT(little.pictures[0].view.observations.size(), 4u);
   EXPECT_TRUE(little.warnings.empty());
   ASSERT_EQ(little.pictures[1].warnings.size(), 1u);

@@ -13,7 +13,6 @@
 #include <tuple>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
-#include "tagcal/detect/detect_tags.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "false_tag_pictures.hpp"
 #include "tagcal/detect/families.hpp"
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 
 namespace tagcal {
 namespace {

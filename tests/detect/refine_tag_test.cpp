@@ -1,4 +1,4 @@
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 
 #include <gtest/gtest.h>
 

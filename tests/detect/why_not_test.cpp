@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "board_sight.hpp"
-#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/random.hpp"
 
 namespace tagcal {
@@ -70,7 +70,7 @@ TEST(WhyNot, TagsWhosePatternCannotBeFittedAreNamed) {
   repaint(image, sight.truth(8), [&](std::uint8_t level) {
     return static_cast<std::uint8_t>(std::clamp(level + random.uniform(-80, 80), 0.0, 255.0));
   });
-  const SeenBoards seen = BoardFinder({&sight.board}, {}).find(image);
+  const SeenTags seen = TagSearch({&sight.board}, {}).find(image);
   const auto why = reasons(seen.completions.at(0));
   ASSERT_EQ(why.size(), 1u);
   EXPECT_EQ(why.at(8), WhyNot::no_fit);

@@ -117,7 +117,8 @@ TEST(WeakDirections, SumUpToTheProjectionVariance) {
   const Bundle exact = exact_bundle(Model::named("radial1"),
                                     Perspective({900, 900, 651, 392, -0.1}), 3, flat_views(40));
   const auto samples = seen_region(exact).samples();
-  const UncertainLens lens{exact.model, exact.lens(), covariance_for(exact, 0.2)};
+  const UncertainCamera lens{
+      exact.model, {exact.lens(), exact.image_size}, covariance_for(exact, 0.2)};
   double sum = 0;
   const auto directions = weak_directions(lens, samples);
   ASSERT_EQ(directions.size(), 3u);

@@ -2,7 +2,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {

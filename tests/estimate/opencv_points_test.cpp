@@ -6,7 +6,7 @@
 #include <random>
 
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 namespace tagcal {
 namespace {

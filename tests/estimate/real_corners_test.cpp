@@ -12,9 +12,9 @@
 
 #include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 namespace tagcal {
 namespace {

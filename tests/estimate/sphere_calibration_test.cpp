@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
 // Lenses of six parameters that see 195 degrees: double sphere and extended unified.

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
@@ -111,7 +111,8 @@ TEST(SupportedModels, ARationalLensOfPlainDataHasACovariance) {
     const Eigen::MatrixXd unit =
         sigmas.cwiseInverse().asDiagonal() * c.covariance * sigmas.cwiseInverse().asDiagonal();
     EXPECT_LT((unit - unit.transpose()).cwiseAbs().maxCoeff(), 1e-12) << seed;
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit).eigenvalues()[0], -1e-12) << seed;
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit).eigenvalues()[0], -1e-12)
+        << seed;
   }
 }
 

@@ -3,7 +3,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/uncertain_points.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace {
 

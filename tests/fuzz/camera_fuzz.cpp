@@ -15,7 +15,7 @@ void check_camera(const FileCamera& camera) {
     fuzz::require(std::isfinite(value), "parameters are finite");
   if (camera.camera_from_rig)
     fuzz::require(camera.camera_from_rig->matrix().allFinite(), "places in a rig are finite");
-  fuzz::require(uncertain_lens(camera.calibration).covariance.allFinite(), "claims are finite");
+  fuzz::require(uncertain_camera(camera.calibration).covariance.allFinite(), "claims are finite");
   const Camera& used = camera.calibration.camera;
   const std::optional<Ray> ray = ray_in_camera(used.lens, image_centre(used.image_size));
   if (!ray) return;

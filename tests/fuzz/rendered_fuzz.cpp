@@ -5,11 +5,10 @@
 #include <numbers>
 
 #include "fuzz/pictures.hpp"
-#include "tagcal/detect/board_search/refine_corners.hpp"
-#include "tagcal/detect/checker_search/refine_checkers.hpp"
-#include "tagcal/detect/detect_tags.hpp"
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/explain.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/io/text/tags_csv.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
@@ -82,11 +81,10 @@ void check_stride(const Image8& image, const std::vector<PlacedBoard>& boards,
 // The corners fitted again under a known lens.
 void check_refined(const ImageSource& source, const std::vector<PlacedBoard>& boards,
                    const View& view, const Camera& camera) {
-  const auto tags = internal::refine_corners({source}, boards, {view}, camera, 1);
-  const auto corners = internal::refine_checkers({source}, boards, tags.views, camera, 1);
-  fuzz::require(corners.views.at(0).observations.size() == view.observations.size(),
-                "no corner is lost");
-  fuzz::check_view(corners.views.at(0), camera.image_size);
+  const Dataset dataset{camera.image_size, boards, {view}, {}};
+  const View refined = refine_views(dataset, {source}, camera, 1).views.at(0);
+  fuzz::require(refined.observations.size() == view.observations.size(), "no corner is lost");
+  fuzz::check_view(refined, camera.image_size);
 }
 
 void check_all_tags(const ImageSource& source, const TagKind& kind, const DetectOptions& options) {
@@ -151,8 +149,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }
   const bool is_searched = fuzz::is_accepted([&] {
     const ImageSource source{"picture", [&] { return image; }};
-    const DetectResult result = detect_all({source}, boards, options);
-    const View& view = result.pictures.at(0).view;
+    const View view = detect_all({source}, boards, options).at(0).view;
     fuzz::check_view(view, image_size);
     if (more == 1) explain(image, boards);
     if (more == 2) check_all_tags(source, tag_kind(board).value_or(TagKind{}), options);

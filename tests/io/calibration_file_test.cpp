@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "file_fixture.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal {
 namespace {
@@ -29,7 +29,7 @@ Calibration example(const std::string& model, const Lens& lens) {
   c.model = model;
   c.camera = Camera{lens, {1280, 800}};
   const Eigen::MatrixXd half = Eigen::MatrixXd::NullaryExpr(m, m, [&] { return random.normal(); });
-  c.claim = UncertainLens{&claimed, lens, half * half.transpose() / 3};
+  c.claim = UncertainCamera{&claimed, *c.camera, half * half.transpose() / 3};
   c.covariance = covariance_by(Model::named(model), *c.claim);
   c.sigmas.assign(parameters(lens).size(), 0.0);
   const Model& known = Model::named(model);
@@ -102,7 +102,7 @@ TEST_F(CalibrationFileTest, ReadsBackToTheLastBit) {
     EXPECT_EQ(back.covariance, written.covariance);
     EXPECT_EQ(back.claim_model, written.claim->model->name());
     EXPECT_EQ(back.claim_covariance, written.claim->covariance);
-    const UncertainLens claim = uncertain_lens(back);
+    const UncertainCamera claim = uncertain_camera(back);
     EXPECT_EQ(claim.model, written.claim->model);
     EXPECT_EQ(claim.covariance, written.claim->covariance);
     EXPECT_EQ(back.seen.hull(), written.seen.hull());
@@ -189,7 +189,7 @@ TEST_F(CalibrationFileTest, WithoutUncertaintyViewsOrWarnings) {
   const CalibrationFile back = read(calibration_yaml(c));
   EXPECT_TRUE(back.sigmas.empty());
   EXPECT_EQ(back.covariance.size(), 0);
-  EXPECT_EQ(uncertain_lens(back).model, nullptr);
+  EXPECT_EQ(uncertain_camera(back).model, nullptr);
   const cv::FileStorage file((folder_ / "c.yaml").string(), cv::FileStorage::READ);
   EXPECT_EQ(file["views"].size(), 0U);
 }
@@ -306,7 +306,7 @@ RC_GTEST_FIXTURE_PROP(CalibrationFileTest, ManglesEndInAnErrorOrAValidCamera,
       for (const double p : parameters(file.camera.lens)) RC_ASSERT(std::isfinite(p));
       RC_ASSERT(parameters(file.camera.lens)[0] > 0 && file.camera.image_size.width > 0);
       RC_ASSERT(file.covariance.allFinite() && file.claim_covariance.allFinite());
-      RC_ASSERT((uncertain_lens(file).model != nullptr) == (file.covariance.size() > 0));
+      RC_ASSERT((uncertain_camera(file).model != nullptr) == (file.covariance.size() > 0));
     } catch (const Error& error) {
       RC_ASSERT(std::string(error.what()).find("c.yaml: ") != std::string::npos);
     }

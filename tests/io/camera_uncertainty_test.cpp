@@ -110,13 +110,14 @@ const std::string kClaim =
     "covariance: {rows: 3, cols: 3, data: [3.75, 0.5, 0,  0.5, 1, 0,  0, 0, 1]}\n"
     "claim_model: pinhole\n"
     "claim_names: [fx, fy, cx, cy]\n"
-    "claim_covariance: {rows: 4, cols: 4, data: [4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1]}\n";
+    "claim_covariance: {rows: 4, cols: 4, data: [4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, "
+    "1]}\n";
 
 TEST_F(CameraUncertaintyTest, TheClaimIsTheSourceOfAllUncertainty) {
-  const UncertainLens claim = uncertain_lens(read(kClaim));
+  const UncertainCamera claim = uncertain_camera(read(kClaim));
   ASSERT_EQ(claim.model, &Model::named("pinhole"));
   EXPECT_EQ(claim.covariance(1, 1), 9);
-  EXPECT_EQ(parameters(claim.lens)[0], 900);
+  EXPECT_EQ(parameters(claim.camera.lens)[0], 900);
   const std::string radial = replaced(kClaim, "claim_model: pinhole", "claim_model: radial1");
   EXPECT_NO_THROW(read(replaced(replaced(radial, "claim_names: [fx, fy, cx, cy]", ""),
                                 "[4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1]",
@@ -134,27 +135,30 @@ TEST_F(CameraUncertaintyTest, AConvertedFileKeepsTheClaim) {
 
 // Files of older versions have no claim.
 TEST_F(CameraUncertaintyTest, WithoutAClaimItIsTheCovariance) {
-  const UncertainLens claim = uncertain_lens(read(kPinhole));
+  const UncertainCamera claim = uncertain_camera(read(kPinhole));
   ASSERT_EQ(claim.model, &Model::named("pinhole"));
   EXPECT_EQ(claim.covariance, read(kPinhole).covariance);
   const std::string held =
       kPinhole.substr(0, kPinhole.find("covariance_names")) +
       "fixed: {fx: 900}\ncovariance: {rows: 3, cols: 3, data: [9, 1, 0, 1, 2, 0, 0, 0, 3]}\n";
-  const UncertainLens three = uncertain_lens(read(held));
+  const UncertainCamera three = uncertain_camera(read(held));
   ASSERT_EQ(three.model, &Model::named("pinhole"));
   const Eigen::Vector4d variances(0, 9, 2, 3);
   EXPECT_EQ(three.covariance.diagonal(), variances);
   EXPECT_EQ(three.covariance(1, 2), 1);
-  EXPECT_EQ(uncertain_lens(read(kPinhole.substr(0, kPinhole.find("covariance_n")))).model, nullptr);
+  EXPECT_EQ(uncertain_camera(read(kPinhole.substr(0, kPinhole.find("covariance_n")))).model,
+            nullptr);
 }
 
 TEST_F(CameraUncertaintyTest, AClaimThatIsNoneIsRefused) {
   const std::string good = "4, 1, 1, 0, 1, 9, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1";
   const std::vector<BadFile> table = {
-      {"claim_model: pinhole", "claim_model: weak", "claim_model: must be one of f, f+c, pinhole, "},
+      {"claim_model: pinhole", "claim_model: weak",
+       "claim_model: must be one of f, f+c, pinhole, "},
       {"claim_model: pinhole", "claim_model: fisheye4",
        "claim_model: must have the kind of lens of model f+c, got fisheye4"},
-      {"claim_model: pinhole\n", "", "claim_covariance: needs the key claim_model, which is missing"},
+      {"claim_model: pinhole\n", "",
+       "claim_covariance: needs the key claim_model, which is missing"},
       {"claim_covariance", "x", "claim_model: needs the key claim_covariance, which is missing"},
       {"\ncovariance", "\nx", "claim_covariance: needs the key covariance, which is missing"},
       {"claim_model: pinhole", "claim_model: radial2",

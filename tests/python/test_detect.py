@@ -173,6 +173,24 @@ def test_a_tag_is_refined_from_a_rough_start(bits: int) -> None:
     assert off.status == "out_of_image" and off.corners is None
 
 
+def test_views_are_refined_under_a_known_lens() -> None:
+    for board in [GRID, OTHERS["checkerboard"]]:
+        scene = tagcal.Scene(CAMERA, board, POSE, sensor=SENSOR)
+        image = tagcal.render(scene)
+        views = tagcal.detect_all([image], board, names=["a"])
+        dataset = tagcal.Dataset(CAMERA.size, board, views.views)
+        (view,) = tagcal.refine_views([image], dataset, CAMERA, names=["a"], threads=1)
+        seen = tagcal.visible_corners(scene)
+        exact = {tuple(i): p for i, p in zip(seen.ids.tolist(), seen.pixels)}
+        errors = [p - exact[tuple(i)] for i, p in zip(view.ids.tolist(), view.pixels)]
+        assert len(view) == len(views[0]) > 20 and np.abs(errors).max() < 0.1
+        assert not np.array_equal(view.pixels, views[0].pixels)
+        (same,) = tagcal.refine_views([image], dataset, CAMERA, names=["b"])
+        np.testing.assert_array_equal(same.pixels, views[0].pixels)
+    with pytest.raises(tagcal.Error, match="must be "):
+        tagcal.refine_views([IMAGE[:200]], dataset, CAMERA, names=["a"])
+
+
 def test_a_corner_of_squares_is_refined() -> None:
     board = Board.checkerboard(6, 5, 0.03)
     scene = tagcal.Scene(CAMERA, board, POSE, sensor=SENSOR)

@@ -166,10 +166,10 @@ def test_threads_give_the_answers_of_one():
 
 
 def test_answers_are_those_of_cpp_to_the_last_bit(tmp_path):
-    program = Path(tagcal.__file__).parents[2] / "tools/studies/python_overhead"
+    program = Path(tagcal.__file__).parents[2] / "tools/tagcal-study"
     if not program.exists():
         pytest.skip("the studies are not built")
-    subprocess.run([program, tmp_path], check=True, capture_output=True)
+    subprocess.run([program, "python_numbers", tmp_path], check=True, capture_output=True)
     camera = tagcal.Camera.perspective(700, 705, 330, 236, (640, 480), [-0.2, 0.06, 0.001, -0.0005])
     points = np.fromfile(tmp_path / "points.f64").reshape(-1, 3)
     pixels = np.fromfile(tmp_path / "pixels.f64").reshape(-1, 2)

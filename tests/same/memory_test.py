@@ -1,5 +1,5 @@
-"""Memory that does not grow with what it need not: calibrate() with many views (tools/studies/
-big_data.cpp), and detect on folders of 20 and 100 pictures.
+"""Memory that does not grow with what it need not: calibrate() with many views (tagcal-study
+big_data), and detect on folders of 20 and 100 pictures.
 
 memory_test.py                         the marks, with 2,000 views and small pictures
 memory_test.py --pictures 20 200 1000  detect on so many pictures of 12 megapixels; prints a table
@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 COMMAND = str(Path(os.environ.get("TAGCAL_COMMAND", "build/release/tools/tagcal")).resolve())
-STUDY = os.environ.get("TAGCAL_BIG_DATA", "build/release/tools/studies/big_data")
+STUDY = os.environ.get("TAGCAL_STUDY", "build/release/tools/tagcal-study")
 VIEWS = 2000
 MOST_BYTES = 220   # a corner beyond the input: 200, and 6 MB of code and libraries with so few views
 MOST_GROWTH = 1.1  # of the peak memory of detect
@@ -25,7 +25,7 @@ views: 4
 
 
 def bytes_a_corner(model):
-    done = subprocess.run([STUDY, model, "1", str(VIEWS)], capture_output=True, text=True, check=True)
+    done = subprocess.run([STUDY, "big_data", str(VIEWS), "--model", model], capture_output=True, text=True, check=True)
     fields = [field.strip() for field in done.stdout.splitlines()[-1].split("|")]
     return float(fields[4]), done.stdout.splitlines()[-1]
 

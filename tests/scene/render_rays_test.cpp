@@ -114,7 +114,7 @@ TEST(RenderRays, AreasAtAnIntersectionAreExact) {
   EXPECT_LT(worst, 0.01);  // of the rays: an edge along a row of them is off by half a row of 64
 }
 
-// tools/studies/visibility takes 10,000 scenes.
+// tagcal-study visibility takes 10,000 scenes.
 TEST(RenderRays, RandomSheetsAreSeenAsRaysMeetThem) {
   const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
   sheet_rays::Counts counts;

@@ -22,8 +22,10 @@ CalibrationTask eight_views(double largest_tilt_deg) {
 LensAnswer off_by(double sigmas, double sigma_px = 2) {
   LensAnswer answer;
   answer.success = true;
-  answer.claim = {&Model::named("pinhole"), pinhole(900 + sigmas * sigma_px, 900, 651, 392),
-                  sigma_px * sigma_px * Eigen::MatrixXd::Identity(4, 4)};
+  answer.claim = {
+      &Model::named("pinhole"),
+      {pinhole(900 + sigmas * sigma_px, 900, 651, 392), pinhole_task().dataset.image_size},
+      sigma_px * sigma_px * Eigen::MatrixXd::Identity(4, 4)};
   return answer;
 }
 
@@ -37,7 +39,7 @@ TEST(CalibrationJudge, TheCameraMatrixIsHeldToItsClaim) {
   LensAnswer no_claim = off_by(400);
   no_claim.claim.covariance.resize(0, 0);
   EXPECT_EQ(judge.judge(no_claim).outcome, StabilityOutcome::wrong_and_silent);
-  no_claim.claim.lens = pinhole(900, 900, 651, 392);
+  no_claim.claim.camera.lens = pinhole(900, 900, 651, 392);
   EXPECT_EQ(judge.judge(no_claim).outcome, StabilityOutcome::right_and_said);
 }
 
@@ -47,9 +49,10 @@ TEST(CalibrationJudge, AnotherLensWithoutAClaimIsHeldToTheBoundOfTheProjection) 
   other.claim.covariance.resize(0, 0);
   other.claim.model = &Model::named("fisheye4");
   // tan(a) = a + a^3 / 3 + 2 a^5 / 15 + 17 a^7 / 315 + 62 a^9 / 2835
-  other.claim.lens = Fisheye({900, 900, 651, 392, 1.0 / 3, 2.0 / 15, 17.0 / 315, 62.0 / 2835});
+  other.claim.camera.lens =
+      Fisheye({900, 900, 651, 392, 1.0 / 3, 2.0 / 15, 17.0 / 315, 62.0 / 2835});
   EXPECT_EQ(judge.judge(other).outcome, StabilityOutcome::right_and_said);
-  other.claim.lens = Fisheye({900, 900, 651, 392, 0, 0, 0, 0});
+  other.claim.camera.lens = Fisheye({900, 900, 651, 392, 0, 0, 0, 0});
   EXPECT_EQ(judge.judge(other).outcome, StabilityOutcome::wrong_and_silent);
 }
 

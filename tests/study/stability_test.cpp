@@ -255,6 +255,9 @@ TEST(StabilityCsv, OneRowACellAndMethod) {
       "rms_over_bound,median_over_bound,flips,time_us,said,first_silent,first_refused\n"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 13);
   EXPECT_NE(csv.find("\nscripted,10,\"two, so\",peer,4,"), std::string::npos) << csv;
+  EXPECT_EQ(stability_csv(map, read_stability(map, csv)), csv);
+  EXPECT_THROW(read_stability(map, csv.substr(0, csv.rfind("scripted"))), Error);
+  EXPECT_THROW(read_stability(ours_alone(map), csv), Error);
 }
 
 TEST(Atlas, PageAndPictureSayWhatTheResultSays) {
@@ -269,7 +272,7 @@ TEST(Atlas, PageAndPictureSayWhatTheResultSays) {
     }
   result.tallies[9].count = {300, 0, 700, 0};  // cell 4, the peer
   const std::vector<std::string> origin = {"by hand"};
-  const std::vector<AtlasSheet> sheets = {{map, result, true}};
+  const std::vector<AtlasSheet> sheets = {{map, result}};
   std::string page = atlas_page(sheets, origin);
   EXPECT_NE(
       page.find("peer is wrong and silent in 11.7 % of all trials, and in 70 % at tilt 10 deg, "
@@ -281,7 +284,7 @@ TEST(Atlas, PageAndPictureSayWhatTheResultSays) {
   EXPECT_NE(page.find("what cannot be seen"), std::string::npos);
   result.tallies[8].count = {999, 0, 1, 0};
   result.tallies[8].first_silent = 17;
-  const std::vector<AtlasSheet> missing = {{map, result, true}};
+  const std::vector<AtlasSheet> missing = {{map, result}};
   page = atlas_page(missing, origin);
   EXPECT_NE(
       page.find("- scripted: tagcal estimate_ours, tilt 10 deg, two, so: wrong and silent 1 of "
@@ -289,10 +292,15 @@ TEST(Atlas, PageAndPictureSayWhatTheResultSays) {
       std::string::npos)
       << page;
 
-  const std::string script = atlas_picture(map, result, origin);
-  EXPECT_NE(script.find("'#D55E00'"), std::string::npos);
-  EXPECT_NE(script.find("'by hand'"), std::string::npos);
-  EXPECT_NE(script.find("'two, so'"), std::string::npos);
+  const Drawing drawing = atlas_picture(map, result, origin);
+  const auto silent = [](const auto& item) {
+    const auto* path = std::get_if<Path>(&item);
+    return path && path->colour == "#D55E00";
+  };
+  // Two boxes of cells and one of the legend.
+  EXPECT_EQ(std::count_if(drawing.items.begin(), drawing.items.end(), silent), 3);
+  EXPECT_TRUE(drawing.has_text("by hand"));
+  EXPECT_TRUE(drawing.has_text("two, so"));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace {
 LensFitSource source_of(const FileCamera& camera) {
   const CalibrationFile& known = camera.calibration;
   LensFitSource source{known.camera, {}, {}, known.seen};
-  const UncertainLens claim = uncertain_lens(known);
+  const UncertainCamera claim = uncertain_camera(known);
   if (claim.model) source.free = claim.model->free();
   source.covariance = claim.covariance;
   return source;

@@ -14,7 +14,7 @@
 #include "report/detection_report.hpp"
 #include "report/messages.hpp"
 #include "report/progress.hpp"
-#include "tagcal/detect/detect_tags.hpp"
+#include "tagcal/detect/detector.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/text/tags_csv.hpp"

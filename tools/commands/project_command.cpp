@@ -15,9 +15,9 @@
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/uncertain_points.hpp"
 #include "tagcal/io/text/csv_image.hpp"
 #include "tagcal/io/text/text_file.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::tools {
 using namespace internal;
@@ -125,11 +125,11 @@ void check_out(const Arguments& arguments) {
 
 int run_project(const Arguments& arguments) {
   check_out(arguments);
-  const LensInput camera = read_lens(arguments.camera, arguments.view);
+  const LensInput input = read_lens(arguments.camera, arguments.view);
   const PointTable table = PointTable::read(arguments.points);
   const auto xyz = table.need({{"x_m", "y_m", "z_m"}, {"x", "y", "z"}});
   const auto spread = table.find({{"sxx_m2", "sxy_m2", "sxz_m2", "syy_m2", "syz_m2", "szz_m2"}});
-  const Pose pose = camera.camera_from_world.value_or(Pose());
+  const Pose pose = input.camera_from_world.value_or(Pose());
   const Matrix3d turn = pose.rotation_matrix();
   Answer answer(table, {"u_px", "v_px", "suu_px2", "suv_px2", "svv_px2", "in_image", "valid"});
   for (std::size_t row = 0; row < table.size(); ++row) {
@@ -141,26 +141,26 @@ int run_project(const Arguments& arguments) {
     UncertainPoint point{pose * Vector3d(x[0], x[1], x[2]), Matrix3d::Zero()};
     if (!spread.empty() && !table.is_empty(row, spread))
       point.covariance = turn * covariance_of<Matrix3d>(table, row, spread) * turn.transpose();
-    const auto at = project(camera.lens, point);
+    const auto at = project(input.camera, point);
     if (!at) {
       answer.add_invalid(row);
       continue;
     }
     const Matrix2& s = at->covariance_px2;
     answer.add(row, {at->pixel.x(), at->pixel.y(), s(0, 0), s(0, 1), s(1, 1),
-                     contains(camera.image_size, at->pixel) ? 1.0 : 0.0});
+                     contains(input.camera.camera.image_size, at->pixel) ? 1.0 : 0.0});
   }
   answer.finish(arguments, "outside the lens' domain");
-  print_to_stderr("{}\n", camera.uncertainty);
+  print_to_stderr("{}\n", input.uncertainty);
   return answer.exit_code();
 }
 
 // What unproject makes of a pixel.
 class Unprojection {
  public:
-  Unprojection(const Arguments& arguments, const LensInput& camera, const PointTable& table)
+  Unprojection(const Arguments& arguments, const LensInput& input, const PointTable& table)
       : arguments_(arguments),
-        camera_(camera),
+        input_(input),
         depth_(table.find({{"depth_m"}})),
         sigma_depth_(table.find({{"sigma_depth_m"}})) {
     if (arguments.plane && (!depth_.empty() || arguments.depth_m > 0))
@@ -183,30 +183,30 @@ class Unprojection {
   // In the frame of the camera; with a view in that of the world.
   std::optional<UncertainPoint> of(const PointTable& table, std::size_t row,
                                    const UncertainPixel& pixel) const {
-    if (arguments_.plane) return point_on_plane(camera_.lens, pixel, *camera_.camera_from_world);
+    if (arguments_.plane) return point_on_plane(input_.camera, pixel, *input_.camera_from_world);
     std::optional<UncertainPoint> point;
     if (gives_points()) {
       const double depth = depth_.empty() ? arguments_.depth_m : table.numbers(row, depth_)[0];
       const double sigma = sigma_depth_.empty() ? 0 : table.numbers(row, sigma_depth_)[0];
       if (!(sigma >= 0)) table.fail(row, sigma_depth_, "must be >= 0");
-      point = point_at_depth(camera_.lens, pixel, depth, sigma);
+      point = point_at_depth(input_.camera, pixel, depth, sigma);
     } else {
-      point = direction(camera_.lens, pixel);
+      point = direction(input_.camera, pixel);
     }
-    if (point && camera_.camera_from_world) to_world(*point);
+    if (point && input_.camera_from_world) to_world(*point);
     return point;
   }
 
  private:
   void to_world(UncertainPoint& point) const {
-    const Pose world_from_camera = camera_.camera_from_world->inverse();
+    const Pose world_from_camera = input_.camera_from_world->inverse();
     const Matrix3d turn = world_from_camera.rotation_matrix();
     point.x = gives_points() ? world_from_camera * point.x : Vector3d(turn * point.x);
     point.covariance = turn * point.covariance * turn.transpose();
   }
 
   const Arguments& arguments_;
-  const LensInput& camera_;
+  const LensInput& input_;
   std::vector<std::size_t> depth_, sigma_depth_;
 };
 
@@ -214,12 +214,12 @@ int run_unproject(const Arguments& arguments) {
   if (arguments.plane && arguments.view.empty())
     throw Error("--plane: needs --view, the picture in which the plane is seen");
   check_out(arguments);
-  const LensInput camera = read_lens(arguments.camera, arguments.view);
+  const LensInput input = read_lens(arguments.camera, arguments.view);
   const PointTable table = PointTable::read(arguments.points);
   const auto uv = table.need({{"u_px", "v_px"}, {"x_px", "y_px"}, {"u", "v"}});
   const auto spread =
       table.find({{"suu_px2", "suv_px2", "svv_px2"}, {"sxx_px2", "sxy_px2", "syy_px2"}});
-  const Unprojection unprojection(arguments, camera, table);
+  const Unprojection unprojection(arguments, input, table);
   Answer answer(table, unprojection.columns());
   for (std::size_t row = 0; row < table.size(); ++row) {
     if (table.is_empty(row, uv)) {
@@ -241,7 +241,7 @@ int run_unproject(const Arguments& arguments) {
   }
   answer.finish(arguments, arguments.plane ? "whose ray does not meet the plane"
                                            : "have no ray, or none that points forward");
-  print_to_stderr("{}\n", camera.uncertainty);
+  print_to_stderr("{}\n", input.uncertainty);
   return answer.exit_code();
 }
 

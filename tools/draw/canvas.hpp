@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "tagcal/scene/image.hpp"
+#include "draw/cairo.hpp"
 
 namespace tagcal::tools {
 
@@ -16,20 +16,19 @@ struct Pen {
   double dash_px = 0;  // length of a dash and of the gap after it; 0: solid
 };
 
-// A colour picture with antialiased lines with round ends.
+// A colour picture with antialiased lines with round ends, drawn by cairo.
 class Canvas {
  public:
   explicit Canvas(const Image8& picture);
   Canvas(const ImageSize& size, const Rgb& colour);
 
-  // Draws the lines as one shape: crossings are not painted twice. Parts outside of the picture are
-  // clipped.
+  // Draws the lines as one shape: crossings are not painted twice.
   void draw(const std::vector<Polyline>& lines, const Pen& pen);
 
-  const ImageRgb& image() const { return image_; }
+  ImageRgb image() const { return image_of(surface_.get()); }
 
  private:
-  ImageRgb image_;
+  CairoSurface surface_;
 };
 
 // A full circle.

@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "tagcal/estimate/seen_region.hpp"
 #include "tagcal/scene/image.hpp"
+#include "tagcal/uncertainty/seen_region.hpp"
 
 // Values in pixels over an image, as colours on a logarithmic scale: blue, green, yellow, red.
 

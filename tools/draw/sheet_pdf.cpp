@@ -10,8 +10,8 @@
 #include <iterator>
 #include <span>
 
+#include "draw/cairo.hpp"
 #include "draw/sheet_text.hpp"
-#include "tagcal/error.hpp"
 
 namespace tagcal::tools {
 namespace {
@@ -25,29 +25,21 @@ constexpr double kMarkFrom = 5, kMarkTo = 11;  // of the cutting marks, from the
 constexpr double kMarkWidth = 0.2;
 constexpr double kLabelHeight = 2.5;
 
-cairo_status_t append(void* text, const unsigned char* data, unsigned int length) {
-  static_cast<std::string*>(text)->append(data, data + length);
-  return CAIRO_STATUS_SUCCESS;
-}
-
 class Pdf {
  public:
   explicit Pdf(const std::string& title)
-      : surface_(cairo_pdf_surface_create_for_stream(append, &text_, 1, 1)),
-        context_(cairo_create(surface_)) {
-    cairo_pdf_surface_set_metadata(surface_, CAIRO_PDF_METADATA_TITLE, title.c_str());
+      : surface_(cairo_pdf_surface_create_for_stream(append_to_text, &text_, 1, 1)),
+        owned_context_(cairo_create(surface_.get())) {
+    cairo_pdf_surface_set_metadata(surface_.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
     // Equal boards give equal bytes.
-    cairo_pdf_surface_set_metadata(surface_, CAIRO_PDF_METADATA_CREATE_DATE, "2000-01-01T00:00Z");
-  }
-  ~Pdf() {
-    cairo_destroy(context_);
-    cairo_surface_destroy(surface_);
+    cairo_pdf_surface_set_metadata(surface_.get(), CAIRO_PDF_METADATA_CREATE_DATE,
+                                   "2000-01-01T00:00Z");
   }
   Pdf(const Pdf&) = delete;
   Pdf& operator=(const Pdf&) = delete;
 
   void start_page(double width_mm, double height_mm) {
-    cairo_pdf_surface_set_size(surface_, width_mm * kPointsPerMm, height_mm * kPointsPerMm);
+    cairo_pdf_surface_set_size(surface_.get(), width_mm * kPointsPerMm, height_mm * kPointsPerMm);
     cairo_identity_matrix(context_);
     cairo_scale(context_, kPointsPerMm, kPointsPerMm);
   }
@@ -79,10 +71,8 @@ class Pdf {
   }
 
   std::string finish() {
-    cairo_surface_finish(surface_);
-    const cairo_status_t status = cairo_surface_status(surface_);
-    if (status != CAIRO_STATUS_SUCCESS)
-      throw Error(fmt::format("--out: the PDF cannot be made: {}", cairo_status_to_string(status)));
+    cairo_surface_finish(surface_.get());
+    check_cairo(surface_.get(), "--out: the PDF");
     return std::move(text_);
   }
 
@@ -94,8 +84,9 @@ class Pdf {
   }
 
   std::string text_;
-  cairo_surface_t* surface_;
-  cairo_t* context_;
+  CairoSurface surface_;
+  CairoContext owned_context_;
+  cairo_t* context_ = owned_context_.get();
 };
 
 int pages_for(double length_mm, double paper_mm) {

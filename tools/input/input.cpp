@@ -15,10 +15,8 @@
 #include "report/messages.hpp"
 #include "report/progress.hpp"
 #include "report/warning_groups.hpp"
-#include "tagcal/detect/board_search/refine_corners.hpp"
-#include "tagcal/detect/checker_search/refine_checkers.hpp"
-#include "tagcal/detect/circle_search/refine_circles.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -246,11 +244,12 @@ void save(CornerCache& cache, Input& input, bool says_so) {
   if (written) say_wrote(input.cache);
 }
 
-void take_over(DetectResult result, Input& input) {
+void take_over(std::vector<DetectedPicture> found, std::vector<std::string> warnings,
+               Input& input) {
   input.dataset.views.clear();
   input.unfitted.clear();
-  std::vector<std::string> unreadable, warnings = std::move(result.warnings);
-  for (DetectedPicture& picture : result.pictures) {
+  std::vector<std::string> unreadable;
+  for (DetectedPicture& picture : found) {
     unreadable.push_back(picture.unreadable);
     warnings.insert(warnings.end(), picture.warnings.begin(), picture.warnings.end());
     if (!picture.unreadable.empty()) continue;
@@ -305,40 +304,34 @@ void detect_views(Input& input, int threads, bool shows_progress, const Camera* 
   if (!input.cache.empty()) cache.emplace(input.cache, boards, options);
   const EarlierResults earlier = earlier_results(input, cache);
   if (cache) options.earlier = &earlier;
-  DetectResult result = detect_all(input.images, boards, options, [&](int done, int) {
-    if (progress) progress->update(done);
-  });
+  std::vector<DetectedPicture> found =
+      detect_all(input.images, boards, options, [&](int done, int) {
+        if (progress) progress->update(done);
+      });
   progress.reset();
   if (cache) save(*cache, input, shows_progress);
-  take_over(std::move(result), input);
+  std::vector<std::string> warnings = board_warnings(input.images, found, boards, options);
+  take_over(std::move(found), std::move(warnings), input);
 }
 
 void refine_views(Input& input, const Camera& camera, int threads, bool shows_progress) {
   if (input.images.empty()) throw Error(fmt::format("{}: has no pictures", input.name));
   std::optional<Progress> progress;
   if (shows_progress) progress.emplace("refining", static_cast<int>(input.dataset.views.size()));
-  RefinedCorners refined = refine_corners(input.images, input.dataset.boards, input.dataset.views,
-                                          camera, threads, [&](int done, int) {
-                                            if (progress) progress->update(done);
-                                          });
-  const RefinedCorners checkers =
-      refine_checkers(input.images, input.dataset.boards, refined.views, camera, threads);
-  const RefinedCorners circles =
-      refine_circles(input.images, input.dataset.boards, checkers.views, camera, threads);
-  input.dataset.views = circles.views;
-  if (circles.num_refined < circles.num_tags)
-    input.warnings.push_back(
-        fmt::format("{} of {} centres of circles are not refined: the fit with the lens failed",
-                    circles.num_tags - circles.num_refined, circles.num_tags));
-  if (checkers.num_refined < checkers.num_tags)
-    input.warnings.push_back(
-        fmt::format("{} of {} corners of checkerboards are not refined: the fit with the lens "
-                    "failed",
-                    checkers.num_tags - checkers.num_refined, checkers.num_tags));
-  if (refined.num_refined < refined.num_tags)
+  RefinedViews refined =
+      refine_views(input.dataset, input.images, camera, threads, [&](int done, int) {
+        if (progress) progress->update(done);
+      });
+  input.dataset.views = std::move(refined.views);
+  if (refined.num_refined_corners < refined.num_corners)
+    input.warnings.push_back(fmt::format(
+        "{} of {} corners of squares and centres of circles are not refined: the fit with the lens "
+        "failed",
+        refined.num_corners - refined.num_refined_corners, refined.num_corners));
+  if (refined.num_refined_tags < refined.num_tags)
     input.warnings.push_back(
         fmt::format("the corners of {} of {} tags are not refined: the fit with the lens failed",
-                    refined.num_tags - refined.num_refined, refined.num_tags));
+                    refined.num_tags - refined.num_refined_tags, refined.num_tags));
 }
 
 void find_views(Input& input, int threads, bool shows_progress, const Camera* camera) {

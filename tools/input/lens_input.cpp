@@ -19,12 +19,11 @@ Pose pose_of_view(const std::string& file, const std::string& name) {
 LensInput read_lens(const std::string& file, const std::string& view) {
   const CalibrationFile calibration = read_camera(file);
   LensInput input;
-  input.lens = uncertain_lens(calibration);
-  input.image_size = calibration.camera.image_size;
+  input.camera = uncertain_camera(calibration);
   if (!view.empty()) input.camera_from_world = pose_of_view(file, view);
-  input.uncertainty =
-      input.lens.model ? fmt::format("the covariance of {} is included", file)
-                       : fmt::format("{} has no covariance: the lens is taken as exact", file);
+  input.uncertainty = input.camera.model
+                          ? fmt::format("the covariance of {} is included", file)
+                          : fmt::format("{} has no covariance: the lens is taken as exact", file);
   return input;
 }
 

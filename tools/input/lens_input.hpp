@@ -3,14 +3,13 @@
 #include <optional>
 #include <string>
 
-#include "tagcal/estimate/types.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::tools {
 
 // A camera of a file with its uncertainty, and the pose of one of its views.
 struct LensInput {
-  UncertainLens lens;  // without a model if the file has no covariance
-  ImageSize image_size;
+  UncertainCamera camera;                 // without a model if the file has no covariance
   std::optional<Pose> camera_from_world;  // of the view
   std::string uncertainty;                // a sentence: where the covariance comes from, or that
                                           // there is none

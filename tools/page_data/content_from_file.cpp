@@ -25,7 +25,7 @@ Calibration calibration_of(const CalibrationFile& file) {
   calibration.model =
       file.model.empty() ? std::string(full_model(file.camera.lens).name()) : file.model;
   calibration.covariance = file.covariance;
-  if (const UncertainLens claim = uncertain_lens(file); claim.model) calibration.claim = claim;
+  if (const UncertainCamera claim = uncertain_camera(file); claim.model) calibration.claim = claim;
   calibration.fixed = file.fixed;
   calibration.sigmas = file.sigmas;
   if (file.sigmas.empty())  // not known, which 0 would not say

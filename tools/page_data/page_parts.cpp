@@ -12,7 +12,7 @@
 #include "report/shown_parameters.hpp"
 #include "report/terminal.hpp"
 #include "report/warning_groups.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 #include "tagcal/version.hpp"
 
 namespace tagcal::tools {
@@ -130,7 +130,7 @@ PageJson projection_maps_json(const PageContent& content) {
   const Calibration& calibration = content.calibration;
   PageJson list = PageJson::array();
   if (!is_answer(calibration.status) || !calibration.claim) return list;
-  const UncertainLens& lens = *calibration.claim;
+  const UncertainCamera& lens = *calibration.claim;
   const ImageGrid grid{calibration.camera->image_size};
   std::vector<Eigen::Vector2d> samples = calibration.seen.samples();
   if (samples.empty()) samples = grid.pixels();

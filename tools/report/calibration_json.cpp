@@ -46,7 +46,7 @@ Json camera_json(const Calibration& calibration, double Shown::*member) {
 // What is known of the lens: the covariance of the free parameters of a model.
 Json claim_json(const Calibration& calibration) {
   if (!calibration.claim || !is_answer(calibration.status)) return nullptr;
-  const UncertainLens& claim = *calibration.claim;
+  const UncertainCamera& claim = *calibration.claim;
   Json names = Json::array();
   for (const FreeParameter& free : claim.model->free()) names.push_back(free.name);
   return {{"model", claim.model->name()},

@@ -49,18 +49,17 @@ std::vector<Comparison> compare(const std::string& file_a, const std::string& fi
                                 std::span<const Vector2d> samples,
                                 std::span<const double> distances_m) {
   const LensInput a = read_lens(file_a, ""), b = read_lens(file_b, "");
-  if (a.image_size != b.image_size)
-    throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file_b,
-                            a.image_size.width, a.image_size.height, file_a, b.image_size.width,
-                            b.image_size.height));
+  const ImageSize &of_a = a.camera.camera.image_size, &of_b = b.camera.camera.image_size;
+  if (of_a != of_b)
+    throw Error(fmt::format("{}: image size must be {}x{} as in {}, got {}x{}", file_b, of_a.width,
+                            of_a.height, file_a, of_b.width, of_b.height));
   std::vector<Comparison> comparisons;
   for (const double distance : distances_m) {
-    const auto d = lens_difference({a.lens.lens, a.image_size}, {b.lens.lens, b.image_size},
-                                   samples, distance);
+    const auto d = lens_difference(a.camera.camera, b.camera.camera, samples, distance);
     if (!d)
       throw Error(fmt::format("{}, {}: have too little of the image in common to be compared",
                               file_a, file_b));
-    comparisons.push_back({*d, difference_test(a.lens, b.lens, samples, *d)});
+    comparisons.push_back({*d, difference_test(a.camera, b.camera, samples, *d)});
   }
   return comparisons;
 }

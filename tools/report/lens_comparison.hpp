@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/io/types.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 namespace tagcal::tools {
 

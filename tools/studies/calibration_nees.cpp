@@ -1,22 +1,22 @@
 // Compares claimed covariances of calibrations with their errors, with the true model
 // (docs/trust/how_sure.md).
-//   calibration_nees [SEEDS, default 2000 [FIRST_SEED, default 1]]
-// Every seed has its own views and noise. sqrt(NEES / p), 1 where the covariance is that of the
-// errors: of the p free parameters, of the first view's pose, and of the projection at infinity
-// over the region of the corners (claims and errors averaged alike). f: root mean square of the
-// claimed standard deviation over that of the errors of fx.
+// Every seed has its own views and noise; 10 views of 144 corners. sqrt(NEES / p), 1 where the
+// covariance is that of the errors: of the p free parameters, of the first view's pose, and of the
+// projection at infinity over the region of the corners (claims and errors averaged alike). f: root
+// mean square of the claimed standard deviation over that of the errors of fx.
 
-#include <cstdio>
-#include <cstdlib>
+#include <fmt/format.h>
+
 #include <string>
 
+#include "studies/studies.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibrate.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
-using namespace internal;
+using namespace study;
 namespace {
 
 struct Case {
@@ -48,59 +48,33 @@ void add_own_noise(Dataset& set, Random random) {
   }
 }
 
-struct Sums {
-  int seeds = 0, answers = 0;
-  double parameters = 0, pose = 0, projection = 0, projection_claimed = 0;
-  double focal = 0, focal_claimed = 0;
-};
-
-void add(Sums& sums, const Dataset& set, const Case& c) {
+// The coefficients of the rational lens (p > 9) are correlated and not compared one by one.
+std::vector<Values> measure(const Case& c, std::uint64_t seed) {
+  Dataset set = make_world(c.lens, seed, world_options(c));
+  if (c.corner_covariances) add_own_noise(set, Random(seed, 3));
   CalibrateOptions options;
   options.model = c.model;
   options.distances_m = {kInfinitelyFar};
   const Calibration r = calibrate(set, options);
-  ++sums.seeds;
-  if (!is_answer(r.status)) return;
-  ++sums.answers;
-  sums.parameters +=
-      normalised_squared_error(Model::named(c.model), r.camera->lens, c.lens, r.covariance);
+  const double none = std::nan("");
+  if (!is_answer(r.status)) return {{0., none, none, none, none, none, none}};
+  const Model& model = Model::named(c.model);
+  const int p = model.num_free();
+  const double parameters_nees =
+      normalised_squared_error(model, r.camera->lens, c.lens, r.covariance);
   const CalibratedView& view = r.views.front();
   const Vector6d error = minus(view.camera_from_world, set.truth->camera_from_world.at(view.image));
-  sums.pose += error.dot(Eigen::MatrixXd(view.covariance).ldlt().solve(error));
+  const double pose_nees = error.dot(Eigen::MatrixXd(view.covariance).ldlt().solve(error));
   const auto d =
       lens_difference({c.lens, set.image_size}, *r.camera, r.seen.samples(), kInfinitelyFar);
-  if (d) {
-    sums.projection += 0.5 * d->rms_px * d->rms_px;
-    sums.projection_claimed += r.projection.front().region_px * r.projection.front().region_px;
-  }
+  const double region_px = r.projection.front().region_px;
   const double focal = parameters(r.camera->lens)[0] - parameters(c.lens)[0];
-  sums.focal += focal * focal;
-  sums.focal_claimed += r.sigmas[0] * r.sigmas[0];
+  return {{1., p > 9 ? none : std::sqrt(parameters_nees / p), std::sqrt(pose_nees / 6),
+           d ? 0.5 * d->rms_px * d->rms_px : none, d ? region_px * region_px : none, focal * focal,
+           r.sigmas[0] * r.sigmas[0]}};
 }
 
-// The coefficients of the rational lens (p > 9) are correlated and not compared one by one.
-void print(const Case& c, const Sums& sums) {
-  const double n = sums.answers;
-  const int p = Model::named(c.model).num_free();
-  std::printf("%-10s %-7s %7d %8d", c.model, c.corner_covariances ? "own" : "one", sums.seeds,
-              sums.answers);
-  if (p > 9)
-    std::printf("%12s", "-");
-  else
-    std::printf("%12.3f", std::sqrt(sums.parameters / n / p));
-  std::printf("%7.3f%12.3f%8.3f\n", std::sqrt(sums.pose / n / 6),
-              std::sqrt(sums.projection / sums.projection_claimed),
-              std::sqrt(sums.focal_claimed / sums.focal));
-  std::fflush(stdout);
-}
-
-}  // namespace
-}  // namespace tagcal
-
-int main(int argc, char** argv) {
-  using namespace tagcal;
-  const int seeds = argc > 1 ? std::atoi(argv[1]) : 2000;
-  const int first = argc > 2 ? std::atoi(argv[2]) : 1;
+std::vector<Task> tasks(const StudyOptions&) {
   const Lens rational =
       Perspective({500, 501, 651, 392, 0.5, 0.1, 5e-4, -3e-4, 0.01, 0.8, 0.15, 0.02});
   const std::vector<Case> cases = {{"f", pinhole(900, 900, 639.5, 399.5)},
@@ -114,16 +88,27 @@ int main(int argc, char** argv) {
                                    {"f", pinhole(900, 900, 639.5, 399.5), true},
                                    {"opencv5", opencv5_lens(), true},
                                    {"fisheye4", fisheye_lens(), true}};
-  std::printf("sqrt(mean NEES / p), 10 views of 144 corners, noise 0.3 px or each corner's own\n");
-  std::printf("%-10s %-7s %7s %8s %11s %6s %11s %7s\n", "model", "noise", "seeds", "answers",
-              "parameters", "pose", "projection", "sd of f");
-  for (const Case& c : cases) {
-    Sums sums;
-    for (int seed = first; seed < first + seeds; ++seed) {
-      Dataset set = make_world(c.lens, static_cast<std::uint64_t>(seed), world_options(c));
-      if (c.corner_covariances) add_own_noise(set, Random(static_cast<std::uint64_t>(seed), 3));
-      add(sums, set, c);
-    }
-    print(c, sums);
-  }
+  std::vector<Task> tasks;
+  for (const Case& c : cases)
+    tasks.push_back({fmt::format("{}{}", c.model, c.corner_covariances ? ", own noise" : ""),
+                     [c](std::uint64_t seed) { return measure(c, seed); }});
+  return tasks;
 }
+
+}  // namespace
+
+Study calibration_nees_study() {
+  return {.name = "calibration_nees",
+          .summary = "claimed covariances of calibrations against their errors",
+          .count = 2000,
+          .columns = {"answer", "parameters", "pose", "projection", "projection_claim", "f2",
+                      "f2_claim"},
+          .tasks = tasks,
+          .tables = {{{"task"},
+                      {rows_in("seeds"), sum_of("answers", "answer"),
+                       rms_of("parameters", "parameters", 3), rms_of("pose", "pose", 3),
+                       root_ratio_of("projection", "projection", "projection_claim", 3),
+                       root_ratio_of("sd of f", "f2_claim", "f2", 3)}}}};
+}
+
+}  // namespace tagcal

@@ -1,29 +1,26 @@
 // The corners that `detect` finds in a fixed collection of pictures, a row a picture, as the
 // referee of the constants of detect/policy (tools/sensitivity.py, docs/trust/sensitivity.md).
-//   detect_answers OUT.csv PICTURES [SET...]
 // Rendered are views of random worlds (docs/trust/worlds.md) with AprilGrids, whose tags are
 // fitted, or half of them again by their sides only (`edges`), and with checkerboards and ChArUco
 // boards in their place, all with the worlds' lenses, light, noise and blur; and pictures without
-// targets. PICTURES keeps them for the next run. A SET is a folder of real pictures with a
+// targets. --pictures keeps them for the next run. An input is a folder of real pictures with a
 // target.yaml; the truth of its corners is a calibration of all of them by `fisheye4`.
 // Columns: corners that are visible; found; of these wrong (hidden, or off by more than 1 px);
 // of the others the sum of squared errors, the number with a covariance and the sum of their
 // squared Mahalanobis distances, and how many of them are beyond five standard deviations.
 
+#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include <Eigen/LU>
-
 #include "false_tag_pictures.hpp"
+#include "studies/studies.hpp"
+#include "studies/worlds/draw.hpp"
+#include "study/processor_time.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/error.hpp"
@@ -32,9 +29,9 @@
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/scene/render.hpp"
 #include "tagcal/scene/viewing.hpp"
-#include "worlds/draw.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 namespace fs = std::filesystem;
@@ -52,51 +49,55 @@ struct Picture {
   Corners exact;
 };
 
-class Answers {
- public:
-  explicit Answers(const std::string& file) : file_(std::fopen(file.c_str(), "w")) {
-    if (!file_) throw Error(file + ": cannot be written");
-    std::fprintf(file_,
-                 "group,picture,visible,found,wrong,squares,claimed,distances,beyond,detect_s\n");
-  }
-  ~Answers() { std::fclose(file_); }
-
-  void add(const Picture& picture) {
-    const std::clock_t start = std::clock();
-    DetectOptions options;
-    options.threads = 1;
-    if (picture.group == "edges") options.refinement = Refinement::edges;
-    const View view = detect(picture.image, {{picture.board, Pose()}}, options).view;
-    add(picture, view, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
-  }
-
-  void add(const Picture& picture, const View& view, double seconds) {
-    int wrong = 0, claimed = 0, beyond = 0;
-    double squares = 0, distances = 0;
-    for (const Observation& o : view.observations) {
-      const auto truth = picture.exact.find(o.id);
-      if (truth == picture.exact.end() || !((o.pixel - truth->second).norm() < kWrongPx)) {
-        ++wrong;
-        continue;
-      }
-      const Eigen::Vector2d error = o.pixel - truth->second;
-      squares += error.squaredNorm();
-      if (!o.covariance_px2) continue;
-      const double square = error.dot(o.covariance_px2->inverse() * error);
-      ++claimed;
-      distances += square;
-      beyond += square > kFiveSigma2 * kFiveSigma2;
+Values row_of(const Picture& picture, const View& view, double seconds) {
+  double wrong = 0, claimed = 0, beyond = 0, squares = 0, distances = 0;
+  for (const Observation& o : view.observations) {
+    const auto truth = picture.exact.find(o.id);
+    if (truth == picture.exact.end() || !((o.pixel - truth->second).norm() < kWrongPx)) {
+      ++wrong;
+      continue;
     }
-    std::fprintf(file_, "%s,%s,%zu,%zu,%d,%.6g,%d,%.6g,%d,%.4f\n", picture.group.c_str(),
-                 picture.name.c_str(), picture.exact.size(), view.observations.size(), wrong,
-                 squares, claimed, distances, beyond, seconds);
+    const Eigen::Vector2d error = o.pixel - truth->second;
+    squares += error.squaredNorm();
+    if (!o.covariance_px2) continue;
+    const double square = error.dot(o.covariance_px2->inverse() * error);
+    ++claimed;
+    distances += square;
+    beyond += square > kFiveSigma2 * kFiveSigma2;
   }
+  return {picture.name,
+          static_cast<double>(picture.exact.size()),
+          static_cast<double>(view.observations.size()),
+          wrong,
+          squares,
+          claimed,
+          distances,
+          beyond,
+          seconds};
+}
 
- private:
-  std::FILE* file_;
+struct Found {
+  View view;
+  double seconds = 0;
 };
 
+Found found_in(const Image8& image, const Board& board, bool by_edges) {
+  DetectOptions options;
+  options.threads = 1;
+  if (by_edges) options.refinement = Refinement::edges;
+  const double start_us = thread_processor_us();
+  Found found{detect(image, {{board, Pose()}}, options).view, 0};
+  found.seconds = 1e-6 * (thread_processor_us() - start_us);
+  return found;
+}
+
+std::vector<Values> measure(const Picture& picture) {
+  const Found found = found_in(picture.image, picture.board, picture.group == "edges");
+  return {row_of(picture, found.view, found.seconds)};
+}
+
 Image8 kept(const fs::path& file, const std::function<Image8()>& render) {
+  if (file.empty()) return render();
   if (!fs::exists(file)) write_png(file, render());
   return read_image(file);
 }
@@ -148,7 +149,8 @@ bool draw(std::uint64_t index, const std::string& group, const fs::path& folder,
     return picture.exact.size() >= all;
   });
   if (pose == poses.end()) return false;
-  picture.image = kept(folder / ((is_grid ? "tags" : group) + picture.name + ".png"), [&] {
+  const std::string name = (is_grid ? "tags" : group) + picture.name + ".png";
+  picture.image = kept(folder.empty() ? folder : folder / name, [&] {
     TagFamilies families;
     if (const auto kind = tag_kind(picture.board))
       families[kind->family] = tag_family(kind->family, kind->border_bits);
@@ -157,28 +159,22 @@ bool draw(std::uint64_t index, const std::string& group, const fs::path& folder,
   return true;
 }
 
-void add_worlds(const std::string& group, int count, const fs::path& folder, Answers& answers) {
-  Picture picture;
-  for (std::uint64_t index = 0; count > 0; ++index) {
-    if (!draw(index, group, folder, picture)) continue;
-    answers.add(picture);
-    --count;
-  }
+Task worlds_task(const std::string& group, int count, const fs::path& folder) {
+  return {group,
+          [=](std::uint64_t index) -> std::vector<Values> {
+            Picture picture;
+            return draw(index, group, folder, picture) ? measure(picture) : std::vector<Values>();
+          },
+          count, true};
 }
 
-void add_empty(Answers& answers) {
-  const std::tuple<const char*, int, Board> boards[] = {
-      {"kalibr", 3, make_board(AprilGrid{6, 6, 0.088, 0.3})},
-      {"tag16h5", 15, make_board(AprilGrid{6, 5, 0.04, 1.2, 0, "tag16h5", 1, false})},
-      {"checkers", 3, make_board(Checkerboard{8, 5, 0.03, 0.03})},
-      {"charuco", 3, make_board(Charuco{9, 6, 0.03, 0.022, "DICT_4X4_100"})}};
-  for (const auto& [name, count, board] : boards)
-    for (int seed = 0; seed < count; ++seed)
-      answers.add({"empty",
-                   name + std::to_string(seed),
-                   board,
-                   picture_without_tags(static_cast<std::uint64_t>(seed)),
-                   {}});
+Task empty_task(const std::string& name, int count, const Board& board) {
+  return {"empty " + name,
+          [=](std::uint64_t seed) {
+            return measure(
+                {"empty", name + std::to_string(seed), board, picture_without_tags(seed), {}});
+          },
+          count};
 }
 
 // The corners by the set's own calibration, or as found if there are too few pictures for one.
@@ -202,7 +198,7 @@ std::vector<Corners> exact_in_set(const Dataset& set) {
   return exact;
 }
 
-void add_set(const fs::path& folder, Answers& answers) {
+std::vector<Values> measure_set(const fs::path& folder) {
   const Board board = read_target(folder / "target.yaml");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -214,37 +210,53 @@ void add_set(const fs::path& folder, Answers& answers) {
   for (const fs::path& file : files) {
     const Image8 image = read_image(file);
     set.image_size = image.size();
-    const std::clock_t start = std::clock();
-    set.views.push_back(detect(image, set.boards, {.threads = 1}, file.filename().string()).view);
-    seconds.push_back(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    const Found found = found_in(image, board, false);
+    set.views.push_back(found.view);
+    set.views.back().image = file.filename().string();
+    seconds.push_back(found.seconds);
   }
   const auto exact = exact_in_set(set);
+  std::vector<Values> rows;
   for (std::size_t i = 0; i < files.size(); ++i)
-    answers.add({folder.filename().string(), set.views[i].image, board, {}, exact[i]}, set.views[i],
-                seconds[i]);
+    rows.push_back(row_of({"", set.views[i].image, board, {}, exact[i]}, set.views[i], seconds[i]));
+  return rows;
+}
+
+std::vector<Task> tasks(const StudyOptions& options) {
+  const fs::path folder = options.text("pictures");
+  if (!folder.empty()) fs::create_directories(folder);
+  std::vector<Task> tasks = {
+      worlds_task("tags", 70, folder),
+      worlds_task("edges", 35, folder),
+      worlds_task("checkers", 40, folder),
+      worlds_task("charuco", 40, folder),
+      empty_task("kalibr", 3, make_board(AprilGrid{6, 6, 0.088, 0.3})),
+      empty_task("tag16h5", 15, make_board(AprilGrid{6, 5, 0.04, 1.2, 0, "tag16h5", 1, false})),
+      empty_task("checkers", 3, make_board(Checkerboard{8, 5, 0.03, 0.03})),
+      empty_task("charuco", 3, make_board(Charuco{9, 6, 0.03, 0.022, "DICT_4X4_100"}))};
+  for (const std::string& set : options.inputs)
+    tasks.push_back(
+        {fs::path(set).filename().string(), [set](std::uint64_t) { return measure_set(set); }, 1});
+  return tasks;
 }
 
 }  // namespace
-}  // namespace tagcal
 
-int main(int argc, char** argv) {
-  using namespace tagcal;
-  if (argc < 3) {
-    std::fprintf(stderr, "usage: detect_answers OUT.csv PICTURES [SET...]\n");
-    return 2;
-  }
-  try {
-    fs::create_directories(argv[2]);
-    Answers answers(argv[1]);
-    add_worlds("tags", 70, argv[2], answers);
-    add_worlds("edges", 35, argv[2], answers);
-    add_worlds("checkers", 40, argv[2], answers);
-    add_worlds("charuco", 40, argv[2], answers);
-    add_empty(answers);
-    for (int i = 3; i < argc; ++i) add_set(argv[i], answers);
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "detect_answers: %s\n", error.what());
-    return 2;
-  }
+Study detect_answers_study() {
+  return {.name = "detect_answers",
+          .summary = "the corners that `detect` finds in a fixed collection of pictures",
+          .inputs = "folders of pictures with a target.yaml",
+          .needs_inputs = false,
+          .count = 1,
+          .first = 0,
+          .options = {{"pictures", "", "folder that keeps the rendered pictures"}},
+          .columns = {"picture", "visible", "found", "wrong", "squares", "claimed", "distances",
+                      "beyond", "detect_s"},
+          .tasks = tasks,
+          .tables = {{{"task"},
+                      {rows_in("pictures"), sum_of("visible", "visible"), sum_of("found", "found"),
+                       sum_of("wrong", "wrong"), ratio_of("NEES", "distances", "claimed", 2),
+                       sum_of("beyond 5 sd", "beyond"), sum_of("time, s", "detect_s", 1)}}}};
 }
+
+}  // namespace tagcal

@@ -1,138 +1,191 @@
-// Measures the effect of the refinement of corners on the calibration, from pictures to the camera
-// (docs/trust/corners.md).
-//   end_to_end SCENE.yaml [SEEDS, default 10 [FIRST_SEED, default 1 [VIEWS]]]
-// For every seed the scene is rendered, its tags are detected with each refinement, and the camera
-// is calibrated with the model of the scene; `fit+lens` fits the corners again under the lens that
-// `fit` gave, and calibrates again. Corners: distance to the truth, its median, RMS per coordinate
-// and 99.9 % point; NEES/2: squared error in claimed variances, 1 where these are right. f: mean
-// claimed standard deviation, RMS and largest error in units of it. NEES/p: of all free parameters.
-// gain: sd(f) of `stock` over this one.
+// Measures the corners in pictures and their effect on the calibration (docs/trust/corners.md). An
+// input is a scene, which is rendered again for every seed, or a data set that `tagcal render`
+// made. Its tags are found with each refinement, and the camera is calibrated with the model of the
+// truth; `fit+lens` fits the corners again under the lens that `fit` gave, and calibrates again,
+// and `fit+truth` fits them under the true lens. Corners: distance to the truth, RMS per
+// coordinate; NEES/2: squared error in claimed variances, 1 where these are right, and how many
+// have a Mahalanobis distance beyond 3 and 5. f: claimed standard deviation, RMS and largest error
+// in units of it.
 
-#include <cstdio>
-#include <cstdlib>
+#include <fmt/format.h>
+#include <Eigen/LU>
+
 #include <map>
+#include <memory>
 
-#include "tagcal/detect/board_search/refine_corners.hpp"
+#include "studies/studies.hpp"
+#include "study/quantile.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/refine_views.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/image_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/random.hpp"
 #include "tagcal/scene/render.hpp"
 #include "tagcal/scene/viewing.hpp"
-#include "worlds.hpp"
 
 namespace tagcal {
-using namespace internal;
+using namespace study;
 namespace {
 
-struct Sums {
-  int answers = 0;
-  std::vector<double> errors;  // of corners, px
-  double corner_nees = 0;
-  int num_covariances = 0;
-  double sigma = 0, squares = 0, largest = 0, nees = 0;
-};
+namespace fs = std::filesystem;
 
-struct Rendered {
+using Corners = std::map<CornerId, Eigen::Vector2d>;
+
+// Pictures with their truth.
+struct Pictures {
+  Camera camera;
+  std::string model;
+  std::vector<PlacedBoard> boards;
   std::vector<ImageSource> sources;
-  std::vector<std::map<CornerId, Eigen::Vector2d>> truth;
+  std::vector<Corners> corners;
 };
 
-Rendered rendered(const Scene& scene, std::uint64_t seed) {
+Pictures rendered(const Scene& scene, std::uint64_t seed) {
   const TagFamilies families = tag_families(scene.boards);
   const std::vector<Pose> poses = camera_poses(scene, seed);
-  Rendered result;
+  Pictures result{scene.camera, scene.model, scene.boards, {}, {}};
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const ImageF light = render_light(scene, families, poses[i]);
     const Image8 picture = expose(light, scene.sensor, Random(seed, i).next());
     result.sources.push_back({image_name(static_cast<int>(i)), [picture] { return picture; }});
-    auto& corners = result.truth.emplace_back();
+    auto& corners = result.corners.emplace_back();
     for (const Observation& o : visible_corners(scene, poses[i])) corners[o.id] = o.pixel;
   }
   return result;
 }
 
-void add(Sums& sums, const Rendered& set, const std::vector<View>& views, const Calibration& c,
-         const Scene& scene) {
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    for (const Observation& o : views[v].observations) {
-      const auto truth = set.truth[v].find(o.id);
-      if (truth == set.truth[v].end()) continue;
-      const Eigen::Vector2d error = o.pixel - truth->second;
-      sums.errors.push_back(error.norm());
-      if (!o.covariance_px2) continue;
-      const Eigen::Matrix2d covariance = *o.covariance_px2;
-      sums.corner_nees += error.dot(covariance.inverse() * error) / 2;
-      ++sums.num_covariances;
-    }
+Pictures read(const fs::path& folder) {
+  const DatasetFolder set = read_dataset(folder);
+  if (!set.dataset.truth) throw Error(folder.string() + ": needs a truth");
+  const Truth& truth = *set.dataset.truth;
+  Pictures result{truth.camera, truth.model, set.dataset.boards, {}, {}};
+  for (const fs::path& file : set.images) {
+    const std::string name = file.filename().string();
+    result.sources.push_back({name, [file] { return read_image(file); }});
+    auto& corners = result.corners.emplace_back();
+    for (const auto& [id, point] : points_in_world(set.dataset.boards))
+      if (const auto pixel = project(truth.camera.lens, truth.camera_from_world.at(name) * point))
+        corners[id] = *pixel;
   }
-  if (!is_answer(c.status)) return;
-  ++sums.answers;
-  const double error =
-      (parameters(c.camera->lens)[0] - parameters(scene.camera.lens)[0]) / c.sigmas[0];
-  sums.sigma += c.sigmas[0];
-  sums.squares += error * error;
-  sums.largest = std::max(sums.largest, std::abs(error));
-  const Model& model = Model::named(c.model);
-  sums.nees += normalised_squared_error(model, c.camera->lens, scene.camera.lens, c.covariance) /
-               model.num_free();
+  return result;
 }
 
-int run(int argc, char** argv) {
-  if (argc < 2) throw Error("usage: end_to_end SCENE.yaml [SEEDS [FIRST_SEED [VIEWS]]]");
-  Scene scene = read_scene(argv[1]);
-  const int seeds = argc > 2 ? std::atoi(argv[2]) : 10;
-  const int first = argc > 3 ? std::atoi(argv[3]) : 1;
-  if (argc > 4) scene.num_views = std::atoi(argv[4]);
-  const char* names[] = {"stock", "edges", "fit", "fit+lens"};
-  Sums sums[4];
+struct CornerErrors {
+  std::vector<double> distances;  // to the truth, px
+  double squares = 0, nees = 0, claims = 0, beyond_3 = 0, beyond_5 = 0, largest = 0;
+  std::string worst;  // the corner of the largest Mahalanobis distance
+
+  void add(const Observation& o, const Eigen::Vector2d& truth, const std::string& image) {
+    const Eigen::Vector2d error = o.pixel - truth;
+    distances.push_back(error.norm());
+    squares += error.squaredNorm() / 2;
+    if (!o.covariance_px2) return;
+    const double square = error.dot(o.covariance_px2->inverse() * error), d = std::sqrt(square);
+    ++claims, nees += square / 2;
+    beyond_3 += d > 3, beyond_5 += d > 5;
+    if (d <= largest) return;
+    largest = d;
+    worst = fmt::format("{} tag {} corner {}", image, o.id.tag_id, o.id.corner);
+  }
+};
+
+Values row_of(const std::string& refinement, const Pictures& set, const std::vector<View>& views,
+              const Calibration& c) {
+  CornerErrors e;
+  for (std::size_t v = 0; v < views.size(); ++v)
+    for (const Observation& o : views[v].observations)
+      if (const auto truth = set.corners[v].find(o.id); truth != set.corners[v].end())
+        e.add(o, truth->second, views[v].image);
+  const double none = std::nan("");
+  Values row = {refinement,
+                static_cast<double>(e.distances.size()),
+                e.squares,
+                quantile(e.distances, 0.5),
+                quantile(e.distances, 0.999),
+                e.claims,
+                e.claims > 0 ? e.nees : none,
+                e.beyond_3,
+                e.beyond_5,
+                e.largest,
+                e.worst};
+  if (!is_answer(c.status)) {
+    row.insert(row.end(), {0., none, none});
+    return row;
+  }
+  const double error = parameters(c.camera->lens)[0] - parameters(set.camera.lens)[0];
+  row.insert(row.end(), {1., c.sigmas[0], error / c.sigmas[0]});
+  return row;
+}
+
+std::vector<Values> measure(const Pictures& set) {
   CalibrateOptions options;
-  options.model = scene.model;
+  options.model = set.model;
   options.distances_m = {kInfinitelyFar};
-  for (int s = first; s < first + seeds; ++s) {
-    const Rendered set = rendered(scene, static_cast<std::uint64_t>(s));
-    Dataset dataset{scene.camera.image_size, scene.boards, {}, {}};
-    Calibration c;
-    for (const Refinement refinement : {Refinement::stock, Refinement::edges, Refinement::fit}) {
-      DetectOptions detect;
-      detect.refinement = refinement;
-      dataset.views = detect_all(set.sources, scene.boards, detect).views();
-      c = calibrate(dataset, options);
-      add(sums[static_cast<int>(refinement)], set, dataset.views, c, scene);
+  Dataset dataset{set.camera.image_size, set.boards, {}, {}};
+  Calibration c;
+  std::vector<Values> rows;
+  for (const auto& [name, refinement] : {std::pair{"stock", Refinement::stock},
+                                         {"edges", Refinement::edges},
+                                         {"fit", Refinement::fit}}) {
+    DetectOptions detect;
+    detect.threads = 1;
+    detect.refinement = refinement;
+    dataset.views = views_of(detect_all(set.sources, set.boards, detect));
+    c = calibrate(dataset, options);
+    rows.push_back(row_of(name, set, dataset.views, c));
+  }
+  const std::vector<View> found = dataset.views;
+  const auto add = [&](const char* name, const Camera& camera) {
+    dataset.views = found;
+    dataset.views = refine_views(dataset, set.sources, camera).views;
+    rows.push_back(row_of(name, set, dataset.views, calibrate(dataset, options)));
+  };
+  if (is_answer(c.status)) add("fit+lens", *c.camera);
+  add("fit+truth", set.camera);
+  return rows;
+}
+
+std::vector<Task> tasks(const StudyOptions& options) {
+  std::vector<Task> tasks;
+  for (const std::string& input : options.inputs) {
+    if (fs::is_directory(input)) {
+      tasks.push_back({fs::path(input).filename().string(),
+                       [input](std::uint64_t) { return measure(read(input)); }, 1});
+      continue;
     }
-    if (!is_answer(c.status)) continue;
-    dataset.views = refine_corners(set.sources, scene.boards, dataset.views, *c.camera).views;
-    add(sums[3], set, dataset.views, calibrate(dataset, options), scene);
+    Scene scene = read_scene(input);
+    if (const int views = static_cast<int>(options.number("views")); views > 0)
+      scene.num_views = views;
+    tasks.push_back({fs::path(input).stem().string(),
+                     [scene](std::uint64_t seed) { return measure(rendered(scene, seed)); }});
   }
-  std::printf("%-9s %7s | %8s %8s %8s %7s | %9s %7s %7s %7s %6s\n", "corners", "answers",
-              "median px", "rms px", "99.9 %", "NEES/2", "sd(f) px", "rms/sd", "max/sd", "NEES/p",
-              "gain");
-  for (int i = 0; i < 4; ++i) {
-    Sums& n = sums[i];
-    std::ranges::sort(n.errors);
-    const auto size = static_cast<double>(n.errors.size());
-    double squares = 0;
-    for (const double e : n.errors) squares += e * e / 2;
-    std::printf("%-9s %4d/%-3d | %8.4f %8.4f %8.4f %7.2f | %9.4f %7.2f %7.2f %7.2f %6.1f\n",
-                names[i], n.answers, seeds, n.errors[n.errors.size() / 2],
-                std::sqrt(squares / size), n.errors[static_cast<std::size_t>(0.999 * size)],
-                n.corner_nees / std::max(1, n.num_covariances), n.sigma / n.answers,
-                std::sqrt(n.squares / n.answers), n.largest, n.nees / n.answers,
-                sums[0].sigma / sums[0].answers / (n.sigma / n.answers));
-  }
-  return 0;
+  return tasks;
 }
 
 }  // namespace
-}  // namespace tagcal
 
-int main(int argc, char** argv) {
-  try {
-    return tagcal::run(argc, argv);
-  } catch (const tagcal::Error& error) {
-    std::fprintf(stderr, "end_to_end: %s\n", error.what());
-    return 2;
-  }
+Study end_to_end_study() {
+  return {
+      .name = "end_to_end",
+      .summary = "corners in pictures, by refinement, and the calibrations that they give",
+      .inputs = "scenes, or data sets with a truth",
+      .count = 10,
+      .options = {{"views", "0", "of a scene; 0: its own number"}},
+      .columns = {"corners", "found", "squares", "median_px", "p999_px", "claims", "nees",
+                  "beyond_3", "beyond_5", "largest", "worst", "answer", "sd_f", "f_over_sd"},
+      .tasks = tasks,
+      .tables = {{{"task", "corners"},
+                  {sum_of("corners found", "found"), quantile_of("median px", "median_px", .5, 4),
+                   root_ratio_of("rms px", "squares", "found", 4),
+                   quantile_of("1 in 1,000, px", "p999_px", .5, 3),
+                   ratio_of("NEES/2", "nees", "claims", 2), sum_of("> 3", "beyond_3"),
+                   sum_of("> 5", "beyond_5"), largest_of("largest", "largest", 1),
+                   sum_of("answers", "answer"), mean_of("sd(f) px", "sd_f", 4),
+                   rms_of("rms/sd", "f_over_sd", 2), largest_of("largest/sd", "f_over_sd", 2)}}}};
 }
+
+}  // namespace tagcal

@@ -1,23 +1,21 @@
 // Counts how often calibrations refuse the focal length of data sets that do not determine it, and
 // answer for those that do (docs/trust/how_sure.md).
-//   focal_refusal [SEEDS, default 1000 [FIRST_SEED, default 1]]
 // Sets that may be answered take a fifth of the seeds. `beyond 5 sd`: an answer whose focal length
 // is off by more than 5 standard deviations; `warned of`: a finding gives a reason for it.
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
+#include "studies/studies.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 WorldOptions tilted(int num_views, double min_tilt_deg, double max_tilt_deg) {
@@ -112,22 +110,27 @@ std::string answer(const Dataset& set, const std::string& model) {
   return what + " beyond 5 sd";
 }
 
-}  // namespace
-}  // namespace tagcal
-
-int main(int argc, char** argv) {
-  using namespace tagcal;
-  const int seeds = argc > 1 ? std::atoi(argv[1]) : 1000;
-  const int first = argc > 2 ? std::atoi(argv[2]) : 1;
-  for (const char* model : {"auto", "f", "f+c", "opencv5", "fisheye4", "opencv8"}) {
-    for (const Set& set : sets()) {
-      std::map<std::string, int> count;
-      for (int seed = first; seed < first + (set.all_seeds ? seeds : seeds / 5); ++seed)
-        ++count[answer(set.make(static_cast<std::uint64_t>(seed)), model)];
-      std::printf("%-9s %-24s", model, set.name);
-      for (const auto& [what, n] : count) std::printf(" %s: %d;", what.c_str(), n);
-      std::printf("\n");
-      std::fflush(stdout);
-    }
-  }
+std::vector<Task> tasks(const StudyOptions& options) {
+  std::vector<Task> tasks;
+  for (const std::string model : {"auto", "f", "f+c", "opencv5", "fisheye4", "opencv8"})
+    for (const Set& set : sets())
+      tasks.push_back({model + ": " + set.name,
+                       [&set, model](std::uint64_t seed) -> std::vector<Values> {
+                         return {{answer(set.make(seed), model)}};
+                       },
+                       set.all_seeds ? options.count : std::max(1, options.count / 5)});
+  return tasks;
 }
+
+}  // namespace
+
+Study focal_refusal_study() {
+  return {.name = "focal_refusal",
+          .summary = "data that determine the focal length and data that do not: who is answered",
+          .count = 1000,
+          .columns = {"answer"},
+          .tasks = tasks,
+          .tables = {{{"task"}, {rows_in("sets"), counts_of("answers", "answer")}}}};
+}
+
+}  // namespace tagcal

@@ -1,6 +1,5 @@
 // Compares the calibrations of two random halves of the views of real data sets, and tests their
 // claims: z is a difference in units of the standard deviation that both claims predict.
-//   halves DATASET... [--splits N] [--model NAME] [--seed N] [--threads N] [--csv FILE]
 // The projections are compared at infinity, less a rotation, over the region of the corners of the
 // whole set. `region` takes the claims at the nodes of a grid in this region; `printed` takes the
 // RMS claims that the calibrations print, each over the region of its own half.
@@ -8,174 +7,122 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <optional>
+#include <memory>
 
-#include "real/real_sets.hpp"
-#include "tagcal/internal/parallel.hpp"
-#include "tagcal/io/text/text_file.hpp"
+#include "real_sets.hpp"
+#include "studies/studies.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 constexpr std::array<std::size_t, 3> kCompared = {0, 2, 3};  // fx, cx, cy
+constexpr std::size_t kNumColumns = 25;
 
-struct Split {
-  std::array<std::string, 2> outcomes;
-  int refused = 0;
-  std::array<Claim, 3> a, b;                 // of kCompared, if none is refused
-  std::optional<ProjectionTest> projection;  // without a value: cannot be compared
-};
+void add_parameters(const Calibration& a, const Calibration& b, Values& row, Values& scores) {
+  for (const std::size_t i : kCompared) {
+    const Claim of_a = claim_of(a, i), of_b = claim_of(b, i);
+    for (const double v : {of_a.value, of_a.sd, of_b.value, of_b.sd}) row.emplace_back(v);
+    const bool held = !(of_a.sd > 0 || of_b.sd > 0);  // both at one value
+    scores.emplace_back(held ? std::nan("") : z_of(of_a, of_b));
+  }
+  const Claim of_a = claim_of(a, 0), of_b = claim_of(b, 0);
+  const double mean = (of_a.value + of_b.value) / 2;
+  scores.emplace_back(100 * (of_a.value - of_b.value) / mean);
+  scores.emplace_back(100 * std::hypot(of_a.sd, of_b.sd) / mean);
+}
 
-Split split_of(const RealSet& set, const SeenRegion& region, const RealOptions& options,
-               std::uint64_t index) {
-  Random random(options.seed, index);
+// Lenses that cannot be compared count as infinitely different.
+void add_projection(const Calibration& a, const Calibration& b, const SeenRegion& region,
+                    Values& row, Values& scores) {
+  const auto test = test_projection(a, b, region);
+  const double none = std::nan("");
+  for (const double v : {test ? test->difference_px : none, test ? test->claim_px : none,
+                         test ? test->printed_px : none})
+    row.emplace_back(v);
+  scores.emplace_back(test ? test->difference_px / test->claim_px : HUGE_VAL);
+  scores.emplace_back(test ? test->difference_px / test->printed_px : HUGE_VAL);
+}
+
+std::vector<Values> measure(const RealSet& set, const StudyOptions& options, std::uint64_t split) {
+  Random random(static_cast<std::uint64_t>(options.number("seed")), split);
   const std::size_t n = set.dataset.views.size();
   const std::vector<std::size_t> first = random_subset(n, n / 2, random);
   std::vector<std::size_t> second;
   for (std::size_t i = 0; i < n; ++i)
     if (!std::ranges::binary_search(first, i)) second.push_back(i);
-  const Calibration a = calibrate_views(set.dataset, first, options.model);
-  const Calibration b = calibrate_views(set.dataset, second, options.model);
-  Split split{{outcome(a), outcome(b)}, !has_focal_length(a) + !has_focal_length(b), {}, {}, {}};
-  if (split.refused > 0) return split;
-  for (std::size_t i = 0; i < kCompared.size(); ++i) {
-    split.a[i] = claim_of(a, kCompared[i]);
-    split.b[i] = claim_of(b, kCompared[i]);
+  const Calibration a = calibrate_views(set.dataset, first, options.text("model"));
+  const Calibration b = calibrate_views(set.dataset, second, options.text("model"));
+  const int refused = !has_focal_length(a) + !has_focal_length(b);
+  Values row = {outcome(a), outcome(b)}, scores = {static_cast<double>(refused)};
+  if (refused == 0) {
+    add_parameters(a, b, row, scores);
+    add_projection(a, b, region_of(set.dataset), row, scores);
+  } else {
+    row.resize(2 + 4 * kCompared.size() + 3, std::nan(""));
   }
-  split.projection = test_projection(a, b, region);
-  return split;
+  row.insert(row.end(), scores.begin(), scores.end());
+  row.resize(kNumColumns, std::nan(""));
+  return {row};
 }
 
-struct Sums {
-  int splits = 0, refused = 0;
-  std::array<Scores, 3> parameters;
-  Scores region, printed;
-  std::vector<double> focal_percent, claim_percent;  // differences of fx, and their claims
-  std::map<std::string, int> outcomes;
-
-  void add(const Split& split);
-  void add(const Sums& other);
-  Scores all_parameters() const {
-    Scores all;
-    for (const Scores& s : parameters) all.add(s);
-    return all;
+std::vector<Task> tasks(const StudyOptions& options) {
+  std::vector<Task> tasks;
+  for (RealSet& read : read_sets(options.inputs)) {
+    const auto set = std::make_shared<const RealSet>(std::move(read));
+    tasks.push_back(
+        {set->name, [=](std::uint64_t split) { return measure(*set, options, split); }});
   }
-};
-
-void Sums::add(const Split& split) {
-  ++splits;
-  refused += split.refused;
-  for (const std::string& o : split.outcomes) ++outcomes[o];
-  if (split.refused > 0) return;
-  for (std::size_t i = 0; i < kCompared.size(); ++i) {
-    const Claim &a = split.a[i], &b = split.b[i];
-    if (a.sd > 0 || b.sd > 0) parameters[i].add(z_of(a, b));  // not what both hold at one value
-  }
-  // Lenses that cannot be compared count as infinitely different.
-  const ProjectionTest test = split.projection.value_or(ProjectionTest{HUGE_VAL, 1, 1});
-  region.add(test.difference_px / test.claim_px);
-  printed.add(test.difference_px / test.printed_px);
-  const Claim &a = split.a[0], &b = split.b[0];
-  const double mean = (a.value + b.value) / 2;
-  focal_percent.push_back(percent(a.value - b.value, mean));
-  claim_percent.push_back(percent(std::hypot(a.sd, b.sd), mean));
+  return tasks;
 }
 
-void Sums::add(const Sums& other) {
-  splits += other.splits;
-  refused += other.refused;
-  for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i].add(other.parameters[i]);
-  region.add(other.region);
-  printed.add(other.printed);
-}
-
-void print_set(const RealSet& set, const Sums& s) {
-  std::string outcomes;
-  for (const auto& [name, count] : s.outcomes) outcomes += fmt::format(" {} {}", name, count);
-  fmt::print("{:16}{:6}{:7}{:8}  {}  {} {:7.2f} {:6.2f} {}\n", set.name.substr(0, 16),
-             set.dataset.views.size(), s.splits, s.refused, s.all_parameters().text(),
-             s.region.text(), rms_of(s.focal_percent), rms_of(s.claim_percent), outcomes);
-}
-
-void print_totals(const Sums& s) {
-  fmt::print("\n{:16}{:>6}{:>7} {:>6} {:>7}\n", "all sets", "count", "rms", ">3 %", "worst");
-  const auto line = [](const char* name, const Scores& scores) {
-    fmt::print("{:16}{:6} {}\n", name, scores.count(), scores.text());
-  };
-  line("fx", s.parameters[0]);
-  line("cx", s.parameters[1]);
-  line("cy", s.parameters[2]);
-  line("fx, cx, cy", s.all_parameters());
-  line("region", s.region);
-  line("region, printed", s.printed);
-  fmt::print("refused: {} of {} halves, {:.1f} %\n", s.refused, 2 * s.splits,
-             percent(s.refused, 2 * s.splits));
-}
-
-std::string csv_line(const RealSet& set, std::size_t index, const Split& split) {
-  std::string line =
-      fmt::format("{},{},{},{}", set.name, index, split.outcomes[0], split.outcomes[1]);
-  if (split.refused > 0) return line + std::string(15, ',') + "\n";
-  for (std::size_t i = 0; i < kCompared.size(); ++i)
-    line += fmt::format(",{},{},{},{}", split.a[i].value, split.a[i].sd, split.b[i].value,
-                        split.b[i].sd);
-  if (!split.projection) return line + ",,,\n";
-  const ProjectionTest& p = *split.projection;
-  return line + fmt::format(",{},{},{}\n", p.difference_px, p.claim_px, p.printed_px);
-}
-
-int run(const RealOptions& options, std::size_t splits) {
-  const std::vector<RealSet> sets = read_sets(options.folders);
-  std::vector<Split> results(sets.size() * splits);
-  internal::parallel_for(results.size(), options.threads, [&](std::size_t i) {
-    const RealSet& set = sets[i / splits];
-    results[i] = split_of(set, region_of(set.dataset), options, i % splits);
-  });
-  std::string csv = "set,split,outcome_a,outcome_b";
-  for (const char* p : {"fx", "cx", "cy"}) csv += fmt::format(",{0}_a,sd_{0}_a,{0}_b,sd_{0}_b", p);
-  csv += ",difference_px,claim_px,printed_px\n";
-  fmt::print("{:37}  z of fx, cx, cy{:8}z of the region{:8}fx, % rms\n", "", "", "");
-  fmt::print("{:16}{:>6}{:>7}{:>8} {:>7} {:>6} {:>7} {:>7} {:>6} {:>7} {:>7} {:>6}  {}\n", "set",
-             "views", "splits", "refused", "rms", ">3 %", "worst", "rms", ">3 %", "worst", "differ",
-             "claim", "halves");
-  Sums all;
-  for (std::size_t i = 0; i < sets.size(); ++i) {
-    Sums of_set;
-    for (std::size_t k = 0; k < splits; ++k) {
-      of_set.add(results[i * splits + k]);
-      csv += csv_line(sets[i], k, results[i * splits + k]);
-    }
-    print_set(sets[i], of_set);
-    all.add(of_set);
-  }
-  print_totals(all);
-  if (!options.csv.empty()) internal::write_whole(options.csv, csv);
-  return 0;
-}
-
-int command(int argc, char** argv) {
-  RealOptions options;
-  std::size_t splits = 8;
-  CLI::App app("Compares calibrations of random halves of the views of real data sets.");
-  add_options(app, options);
-  app.add_option("--splits", splits, "of each data set (8)")->check(CLI::Range(1, 100000));
-  CLI11_PARSE(app, argc, argv);
-  return run(options, splits);
+// RMS, percentage beyond 3 and the largest of the z in some columns.
+Figure z_figure(const std::string& heading, const std::vector<std::string>& columns) {
+  return {heading + ": rms, > 3, largest", [=](const Sample& sample) {
+            int n = 0, beyond = 0;
+            double squares = 0, largest = 0;
+            for (const std::string& column : columns)
+              for (const double z : sample.numbers(column)) {
+                ++n, squares += z * z, beyond += !(std::abs(z) <= 3);
+                largest = std::max(largest, std::abs(z));
+              }
+            if (n == 0) return std::string();
+            return fmt::format("{:.2f}, {:.1f} %, {:.1f}", std::sqrt(squares / n),
+                               100.0 * beyond / n, largest);
+          }};
 }
 
 }  // namespace
-}  // namespace tagcal
 
-int main(int argc, char** argv) {
-  try {
-    return tagcal::command(argc, argv);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "halves: {}\n", error.what());
-    return 2;
-  }
+Study halves_study() {
+  const std::vector<Figure> figures = {rows_in("splits"),
+                                       sum_of("halves refused", "refused"),
+                                       z_figure("fx, cx, cy", {"z_fx", "z_cx", "z_cy"}),
+                                       z_figure("region", {"z_region"}),
+                                       z_figure("region, printed", {"z_printed"}),
+                                       z_figure("fx", {"z_fx"}),
+                                       z_figure("cx", {"z_cx"}),
+                                       z_figure("cy", {"z_cy"}),
+                                       rms_of("fx differs, %", "fx_percent", 2),
+                                       rms_of("its claim, %", "claim_percent", 2),
+                                       counts_of("first halves", "outcome_a"),
+                                       counts_of("second halves", "outcome_b")};
+  return {.name = "halves",
+          .summary = "calibrations of random halves of the views of real data sets",
+          .inputs = "folders of data sets",
+          .count = 8,
+          .first = 0,
+          .options = {{"model", "auto", "of all calibrations"}, {"seed", "1", "of the halves"}},
+          .columns = {"outcome_a", "outcome_b",  "fx_a",          "sd_fx_a",  "fx_b",
+                      "sd_fx_b",   "cx_a",       "sd_cx_a",       "cx_b",     "sd_cx_b",
+                      "cy_a",      "sd_cy_a",    "cy_b",          "sd_cy_b",  "difference_px",
+                      "claim_px",  "printed_px", "refused",       "z_fx",     "z_cx",
+                      "z_cy",      "fx_percent", "claim_percent", "z_region", "z_printed"},
+          .tasks = tasks,
+          .tables = {{{"task"}, figures}, {{}, figures}}};
 }
+
+}  // namespace tagcal

@@ -1,12 +1,13 @@
 """What a call from Python costs beside the same call from C++, and beside OpenCV's.
 
     PYTHONPATH=build/release/python python3 tools/studies/python_overhead.py \
-        build/release/tools/studies/python_overhead
+        build/release/tools/tagcal-study
 
 Runs the program given, which makes the numbers, answers and times of C++, and repeats all of it
 through the module: answers are compared bit by bit. Rounds alternate; the fastest of each counts.
 """
 
+import csv
 import subprocess
 import sys
 import tempfile
@@ -100,10 +101,11 @@ def main():
     if len(sys.argv) != 2:
         sys.exit("usage: python_overhead.py PROGRAM")
     with tempfile.TemporaryDirectory() as folder:
-        lines = subprocess.run(
-            [sys.argv[1], folder], check=True, capture_output=True, text=True
-        ).stdout.split()
-        cpp = dict(zip(lines[::2], map(float, lines[1::2])))
+        times = Path(folder) / "times.csv"
+        subprocess.run([sys.argv[1], "python_numbers", folder, "--csv", times], check=True,
+                       stdout=subprocess.DEVNULL)
+        lines = [line for line in times.open() if not line.startswith("#")]
+        cpp = {row["task"].split(",")[0]: float(row["time"]) for row in csv.DictReader(lines)}
         tag_rows(Path(folder), cpp["pose"])
         projection_rows(Path(folder), cpp["project"])
 

@@ -1,20 +1,19 @@
 // Counts the findings of calibrations of good and of bad data sets (docs/trust/how_sure.md).
-//   warnings [SETS, default 500 [FIRST_SEED, default 1]]
 // Good sets are calibrated with the model that made them and with `auto`. Bad sets have a board
 // that is bent by 0.5 mm, or are calibrated with a model that is one step too small.
 
+#include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <map>
 #include <string>
 
 #include "random_lens.hpp"
+#include "studies/studies.hpp"
 #include "tagcal/estimate/calibrate.hpp"
 #include "tagcal/estimate/findings/finding_codes.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
+using namespace study;
 namespace {
 
 // The columns of the table.
@@ -37,39 +36,30 @@ bool is_of_kind(const Finding& finding, const internal::FindingCode& code, const
   return code.name != internal::code::extrapolated.name || c.seen.gaps();
 }
 
-struct Counts {
-  int sets = 0;
-  int answers = 0;
-  std::map<std::string, int> warned;  // by kind; "model error": sets with any of kOfModel
-};
-
-void count(const Calibration& c, Counts& counts) {
-  ++counts.sets;
-  counts.answers += is_answer(c.status);
-  std::map<std::string, bool> seen;
-  for (const Finding& finding : c.findings)
-    for (const auto& [kind, code] : kKinds)
-      if (is_of_kind(finding, code, c)) seen[kind] = true;
-  for (const char* kind : kOfModel) seen["model error"] |= seen[kind];
-  for (const auto& [kind, yes] : seen) counts.warned[kind] += yes;
-}
-
-void print(const std::string& name, const Counts& counts) {
-  std::printf("%-34s %5d %7d %7d", name.c_str(), counts.sets, counts.answers,
-              counts.warned.contains("model error") ? counts.warned.at("model error") : 0);
-  for (const auto& [kind, code] : kKinds)
-    std::printf(" %8d", counts.warned.contains(kind) ? counts.warned.at(kind) : 0);
-  std::printf("\n");
-  std::fflush(stdout);
-}
-
-Calibration calibrated(const Dataset& set, const std::string& model) {
+// The answer, and whether the findings have each kind.
+Values counted(const Dataset& set, const std::string& model, const std::string& name) {
   CalibrateOptions options;
   options.model = model;
-  return calibrate(set, options);
+  const Calibration c = calibrate(set, options);
+  Values values = {name, is_answer(c.status) ? 1. : 0.};
+  bool of_model = false;
+  for (const auto& [kind, code] : kKinds) {
+    const bool found = std::ranges::any_of(
+        c.findings, [&](const Finding& finding) { return is_of_kind(finding, code, c); });
+    values.emplace_back(found ? 1. : 0.);
+    of_model = of_model || (found && std::ranges::count(kOfModel, std::string_view(kind)) > 0);
+  }
+  values.emplace_back(of_model ? 1. : 0.);
+  return values;
 }
 
-// The same poses with a board whose middle line stands out of its plane by `bend_m`.
+LensWorld world_of(std::uint64_t seed) {
+  LensWorld world(seed);
+  world.options.sigma_px = 0.1 + 0.4 * world.random.uniform();
+  return world;
+}
+
+// The poses of make_world() with a board whose middle line stands out of its plane by `bend_m`.
 Dataset bent(const Lens& lens, std::uint64_t seed, const WorldOptions& options, double bend_m) {
   Dataset set = make_world(lens, seed, options);
   std::map<CornerId, Eigen::Vector3d> points;
@@ -90,38 +80,40 @@ Dataset bent(const Lens& lens, std::uint64_t seed, const WorldOptions& options, 
   return set;
 }
 
-}  // namespace
-}  // namespace tagcal
-
-int main(int argc, char** argv) {
-  using namespace tagcal;
-  const int wanted = argc > 1 ? std::atoi(argv[1]) : 500;
-  const int first = argc > 2 ? std::atoi(argv[2]) : 1;
-  Counts good, good_auto, exact, bowed, bowed_auto;
-  std::map<std::string, Counts> small;
-  for (int seed = first; seed < first + wanted; ++seed) {
-    LensWorld world(static_cast<std::uint64_t>(seed));
-    world.options.sigma_px = 0.1 + 0.4 * world.random.uniform();
-    const Dataset set = world.make();
-    count(calibrated(set, world.model), good);
-    count(calibrated(set, "auto"), good_auto);
-    const std::string below = model_below(world.model);
-    if (!below.empty() && world.needs_model(set))
-      count(calibrated(set, below), small[below + " for " + world.model]);
-    WorldOptions bow = world.options;
-    const Dataset curved = bent(world.lens, world.seed, bow, 5e-4);
-    count(calibrated(curved, world.model), bowed);
-    count(calibrated(curved, "auto"), bowed_auto);
-    world.options.sigma_px = 0;
-    count(calibrated(world.make(), world.model), exact);
-  }
-  std::printf("%-34s %5s %7s %7s", "sets", "", "answers", "error");
-  for (const auto& [kind, code] : kKinds) std::printf(" %8s", kind);
-  std::printf("\n");
-  print("good, the model by name", good);
-  print("good, auto", good_auto);
-  print("exact corners, by name", exact);
-  print("bent by 0.5 mm, by name", bowed);
-  print("bent by 0.5 mm, auto", bowed_auto);
-  for (const auto& [name, counts] : small) print(name, counts);
+std::vector<Values> measure(std::uint64_t seed) {
+  LensWorld world = world_of(seed);
+  const Dataset set = world.make();
+  const Dataset curved = bent(world.lens, world.seed, world.options, 5e-4);
+  std::vector<Values> rows = {counted(set, world.model, "good, the model by name"),
+                              counted(set, "auto", "good, auto"),
+                              counted(curved, world.model, "bent by 0.5 mm, by name"),
+                              counted(curved, "auto", "bent by 0.5 mm, auto")};
+  const std::string below = model_below(world.model);
+  if (!below.empty() && world.needs_model(set))
+    rows.push_back(counted(set, below, below + " for " + world.model));
+  world.options.sigma_px = 0;
+  rows.push_back(counted(world.make(), world.model, "exact corners, by name"));
+  return rows;
 }
+
+}  // namespace
+
+Study warnings_study() {
+  Study study = {.name = "warnings",
+                 .summary = "findings of calibrations of good and of bad data sets",
+                 .columns = {"set", "answer"},
+                 .tasks =
+                     [](const StudyOptions&) {
+                       return std::vector<Task>{{"sets", measure}};
+                     },
+                 .tables = {{{"set"}, {rows_in("sets"), sum_of("answers", "answer")}}}};
+  for (const auto& [kind, code] : kKinds) {
+    study.columns.emplace_back(kind);
+    study.tables[0].figures.push_back(sum_of(kind, kind));
+  }
+  study.columns.emplace_back("error");
+  study.tables[0].figures.push_back(sum_of("model error", "error"));
+  return study;
+}
+
+}  // namespace tagcal

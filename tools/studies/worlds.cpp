@@ -1,33 +1,29 @@
 // Renders random worlds and finds their tags, or projects their corners; calibrates their cameras
 // with `auto`, and compares every number that is claimed with the truth (docs/trust/worlds.md).
-//   worlds run --first N --count N --out FILE.csv [--threads T] [--seed S] [--corners-only]
-//              [--with DEFECTS] [--without DEFECTS]
-//   worlds merge FILE.csv... [--out FILE.csv] [--page FILE.md] [--against FILE.csv]
-//   worlds worst FILE.csv... --out DIR [--count K] [--by KIND]
-//   worlds scene --index N --out FILE.yaml [--seed S] [--corners-only] [--with ..] [--without ..]
 // `run` judges the worlds that are missing in its file, so that it can be stopped and called again.
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
 
+#include "input/arguments.hpp"
+#include "studies/studies.hpp"
+#include "studies/worlds/draw.hpp"
+#include "studies/worlds/judge.hpp"
+#include "studies/worlds/record.hpp"
+#include "studies/worlds/scene_text.hpp"
+#include "studies/worlds/summary.hpp"
+#include "studies/worlds/totals.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text/text_file.hpp"
-#include "worlds/draw.hpp"
-#include "worlds/judge.hpp"
-#include "worlds/record.hpp"
-#include "worlds/scene_text.hpp"
-#include "worlds/summary.hpp"
-#include "worlds/totals.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -35,15 +31,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::uint64_t kWorlds = 1000, kWorst = 20;
+
 struct Arguments {
+  std::string action;
   std::vector<std::string> files;
   std::string out, page, by = "beyond";
   std::vector<std::string> against;
   WorldId id{1};  // of all worlds that are drawn, but for the index
   std::vector<std::string> with, without;
   bool corners_only = false;
-  std::uint64_t first = 0, count = 1000;
-  std::size_t worst = 20;
+  std::uint64_t first = 0, count = 0;  // count 0: 1000 worlds of `run`, 20 of the others
   int threads = 2;
 };
 
@@ -80,12 +78,13 @@ int run(const Arguments& arguments) {
   RecordFile file(arguments.out);
   std::vector<WorldId> missing;
   WorldId id = arguments.id;
-  for (id.index = arguments.first; id.index < arguments.first + arguments.count; ++id.index)
+  const std::uint64_t count = arguments.count > 0 ? arguments.count : kWorlds;
+  for (id.index = arguments.first; id.index < arguments.first + count; ++id.index)
     if (!file.has(id)) missing.push_back(id);
   parallel_for(missing.size(), arguments.threads,
                [&](std::size_t i) { file.add(judge(draw_world(missing[i]))); });
   fmt::print("{}: {} worlds added, {} were there\n", arguments.out, missing.size(),
-             arguments.count - missing.size());
+             count - missing.size());
   return 0;
 }
 
@@ -105,7 +104,8 @@ std::vector<Record> worst_of(const Arguments& arguments) {
   std::erase_if(records, [&](const Record& r) { return !(wrongness(r, kind) > 1); });
   std::ranges::stable_sort(records, std::greater{},
                            [&](const Record& r) { return wrongness(r, kind); });
-  if (records.size() > arguments.worst) records.resize(arguments.worst);
+  const std::size_t most = arguments.count > 0 ? arguments.count : kWorst;
+  if (records.size() > most) records.resize(most);
   return records;
 }
 
@@ -172,66 +172,57 @@ int scene(const Arguments& arguments) {
   return 0;
 }
 
-void add_world_options(CLI::App& command, Arguments& a) {
-  command.add_option("--seed", a.id.seed, "of all worlds (1)");
-  command.add_flag("--corners-only", a.corners_only,
-                   "no pictures: exact corners of the same cameras, boards and poses, with noise");
-  command.add_option("--with", a.with, "defects that every world has")->delimiter(',');
-  command.add_option("--without", a.without, "defects that no world has")->delimiter(',');
-  command.footer(
-      fmt::format("Defects, and the share of the worlds that have them:\n{}", help_on_defects()));
-}
-
-void add_options(CLI::App& on_run, CLI::App& on_merge, CLI::App& on_worst, CLI::App& on_scene,
-                 Arguments& a) {
-  on_run.add_option("--first", a.first, "index of the first world (0)");
-  on_run.add_option("--count", a.count, "number of worlds (1000)");
-  on_run.add_option("--threads", a.threads, "worlds judged side by side (2)")
-      ->check(CLI::Range(1, 1024));
-  for (CLI::App* c : {&on_run, &on_scene}) add_world_options(*c, a);
-  on_scene.add_option("--index", a.id.index, "of the world")->required();
-  for (CLI::App* c : {&on_merge, &on_worst}) {
-    c->add_option("FILES", a.files, "files that `run` wrote")->required();
-    c->add_option("--count", a.worst, "number of worst worlds (20)");
-    c->add_option("--by", a.by,
-                  "beyond, focal, region, image, corners, refused or diagnosis (beyond)");
-  }
-  on_merge.add_option("--page", a.page, "write the tables, in Markdown");
-  on_merge.add_option("--against", a.against, "records of the same worlds by another version");
-  for (CLI::App* c : {&on_run, &on_worst, &on_scene, &on_merge})
-    c->add_option("--out", a.out,
-                  c == &on_worst   ? "folder to write"
-                  : c == &on_scene ? "scene to write; with --corners-only the folder of a data set"
-                                   : "file to write")
-        ->required(c != &on_merge);
-}
-
-int command(int argc, char** argv) {
-  Arguments a;
-  CLI::App app("Random worlds, from pixels or corners to the calibration (docs/trust/worlds.md).");
-  app.require_subcommand(1);
-  CLI::App* on_run = app.add_subcommand("run", "judge the worlds that are missing in a file");
-  CLI::App* on_merge = app.add_subcommand("merge", "print the tables of files of worlds");
-  CLI::App* on_worst = app.add_subcommand("worst", "write the worst worlds");
-  CLI::App* on_scene = app.add_subcommand("scene", "write one world");
-  add_options(*on_run, *on_merge, *on_worst, *on_scene, a);
-  CLI11_PARSE(app, argc, argv);
+int run_action(Arguments a) {
   if (a.corners_only) a.id.mode = kCorners;
   a.id.switches = switches_text(a.with, a.without, a.id.mode);
-  if (*on_run) return run(a);
-  if (*on_merge) return merge(a);
-  if (*on_worst) return worst(a);
-  return scene(a);
+  const bool reads = a.action == "merge" || a.action == "worst";
+  if (reads == a.files.empty())
+    throw Error(fmt::format("worlds {}: {}", a.action,
+                            reads ? "needs files that `run` wrote" : "takes no files"));
+  if (a.out.empty() && a.action != "merge")
+    throw Error(fmt::format("worlds {}: needs --out", a.action));
+  if (a.action == "run") return run(a);
+  if (a.action == "merge") return merge(a);
+  return a.action == "worst" ? worst(a) : scene(a);
 }
 
 }  // namespace
-}  // namespace tagcal
 
-int main(int argc, char** argv) {
-  try {
-    return tagcal::command(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "worlds: %s\n", error.what());
-    return 2;
-  }
+namespace tools {
+
+Command add_worlds(CLI::App& app) {
+  CLI::App* command = add_command(
+      app, "worlds", "random worlds, from pixels or corners to the calibration, and its claims");
+  const auto a = std::make_shared<Arguments>();
+  add_option(*command, "ACTION", a->action,
+             "run: judge the worlds that are missing in a file; merge: the tables of files; worst: "
+             "write the worst worlds; scene: write one world")
+      .one_of({"run", "merge", "worst", "scene"})
+      .required();
+  add_option(*command, "FILE", a->files, "of merge and worst: files that `run` wrote").text(" ");
+  add_option(*command, "--out", a->out,
+             "file to write; of worst a folder; of scene with --corners-only the folder of a data "
+             "set");
+  add_option(*command, "--first", a->first, "run: index of the first world (0)");
+  add_option(*command, "--count", a->count,
+             "number of worlds (run: 1000), or of worst ones (merge, worst: 20)");
+  add_integer(*command, "--threads", a->threads, 0,
+              "worlds judged side by side (2); 0: one per core");
+  add_option(*command, "--seed", a->id.seed, "of all worlds (1)");
+  add_option(*command, "--index", a->id.index, "scene: of the world (0)");
+  add_flag(*command, "--corners-only", a->corners_only,
+           "no pictures: exact corners of the same cameras, boards and poses, with noise");
+  add_option(*command, "--with", a->with, "defects that every world has").separated_by(',');
+  add_option(*command, "--without", a->without, "defects that no world has").separated_by(',');
+  add_option(*command, "--by", a->by,
+             "beyond, focal, region, image, corners, refused or diagnosis (beyond)");
+  add_option(*command, "--page", a->page, "merge: write the tables, in Markdown");
+  add_option(*command, "--against", a->against,
+             "merge: records of the same worlds by another version");
+  add_footer(*command, fmt::format("Defects, and the share of the worlds that have them:\n{}",
+                                   help_on_defects()));
+  return {command, [a] { return run_action(*a); }};
 }
+
+}  // namespace tools
+}  // namespace tagcal

@@ -1,11 +1,11 @@
 # Tests the program with three small worlds of pixels and three of corners: a second run adds only
 # what is missing, equal worlds have equal records, pieces merge, switches force defects, and a world
 # is written as a scene or a data set. Run as
-#   cmake -D WORLDS=<program> -D SCRATCH=<folder> -P worlds_test.cmake
+#   cmake -D STUDY=<program> -D SCRATCH=<folder> -P worlds_test.cmake
 cmake_minimum_required(VERSION 3.23)
 
 function(worlds expected)
-  execute_process(COMMAND ${WORLDS} ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
+  execute_process(COMMAND ${STUDY} worlds ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
                   ERROR_VARIABLE output)
   if(NOT result EQUAL 0 OR NOT output MATCHES "${expected}")
     message(FATAL_ERROR "worlds ${ARGN} (${result}), not \"${expected}\":\n${output}")
@@ -13,7 +13,7 @@ function(worlds expected)
 endfunction()
 
 function(worlds_fails expected)
-  execute_process(COMMAND ${WORLDS} ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
+  execute_process(COMMAND ${STUDY} worlds ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
                   ERROR_VARIABLE output)
   if(NOT result EQUAL 2 OR NOT output MATCHES "${expected}")
     message(FATAL_ERROR "worlds ${ARGN} (${result}), not \"${expected}\":\n${output}")

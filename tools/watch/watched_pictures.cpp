@@ -106,7 +106,7 @@ std::optional<PictureNews> WatchedPictures::known(const Search& picture, const R
   return told;
 }
 
-DetectResult WatchedPictures::detect(const std::vector<Search>& pictures) {
+std::vector<DetectedPicture> WatchedPictures::detect(const std::vector<Search>& pictures) {
   std::vector<ImageSource> images;
   for (const Search& picture : pictures)
     images.push_back({picture.name, [this, file = folder_ / picture.name] {
@@ -125,16 +125,21 @@ DetectResult WatchedPictures::detect(const std::vector<Search>& pictures) {
   DetectOptions options = detection_;
   if (cache_) options.earlier = &earlier;
   Progress progress("detecting", static_cast<int>(pictures.size()));
-  return detect_all(images, boards_, options, [&](int done, int) { progress.update(done); });
+  std::vector<DetectedPicture> found =
+      detect_all(images, boards_, options, [&](int done, int) { progress.update(done); });
+  const std::vector<std::string> warnings = board_warnings(images, found, boards_, options);
+  general_.insert(warnings.begin(), warnings.end());
+  return found;
 }
 
 // The size that most pictures with corners have, if none is known yet.
-void WatchedPictures::find_size(const std::vector<Search>& pictures, const DetectResult& found) {
+void WatchedPictures::find_size(const std::vector<Search>& pictures,
+                                const std::vector<DetectedPicture>& found) {
   if (size_.width > 0) return;
   std::map<std::pair<int, int>, int> counts;
   int most = 0;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (found.pictures[i].view.observations.empty()) continue;
+    if (found[i].view.observations.empty()) continue;
     const ImageSize& size = pictures[i].size;
     if (++counts[{size.width, size.height}] <= most) continue;
     most = counts[{size.width, size.height}];
@@ -145,12 +150,12 @@ void WatchedPictures::find_size(const std::vector<Search>& pictures, const Detec
 std::vector<PictureNews> WatchedPictures::search(const std::vector<Search>& pictures) {
   std::vector<PictureNews> news;
   if (pictures.empty()) return news;
-  DetectResult found = detect(pictures);
+  std::vector<DetectedPicture> found = detect(pictures);
   find_size(pictures, found);
   int explained = 0;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const Search& picture = pictures[i];
-    DetectedPicture& seen = found.pictures[i];
+    DetectedPicture& seen = found[i];
     if (!seen.unreadable.empty()) {
       news.push_back({picture.name,
                       Fate::unreadable,
@@ -166,7 +171,6 @@ std::vector<PictureNews> WatchedPictures::search(const std::vector<Search>& pict
       told.why = reason(folder_ / picture.name, boards_);
     news.push_back(std::move(told));
   }
-  general_.insert(found.warnings.begin(), found.warnings.end());
   return news;
 }
 

@@ -80,8 +80,8 @@ class WatchedPictures {
 
   std::optional<PictureNews> known(const Search& picture, const Removed& removed);
   std::vector<PictureNews> search(const std::vector<Search>& pictures);
-  DetectResult detect(const std::vector<Search>& pictures);
-  void find_size(const std::vector<Search>& pictures, const DetectResult& found);
+  std::vector<DetectedPicture> detect(const std::vector<Search>& pictures);
+  void find_size(const std::vector<Search>& pictures, const std::vector<DetectedPicture>& found);
   PictureNews keep(const Search& picture, View view, std::vector<std::string> warnings);
   std::optional<PictureNews> forget(const std::string& name);
 

@@ -51,9 +51,9 @@ class Sheet {
  public:
   explicit Sheet(const AtlasSheet& sheet) : map_(sheet.map), result_(sheet.result) {}
 
-  std::string text(bool has_picture) const {
+  std::string text() const {
     std::string page = fmt::format("\n## {}\n\n", map_.title);
-    if (has_picture) page += fmt::format("![{0}]({0}.png)\n\n", map_.name);
+    page += fmt::format("![{0}]({0}.png)\n\n", map_.name);
     page +=
         fmt::format("{}{}. {}. {}{}.\n\n", map_.what, failures(), map_.why, map_.answer, ours());
     page += flips() + table();
@@ -198,7 +198,7 @@ std::string atlas_page(std::span<const AtlasSheet> sheets, std::span<const std::
   std::string page = kIntroduction, misses;
   for (const AtlasSheet& sheet : sheets) {
     const Sheet one(sheet);
-    page += one.text(sheet.has_picture);
+    page += one.text();
     misses += one.misses();
   }
   page += "\n## Cells that miss the marks\n\n";

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 
-#include "study/plot/plot_script.hpp"
-
 namespace tagcal::study {
 namespace {
 
 // By StabilityOutcome.
-constexpr std::array<const char*, kNumOutcomes> kColours = {kBlue, "#D0D0D0", kVermilion, kYellow};
+constexpr std::array<std::string_view, kNumOutcomes> kColours = {kBlue, "#D0D0D0", kVermilion,
+                                                                 kYellow};
 constexpr std::array<const char*, kNumOutcomes> kWords = {
     "right and said so", "refused, both poses given, or with a warning", "wrong and silent",
     "refused what could be known"};
@@ -43,14 +42,11 @@ class Picture {
     panel_width_ = (kWidth - left_ - kRight - (n - 1) * kGapX) / n;
   }
 
-  std::string png() const {
-    PlotScript script(kWidth, height_);
-    script.add("set tics scale 0 textcolor rgb '{}'", kDarkGrey);
-    script.add("set xrange [0:{}]\nset yrange [0:{}]", columns(), rows());
-    script.add("set xtics rotate by 90 right offset 0,0.2 ({})", ticks(x_));
-    for (std::size_t i = 0; i < methods_.size(); ++i) add_panel(i, script);
-    add_surroundings(script);
-    return script.png();
+  Drawing drawing() const {
+    Drawing drawing{kWidth, height_};
+    for (std::size_t i = 0; i < methods_.size(); ++i) add_panel(i, drawing);
+    add_surroundings(drawing);
+    return drawing;
   }
 
  private:
@@ -65,75 +61,72 @@ class Picture {
     return static_cast<double>(longest);
   }
 
-  std::string ticks(std::size_t axis) const {
-    std::string list;
-    for (std::size_t i = 0; i < map_.axes[axis].values.size(); ++i)
-      list += fmt::format("{}{} {}", i ? ", " : "", quoted(map_.axes[axis].label(i)),
-                          static_cast<double>(i) + 0.5);
-    return list;
-  }
-
   static std::string title_of(const StabilityAxis& axis) {
     return axis.quantity + (axis.unit.empty() ? "" : ", " + axis.unit);
   }
 
-  void add_panel(std::size_t i, PlotScript& script) const {
+  void add_panel(std::size_t i, Drawing& drawing) const {
     const double left = left_ + static_cast<double>(i) * (panel_width_ + kGapX);
-    script.begin_panel(left, kHead, panel_width_, panel_height_);
-    script.add("{}", i == 0 && !flat() ? "set ytics (" + ticks(y_) + ")" : "unset ytics");
+    const double bottom = kHead + panel_height_;
     const StabilityMethod& method = map_.methods[methods_[i]];
     const auto name = wrapped(method.name, static_cast<std::size_t>(panel_width_ / 6));
-    script.labels(left, kHead - 8 - 12 * static_cast<double>(name.size() - 1), 12, name,
-                  left_aligned(9, method.ours ? kBlue : kBlack));
-    add_boxes(methods_[i], script);
+    drawing.texts(left, kHead - 8 - 12 * static_cast<double>(name.size() - 1), 12, name, 9,
+                  method.ours ? kBlue : kBlack);
+    for (std::size_t c = 0; c < columns(); ++c)
+      drawing.text(left + cell_width() * (static_cast<double>(c) + 0.5), bottom + 5,
+                   map_.axes[x_].label(c), 8, kDarkGrey, Text::At::right, true);
+    for (std::size_t r = 0; i == 0 && !flat() && r < rows(); ++r)
+      drawing.text(left - 5, bottom - cell_height() * (static_cast<double>(r) + 0.5),
+                   map_.axes[y_].label(r), 8, kDarkGrey, Text::At::right);
+    add_boxes(methods_[i], left, drawing);
+    drawing.items.emplace_back(Path{{{left, kHead},
+                                     {left + panel_width_, kHead},
+                                     {left + panel_width_, bottom},
+                                     {left, bottom},
+                                     {left, kHead}},
+                                    "#777777",
+                                    0.8});
   }
 
-  // Adds the boxes of each outcome as one curve.
-  void add_boxes(std::size_t method, PlotScript& script) const {
-    std::array<std::string, kNumOutcomes> data;
+  double cell_width() const { return panel_width_ / static_cast<double>(columns()); }
+  double cell_height() const { return panel_height_ / static_cast<double>(rows()); }
+
+  // In each cell the shares of the outcomes, from its lower to its upper end.
+  void add_boxes(std::size_t method, double left, Drawing& drawing) const {
+    const double w = cell_width(), h = cell_height();
     for (const StabilityTally& tally : result_.tallies) {
       if (tally.method != method) continue;
       const std::vector<std::size_t> at = map_.indices(tally.cell);
-      const auto x = static_cast<double>(at[x_]);
-      double y = (flat() ? 0.0 : static_cast<double>(at[y_])) + 0.04;
+      const double x = left + w * (static_cast<double>(at[x_]) + 0.04);
+      const double row = flat() ? 0 : static_cast<double>(at[y_]);
+      double y = kHead + panel_height_ - h * (row + 0.04);
       for (const StabilityOutcome outcome : kStack) {
-        const double to = y + 0.92 * tally.share(outcome);
-        if (to > y)
-          data[static_cast<std::size_t>(outcome)] +=
-              fmt::format("{0} {1} {2} {3} {4:.5f} {5:.5f}\n", x + 0.5, (y + to) / 2, x + 0.04,
-                          x + 0.96, y, to);
+        const double to = y - 0.92 * h * tally.share(outcome);
+        if (to < y)
+          drawing.area(x, to, x + 0.92 * w, y, kColours[static_cast<std::size_t>(outcome)]);
         y = to;
       }
     }
-    std::vector<std::string> curves;
-    for (std::size_t k = 0; k < kNumOutcomes; ++k) {
-      if (data[k].empty()) continue;
-      script.add("$d{} << EOD\n{}EOD", k, data[k]);
-      curves.push_back(fmt::format(
-          "$d{} using 1:2:3:4:5:6 with boxxyerror fillstyle solid 1 noborder lc rgb '{}'", k,
-          kColours[k]));
-    }
-    script.plot(curves);
   }
 
-  void add_surroundings(PlotScript& script) const {
-    script.begin_surroundings();
-    script.label(12, 20, map_.title, left_aligned(12));
-    script.label(12, 40, "Shares of the trials in each cell. " + numbers(),
-                 left_aligned(8.5, kDarkGrey));
+  void add_surroundings(Drawing& drawing) const {
+    drawing.text(12, 20, map_.title, 12);
+    drawing.text(12, 40, "Shares of the trials in each cell. " + numbers(), 8.5, kDarkGrey);
     double y = kHead + panel_height_ + ticks_ + 12;
-    script.label(left_ + (kWidth - left_ - kRight) / 2, y, title_of(map_.axes[x_]), "center");
+    drawing.text(left_ + (kWidth - left_ - kRight) / 2, y, title_of(map_.axes[x_]), 9, kBlack,
+                 Text::At::middle);
     if (!flat())
-      script.label(12, kHead + panel_height_ / 2, title_of(map_.axes[y_]), "center rotate by 90");
+      drawing.text(12, kHead + panel_height_ / 2, title_of(map_.axes[y_]), 9, kBlack,
+                   Text::At::middle, true);
     y += 24;
     for (std::size_t k = 0; k < kNumOutcomes; ++k) {
       const auto outcome = static_cast<std::size_t>(kStack[k]);
-      script.label(12 + 14 + (k % 2 ? 230.0 : 0.0), y + kLegendLine * static_cast<double>(k / 2),
-                   kWords[outcome],
-                   fmt::format("left offset 1,0 point pt 5 ps 0.8 lc rgb '{}'", kColours[outcome]));
+      const double x = 26 + (k % 2 ? 230.0 : 0.0);
+      const double line = y + kLegendLine * static_cast<double>(k / 2);
+      drawing.area(x - 4, line - 4, x + 4, line + 4, kColours[outcome]);
+      drawing.text(x + 10, line, kWords[outcome], 8.5);
     }
-    script.labels(12, y + 2 * kLegendLine + 4, kFoot, foot_, left_aligned(7, "#666666"));
-    script.plot({});
+    drawing.texts(12, y + 2 * kLegendLine + 4, kFoot, foot_, 7, "#666666");
   }
 
   std::string numbers() const {
@@ -153,9 +146,9 @@ class Picture {
 
 }  // namespace
 
-std::string atlas_picture(const StabilityMap& map, const StabilityResult& result,
-                          std::span<const std::string> origin) {
-  return Picture(map, result, origin).png();
+Drawing atlas_picture(const StabilityMap& map, const StabilityResult& result,
+                      std::span<const std::string> origin) {
+  return Picture(map, result, origin).drawing();
 }
 
 }  // namespace tagcal::study

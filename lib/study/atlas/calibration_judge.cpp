@@ -7,8 +7,8 @@
 
 #include "study/atlas/stability_judge.hpp"
 #include "tagcal/estimate/bundle/covariance.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::study {
 using namespace internal;
@@ -52,7 +52,8 @@ CalibrationJudge::CalibrationJudge(CalibrationQuestion question)
     return;
   }
   const Model& model = Model::named(good.model);
-  const MatrixXd jacobian = aligned_jacobian({&model, good.lens, *bound}, samples_, kInfinitelyFar);
+  const MatrixXd jacobian =
+      aligned_jacobian({&model, {good.lens, truth_.image_size}, *bound}, samples_, kInfinitelyFar);
   const double square = (jacobian.transpose() * jacobian * *bound).trace();
   bound_px_ = std::sqrt(2 * square / static_cast<double>(jacobian.rows()));
   const double focal_share = std::sqrt((*bound)(0, 0)) / parameters(good.lens)[0];
@@ -61,12 +62,12 @@ CalibrationJudge::CalibrationJudge(CalibrationQuestion question)
 }
 
 bool CalibrationJudge::right_camera_matrix(const LensAnswer& answer) const {
-  if (!same_lens(answer.claim.lens, truth_.lens)) return right_projection(answer);
+  if (!same_lens(answer.claim.camera.lens, truth_.lens)) return right_projection(answer);
   const Model& model = *answer.claim.model;
   std::vector<Index> judged;
   for (Index i = 0; i < model.num_free(); ++i)
     if (of_camera_matrix(model.free()[static_cast<std::size_t>(i)].name)) judged.push_back(i);
-  const VectorXd error = free_error(model, answer.claim.lens, truth_.lens)(judged);
+  const VectorXd error = free_error(model, answer.claim.camera.lens, truth_.lens)(judged);
   const auto information = exact_inverse(answer.claim.covariance(judged, judged));
   return information &&
          error.dot(*information * error) <= five_sigma_square(static_cast<int>(judged.size()));
@@ -76,8 +77,7 @@ bool CalibrationJudge::right_camera_matrix(const LensAnswer& answer) const {
 // variance 2 tr S^2, like a scaled chi-square with (tr S)^2 / tr S^2 degrees of freedom
 // (Satterthwaite, Biometrics 1946).
 bool CalibrationJudge::right_projection(const LensAnswer& answer) const {
-  const auto difference =
-      lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
+  const auto difference = lens_difference(truth_, answer.claim.camera, samples_, kInfinitelyFar);
   if (!difference) return false;
   const MatrixXd a = aligned_jacobian(answer.claim, samples_, kInfinitelyFar);
   const MatrixXd product = a.transpose() * a * answer.claim.covariance;
@@ -92,8 +92,7 @@ bool CalibrationJudge::right_projection(const LensAnswer& answer) const {
 
 // A corner without a ray in the estimated lens is not judged.
 bool CalibrationJudge::right_at_corners(const LensAnswer& answer) const {
-  const auto difference =
-      lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
+  const auto difference = lens_difference(truth_, answer.claim.camera, samples_, kInfinitelyFar);
   if (!difference) return false;
   const ImageGrid& grid = difference->grid;
   const ProjectionUncertainty claimed =
@@ -109,16 +108,16 @@ bool CalibrationJudge::right_at_corners(const LensAnswer& answer) const {
 }
 
 bool CalibrationJudge::right_by_bound(const LensAnswer& answer) const {
-  if (!same_lens(answer.claim.lens, truth_.lens)) {  // no parameters in common: by projections
-    const auto difference =
-        lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
+  if (!same_lens(answer.claim.camera.lens,
+                 truth_.lens)) {  // no parameters in common: by projections
+    const auto difference = lens_difference(truth_, answer.claim.camera, samples_, kInfinitelyFar);
     return difference && difference->rms_px <= 5 * bound_px_;
   }
-  if (gross(answer.claim.lens, truth_.lens)) return false;
+  if (gross(answer.claim.camera.lens, truth_.lens)) return false;
   CalibrationTask asked = question_.good;
   asked.model = answer.claim.model->name();
   const Model& model = *answer.claim.model;
-  const VectorXd error = free_error(model, answer.claim.lens, truth_.lens);
+  const VectorXd error = free_error(model, answer.claim.camera.lens, truth_.lens);
   return error.dot(calibration_information(asked) * error) <= five_sigma_square(model.num_free());
 }
 
@@ -147,8 +146,7 @@ StabilityVerdict CalibrationJudge::judge(const LensAnswer& answer, bool may_refu
     verdict.outcome = StabilityOutcome::wrong_and_silent;
     return verdict;
   }
-  const auto difference =
-      lens_difference(truth_, {answer.claim.lens, truth_.image_size}, samples_, kInfinitelyFar);
+  const auto difference = lens_difference(truth_, answer.claim.camera, samples_, kInfinitelyFar);
   if (difference) verdict.over_bound = difference->rms_px / bound_px_;
   verdict.outcome = right(answer)    ? StabilityOutcome::right_and_said
                     : answer.doubted ? StabilityOutcome::wrong_and_said

@@ -30,7 +30,7 @@ struct LensAnswer {
   bool success = false;
   bool doubted = false;  // warns that a stated assumption does not hold
   std::string said;
-  UncertainLens claim;  // the lens, and what the method claims; no covariance: the bound instead
+  UncertainCamera claim;  // the lens, and what the method claims; no covariance: the bound instead
 };
 
 // A calibration must not be refused if its Cramer-Rao bound is below both: sd(f) / f, and the

@@ -36,7 +36,7 @@ LensAnswer answer_of(const Calibration& found, JudgedLens judged) {
   answer.doubted = std::any_of(found.findings.begin(), found.findings.end(),
                                [&](const Finding& f) { return is_doubt(f, judged); });
   if (answer.doubted) answer.said += "+doubt";
-  answer.claim = uncertain_lens(found);
+  answer.claim = uncertain_camera(found);
   return answer;
 }
 
@@ -75,7 +75,7 @@ LensAnswer lens_answer(const std::string& model, const std::vector<double>& free
   if (!lens) return answer;
   answer.success = true;
   answer.said = "answer";
-  answer.claim = {&Model::named(model), *lens, {}};
+  answer.claim = {&Model::named(model), {*lens, size}, {}};
   return answer;
 }
 

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/harness/study.hpp"
 #include "study/processor_time.hpp"
 #include "study/quantile.hpp"
-#include "study/study_threads.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::study {
-using namespace internal;
 namespace {
 
 // One method at one problem.
@@ -72,21 +70,45 @@ StabilityTally tally_of(std::span<const Trial> trials) {
   return tally;
 }
 
+// The methods that still have this trial, a row each.
+std::vector<Values> attempt_all(const StabilityMap& map, const Numbers& n, std::size_t cell,
+                                std::uint64_t seed, std::uint64_t trial) {
+  Random random(seed, (static_cast<std::uint64_t>(cell) << 32) + trial);
+  const std::vector<double> at = map.values(cell);
+  const StabilityProblem problem = map.draw(at, random);
+  std::vector<Values> rows;
+  for (std::size_t m = 0; m < map.methods.size(); ++m) {
+    if (trial >= static_cast<std::uint64_t>(n.of(map.methods[m]))) continue;
+    const auto [verdict, time_us] = tried(problem(m));
+    rows.push_back({static_cast<double>(m), static_cast<double>(verdict.outcome),
+                    verdict.over_bound, verdict.flipped ? 1. : 0., verdict.said, time_us});
+  }
+  return rows;
+}
+
 // Runs all methods in a cell; one tally per method.
 std::vector<StabilityTally> run_cell(const StabilityMap& map, std::size_t cell,
                                      const StabilityOptions& options) {
   const Numbers n = numbers_of(map, options);
+  const Study loop{.name = map.name,
+                   .summary = "",
+                   .columns = {"method", "outcome", "over_bound", "flipped", "said", "time_us"},
+                   .tasks = [&](const StudyOptions&) {
+                     return std::vector<Task>{{map.cell_label(cell), [&](std::uint64_t trial) {
+                                                 return attempt_all(map, n, cell, options.seed,
+                                                                    trial);
+                                               }}};
+                   }};
   std::vector<std::vector<Trial>> done(map.methods.size());
-  for (std::size_t m = 0; m < done.size(); ++m)
-    done[m].resize(static_cast<std::size_t>(n.of(map.methods[m])));
-  const std::vector<double> at = map.values(cell);
-  parallel_for(static_cast<std::size_t>(std::max(n.ours, n.peers)), options.threads,
-               [&](std::size_t t) {
-                 Random random(options.seed, (static_cast<std::uint64_t>(cell) << 32) + t);
-                 const StabilityProblem problem = map.draw(at, random);
-                 for (std::size_t m = 0; m < done.size(); ++m)
-                   if (t < done[m].size()) done[m][t] = tried(problem(m));
-               });
+  const StudyOptions all{
+      .first = 0, .count = std::max(n.ours, n.peers), .threads = options.threads};
+  for (const Row& row : run_study(loop, all)) {
+    const auto number = [&](std::size_t i) { return std::get<double>(row.values[i]); };
+    done[static_cast<std::size_t>(number(0))].push_back(
+        {{static_cast<StabilityOutcome>(number(1)), number(2), number(3) != 0,
+          std::get<std::string>(row.values[4])},
+         number(5)});
+  }
   std::vector<StabilityTally> tallies;
   for (std::size_t m = 0; m < done.size(); ++m) {
     tallies.push_back(tally_of(done[m]));
@@ -159,7 +181,6 @@ StabilityResult run_map(const StabilityMap& map, const StabilityOptions& options
                         const std::function<void(int, int)>& progress) {
   numbers_of(map, options);  // throws before anything is done
   StabilityResult result{map.name, options.seed, {}};
-  const OneOpenCvThread one_thread;
   std::vector<std::size_t> cells = options.cells;
   for (std::size_t c = 0; options.cells.empty() && c < map.num_cells(); ++c) cells.push_back(c);
   for (std::size_t i = 0; i < cells.size(); ++i) {

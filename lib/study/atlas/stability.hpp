@@ -146,11 +146,10 @@ StabilityTally over_all_cells(const StabilityResult& result, std::size_t method)
 // miss them over the whole map.
 std::vector<StabilityTally> missing_marks(const StabilityMap& map, const StabilityResult& result);
 
-// A map and its result.
+// A map and its result; <name>.png stands beside the page.
 struct AtlasSheet {
   StabilityMap map;
   StabilityResult result;
-  bool has_picture = false;  // <name>.png beside the page
 };
 
 }  // namespace tagcal::study

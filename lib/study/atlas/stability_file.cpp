@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <sstream>
+
+#include "study/harness/csv.hpp"
+#include "tagcal/error.hpp"
 
 namespace tagcal::study {
 namespace {
@@ -20,6 +24,22 @@ std::string statements(const StabilityTally& tally) {
   for (const auto& [what, times] : tally.said)
     text += fmt::format("{}{}:{}", text.empty() ? "" : " ", what, times);
   return text;
+}
+
+double number_of(const std::string& text) { return text.empty() ? std::nan("") : std::stod(text); }
+
+int trial_of(const std::string& text) { return text.empty() ? -1 : std::stoi(text); }
+
+// Statements may have spaces: "no answer:3 ok:2".
+std::map<std::string, int> said_of(const std::string& text) {
+  std::map<std::string, int> said;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t colon = text.find(':', at),
+                      end = std::min(text.find(' ', colon), text.size());
+    said[text.substr(at, colon - at)] = std::stoi(text.substr(colon + 1, end - colon - 1));
+    at = end + 1;
+  }
+  return said;
 }
 
 }  // namespace
@@ -42,6 +62,36 @@ std::string stability_csv(const StabilityMap& map, const StabilityResult& result
                         statements(tally), trial(tally.first_silent), trial(tally.first_refused));
   }
   return text;
+}
+
+StabilityResult read_stability(const StabilityMap& map, const std::string& text) {
+  StabilityResult result{map.name, 0, {}};
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    const std::size_t i = result.tallies.size(), n = map.methods.size();
+    const std::vector<std::string> cells = csv_cells(line);
+    if (cells.size() != 9 + kNumOutcomes + 3 || i >= n * map.num_cells() ||
+        cells[3] != map.methods[i % n].name)
+      throw Error(fmt::format("{}.csv: line {} is not of this map", map.name, i + 2));
+    StabilityTally tally;
+    tally.cell = i / n, tally.method = i % n;
+    tally.trials = static_cast<int>(number_of(cells[4]));
+    for (std::size_t k = 0; k < kNumOutcomes; ++k)
+      tally.count[k] = static_cast<int>(number_of(cells[5 + k]));
+    tally.rms_over_bound = number_of(cells[9]);
+    tally.median_over_bound = number_of(cells[10]);
+    tally.flips = static_cast<int>(number_of(cells[11]));
+    tally.time_us = number_of(cells[12]);
+    tally.said = said_of(cells[13]);
+    tally.first_silent = trial_of(cells[14]);
+    tally.first_refused = trial_of(cells[15]);
+    result.tallies.push_back(std::move(tally));
+  }
+  if (result.tallies.size() != map.methods.size() * map.num_cells())
+    throw Error(map.name + ".csv: is not complete");
+  return result;
 }
 
 }  // namespace tagcal::study

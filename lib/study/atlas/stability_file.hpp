@@ -18,4 +18,7 @@ namespace tagcal::study {
 //   first_silent, first_refused   the first trial wrong and silent, right but refused; may be empty
 std::string stability_csv(const StabilityMap& map, const StabilityResult& result);
 
+// The result of a complete run, without its seed. Throws Error for the numbers of another map.
+StabilityResult read_stability(const StabilityMap& map, const std::string& text);
+
 }  // namespace tagcal::study

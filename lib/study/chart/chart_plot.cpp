@@ -9,21 +9,38 @@
 
 #include "study/chart/chart_failures.hpp"
 #include "study/chart/pareto.hpp"
-#include "study/plot/plot_script.hpp"
+#include "study/plot/drawing.hpp"
 
 namespace tagcal::study {
 namespace {
 
-// A method's colour and shape: gnuplot's point type.
+using Eigen::Vector2d;
+
 struct Marker {
-  int type;
-  const char* colour;
+  Mark mark;
+  bool filled;
+  std::string_view colour;
 };
-constexpr Marker kOurs[] = {{7, kBlue}, {5, kSkyBlue}, {9, kSkyBlue}, {11, kSkyBlue}};
-constexpr Marker kPeers[] = {{4, kVermilion},  {6, kGreen},  {8, kPurple}, {10, kOrange},
-                             {12, kVermilion}, {14, kBlack}, {1, kGreen},  {2, kPurple},
-                             {3, kBlack},      {6, kOrange}, {4, kGreen},  {8, kBlack},
-                             {13, kPurple},    {15, kOrange}};
+constexpr Marker kOurs[] = {{Mark::disc, true, kBlue},
+                            {Mark::square, true, kSkyBlue},
+                            {Mark::triangle, true, kSkyBlue},
+                            {Mark::wedge, true, kSkyBlue}};
+constexpr Marker kPeers[] = {{Mark::square, false, kVermilion},  {Mark::disc, false, kGreen},
+                             {Mark::triangle, false, kPurple},   {Mark::wedge, false, kOrange},
+                             {Mark::diamond, false, kVermilion}, {Mark::diamond, false, kBlack},
+                             {Mark::plus, false, kGreen},        {Mark::cross, false, kPurple},
+                             {Mark::cross, false, kBlack},       {Mark::disc, false, kOrange},
+                             {Mark::square, false, kGreen},      {Mark::triangle, false, kBlack},
+                             {Mark::diamond, true, kPurple},     {Mark::square, true, kOrange}};
+
+struct Tick {
+  double value;
+  const char* text;
+};
+constexpr Tick kTimes[] = {{0.1, "0.1 µs"}, {1, "1 µs"},   {10, "10 µs"},
+                           {100, "100 µs"}, {1e3, "1 ms"}, {1e4, "10 ms"},
+                           {1e5, "100 ms"}, {1e6, "1 s"},  {1e7, "10 s"}};
+constexpr Tick kErrors[] = {{0.5, "0.5"}, {1, "1"}, {2, "2"}, {5, "5"}, {10, "10"}, {20, "20"}};
 
 // Pixels of the picture.
 constexpr double kWidth = 900, kLeft = 58, kRight = 12, kGapX = 34, kPanel = 168, kGapY = 74;
@@ -70,21 +87,11 @@ class Page {
         legend_top() + kLegendLine * legend_lines() + kFoot * static_cast<double>(foot_.size()) + 8;
   }
 
-  PlotScript script() const {
-    PlotScript script(kWidth, height_);
-    script.add(
-        "set logscale xy\nset tics nomirror scale 0.5\nset mxtics 10\nset mytics 10\n"
-        "set xrange [{:.4g}:{:.4g}]\nset yrange [{:.4g}:{:.4g}]",
-        time_.low, time_.high, error_.low, error_.high);
-    script.add(
-        "set xtics ('0.1 µs' 0.1, '1 µs' 1, '10 µs' 10, '100 µs' 100, '1 ms' 1e3, '10 ms' 1e4, "
-        "'100 ms' 1e5, '1 s' 1e6, '10 s' 1e7) textcolor rgb '{0}'\n"
-        "set ytics ('0.5' 0.5, '1' 1, '2' 2, '5' 5, '10' 10, '20' 20) textcolor rgb '{0}'\n"
-        "set grid x y lc rgb '#e6e6e6' lw 0.6 lt 1",
-        kDarkGrey);
-    for (const int panel : panels_) add_panel(panel, script);
-    add_surroundings(script);
-    return script;
+  Drawing drawing() const {
+    Drawing drawing{kWidth, height_};
+    for (const int panel : panels_) add_panel(panel, drawing);
+    add_surroundings(drawing);
+    return drawing;
   }
 
  private:
@@ -109,109 +116,132 @@ class Page {
     return ours ? kOurs[before % std::size(kOurs)] : kPeers[before % std::size(kPeers)];
   }
 
-  std::string marker_style(int number) const {
-    return fmt::format("pt {} ps {} lw 1.4 lc rgb '{}'", marker(number).type,
-                       method(number).ours ? 1.3 : 0.9, marker(number).colour);
+  void add_marker(int number, const Vector2d& place, Drawing& drawing) const {
+    const Marker& m = marker(number);
+    add_mark(m.mark, m.filled, place, method(number).ours ? 4.2 : 3.2, m.colour, drawing);
   }
 
-  void add_surroundings(PlotScript& script) const {
-    script.begin_surroundings();
-    script.label(
+  void add_surroundings(Drawing& drawing) const {
+    drawing.text(
         kLeft, 18,
-        fmt::format("tagcal chart {}{}{}", result_.job, title_.empty() ? "" : ": ", title_),
-        left_aligned(13));
-    script.label(
+        fmt::format("tagcal chart {}{}{}", result_.job, title_.empty() ? "" : ": ", title_), 13);
+    drawing.text(
         kLeft, 37,
         fmt::format("Lower left is better. Whiskers: 5-95 % of the trials. Dotted: Pareto front. "
                     "Line at 1: {}.",
                     result_.bound_name),
-        left_aligned(9, kDarkGrey));
-    script.label(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", "center");
-    script.label(12, (kHead + panels_bottom()) / 2, "error, multiple of the bound (RMS)",
-                 "center rotate by 90");
+        9, kDarkGrey);
+    drawing.text(kWidth / 2, panels_bottom() + 38, "processor time of one call, median", 9, kBlack,
+                 Text::At::middle);
+    drawing.text(12, (kHead + panels_bottom()) / 2, "error, multiple of the bound (RMS)", 9, kBlack,
+                 Text::At::middle, true);
     for (std::size_t i = 0; i < methods_.size(); ++i) {
       const auto [column, line] = std::div(static_cast<int>(i), legend_lines());
+      const Vector2d place(kLeft + 8 + column * (kWidth - kLeft) / kLegendColumns,
+                           legend_top() + kLegendLine * line);
       const ChartMethod& m = method(methods_[i]);
-      script.label(kLeft + 8 + column * (kWidth - kLeft) / kLegendColumns,
-                   legend_top() + kLegendLine * line, m.name,
-                   fmt::format("left offset 1.2,0 textcolor rgb '{}' point {}",
-                               m.ours ? kBlue : kBlack, marker_style(methods_[i])));
+      add_marker(methods_[i], place, drawing);
+      drawing.text(place.x() + 10, place.y(), m.name, 8.5, m.ours ? kBlue : kBlack);
     }
-    script.labels(kLeft, legend_top() + kLegendLine * legend_lines() + 4, kFoot, foot_,
-                  left_aligned(7.5, "#666666"));
-    script.plot({});
+    drawing.texts(kLeft, legend_top() + kLegendLine * legend_lines() + 4, kFoot, foot_, 7.5,
+                  "#666666");
   }
 
-  void add_panel(int number, PlotScript& script) const {
+  void add_panel(int number, Drawing& drawing) const {
     const ChartPanel& panel = result_.panels[static_cast<std::size_t>(number)];
     const std::vector<ChartPoint> points = points_of_panel(points_, number);
     const double c = index_in(columns_, panel.column), r = index_in(rows_, panel.row);
     const double n = static_cast<double>(columns_.size());
     const double width = (kWidth - kLeft - kRight - (n - 1) * kGapX) / n;
     const double left = kLeft + c * (width + kGapX), top = kHead + r * (kPanel + kGapY);
-    script.begin_panel(left, top, width, kPanel);
-    script.label(left, top - 32,
+    drawing.text(left, top - 32,
                  panel.row.empty() ? panel.column : fmt::format("{}, {}", panel.column, panel.row),
-                 left_aligned(9));
+                 9);
     auto failures = wrapped(failures_text(result_, points), static_cast<std::size_t>(width / 4.9));
     if (failures.size() > 2) {
       failures.resize(2);
       failures.back() += " ..";
     }
-    script.labels(left, top - 18, 10, failures, left_aligned(7, "#A04000"));
-    add_off_scale(points, script);
-    add_data(points, script);
-    add_plot(points, script);
+    drawing.texts(left, top - 18, 10, failures, 7, "#A04000");
+    const Axes axes{time_, error_, left, top, width};
+    add_axes(axes, drawing);
+    add_front(points, axes, drawing);
+    add_points(points, axes, drawing);
   }
 
-  // Adds an arrow with the error of each point above the plotted range, one below the other.
-  void add_off_scale(const std::vector<ChartPoint>& points, PlotScript& script) const {
-    double lines = 0;
-    for (const ChartPoint& p : points) {
-      if (!(p.rms_over_bound > kMostOverBound)) continue;
-      const bool right = p.time_us.median * p.time_us.median > time_.low * time_.high;
-      script.add(
-          "set label '{}' at first {:.5g},{:.5g} {} offset {},{} textcolor rgb '{}' font ',7'",
-          p.rms_over_bound > 1000 ? "↑ over 1000" : fmt::format("↑ {:.0f}", p.rms_over_bound),
-          p.time_us.median, kMostOverBound, right ? "right" : "left", right ? -0.9 : 0.9,
-          -0.9 * lines++, kDarkGrey);
+  // The plotted area of a panel; both axes are logarithmic.
+  struct Axes {
+    Range time, error;
+    double left, top, width;
+
+    double x(double time_us) const {
+      return left + width * std::log(time_us / time.low) / std::log(time.high / time.low);
     }
+    double y(double over_bound) const {
+      return top +
+             kPanel * (1 - std::log(over_bound / error.low) / std::log(error.high / error.low));
+    }
+  };
+
+  void add_axes(const Axes& a, Drawing& drawing) const {
+    constexpr std::string_view kGrid = "#e6e6e6", kBorder = "#777777";
+    const double right = a.left + a.width, bottom = a.top + kPanel;
+    for (const Tick& tick : kTimes) {
+      if (tick.value < time_.low || tick.value > time_.high) continue;
+      const double x = a.x(tick.value);
+      drawing.line({x, a.top}, {x, bottom}, kGrid, 0.6);
+      drawing.text(x, bottom + 10, tick.text, 7.5, kDarkGrey, Text::At::middle);
+    }
+    for (const Tick& tick : kErrors) {
+      if (tick.value < error_.low || tick.value > error_.high) continue;
+      const double y = a.y(tick.value);
+      drawing.line({a.left, y}, {right, y}, tick.value == 1 ? "#333333" : kGrid,
+                   tick.value == 1 ? 1.2 : 0.6);
+      drawing.text(a.left - 5, y, tick.text, 7.5, kDarkGrey, Text::At::right);
+    }
+    drawing.line({a.left, a.top}, {a.left, bottom}, kBorder, 0.8);
+    drawing.line({a.left, bottom}, {right, bottom}, kBorder, 0.8);
   }
 
-  void add_data(const std::vector<ChartPoint>& points, PlotScript& script) const {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const ChartPoint& p = points[i];
-      script.add("$p{} << EOD\n{:.5g} {:.5g} {:.5g} {:.5g} {:.5g} {:.5g}\nEOD", i, p.time_us.median,
-                 std::min(p.rms_over_bound, kMostOverBound), p.time_us.low, p.time_us.high,
-                 std::clamp(p.over_bound.low, error_.low, error_.high),
-                 std::clamp(p.over_bound.high, error_.low, error_.high));
-    }
-    script.add("$front << EOD");
+  void add_front(const std::vector<ChartPoint>& points, const Axes& a, Drawing& drawing) const {
+    Path front{{}, "#888888", 1, 1, 2};
     double error = error_.high;
     for (const std::size_t i : pareto_front(points)) {
-      const double e = std::min(points[i].rms_over_bound, kMostOverBound);
-      script.add("{0:.5g} {1:.5g}\n{0:.5g} {2:.5g}", points[i].time_us.median, error, e);
-      error = e;
+      const double x = a.x(points[i].time_us.median);
+      front.points.emplace_back(x, a.y(error));
+      error = std::min(points[i].rms_over_bound, kMostOverBound);
+      front.points.emplace_back(x, a.y(error));
     }
-    script.add("{:.5g} {:.5g}\nEOD", time_.high, error);
+    front.points.emplace_back(a.x(time_.high), a.y(error));
+    drawing.items.emplace_back(std::move(front));
   }
 
-  void add_plot(const std::vector<ChartPoint>& points, PlotScript& script) const {
-    std::vector<std::string> curves = {"1 lc rgb '#333333' lw 1.2 lt 1",
-                                       "$front using 1:2 with lines lc rgb '#888888' lw 1 dt 3"};
-    std::vector<std::string> marks;          // above all whiskers
-    for (const bool ours : {false, true}) {  // ours on top
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        const int m = points[i].method;
-        if (method(m).ours != ours || !std::isfinite(points[i].rms_over_bound)) continue;
-        curves.push_back(
-            fmt::format("$p{} using 1:2:3:4:5:6 with xyerrorbars pt -1 lw 0.7 lc rgb '#80{}'", i,
-                        marker(m).colour + 1));
-        marks.push_back(fmt::format("$p{} using 1:2 with points {}", i, marker_style(m)));
-      }
+  // Whiskers, above them the marks, ours on top; errors above the plotted range as numbers, one
+  // below the other.
+  void add_points(const std::vector<ChartPoint>& points, const Axes& a, Drawing& drawing) const {
+    const auto place = [&](const ChartPoint& p) {
+      return Vector2d(a.x(p.time_us.median), a.y(std::min(p.rms_over_bound, kMostOverBound)));
+    };
+    const auto within = [&](double error) { return std::clamp(error, error_.low, error_.high); };
+    std::vector<const ChartPoint*> drawn;
+    for (const bool ours : {false, true})
+      for (const ChartPoint& p : points)
+        if (method(p.method).ours == ours && std::isfinite(p.rms_over_bound)) drawn.push_back(&p);
+    double line = 0;
+    for (const ChartPoint* p : drawn) {
+      const Vector2d at = place(*p);
+      const std::string_view colour = marker(p->method).colour;
+      drawing.line({a.x(p->time_us.low), at.y()}, {a.x(p->time_us.high), at.y()}, colour, 0.7, 0.5);
+      drawing.line({at.x(), a.y(within(p->over_bound.low))},
+                   {at.x(), a.y(within(p->over_bound.high))}, colour, 0.7, 0.5);
+      if (!(p->rms_over_bound > kMostOverBound)) continue;
+      const bool right = at.x() > a.left + a.width / 2;
+      drawing.text(
+          at.x() + (right ? -8 : 8), at.y() + 9 * line++,
+          p->rms_over_bound > 1000 ? "↑ over 1000" : fmt::format("↑ {:.0f}", p->rms_over_bound), 7,
+          kDarkGrey, right ? Text::At::right : Text::At::left);
     }
-    curves.insert(curves.end(), marks.begin(), marks.end());
-    script.plot(curves);
+    for (const ChartPoint* p : drawn) add_marker(p->method, place(*p), drawing);
   }
 
   const ChartResult& result_;
@@ -231,10 +261,8 @@ std::vector<ChartPicture> chart_pictures(const ChartResult& result,
   for (const ChartPanel& panel : result.panels) add_once(panel.page, pages);
   std::vector<ChartPicture> pictures;
   for (std::size_t i = 0; i < pages.size(); ++i) {
-    const PlotScript page = Page(result, points, pages[i]).script();
     const std::string name = i == 0 ? "chart" : fmt::format("chart-{}", i + 1);
-    pictures.push_back({name + ".svg", page.svg()});
-    pictures.push_back({name + ".png", page.png()});
+    pictures.push_back({name, Page(result, points, pages[i]).drawing()});
   }
   return pictures;
 }

@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/harness/study.hpp"
 #include "study/processor_time.hpp"
-#include "study/study_threads.hpp"
 #include "tagcal/error.hpp"
-#include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::study {
-using namespace internal;
 namespace {
-
-Random random_of(std::uint64_t seed, int panel, int trial) {
-  return {seed, (static_cast<std::uint64_t>(panel) << 32) + static_cast<std::uint64_t>(trial)};
-}
 
 // A method that throws, or whose errors are not finite, has failed.
 ChartTrial attempted(const Attempt& attempt) {
@@ -32,20 +26,29 @@ ChartTrial attempted(const Attempt& attempt) {
   return done;
 }
 
-// Solves one problem of a panel by all its methods. The first method changes with the number of the
-// trial, so that none is always the first.
-std::vector<ChartTrial> attempt_all(const ChartStudy& study, int panel, int trial,
-                                    std::uint64_t seed) {
-  const StudyPanel& what = study.panels[static_cast<std::size_t>(panel)];
-  Random random = random_of(seed, panel, trial);
-  const std::vector<Attempt> attempts = what.draw(random);
-  std::vector<ChartTrial> done(attempts.size());
+// Solves one problem of a panel by all its methods: a row each. The first method changes with the
+// number of the trial, so that none is always the first.
+std::vector<Values> attempt_all(const StudyPanel& panel, Random random, std::uint64_t trial) {
+  const std::vector<Attempt> attempts = panel.draw(random);
+  std::vector<Values> rows(attempts.size());
   for (std::size_t i = 0; i < attempts.size(); ++i) {
-    const std::size_t m = (i + static_cast<std::size_t>(trial)) % attempts.size();
-    done[m] = attempted(attempts[m]);
-    done[m].panel = panel, done[m].method = what.methods[m], done[m].trial = trial;
+    const std::size_t m = (i + trial) % attempts.size();
+    const ChartTrial done = attempted(attempts[m]);
+    rows[m] = {static_cast<double>(panel.methods[m]), done.time_us, done.failed ? 1. : 0.,
+               done.error, done.over_bound};
   }
-  return done;
+  return rows;
+}
+
+ChartTrial trial_of(const Row& row) {
+  const auto number = [&](std::size_t i) { return std::get<double>(row.values[i]); };
+  return {std::stoi(row.task),
+          static_cast<int>(number(0)),
+          static_cast<int>(row.trial),
+          number(1),
+          number(2) != 0,
+          number(3),
+          number(4)};
 }
 
 ChartStudy study_of(ChartJob job, bool quick) {
@@ -89,19 +92,22 @@ ChartResult run_study(const ChartStudy& study, const ChartOptions& options,
   result.methods = study.methods;
   for (const StudyPanel& panel : study.panels) result.panels.push_back(panel.panel);
 
-  const int panels = static_cast<int>(study.panels.size());
-  const auto num_trials = static_cast<std::size_t>(result.num_trials);
-  // Each trial visits all panels, so that a slow moment of the machine affects all of them.
-  std::vector<std::vector<ChartTrial>> done(study.panels.size() * num_trials);
-  const OneOpenCvThread one_thread;
-  const auto visit = [&](std::size_t i) {
-    const int panel = static_cast<int>(i) % panels, trial = static_cast<int>(i) / panels;
-    done[static_cast<std::size_t>(panel) * num_trials + static_cast<std::size_t>(trial)] =
-        attempt_all(study, panel, trial, options.seed);
+  const auto tasks = [&](const StudyOptions&) {
+    std::vector<Task> all;
+    for (std::size_t i = 0; i < study.panels.size(); ++i)
+      all.push_back({std::to_string(i), [&, i](std::uint64_t trial) {
+                       return attempt_all(study.panels[i],
+                                          {options.seed, (std::uint64_t{i} << 32) + trial}, trial);
+                     }});
+    return all;
   };
-  parallel_for(done.size(), options.threads, visit, progress);
-  for (const auto& trials : done)
-    result.trials.insert(result.trials.end(), trials.begin(), trials.end());
+  const Study loop{.name = "chart",
+                   .summary = "",
+                   .columns = {"method", "time_us", "failed", "error", "over_bound"},
+                   .tasks = tasks};
+  for (const Row& row : run_study(
+           loop, {.first = 0, .count = result.num_trials, .threads = options.threads}, progress))
+    result.trials.push_back(trial_of(row));
   return result;
 }
 

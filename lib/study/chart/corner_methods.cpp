@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "study/peers/apriltag_peer.hpp"
-#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 
 namespace tagcal::study {
 using namespace internal;
@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector2d;
 
 // The first tag that the finder of `tagcal detect` finds in a picture.
-std::optional<CornerAnswer> found_by(BoardFinder& finder, const Image8& image) {
-  const SeenBoards seen = finder.find(image);
+std::optional<CornerAnswer> found_by(TagSearch& finder, const Image8& image) {
+  const SeenTags seen = finder.find(image);
   for (const Completion& completion : seen.completions)
     for (const FoundTag& tag : completion.tags) {
       CornerAnswer answer{tag.corners, {}};
@@ -36,7 +36,7 @@ CornerMethod our_method(const std::string& name, const std::string& settings, Re
   struct Search {
     CornerTask task;
     std::vector<PlacedBoard> boards;  // outlives the finders
-    std::vector<std::unique_ptr<BoardFinder>> finders;
+    std::vector<TagSearch> finders;
   };
   const auto prepare = [=](const CornerTask& task) {
     const auto search = std::make_shared<Search>(Search{task, {task.board}, {}});
@@ -45,10 +45,10 @@ CornerMethod our_method(const std::string& name, const std::string& settings, Re
     if (lens_is_known) options.camera = &search->task.view.camera;
     {
       const std::scoped_lock lock(apriltag_family_lock());
-      search->finders = board_finders(search->boards, options);
+      search->finders = tag_searches(search->boards, options);
     }
     return prepare_task<std::optional<CornerAnswer>>(
-        search, [](const auto& s) { return found_by(*s->finders.front(), s->task.view.image); });
+        search, [](const auto& s) { return found_by(s->finders.front(), s->task.view.image); });
   };
   return {name, prepare, settings};
 }

@@ -5,7 +5,7 @@
 
 #include "study/method.hpp"
 #include "study/tasks/tag_view.hpp"
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 
 // Detection of the four corners of a tag in a picture, by ours and by the peers. Private to study.

@@ -9,8 +9,8 @@
 
 #include "study/chart/corner_methods.hpp"
 #include "study/peers/aruco_peer.hpp"
-#include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/board_patterns.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace tagcal::study {
@@ -43,17 +43,17 @@ double bound_px(const PictureTask& task) {
 PictureMethod our_method() {
   struct Search {
     PictureTask task;
-    std::vector<std::unique_ptr<BoardFinder>> finders;
+    std::vector<TagSearch> finders;
   };
   // The finder is made before the timed part, as for many pictures.
   const auto prepare = [](const PictureTask& task) {
     const auto search = std::make_shared<Search>(Search{task, {}});
     {
       const std::scoped_lock lock(apriltag_family_lock());
-      search->finders = board_finders(search->task.scene.scene.boards, {});
+      search->finders = tag_searches(search->task.scene.scene.boards, {});
     }
     return prepare_task<std::vector<PeerTag>>(search, [](const auto& s) {
-      const SeenBoards seen = s->finders.front()->find(read_image(s->task.file->path()));
+      const SeenTags seen = s->finders.front().find(read_image(s->task.file->path()));
       std::vector<PeerTag> tags;
       for (const Completion& completion : seen.completions)
         for (const FoundTag& tag : completion.tags) tags.push_back({tag.id, tag.corners});

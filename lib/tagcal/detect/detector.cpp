@@ -4,10 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <memory>
+#include <tuple>
 
-#include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/board_symmetry.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/circle_search/circle_finder.hpp"
@@ -18,16 +18,16 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-// The state of one thread.
-class Worker {
+// The searches for boards of one thread.
+class BoardWorker {
  public:
-  Worker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
+  BoardWorker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
       : camera_(options.camera),
-        finders_(board_finders(boards, options)),
+        searches_(tag_searches(boards, options)),
         checkers_(boards, options),
         circles_(boards, options) {}
 
-  DetectedPicture detect(const ImageView8& image, const std::string& name) {
+  DetectedPicture find(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
     DetectedPicture found;
     found.view.image = name;
@@ -36,36 +36,36 @@ class Worker {
                                            kMinPictureSidePx, kMinPictureSidePx));
       return found;
     }
-    if (!finders_.empty() && std::max(image.width(), image.height()) > kMaxPictureSidePx)
+    if (!searches_.empty() && std::max(image.width(), image.height()) > kMaxPictureSidePx)
       found.warnings.push_back(
           fmt::format("{}: wider or higher than {} pixels, is not searched "
                       "for tags at its full size",
                       name, kMaxPictureSidePx));
     TagCount count;
-    for (const auto& finder : finders_) {
-      const SeenBoards seen = finder->find(image);
-      warn_of(seen, finder->wanted().family, name, found.warnings);
+    for (TagSearch& search : searches_) {
+      const SeenTags seen = search.find(image);
+      warn_of(seen, search.wanted().family, name, found.warnings);
       for (const Completion& completion : seen.completions) {
         for (const FoundTag& tag : completion.tags) add_corners(tag, found.view);
-        count.add(image, completion, finder->family());
+        count.add(image, completion, search.family());
         for (const MissingTag& tag : completion.missing)
           if (tag.why == WhyNot::no_fit && tag.expected)
             found.unfitted.push_back({tag.id, *tag.expected});
       }
     }
-    found.num_sure = static_cast<int>(count.sure);
-    found.num_unread = static_cast<int>(count.unread);
+    found.num_sure = count.sure;
+    found.num_unread = count.unread;
     add_checkers(image, name, found);
     add_circles(image, name, found);
     std::sort(found.view.observations.begin(), found.view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
-    if (found.view.observations.empty() && !finders_.empty())
+    if (found.view.observations.empty() && !searches_.empty())
       found.warnings.push_back(name + ": no tag of the boards found");
     return found;
   }
 
  private:
-  static void warn_of(const SeenBoards& seen, const std::string& family, const std::string& name,
+  static void warn_of(const SeenTags& seen, const std::string& family, const std::string& name,
                       std::vector<std::string>& warnings) {
     if (!seen.strange.empty()) {
       warnings.push_back(fmt::format("{}: {} tags on no board are not reported: {}", name, family,
@@ -104,77 +104,122 @@ class Worker {
   }
 
   const Camera* camera_;
-  std::vector<std::unique_ptr<BoardFinder>> finders_;
+  std::vector<TagSearch> searches_;
   CheckerFinder checkers_;
   CircleFinder circles_;
 };
 
-}  // namespace
+// The search for all tags of a family of one thread.
+class TagWorker {
+ public:
+  TagWorker(const TagKind& kind, const DetectOptions& options)
+      : camera_(options.camera), search_(kind, options) {}
 
-std::vector<View> DetectResult::views() const {
-  std::vector<View> all;
-  for (const DetectedPicture& picture : pictures) all.push_back(picture.view);
-  return all;
-}
+  PictureTags find(const ImageView8& image, const std::string& name) {
+    check_size(camera_, image.size(), name);
+    std::vector<FoundTag> found = search_.find(image).tags;
+    std::ranges::sort(found, {}, [](const FoundTag& tag) {
+      const Eigen::Vector2d centre = centre_of(tag.corners);
+      return std::tuple(tag.id, centre.x(), centre.y());
+    });
+    PictureTags result;
+    for (const FoundTag& tag : found) {
+      result.tags.push_back({tag.id, tag.corners, {}});
+      if (tag.fitted) result.tags.back().covariance_px2 = tag.covariance_px2;
+    }
+    return result;
+  }
 
-DetectedPicture detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
-                       const DetectOptions& options, const std::string& name) {
-  return Worker(boards, options).detect(image, name);
-}
+ private:
+  const Camera* camera_;
+  TagSearch search_;
+};
 
-namespace {
-
-DetectedPicture search(Worker& worker, const ImageSource& source, const DetectOptions& options) {
+// The answer of a worker, or the reason why the picture cannot be loaded.
+template <typename Worker>
+auto find_in(Worker& worker, const ImageSource& source, const DetectOptions& options) {
   Image8 image;
   try {
     image = source.load();
   } catch (const Error& error) {
     if (!options.skip_unreadable) throw;
-    DetectedPicture none;
-    none.view.image = source.name;
+    decltype(worker.find(image, source.name)) none;
     none.unreadable = error.what();
     return none;
   }
-  return worker.detect(image, source.name);
+  return worker.find(image, source.name);
 }
 
-DetectedPicture find_or_search(Worker& worker, std::size_t i, const ImageSource& source,
-                               const DetectOptions& options) {
-  if (!options.earlier) return search(worker, source, options);
-  if (auto found = options.earlier->find(i)) return std::move(*found);
-  DetectedPicture found = search(worker, source, options);
-  if (found.unreadable.empty()) options.earlier->keep(i, found);
+// Calls work(worker, i) for each of n pictures. Workers are created before any thread starts: an
+// unknown family throws here, and AprilTag's families must be created by one thread.
+template <typename Worker, typename Target, typename Work>
+void for_each_picture(std::size_t n, const Target& target, const DetectOptions& options,
+                      const Work& work, const std::function<void(int, int)>& progress) {
+  std::vector<Worker> workers;
+  const int num_workers = std::clamp(static_cast<int>(n), 1, threads_of(options.threads));
+  for (int i = 0; i < num_workers; ++i) workers.emplace_back(target, options);
+  parallel_for(n, workers, work, progress);
+}
+
+DetectedPicture find_or_reuse(BoardWorker& worker, std::size_t i, const ImageSource& source,
+                              const DetectOptions& options) {
+  if (options.earlier)
+    if (auto found = options.earlier->find(i)) return std::move(*found);
+  DetectedPicture found = find_in(worker, source, options);
+  found.view.image = source.name;
+  if (options.earlier && found.unreadable.empty()) options.earlier->keep(i, found);
   return found;
 }
 
 }  // namespace
 
-DetectResult detect_all(const std::vector<ImageSource>& images,
-                        const std::vector<PlacedBoard>& boards, const DetectOptions& options,
-                        const std::function<void(int, int)>& progress) {
-  // Workers are created before any thread starts: an unknown family throws here, and AprilTag's
-  // families must be created by one thread.
-  std::vector<Worker> workers;
-  const int num_workers =
-      std::clamp(static_cast<int>(images.size()), 1, threads_of(options.threads));
-  for (int i = 0; i < num_workers; ++i) workers.emplace_back(boards, options);
-  DetectResult result;
-  std::vector<DetectedPicture>& pictures = result.pictures;
-  pictures.resize(images.size());
-  parallel_for(
-      images.size(), workers,
-      [&](Worker& worker, std::size_t i) {
-        pictures[i] = find_or_search(worker, i, images[i], options);
-      },
-      progress);
-  std::vector<TagCount> counts;
-  for (const DetectedPicture& p : pictures)
-    counts.push_back(
-        {static_cast<std::size_t>(p.num_sure), static_cast<std::size_t>(p.num_unread)});
-  result.warnings = symmetry_warnings(boards);
-  for (std::string& warning : wrong_border_warnings(images, counts, boards, options))
-    result.warnings.push_back(std::move(warning));
-  return result;
+DetectedPicture detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
+                       const DetectOptions& options, const std::string& name) {
+  return BoardWorker(boards, options).find(image, name);
+}
+
+std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
+                                        const std::vector<PlacedBoard>& boards,
+                                        const DetectOptions& options,
+                                        const std::function<void(int, int)>& progress) {
+  std::vector<DetectedPicture> pictures(images.size());
+  const auto work = [&](BoardWorker& worker, std::size_t i) {
+    pictures[i] = find_or_reuse(worker, i, images[i], options);
+  };
+  for_each_picture<BoardWorker>(images.size(), boards, options, work, progress);
+  return pictures;
+}
+
+std::vector<std::string> board_warnings(const std::vector<ImageSource>& images,
+                                        const std::vector<DetectedPicture>& found,
+                                        const std::vector<PlacedBoard>& boards,
+                                        const DetectOptions& options) {
+  std::vector<std::string> warnings = symmetry_warnings(boards);
+  for (std::string& warning : wrong_border_warnings(images, found, boards, options))
+    warnings.push_back(std::move(warning));
+  return warnings;
+}
+
+std::vector<View> views_of(const std::vector<DetectedPicture>& pictures) {
+  std::vector<View> views;
+  for (const DetectedPicture& picture : pictures) views.push_back(picture.view);
+  return views;
+}
+
+std::vector<DetectedTag> detect_tags(const ImageView8& image, const TagKind& kind,
+                                     const DetectOptions& options) {
+  return TagWorker(kind, options).find(image, "picture").tags;
+}
+
+std::vector<PictureTags> detect_all_tags(const std::vector<ImageSource>& images,
+                                         const TagKind& kind, const DetectOptions& options,
+                                         const std::function<void(int, int)>& progress) {
+  std::vector<PictureTags> tags(images.size());
+  const auto work = [&](TagWorker& worker, std::size_t i) {
+    tags[i] = find_in(worker, images[i], options);
+  };
+  for_each_picture<TagWorker>(images.size(), kind, options, work, progress);
+  return tags;
 }
 
 }  // namespace tagcal

@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "tagcal/detect/apriltag/kind_search.hpp"
-#include "tagcal/detect/board_search/board_finder.hpp"
 #include "tagcal/detect/board_search/board_symmetry.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/circle_search/circle_finder.hpp"
@@ -72,9 +72,9 @@ bool is_kind(const SeenKind& seen, const TagKind& kind) {
 }
 
 // Number of tags of a kind in a picture.
-std::size_t count_in(const ImageView8& image, const TagKind& kind) {
+int count_in(const ImageView8& image, const TagKind& kind) {
   const KindsInPicture seen = search_kinds(image, {kind});
-  return seen.kinds.empty() ? 0 : seen.kinds.front().tags.size();
+  return seen.kinds.empty() ? 0 : static_cast<int>(seen.kinds.front().tags.size());
 }
 
 // The picture at the size at which detection searches it first.
@@ -158,8 +158,8 @@ class Explainer {
   }
 
   void explain_board(const Board& board) {
-    BoardFinder finder({&board}, {});
-    const SeenBoards seen = finder.find(image_);
+    TagSearch finder({&board}, {});
+    const SeenTags seen = finder.find(image_);
     const Completion& completion = seen.completions.front();
     report(completion, seen.repeated);
     name_mistakes(tag_kind(board).value(), completion, seen.strange.size());
@@ -216,12 +216,12 @@ class Explainer {
 
   // Tags printed with one border are often read as tags with the other, but with wrong cells.
   void name_wrong_kind(const TagKind& wanted, bool nothing_found) {
-    std::size_t of_target = 0;
+    int of_target = 0;
     for (const SeenKind& kind : result_.decoded)
-      if (is_kind(kind, wanted)) of_target = kind.ids.size();
+      if (is_kind(kind, wanted)) of_target = static_cast<int>(kind.ids.size());
     bool named = false;
     for (const SeenKind& kind : result_.decoded) {
-      const std::size_t n = kind.ids.size();
+      const int n = static_cast<int>(kind.ids.size());
       const bool is_border = kind.family == wanted.family;
       if (is_kind(kind, wanted) || !shows_other_kind(n, of_target)) continue;
       if (!nothing_found && !is_border) continue;  // tags of another object
@@ -233,10 +233,10 @@ class Explainer {
           is_border ? fmt::format("border_bits {}", wanted.border_bits) : wanted.family));
     }
     if (named || !nothing_found) return;
-    if (const std::size_t n = count_in(mirrored(first_size_), wanted); shows_other_kind(n, 0))
+    if (const int n = count_in(mirrored(first_size_), wanted); shows_other_kind(n, 0))
       result_.mistakes.push_back(fmt::format(
           "mirrored picture: {} tags are read after mirroring it; mirror the picture back", n));
-    if (const std::size_t n = count_in(inverted(first_size_), wanted); shows_other_kind(n, 0))
+    if (const int n = count_in(inverted(first_size_), wanted); shows_other_kind(n, 0))
       result_.mistakes.push_back(
           fmt::format("inverted picture: {} tags are read after exchanging black and white; invert "
                       "the picture back",

@@ -62,13 +62,6 @@ struct DetectOptions {
   const EarlierResults* earlier = nullptr;  // of detect_all; must outlive the search
 };
 
-struct DetectResult {
-  std::vector<DetectedPicture> pictures;  // in the order of the images
-  std::vector<std::string> warnings;      // of the boards, and of all pictures together
-
-  std::vector<View> views() const;  // of a data set
-};
-
 // A tag in a picture that is on no known board. An id may be seen more than once.
 struct DetectedTag {
   int id = 0;
@@ -141,23 +134,39 @@ struct TagFitOptions {
   double gamma = 1;
 };
 
-struct TagFit {
+// The fit of a printed pattern to pixels. Only if it converged, the numbers are those of its
+// minimum.
+struct PatternFit {
   TagFitStatus status = TagFitStatus::not_converged;
-  // Only if converged:
-  std::array<Eigen::Vector2d, 4> corners{};  // 0..3 as in CornerId, pixel centres at whole numbers
-  Eigen::Matrix<double, 8, 8> covariance_px2 =
-      Eigen::Matrix<double, 8, 8>::Zero();  // for (x0, y0, x1, y1, ..), from the residuals
   double blur_px = 0;  // sd of the Gaussian without the pixel's square; 0 if less than that
-  double black = 0;    // grey levels at the tag's centre
+  double black = 0;    // grey levels at the tag's centre, or at the corner
   double white = 0;
+  double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
+  int num_pixels = 0;       // used by the fit
+};
+
+struct TagFit : PatternFit {
+  std::array<Eigen::Vector2d, 4> corners{};  // 0..3 as in CornerId, pixel centres at whole numbers
+  Matrix8 covariance_px2 = Matrix8::Zero();  // for (x0, y0, x1, y1, ..), from the residuals
   // Shift of borders towards black, px: the part that is constant in the picture (bloom), and the
   // part that is constant on the tag (ink). A tag that faces the camera determines only their sum.
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
-  double noise_levels = 0;  // sd of a pixel about the model, quantisation (1/12) included
-  int num_pixels = 0;       // used by the fit
   int iterations = 0;
-  bool is_by_corner =
-      false;  // strongly bent: a camera, even a rough one, would improve the corners
+  // Strongly bent: a camera, even a rough one, would improve the corners.
+  bool is_by_corner = false;
+};
+
+// The print about a place where four squares of a checkerboard meet, as a grid of cells. The place
+// is (0, 0), and a line of each direction passes through it; any unit, any handedness. Everything
+// beyond the outermost lines is unknown.
+struct CornerPattern {
+  std::vector<double> columns, rows;    // borders of the cells in x and in y, ascending, 3 to 24
+  std::vector<TagPattern::Cell> cells;  // (columns - 1) x (rows - 1), by rows from the lowest y
+};
+
+struct CornerFit : PatternFit {
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero();          // pixel centres at whole numbers
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  // from the residuals
 };
 
 }  // namespace tagcal

@@ -1,7 +1,6 @@
 #include "tagcal/estimate/advice.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +12,6 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/bundle/projection_effect.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/geometry/pose.hpp"
 #include "tagcal/internal/text.hpp"
 
@@ -28,25 +26,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kDirectionsShown = 3;
 
 std::string formatted(double value) { return with_digits(value, 3); }
-
-// A sentence that names the correlation of a weak parameter, its consequence, and a remedy.
-const char* correlation_sentence(std::string_view parameter) {
-  switch (parameter[0]) {
-    case 'f':
-      return "the views hardly separate focal length and distance, so the projection is uncertain: "
-             "take 3 views with the board tilted by 30 degrees or more";
-    case 'k':
-      return "the views hardly separate the distortion coefficients, so the projection is "
-             "uncertain: take views with the board in the corners of the image";
-    default:
-      return "the views hardly separate principal point and tilt of the board, so the projection "
-             "is uncertain: tilt the board to all sides, and turn it about its normal between "
-             "views";
-  }
-}
 
 // The name of a third or a side of the image: (-1, -1) is upper left.
 std::string side_name(int x, int y, const char* middle) {
@@ -56,15 +37,15 @@ std::string side_name(int x, int y, const char* middle) {
   return vertical + (vertical.empty() || horizontal.empty() ? "" : " ") + horizontal;
 }
 
-struct Candidate {
+struct PossibleView {
   double tilt_rad = 0;
   int side = 0;  // the side nearest to the camera: 0 upper, 1 upper right, ... by 45 degrees
   int column = 0, row = 0;  // -1, 0, 1
   double distance_m = 1;
 };
 
-std::vector<Candidate> candidates(double distance_m) {
-  std::vector<Candidate> all;
+std::vector<PossibleView> candidates(double distance_m) {
+  std::vector<PossibleView> all;
   for (const double share : {1.0, 0.7, 0.5, 1.4})  // numeric: tried values
     for (const int row : {0, -1, 1})
       for (const int column : {0, -1, 1})
@@ -92,12 +73,12 @@ struct BoardPoints {
   }
 };
 
-Vector2d pixel_of(const Candidate& c, const ImageSize& size) {
+Vector2d pixel_of(const PossibleView& c, const ImageSize& size) {
   constexpr double kOffset = 0.3;  // numeric: tried places, as a share of the image
   return image_centre(size) + kOffset * Vector2d(c.column * size.width, c.row * size.height);
 }
 
-std::optional<Pose> pose_of(const Candidate& c, const Camera& camera, const BoardPoints& board) {
+std::optional<Pose> pose_of(const PossibleView& c, const Camera& camera, const BoardPoints& board) {
   const auto ray = ray_in_camera(camera.lens, pixel_of(c, camera.image_size));
   if (!ray) return std::nullopt;
   const double angle = c.side * std::numbers::pi / 4;
@@ -187,7 +168,7 @@ double focal_sigma(const Model& model, const MatrixXd& covariance) {
   return largest;
 }
 
-std::string instruction_of(const Candidate& c, const AdvisedView& view) {
+std::string instruction_of(const PossibleView& c, const AdvisedView& view) {
   constexpr std::array<std::array<int, 2>, 8> kSides = {
       {{0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}}};
   const auto& side = kSides[static_cast<std::size_t>(c.side)];
@@ -227,7 +208,7 @@ std::vector<std::string> parts_covered_by(const ViewProblem& view, const Current
 }
 
 struct JudgedView {
-  Candidate candidate;
+  PossibleView candidate;
   Pose pose;
   MatrixXd covariance;  // of the parameters after this view
   double variance = 0;  // of the projection at infinity, mean over the image, px^2
@@ -235,16 +216,16 @@ struct JudgedView {
 };
 
 std::vector<JudgedView> judge_candidates(const BoardPoints& board, const CurrentEstimate& current) {
-  const UncertainLens lens{current.model, current.camera.lens, {}};
-  const MatrixXd effect = projection_effect(lens, current.camera.image_size);
+  const MatrixXd effect = projection_effect(*current.model, current.camera);
   const std::vector<std::string> missing = current.seen.missing_parts();
   const double noise = current.sigma_px * current.sigma_px;
   std::vector<JudgedView> all;
-  for (const Candidate& c : candidates(current.distance_m)) {
+  for (const PossibleView& c : candidates(current.distance_m)) {
     const auto pose = pose_of(c, current.camera, board);
     const auto view = pose ? visible_part(board, current.camera, *pose) : std::nullopt;
     if (!view) continue;
-    const auto added = information_of(*view, lens.lens, *lens.model, *pose, current.rows);
+    const auto added =
+        information_of(*view, current.camera.lens, *current.model, *pose, current.rows);
     if (!added) continue;
     const auto covariance = exact_inverse(current.information + added->schur / noise);
     if (!covariance) continue;
@@ -269,29 +250,6 @@ const JudgedView* best_view(const std::vector<JudgedView>& all) {
 }
 
 }  // namespace
-
-std::vector<WeakDirection> weak_directions(const UncertainLens& lens,
-                                           std::span<const Vector2d> samples) {
-  const MatrixXd projection = aligned_jacobian(lens, samples, kInfinitelyFar);
-  std::vector<WeakDirection> directions;
-  if (projection.rows() == 0 || !lens.covariance.allFinite()) return directions;
-  // A root of the covariance, which held parameters make singular.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> of_parameters(lens.covariance);
-  const MatrixXd lower = of_parameters.eigenvectors() *
-                         of_parameters.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const MatrixXd effect = projection * lower / std::sqrt(static_cast<double>(projection.rows()));
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> spectrum(effect.transpose() * effect);
-  const Index k = spectrum.eigenvalues().size();
-  for (Index i = k - 1; i >= 0 && directions.size() < kDirectionsShown; --i) {
-    const VectorXd direction = lower * spectrum.eigenvectors().col(i);
-    Index strongest = 0;
-    projection.colwise().norm().transpose().cwiseProduct(direction.cwiseAbs()).maxCoeff(&strongest);
-    const std::string_view name = lens.model->free()[static_cast<std::size_t>(strongest)].name;
-    const double sigma = std::sqrt(std::max(0.0, spectrum.eigenvalues()[i]));
-    directions.push_back({std::string(name), sigma, correlation_sentence(name)});
-  }
-  return directions;
-}
 
 std::optional<AdvisedView> advise(const Dataset& dataset, const Calibration& calibration) {
   const BoardPoints board(dataset);

@@ -9,11 +9,6 @@
 
 namespace tagcal {
 
-// The at most three least determined combinations of parameters, by their effect on the projection
-// at infinity over the samples (pixels), the largest first.
-std::vector<WeakDirection> weak_directions(const UncertainLens& lens,
-                                           std::span<const Eigen::Vector2d> samples);
-
 // A view to take next.
 struct AdvisedView {
   Pose camera_from_board;

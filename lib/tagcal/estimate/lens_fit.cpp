@@ -8,8 +8,8 @@
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/bundle/lens_from_rays.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/internal/text.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -153,7 +153,7 @@ void carry_covariance(LensFit& result, const LensFitSource& source, const LensFr
   if (!by_source) return;
   const MatrixXd carried = *by_source * source.covariance * by_source->transpose();
   result.covariance = (carried + carried.transpose()) / 2;
-  result.sigmas = lens_sigmas({result.model, result.camera.lens, result.covariance});
+  result.sigmas = lens_sigmas({result.model, result.camera, result.covariance});
 }
 
 std::string px(double value) { return with_digits(value, 3) + " px"; }

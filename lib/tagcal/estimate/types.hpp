@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -11,9 +10,9 @@
 #include <vector>
 
 #include "tagcal/camera/model.hpp"
-#include "tagcal/estimate/seen_region.hpp"
 #include "tagcal/scene/dataset.hpp"
 #include "tagcal/solvers/weak_perspective.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 // Options and results of the estimators: pose, pose with focal length (pose.hpp), and calibration
 // (calibrate.hpp).
@@ -117,26 +116,6 @@ struct PoseAndFocalEstimate {
   const Pose& camera_from_target() const { return hypotheses.front().camera_from_target; }
 };
 
-inline constexpr double kInfinitelyFar = std::numeric_limits<double>::infinity();
-
-// A lens and the covariance of its free parameters.
-struct UncertainLens {
-  const Model* model = nullptr;  // not owned
-  Lens lens = pinhole(1, 1, 0, 0);
-  MatrixX covariance;  // of the model's free parameters (k x k)
-};
-
-// Standard deviation of the projection (px per coordinate) at the nodes of a grid: that of the
-// point at a distance along the ray of the node. The part that a moved and rotated camera explains
-// is subtracted, because the pose absorbs it in any use of the lens.
-struct ProjectionUncertainty {
-  double distance_m = kInfinitelyFar;
-  ImageGrid grid;
-  MatrixX sigma_px;          // rows x columns; NaN if the node has no ray
-  double region_px = 0;      // RMS over the samples of the region; infinite without samples
-  double region_max_px = 0;  // largest over the samples
-};
-
 struct CalibrateOptions {
   std::string model;  // a model of the ladder; "" or "auto": the smallest that explains the data
   // Noise per coordinate. 0: if at least half of the corners have a covariance, those (0.5 px for
@@ -223,13 +202,6 @@ struct BoardWarp {
   double sigma_aspect = 0;
 };
 
-// A weakly determined combination of parameters.
-struct WeakDirection {
-  std::string parameter;  // the one with the largest effect on the projection
-  double sigma_px = 0;    // its effect on the projection at infinity, RMS over the seen region
-  std::string sentence;   // the parameters that are correlated, and a remedy
-};
-
 // Wall-clock times in seconds.
 struct CalibrateSeconds {
   double start = 0;  // closed form and robust search
@@ -248,7 +220,7 @@ struct Calibration {
   // model that the data need (`auto`) or of the model asked for. It includes the choice of the
   // model and the priors. Every other uncertainty of the lens follows from it. No value for model
   // weak.
-  std::optional<UncertainLens> claim;
+  std::optional<UncertainCamera> claim;
   MatrixX covariance;          // the same by the model's free parameters, in their order (k x k)
   std::vector<double> sigmas;  // standard deviation of each lens parameter; 0 for a held one
   std::map<std::string, double> fixed;  // lens parameters that were held, and their values

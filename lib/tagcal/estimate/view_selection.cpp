@@ -23,7 +23,7 @@ using Eigen::MatrixXd;
 using Points = std::map<CornerId, Eigen::Vector3d>;
 
 // A view that took part in the calibration, with its information for the calibration's noise.
-struct Candidate {
+struct InformativeView {
   SelectedView view;
   MatrixXd information;
 };
@@ -45,14 +45,14 @@ ViewProblem problem_of(const View& view, const Points& points, const Calibration
   return problem;
 }
 
-std::vector<Candidate> candidates(const Dataset& dataset, const Calibration& c,
-                                  const Model& model) {
+std::vector<InformativeView> candidates(const Dataset& dataset, const Calibration& c,
+                                        const Model& model) {
   const Points points = points_in_world(dataset.boards);
   std::map<std::size_t, std::set<std::size_t>> rejected;
   for (const Outlier& outlier : c.outliers) rejected[outlier.view].insert(outlier.corner);
   const double noise = c.sigma_of_corners ? 1 : c.sigma_px * c.sigma_px;
   const ViewRowTerms rows{image_centre(c.camera->image_size).y(), c.row_sigma / std::sqrt(noise)};
-  std::vector<Candidate> all;
+  std::vector<InformativeView> all;
   for (const CalibratedView& view : c.views) {
     const ViewProblem problem =
         problem_of(dataset.views[view.view], points, c, rejected[view.view]);
@@ -70,7 +70,7 @@ double variance_of(const MatrixXd& effect, const MatrixXd& information) {
 }
 
 // The candidate after which the variance is least; the first of equal ones.
-std::size_t best_of(const std::vector<Candidate>& left, const MatrixXd& before,
+std::size_t best_of(const std::vector<InformativeView>& left, const MatrixXd& before,
                     const MatrixXd& effect) {
   std::size_t best = 0;
   double lowest = std::numeric_limits<double>::infinity();
@@ -90,11 +90,10 @@ ViewSelection select_views(const Dataset& dataset, const Calibration& calibratio
   if (!calibration.camera || calibration.covariance.size() == 0) return {};
   const HeldModels models(calibration.fixed, Model::named(calibration.model).kind());
   const Model& model = models.named(calibration.model);
-  const MatrixXd effect =
-      projection_effect({&model, calibration.camera->lens, {}}, calibration.camera->image_size);
-  std::vector<Candidate> left = candidates(dataset, calibration, model);
+  const MatrixXd effect = projection_effect(model, *calibration.camera);
+  std::vector<InformativeView> left = candidates(dataset, calibration, model);
   MatrixXd all = MatrixXd::Zero(model.num_free(), model.num_free());
-  for (const Candidate& candidate : left) all += candidate.information;
+  for (const InformativeView& candidate : left) all += candidate.information;
   ViewSelection selection;
   selection.all_px = std::sqrt(variance_of(effect, all));
   // Stands in for what the first views do not determine, and decides nothing once they do.

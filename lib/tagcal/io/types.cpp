@@ -1,22 +1,21 @@
 #include "tagcal/io/types.hpp"
 
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal {
-UncertainLens uncertain_lens(const Calibration& calibration) {
+UncertainCamera uncertain_camera(const Calibration& calibration) {
   if (calibration.claim) return *calibration.claim;
-  return {nullptr, calibration.camera->lens, {}};
+  return {nullptr, *calibration.camera, {}};
 }
 
-UncertainLens uncertain_lens(const CalibrationFile& file) {
-  const Lens& lens = file.camera.lens;
+UncertainCamera uncertain_camera(const CalibrationFile& file) {
   if (file.claim_covariance.size() > 0)
-    return {&Model::named(file.claim_model), lens, file.claim_covariance};
-  if (file.covariance.size() == 0) return {nullptr, lens, {}};
+    return {&Model::named(file.claim_model), file.camera, file.claim_covariance};
+  if (file.covariance.size() == 0) return {nullptr, file.camera, {}};
   const HeldModels models(file.fixed, Model::named(file.model).kind());
   const Model& held = models.named(file.model);
   const Model& free = Model::named(held.name());
-  return {&free, lens, covariance_by(free, {&held, lens, file.covariance})};
+  return {&free, file.camera, covariance_by(free, {&held, file.camera, file.covariance})};
 }
 
 }  // namespace tagcal

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "tagcal/camera/camera.hpp"
-#include "tagcal/estimate/seen_region.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/geometry/pose.hpp"
+#include "tagcal/uncertainty/seen_region.hpp"
 
 // What files of cameras hold (calibration_file.hpp, camera_file.hpp).
 
@@ -29,17 +29,17 @@ struct CalibrationFile {
   std::optional<double> camera_error_px = std::nullopt;
   std::vector<Finding> findings = {};  // of the calibration; a code may be empty: not in the file
   // Calibration::claim, by the free parameters of this model; empty: not in the file, which has
-  // `covariance` instead. uncertain_lens has both cases.
+  // `covariance` instead. uncertain_camera has both cases.
   std::string claim_model = {};
   MatrixX claim_covariance = {};
 };
 
 // The claim, the one source of every uncertainty of a lens. Without one (model weak) the lens has
 // no model. Precondition: calibration.camera has a value.
-UncertainLens uncertain_lens(const Calibration& calibration);
+UncertainCamera uncertain_camera(const Calibration& calibration);
 
 // The same of a camera's file. Without a covariance the lens has no model and is taken as exact.
-UncertainLens uncertain_lens(const CalibrationFile& file);
+UncertainCamera uncertain_camera(const CalibrationFile& file);
 
 // One camera of a file of any program.
 struct FileCamera {

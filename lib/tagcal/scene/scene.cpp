@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Sight {
+struct PlaceOnPath {
   Vector3d eye;
   Vector3d target;
 };
@@ -25,7 +25,7 @@ Vector3d eye_of(const Orbit& orbit) {
   return camera_from_world_on_orbit(orbit).inverse().translation();
 }
 
-Sight sight(const RingPath& path, int i, int n) {
+PlaceOnPath sight(const RingPath& path, int i, int n) {
   const double turn = path.end_rad - path.start_rad;
   const bool closed = std::abs(std::abs(turn) - 2 * std::numbers::pi) < 1e-9;
   const double t = closed ? static_cast<double>(i) / n : time_of_view(i, n);
@@ -40,7 +40,7 @@ int golden_stride(int n) {
   return stride;
 }
 
-Sight sight(const DomePath& path, int i, int n) {
+PlaceOnPath sight(const DomePath& path, int i, int n) {
   const auto point = static_cast<double>(static_cast<std::int64_t>(i) * golden_stride(n) % n);
   const double turns = point * std::numbers::phi;
   const double azimuth =
@@ -52,7 +52,7 @@ Sight sight(const DomePath& path, int i, int n) {
   return {eye_of({path.target, distance, azimuth, std::asin(sine)}), path.target};
 }
 
-Sight sight(const LinePath& path, int i, int n) {
+PlaceOnPath sight(const LinePath& path, int i, int n) {
   return {path.from + time_of_view(i, n) * (path.to - path.from), path.target};
 }
 
@@ -75,7 +75,7 @@ Shift random_shift(const PathJitter& jitter, std::uint64_t seed, int view) {
   return {eye, target, random.uniform(-jitter.roll_rad, jitter.roll_rad)};
 }
 
-Pose looking_at(const Sight& sight) {
+Pose looking_at(const PlaceOnPath& sight) {
   const Vector3d view = (sight.target - sight.eye).normalized();
   const bool along_z = view.cross(Vector3d::UnitZ()).norm() < 1e-9;
   return camera_from_world_looking_at(sight.eye, sight.target,
@@ -84,7 +84,7 @@ Pose looking_at(const Sight& sight) {
 
 template <typename Path>
 Pose pose_on(const Path& path, int view, int num_views, const Shift& shift) {
-  const Sight on_path = sight(path, view, num_views);
+  const PlaceOnPath on_path = sight(path, view, num_views);
   return rotation_about_z(shift.roll_rad) *
          looking_at({on_path.eye + shift.eye, on_path.target + shift.target});
 }

@@ -15,8 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
 // The triangle, in units of its longest side, from corner 0 to corner 1. Coordinates are relative
 // to corner 2, so that the origin of the target has no effect. The unknowns
 //   p = d0 - d2, r = d1 - d2, w = chord d2
@@ -25,7 +23,7 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 //   side12: r^2 + k12 (w^2 + chord r w) = beta
 //   side01: (p - r)^2 + k01 (w + chord p)(w + chord r) = 1
 // with k = |m_i - m_j|^2 / chord^2 free of cancellation however far the triangle is.
-struct Problem {
+struct Triangle {
   Vector3d corner[3];  // in the target frame
   Vector3d ray[3];     // unit length
   Vector3d side02, side12;
@@ -39,14 +37,14 @@ struct Problem {
 using Unknowns = Vector3d;
 
 // False if the height of the triangle is below the rounding of the coordinates.
-bool has_area(const Problem& problem, double largest_coordinate) {
-  const double rounding =
-      std::max(1e-9, 16 * kEpsilon * largest_coordinate / problem.length);  // of the length
+bool has_area(const Triangle& problem, double largest_coordinate) {
+  const double rounding = std::max(1e-9, 16 * std::numeric_limits<double>::epsilon() *
+                                             largest_coordinate / problem.length);  // of the length
   return problem.side02.cross(problem.side12).squaredNorm() > rounding * rounding;
 }
 
 bool set_triangle(std::span<const Vector3d, 3> points, std::span<const Vector3d, 3> rays,
-                  Problem& problem) {
+                  Triangle& problem) {
   double scale = 0, largest_coordinate = 0;
   for (int i = 0; i < 3; ++i) {
     largest_coordinate = std::max(largest_coordinate, points[i].cwiseAbs().maxCoeff());
@@ -77,12 +75,13 @@ bool set_triangle(std::span<const Vector3d, 3> points, std::span<const Vector3d,
   return has_area(problem, largest_coordinate);
 }
 
-bool set_angles(Problem& problem) {
+bool set_angles(Triangle& problem) {
   const Vector3d* m = problem.ray;
   const double c01 = (m[0] - m[1]).squaredNorm(), c02 = (m[0] - m[2]).squaredNorm(),
                c12 = (m[1] - m[2]).squaredNorm();
   const double largest = std::max({c01, c02, c12});
-  if (!(largest > 16 * kEpsilon * kEpsilon)) return false;
+  constexpr double kRounding = std::numeric_limits<double>::epsilon();
+  if (!(largest > 16 * kRounding * kRounding)) return false;
   problem.chord = std::sqrt(largest);
   problem.k01 = c01 / largest;
   problem.k02 = c02 / largest;
@@ -91,7 +90,7 @@ bool set_angles(Problem& problem) {
 }
 
 // The conics side02 - alpha side01 = 0 and side12 - beta side01 = 0 in (p : r : w).
-std::pair<Matrix3d, Matrix3d> conics(const Problem& problem) {
+std::pair<Matrix3d, Matrix3d> conics(const Triangle& problem) {
   const double k01 = problem.k01;
   const double half = problem.chord / 2, mixed = 1 - 2 * half * half * k01;
   const auto conic = [&](const Vector3d& square, double k, double share) {
@@ -107,7 +106,7 @@ std::pair<Matrix3d, Matrix3d> conics(const Problem& problem) {
           conic(Vector3d::UnitY(), problem.k12, problem.beta)};
 }
 
-Vector3d residual_of(const Problem& problem, const Unknowns& x) {
+Vector3d residual_of(const Triangle& problem, const Unknowns& x) {
   const double s = problem.chord, p = x[0], r = x[1], w = x[2];
   return {p * p + problem.k02 * w * (w + s * p) - problem.alpha,
           r * r + problem.k12 * w * (w + s * r) - problem.beta,
@@ -115,7 +114,7 @@ Vector3d residual_of(const Problem& problem, const Unknowns& x) {
 }
 
 // J^-1 residual
-Vector3d newton_step(const Problem& problem, const Unknowns& x, const Vector3d& residual) {
+Vector3d newton_step(const Triangle& problem, const Unknowns& x, const Vector3d& residual) {
   const double s = problem.chord, p = x[0], r = x[1], w = x[2];
   Matrix3d jacobian;
   jacobian << 2 * p + problem.k02 * s * w, 0, problem.k02 * (2 * w + s * p),  //
@@ -126,7 +125,7 @@ Vector3d newton_step(const Problem& problem, const Unknowns& x, const Vector3d& 
 }
 
 // Newton's method while the error decreases. False if it does not solve the equations.
-bool polish(const Problem& problem, Unknowns& x) {
+bool polish(const Triangle& problem, Unknowns& x) {
   Vector3d residual = residual_of(problem, x);
   double error = residual.squaredNorm();
   constexpr double kExact = 4e-32;  // two roundings of the unit side, squared
@@ -143,7 +142,7 @@ bool polish(const Problem& problem, Unknowns& x) {
 }
 
 // Turns a projective point into distances that solve the equations, all in front.
-bool solve_from(const Problem& problem, Unknowns& x) {
+bool solve_from(const Triangle& problem, Unknowns& x) {
   const double s = problem.chord;
   const double unit =
       (x[0] - x[1]) * (x[0] - x[1]) + problem.k01 * (x[2] + s * x[0]) * (x[2] + s * x[1]);
@@ -166,7 +165,7 @@ Matrix3d frame_of(const Vector3d& a, const Vector3d& b) {
 
 // Adds the pose if the triangle lies on its rays to 1e-9. Rounding may prevent this for a triangle
 // that is within 1e-6 of its size of the camera, or as thin.
-void add_pose(const Problem& problem, const Matrix3d& target_frame, const Unknowns& x,
+void add_pose(const Triangle& problem, const Matrix3d& target_frame, const Unknowns& x,
               Solutions<Pose, 4>& poses) {
   const double d2 = x[2] / problem.chord, d0 = d2 + x[0], d1 = d2 + x[1];
   const Vector3d* m = problem.ray;
@@ -190,7 +189,7 @@ bool contains(const Solutions<Unknowns, 4>& found, const Unknowns& x) {
 
 Solutions<Pose, 4> p3p(std::span<const Vector3d, 3> points, std::span<const Vector3d, 3> rays) {
   Solutions<Pose, 4> poses;
-  Problem problem;
+  Triangle problem;
   if (!set_triangle(points, rays, problem) || !set_angles(problem)) return poses;
   const auto [e, f] = conics(problem);
   const Pencil pencil = with_regular_end(Pencil(e, f));

@@ -18,8 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
 // The four points about their centroid in units of their size, and the gradients of their
 // barycentric coordinates: the affine function with value v_k at point k has gradient sum_k v_k
 // n_k.
@@ -42,7 +40,8 @@ bool set_tetrahedron(std::span<const Vector3d, 4> points, Tetrahedron& t) {
   const Vector3d n1 = t.p[2].cross(t.p[3]), n2 = t.p[3].cross(t.p[1]), n3 = t.p[1].cross(t.p[2]);
   const double determinant = t.p[1].dot(n1);
   // The heights are 1 / |n|: none may be lost in the rounding of the coordinates.
-  const double rounding = std::max(1e-7, 64 * kEpsilon * largest_coordinate / scale);
+  const double rounding =
+      std::max(1e-7, 64 * std::numeric_limits<double>::epsilon() * largest_coordinate / scale);
   const double largest_area = std::sqrt(std::max(
       {n1.squaredNorm(), n2.squaredNorm(), n3.squaredNorm(), (n1 + n2 + n3).squaredNorm()}));
   if (!(std::abs(determinant) > rounding * largest_area)) return false;

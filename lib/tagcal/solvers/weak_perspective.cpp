@@ -10,7 +10,9 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 
+#include "tagcal/solvers/numeric/minimise.hpp"
 #include "tagcal/solvers/numeric/point_spread.hpp"
 
 namespace tagcal {
@@ -26,11 +28,10 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
-constexpr double kPlane = 0.05;
+constexpr double kThin = 0.05;
 constexpr double kFlat = 1e-7;  // thickness below which the answer of the plane is exact
 constexpr double kSameRad = 1e-4;
-constexpr int kMaxSteps = 40;
-constexpr double kConverged = 1e-9;
+constexpr double kConverged = 1e-18;  // of the error, for pixels of unit RMS
 constexpr double kLongestStep = 1;
 
 // Second moments of the points x (in their frame) and the pixels u (centred, of unit RMS). The
@@ -127,13 +128,40 @@ ScaledRotation space_start(const Moments& m) {
 
 // Gradient and Hessian of the error at exp(w) R, scale exp(l), in (w, l).
 struct Expansion {
-  double value = 0;
+  double cost = 0;
   Vector4d gradient;
   Matrix4d hessian;
   Matrix4d gauss_newton;
+
+  // Newton's step if the Hessian is positive definite, otherwise a damped Gauss-Newton step.
+  std::optional<DampedStep<Vector4d>> step(double damping) const {
+    Eigen::LLT<Matrix4d> factors(hessian);
+    if (damping > 0 || factors.info() != Eigen::Success) {
+      Matrix4d damped = gauss_newton;
+      damped.diagonal().array() += std::max(1e-3, damping) * damped.trace();
+      factors.compute(damped);
+    }
+    Vector4d step = -factors.solve(gradient);
+    if (!step.allFinite()) return std::nullopt;
+    step *= std::min(1.0, kLongestStep / step.norm());
+    return DampedStep<Vector4d>{step, -0.5 * step.dot(gradient)};
+  }
 };
 
-Expansion expansion(const Moments& m, const ScaledRotation& at) {
+// The scaled rotation of least error for points in space.
+struct RotationProblem {
+  using State = ScaledRotation;
+  const Moments& m;
+
+  std::optional<Expansion> at(const State& at) const;
+
+  static State stepped(const State& at, const Vector4d& step) {
+    return {(exp_rotation(step.head<3>()) * at.rotation).normalized(),
+            at.scale * std::exp(step(3))};
+  }
+};
+
+std::optional<Expansion> RotationProblem::at(const State& at) const {
   const Matrix3d r = at.rotation.toRotationMatrix();
   const Matrix23d a = at.scale * r.topRows<2>();
   const Matrix23d slope = a * m.xx - m.ux;
@@ -147,7 +175,8 @@ Expansion expansion(const Moments& m, const ScaledRotation& at) {
   moves[3] = a;
 
   Expansion e;
-  e.value = error_of(m, a);
+  e.cost = error_of(m, a);
+  if (!std::isfinite(e.cost)) return std::nullopt;
   for (int i = 0; i < 4; ++i) {
     const Matrix23d& move = moves[static_cast<std::size_t>(i)];
     e.gradient(i) = move.cwiseProduct(slope).sum();
@@ -167,38 +196,12 @@ Expansion expansion(const Moments& m, const ScaledRotation& at) {
   return e;
 }
 
-// Newton's step if the Hessian is positive definite, otherwise a damped Gauss-Newton step.
-Vector4d step_from(const Expansion& at, double damping) {
-  if (damping == 0) {
-    const Eigen::LLT<Matrix4d> newton(at.hessian);
-    if (newton.info() == Eigen::Success) return -newton.solve(at.gradient);
-    damping = 1e-3;
-  }
-  Matrix4d damped = at.gauss_newton;
-  damped.diagonal().array() += damping * damped.trace();
-  return -damped.llt().solve(at.gradient);
-}
-
-ScaledRotation refined(const Moments& m, ScaledRotation at) {
-  Expansion here = expansion(m, at);
-  double damping = 0;
-  for (int i = 0; i < kMaxSteps; ++i) {
-    Vector4d step = step_from(here, damping);
-    if (!step.allFinite()) break;
-    step *= std::min(1.0, kLongestStep / step.norm());
-    const ScaledRotation next{(exp_rotation(step.head<3>()) * at.rotation).normalized(),
-                              at.scale * std::exp(step(3))};
-    const Expansion there = expansion(m, next);
-    if (!(there.value <= here.value + 4 * std::numeric_limits<double>::epsilon() * m.uu)) {
-      damping = std::max(1e-3, 8 * damping);
-      continue;
-    }
-    at = next;
-    here = there;
-    if (step.norm() < kConverged) break;
-    damping = 0;
-  }
-  return at;
+ScaledRotation refined(const Moments& m, const ScaledRotation& start) {
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * m.uu;
+  const auto best =
+      minimise(RotationProblem{m}, start,
+               {.damping = 0, .flat = 0, .least_decrease = kConverged, .rounding = rounding});
+  return best ? best->state : start;
 }
 
 WeakPerspectivePose posed(const ScaledRotation& a, const PointSpread& frame, const Pixels& spread) {
@@ -239,7 +242,7 @@ Solutions<WeakPerspectivePose, 2> weak_perspective_poses(
   const bool flat = frame.thickness < kFlat;
   for (const ScaledRotation& start : plane_solutions(m))
     minima.push_back(flat ? start : refined(m, start));
-  const bool space = frame.thickness >= kPlane;
+  const bool space = frame.thickness >= kThin;
   if (space) minima.push_back(refined(m, space_start(m)));
   for (const ScaledRotation& minimum : minima) {
     WeakPerspectivePose pose = posed(minimum, frame, spread);

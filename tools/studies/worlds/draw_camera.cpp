@@ -4,7 +4,7 @@
 
 #include "draw.hpp"
 #include "tagcal/camera/model.hpp"
-#include "tagcal/estimate/seen_region.hpp"
+#include "tagcal/uncertainty/seen_region.hpp"
 
 namespace tagcal {
 namespace {

@@ -1,7 +1,7 @@
 #include "judge.hpp"
 
 #include "judge_lens.hpp"
-#include "thread_time.hpp"
+#include "study/processor_time.hpp"
 
 namespace tagcal {
 namespace {
@@ -61,7 +61,7 @@ void judge_rejection(const Measured& m, const Calibration& c, Record& r) {
 }
 
 void judge_auto(const Camera& truth, const Measured& m, Record& r) {
-  Lap lap;
+  study::Lap lap;
   const Calibration c = calibrate(m.dataset);
   r.calibrate_s = lap();
   r.status = status_name(c.status);
@@ -79,7 +79,7 @@ void judge_auto(const Camera& truth, const Measured& m, Record& r) {
 void judge_own_model(const Camera& truth, const Dataset& dataset, Record& r) {
   CalibrateOptions options;
   options.model = r.model;
-  Lap lap;
+  study::Lap lap;
   const Calibration c = calibrate(dataset, options);
   r.own_s = lap();
   r.own_status = status_name(c.status);

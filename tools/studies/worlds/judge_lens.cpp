@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tagcal/estimate/calibration_diff.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
 
 namespace tagcal {
 namespace {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <variant>
 
+#include "study/harness/csv.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/text/text_file.hpp"
 
@@ -105,11 +106,7 @@ std::string text_of(const Record& record, int Record::*field) {
 std::string text_of(const Record& record, double Record::*field) {
   return fmt::format("{:.6g}", record.*field);
 }
-std::string text_of(const Record& record, std::string Record::*field) {
-  std::string quoted;
-  for (const char c : record.*field) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted.find_first_of(",\" ") == std::string::npos ? quoted : '"' + quoted + '"';
-}
+std::string text_of(const Record& record, std::string Record::*field) { return record.*field; }
 
 template <typename Number>
 bool parse(std::string_view text, Number& number) {
@@ -121,24 +118,8 @@ bool parse(std::string_view text, std::string& value) {
   return true;
 }
 
-std::vector<std::string> cells(std::string_view line) {
-  std::vector<std::string> result(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (quoted && line[i] == '"' && i + 1 < line.size() && line[i + 1] == '"')
-      result.back() += line[++i];
-    else if (line[i] == '"')
-      quoted = !quoted;
-    else if (line[i] == ',' && !quoted)
-      result.emplace_back();
-    else
-      result.back() += line[i];
-  }
-  return result;
-}
-
 bool parse_record(std::string_view line, Record& record) {
-  const std::vector<std::string> texts = cells(line);
+  const std::vector<std::string> texts = study::csv_cells(line);
   if (texts.size() != std::size(kColumns)) return false;
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const auto read = [&](auto field) { return parse(texts[i], record.*field); };
@@ -150,20 +131,16 @@ bool parse_record(std::string_view line, Record& record) {
 }  // namespace
 
 std::string record_header() {
-  std::string line;
-  for (const Column& column : kColumns) line.append(column.name).push_back(',');
-  line.back() = '\n';
-  return line;
+  std::vector<std::string> names;
+  for (const Column& column : kColumns) names.emplace_back(column.name);
+  return study::csv_line(names);
 }
 
 std::string record_line(const Record& record) {
-  std::string line;
-  for (const Column& column : kColumns) {
-    line += std::visit([&](auto field) { return text_of(record, field); }, column.field);
-    line += ',';
-  }
-  line.back() = '\n';
-  return line;
+  std::vector<std::string> fields;
+  for (const Column& column : kColumns)
+    fields.push_back(std::visit([&](auto field) { return text_of(record, field); }, column.field));
+  return study::csv_line(fields);
 }
 
 std::vector<Record> read_records(const std::string& file) {

@@ -7,7 +7,7 @@
 #include "tagcal/detect/families.hpp"
 #include "tagcal/scene/render.hpp"
 #include "tagcal/scene/viewing.hpp"
-#include "thread_time.hpp"
+#include "study/processor_time.hpp"
 
 namespace tagcal {
 namespace {
@@ -83,14 +83,14 @@ std::vector<char> judge_view(const std::map<CornerId, Eigen::Vector2d>& exact, c
 }  // namespace
 
 Measured render_and_detect(const World& world, Record& r) {
-  Lap lap;
+  study::Lap lap;
   const Rendered set = rendered(real_scene(world), render_seed(world));
   r.render_s = lap();
   const Scene& scene = world.scene;
   DetectOptions detect;
   detect.threads = 1;
   Measured result{{scene.camera.image_size, scene.boards, {}, {}}, {}};
-  result.dataset.views = detect_all(set.pictures, scene.boards, detect).views();
+  result.dataset.views = views_of(detect_all(set.pictures, scene.boards, detect));
   r.detect_s = lap();
   for (std::size_t v = 0; v < set.corners.size(); ++v)
     result.gross.push_back(judge_view(set.corners[v], result.dataset.views[v], r));

@@ -163,8 +163,8 @@ std::optional<FoundTag> FamilyDetector::refined(const ImageView8& image, int id,
 }
 
 bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const {
-  return (camera_ && fit(tag, image, {camera_, false, gamma_})) ||
-         fit(tag, image, {nullptr, false, gamma_, false, lens_follows});
+  return (camera_ && fit(tag, image, {.camera = camera_, .gamma = gamma_})) ||
+         fit(tag, image, {.lens_follows = lens_follows, .gamma = gamma_});
 }
 
 bool FamilyDetector::find_gamma(const ImageView8& image, const std::vector<FoundTag*>& tags) {
@@ -188,14 +188,14 @@ bool FamilyDetector::find_gamma(const ImageView8& image, const std::vector<Found
 
 bool FamilyDetector::fit_roughly(FoundTag& tag, const ImageView8& image,
                                  const Camera& camera) const {
-  return fit(tag, image, {&camera, true, gamma_});
+  return fit(tag, image, {.camera = &camera, .is_rough = true, .gamma = gamma_});
 }
 
 bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image,
-                         const KnownTagOptions& known) const {
+                         const TagFitOptions& options) const {
   const auto pattern = wanted_.patterns.find(tag.id);
   if (pattern == wanted_.patterns.end()) return false;
-  const auto fit = fit_known_tag(image, pattern->second, tag.corners, known);
+  const auto fit = fit_known_tag(image, pattern->second, tag.corners, options);
   if (!fit) return false;
   tag.corners = fit->corners;
   tag.covariance_px2 = fit->covariance_px2;
@@ -203,7 +203,7 @@ bool FamilyDetector::fit(FoundTag& tag, const ImageView8& image,
   tag.refined = true;
   tag.by_corner = fit->is_by_corner;
   tag.rough_camera.reset();
-  if (known.is_rough) tag.rough_camera = *known.camera;
+  if (options.is_rough) tag.rough_camera = *options.camera;
   return true;
 }
 

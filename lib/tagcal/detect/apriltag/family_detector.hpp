@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tagcal/detect/apriltag/apriltag_handles.hpp"
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
@@ -98,7 +98,7 @@ class FamilyDetector {
   void add(const ImageView8& image, int id, const Quad& corners, bool exact,
            std::vector<FoundTag>& found);
   bool fit(FoundTag& tag, const ImageView8& image, bool lens_follows) const;
-  bool fit(FoundTag& tag, const ImageView8& image, const KnownTagOptions& known) const;
+  bool fit(FoundTag& tag, const ImageView8& image, const TagFitOptions& options) const;
   Quad unhalved(const std::vector<Image8>& halves, Quad corners, bool is_shrunk) const;
 
   Wanted wanted_;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tagcal/detect/board_search/tag_cells.hpp"
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/scene/dataset.hpp"
 
 // Private to detect.

@@ -66,13 +66,8 @@ class PanelCompletion {
     seen_.clear();
     const Pose panel_from_board = panel.tags.front().board_from_tag.inverse();
     for (const Tag& tag : panel.tags) {
-      PlacedTag placed;
-      placed.id = tag.id;
-      const auto corners = tag_corners(tag);
-      for (std::size_t i = 0; i < 4; ++i)
-        placed.corners[i] = (panel_from_board * corners[i]).head<2>();
-      placed.centre = centre_of(placed.corners);
-      tags_.push_back(placed);
+      const Quad corners = on_panel(tag, panel_from_board);
+      tags_.push_back({tag.id, centre_of(corners), corners, {}, {}});
     }
   }
 

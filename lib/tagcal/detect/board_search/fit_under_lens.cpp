@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tagcal/detect/board_search/panel_lens.hpp"
+#include "tagcal/detect/board_search/placed_tag.hpp"
 #include "tagcal/detect/board_search/rough_lens_error.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
@@ -29,13 +30,6 @@ struct PanelTag {
   bool is_by_lens = false;  // fitted under the lens of the last round
   double last_move = std::numeric_limits<double>::infinity();  // in standard deviations
 };
-
-Quad on_panel(const Tag& tag, const Pose& panel_from_board) {
-  Quad result;
-  const auto corners = tag_corners(tag);
-  for (std::size_t i = 0; i < 4; ++i) result[i] = (panel_from_board * corners[i]).head<2>();
-  return result;
-}
 
 // Largest move of a coordinate, in its standard deviations.
 double move_in_sds(const Quad& from, const FoundTag& to) {

@@ -10,6 +10,13 @@ namespace tagcal::internal {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+Quad on_panel(const Tag& tag, const Pose& panel_from_board) {
+  Quad result;
+  const auto corners = tag_corners(tag);
+  for (std::size_t i = 0; i < 4; ++i) result[i] = (panel_from_board * corners[i]).head<2>();
+  return result;
+}
+
 std::optional<Quad> predicted(const PlacedTag& tag, const std::vector<const PlacedTag*>& from,
                               std::size_t count) {
   const double scale = 1 / (tag.corners[1] - tag.corners[0]).norm();

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/tag_lens.hpp"
+#include "tagcal/detect/tag_fit/straight_view.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
 
 namespace tagcal::internal {

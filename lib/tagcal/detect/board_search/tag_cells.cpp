@@ -132,6 +132,35 @@ Quad moved(const Quad& quad, const Vector2d& by) {
   return result;
 }
 
+// The quad with the highest correlation of those that were tried.
+class QuadSearch {
+ public:
+  // `spread`: cells, from a cell's centre to its samples.
+  QuadSearch(const ImageView8& image, const TagCells& pattern, double spread, const Quad& start)
+      : image_(image),
+        pattern_(pattern),
+        spread_(spread),
+        best_(start),
+        highest_(pattern_correlation(image, start, pattern, spread)) {}
+
+  const Quad& best() const { return best_; }
+  double highest() const { return highest_; }
+
+  void try_at(const Quad& quad) {
+    const double here = pattern_correlation(image_, quad, pattern_, spread_);
+    if (!(here > highest_)) return;
+    highest_ = here;
+    best_ = quad;
+  }
+
+ private:
+  ImageView8 image_;
+  const TagCells& pattern_;
+  double spread_;
+  Quad best_;
+  double highest_;
+};
+
 // The quad moved as a whole to the highest correlation, within `reach` cells.
 Quad best_moved_quad(const ImageView8& image, const Quad& start, const TagCells& pattern,
                      double reach) {
@@ -139,45 +168,21 @@ Quad best_moved_quad(const ImageView8& image, const Quad& start, const TagCells&
   const Vector2d across = (start[1] - start[0] + start[2] - start[3]) / (2 * cells);
   const Vector2d down = (start[0] - start[3] + start[1] - start[2]) / (2 * cells);
   const int steps = static_cast<int>(std::floor(reach / kStepCells));
-  Quad best = start;
-  double highest = pattern_correlation(image, start, pattern, 0);
-  for (int y = -steps; y <= steps; ++y) {
-    for (int x = -steps; x <= steps; ++x) {
-      const Quad there = moved(start, kStepCells * (x * across + y * down));
-      const double here = pattern_correlation(image, there, pattern, 0);
-      if (here <= highest) continue;
-      highest = here;
-      best = there;
-    }
-  }
-  return best;
+  QuadSearch search(image, pattern, 0, start);
+  for (int y = -steps; y <= steps; ++y)
+    for (int x = -steps; x <= steps; ++x)
+      search.try_at(moved(start, kStepCells * (x * across + y * down)));
+  return search.best();
 }
 
-struct Candidate {
-  Quad quad;
-  double correlation = -1;
-};
-
-struct Fitting {
-  ImageView8 image;
-  const TagCells& pattern;
-  double spread = kSampleOffset;  // cells, from a cell's centre to its samples
-
-  Candidate at(const Quad& quad) const {
-    return {quad, pattern_correlation(image, quad, pattern, spread)};
-  }
-};
-
-// Moves a corner by one step in the best of four directions; false if none is better.
-bool improve_corner(const Fitting& fitting, std::size_t i, double step_px, Candidate& best) {
-  const Candidate before = best;
+// Moves a corner by one step in the best of four directions, if one is better.
+void improve_corner(std::size_t i, double step_px, QuadSearch& search) {
+  const Quad before = search.best();
   for (const Vector2d& way : {Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
-    Quad there = before.quad;
+    Quad there = before;
     there[i] += step_px * way;
-    const Candidate here = fitting.at(there);
-    if (here.correlation > best.correlation) best = here;
+    search.try_at(there);
   }
-  return best.correlation > before.correlation;
 }
 
 // A plane of grey levels over the cells, with its origin at the pattern's centre.
@@ -312,15 +317,13 @@ Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagC
   for (double step = kStepCells; step * cell_px > kLastStepPx; step /= 2) {
     // Smaller steps need samples nearer to the cells' edges, as far as these are sharp.
     const double edge = std::max(step, 1 / cell_px);
-    const Fitting fitting{image, pattern, std::max(kSampleOffset, 1.0 / 2 - edge)};
-    Candidate best = fitting.at(quad);
+    QuadSearch search(image, pattern, std::max(kSampleOffset, 1.0 / 2 - edge), quad);
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      bool better = false;
-      for (std::size_t i = 0; i < 4; ++i)
-        better |= improve_corner(fitting, i, step * cell_px, best);
-      if (!better) break;
+      const double before = search.highest();
+      for (std::size_t i = 0; i < 4; ++i) improve_corner(i, step * cell_px, search);
+      if (search.highest() == before) break;
     }
-    quad = best.quad;
+    quad = search.best();
   }
   return quad;
 }

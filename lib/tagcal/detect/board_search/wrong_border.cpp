@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "tagcal/detect/board_search/tag_cells.hpp"
 #include "tagcal/detect/families.hpp"
@@ -35,29 +34,26 @@ std::vector<PlacedBoard> with_other_border(const std::vector<PlacedBoard>& board
   return others;
 }
 
-// The finders of one thread, which only count tags: refined sides are accurate enough.
-class OtherReader {
- public:
-  explicit OtherReader(const std::vector<PlacedBoard>& boards)
-      : finders_(board_finders(boards, {.refinement = Refinement::edges})) {}
+// The searches of one thread, which only count tags: refined sides are accurate enough.
+struct OtherSearch {
+  std::vector<TagSearch> searches;
 
-  std::size_t count(const ImageView8& image) {
-    if (std::min(image.width(), image.height()) < kMinPictureSidePx) return 0;
+  explicit OtherSearch(const std::vector<PlacedBoard>& boards)
+      : searches(tag_searches(boards, {.refinement = Refinement::edges})) {}
+
+  int count(const ImageView8& image) {
     TagCount count;
-    for (const auto& finder : finders_)
-      for (const Completion& completion : finder->find(image).completions)
-        count.add(image, completion, finder->family());
+    for (TagSearch& search : searches)
+      for (const Completion& completion : search.find(image).completions)
+        count.add(image, completion, search.family());
     return count.sure;
   }
-
- private:
-  std::vector<std::unique_ptr<BoardFinder>> finders_;
 };
 
-std::vector<std::size_t> suspicious_pictures(const std::vector<TagCount>& counts) {
+std::vector<std::size_t> suspicious_pictures(const std::vector<DetectedPicture>& found) {
   std::vector<std::size_t> pictures;
-  for (std::size_t i = 0; i < counts.size(); ++i)
-    if (counts[i].unread > counts[i].sure) pictures.push_back(i);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (found[i].num_unread > found[i].num_sure) pictures.push_back(i);
   return pictures;
 }
 
@@ -89,37 +85,38 @@ bool is_sure(const ImageView8& image, const FoundTag& tag, const TagFamily& fami
 void TagCount::add(const ImageView8& image, const Completion& completion, const TagFamily& family) {
   for (const FoundTag& tag : completion.tags)
     ++(tag.fitted || is_sure(image, tag, family) ? sure : unread);
-  unread += static_cast<std::size_t>(std::ranges::count_if(
+  unread += static_cast<int>(std::ranges::count_if(
       completion.missing, [](const MissingTag& tag) { return tag.why != WhyNot::outside; }));
 }
 
 std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& images,
-                                               const std::vector<TagCount>& counts,
+                                               const std::vector<DetectedPicture>& found,
                                                const std::vector<PlacedBoard>& boards,
                                                const DetectOptions& options) {
-  const std::vector<std::size_t> suspicious = suspicious_pictures(counts);
+  const std::vector<std::size_t> suspicious = suspicious_pictures(found);
   const std::vector<PlacedBoard> others = with_other_border(boards);
   if (suspicious.empty() || others.empty()) return {};
   const int threads = threads_of(options.threads);
-  std::vector<std::size_t> read(images.size(), 0);
+  std::vector<int> read(images.size(), 0);
   const auto look_at = [&](const std::vector<std::size_t>& pictures) {
-    std::vector<OtherReader> readers;
+    std::vector<OtherSearch> readers;
     const int num_readers = std::clamp(static_cast<int>(pictures.size()), 1, threads);
     for (int i = 0; i < num_readers; ++i) readers.emplace_back(others);
-    parallel_for(pictures.size(), readers, [&](OtherReader& reader, std::size_t i) {
+    parallel_for(pictures.size(), readers, [&](OtherSearch& reader, std::size_t i) {
       read[pictures[i]] = reader.count(images[pictures[i]].load());
     });
   };
-  const auto shows_other = [&](std::size_t i) { return shows_other_kind(read[i], counts[i].sure); };
+  const auto shows_other = [&](std::size_t i) {
+    return shows_other_kind(read[i], found[i].num_sure);
+  };
   const std::vector<std::size_t> probes = evenly_spread(suspicious, kProbes);
   look_at(probes);
   if (std::ranges::none_of(probes, shows_other)) return {};
   look_at(suspicious);
-  std::size_t all_read = 0;
-  std::size_t all_sure = 0;
+  int all_read = 0, all_sure = 0;
   for (std::size_t i = 0; i < images.size(); ++i) {
     all_read += read[i];
-    all_sure += counts[i].sure;
+    all_sure += found[i].num_sure;
   }
   if (!shows_other_kind(all_read, all_sure)) return {};
   const auto shown = static_cast<std::size_t>(std::ranges::count_if(suspicious, shows_other));

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/policy/policy.hpp"
 
 // Private to detect: pictures of tags with another border than the target file says. Kalibr's tags
@@ -19,23 +19,23 @@ bool is_sure(const ImageView8& image, const FoundTag& tag, const TagFamily& fami
 
 // Numbers of the boards' tags in a picture.
 struct TagCount {
-  std::size_t sure = 0;
-  std::size_t unread = 0;  // expected in the picture, but not found, or not surely
+  int sure = 0;
+  int unread = 0;  // expected in the picture, but not found, or not surely
 
   void add(const ImageView8& image, const Completion& completion, const TagFamily& family);
 };
 
 // True if a picture shows another kind of tags than the target's: `read` of that kind were surely
 // read, and `of_target` of the target's.
-inline bool shows_other_kind(std::size_t read, std::size_t of_target) {
-  return read >= policy::kOtherTagsRatio * std::max<std::size_t>(1, of_target);
+inline bool shows_other_kind(int read, int of_target) {
+  return read >= policy::kOtherTagsRatio * std::max(1, of_target);
 }
 
 // A warning if the pictures show the boards with the other border. Searches only pictures with more
 // unread than sure tags for the other border, and only a few of them until one shows it: ordinary
 // sets have few such pictures, and each costs another search.
 std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& images,
-                                               const std::vector<TagCount>& counts,
+                                               const std::vector<DetectedPicture>& found,
                                                const std::vector<PlacedBoard>& boards,
                                                const DetectOptions& options);
 

@@ -75,8 +75,7 @@ std::optional<CheckerCorner> CheckerFitter::fit_one(const CheckerCell& cell,
   const Vector2d start = h->col(2).hnormalized();
   const double side = shorter_side(*h);
   if (!start.allFinite()) return std::nullopt;
-  TagFitOptions options = usual_fit_options(image_.size());
-  options.camera = camera;
+  const TagFitOptions options = with_usual_priors({.camera = camera}, image_.size());
   for (const double outside : {1.0, policy::kCheckerOutside}) {
     if (outside < 1 && !print_.is_at_edge(cell)) break;
     const CornerFit fit = refine_corner(image_, print_.about(cell, outside), *h, options);

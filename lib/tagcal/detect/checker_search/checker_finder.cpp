@@ -37,25 +37,19 @@ Bounds bounds_of(const JunctionGrid& grid) {
 
 // Removes outermost lines with few junctions: they are not the board's.
 void trim(JunctionGrid& grid) {
-  for (bool is_trimmed = true; is_trimmed && !grid.empty();) {
-    is_trimmed = false;
-    const Bounds bounds = bounds_of(grid);
-    std::map<int, int> in_column, in_row;
-    for (const auto& [cell, at] : grid) {
-      ++in_column[cell.first];
-      ++in_row[cell.second];
-    }
-    const auto cut = [&](std::map<int, int>& count, int line, auto member) {
-      int most = 0;
-      for (const auto& [i, n] : count) most = std::max(most, n);
-      if (is_trimmed || count[line] >= policy::kMinLineShare * most) return;
+  const auto cut_one = [&](auto member) {
+    std::map<int, int> count;  // of junctions, by line
+    for (const auto& [cell, at] : grid) ++count[cell.*member];
+    int most = 0;
+    for (const auto& [line, n] : count) most = std::max(most, n);
+    for (const int line : {count.begin()->first, count.rbegin()->first}) {
+      if (count[line] >= policy::kMinLineShare * most) continue;
       std::erase_if(grid, [&](const auto& node) { return node.first.*member == line; });
-      is_trimmed = true;
-    };
-    cut(in_column, bounds.low.first, &GridCell::first);
-    cut(in_column, bounds.high.first, &GridCell::first);
-    cut(in_row, bounds.low.second, &GridCell::second);
-    cut(in_row, bounds.high.second, &GridCell::second);
+      return true;
+    }
+    return false;
+  };
+  while (!grid.empty() && (cut_one(&GridCell::first) || cut_one(&GridCell::second))) {
   }
 }
 
@@ -108,22 +102,12 @@ Vector2d up_in_picture(const JunctionGrid& grid, const GridCell& y) {
 
 // The numbering whose colours are the board's; of several the one whose y points up in the picture.
 std::optional<Numbering> numbering_of(const JunctionGrid& grid, const CheckerPrint& print) {
-  std::vector<Numbering> possible = numberings(bounds_of(grid), print);
-  if (std::ranges::any_of(possible, [&](const Numbering& numbering) {
-        return numbering.starts_black() == print.starts_black();
-      }))
-    std::erase_if(possible, [&](const Numbering& numbering) {
-      return numbering.starts_black() != print.starts_black();
-    });
-  std::optional<Numbering> best;
-  double highest = -std::numeric_limits<double>::infinity();
-  for (const Numbering& numbering : possible) {
-    const double up = -up_in_picture(grid, numbering.y).y();
-    if (up <= highest) continue;
-    highest = up;
-    best = numbering;
-  }
-  return best;
+  const std::vector<Numbering> possible = numberings(bounds_of(grid), print);
+  const auto best = std::ranges::max_element(possible, {}, [&](const Numbering& numbering) {
+    return std::pair(numbering.starts_black() == print.starts_black(),
+                     -up_in_picture(grid, numbering.y).y());
+  });
+  return best == possible.end() ? std::nullopt : std::optional(*best);
 }
 
 bool is_of_size(const JunctionGrid& grid, const CheckerPrint& print) {
@@ -228,38 +212,38 @@ CheckerFinder::CheckerFinder(const std::vector<PlacedBoard>& boards, const Detec
     const auto squares = checkers(board);
     if (!squares) continue;
     boards_.push_back(&board);
-    Target target{&board, *squares, CheckerPrint(board), nullptr};
+    Target target{&board, *squares, CheckerPrint(board), {}};
     if (tag_kind(board)) {
       // The markers only lead to the corners, so that their sides are enough.
       DetectOptions of_markers = options;
       of_markers.refinement = Refinement::edges;
-      target.markers = std::make_unique<BoardFinder>(std::vector<const Board*>{&board}, of_markers);
+      target.markers.emplace(std::vector<const Board*>{&board}, of_markers);
     }
     targets_.push_back(std::move(target));
   }
 }
 
 std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
-  std::vector<SeenChecker> result(targets_.size());
-  std::vector<bool> is_done(targets_.size(), false);
-  for (std::size_t i = 0; i < targets_.size(); ++i) {
-    is_done[i] = targets_[i].markers != nullptr;
-    if (is_done[i]) result[i] = find_charuco(image, targets_[i]);
-  }
-  if (std::ranges::all_of(is_done, [](bool done) { return done; })) return result;
+  std::vector<SeenChecker> result;
+  for (Target& target : targets_)
+    result.push_back(target.markers ? find_charuco(image, target) : SeenChecker());
+  if (std::ranges::all_of(targets_, [](const Target& t) { return t.markers.has_value(); }))
+    return result;
   find_grids(image);
+  const auto is_final = [](const SeenChecker& seen) {
+    return seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
+  };
   for (const std::vector<JunctionGrid>& grids : levels_) {
     for (std::size_t i = 0; i < targets_.size(); ++i) {
-      if (is_done[i]) continue;
+      if (targets_[i].markers || is_final(result[i])) continue;
       SeenChecker seen = find_plain(image, targets_[i], grids);
-      is_done[i] = seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
-      if (is_done[i] || seen.answer > result[i].answer) result[i] = std::move(seen);
+      if (is_final(seen) || seen.answer > result[i].answer) result[i] = std::move(seen);
     }
   }
   return result;
 }
 
-// A halved picture shows large squares with less noise; the finest one has the first word.
+// Halved pictures show large squares with less noise; results of the finest level take precedence.
 void CheckerFinder::find_grids(const ImageView8& image) {
   levels_.clear();
   Image8 half;
@@ -322,7 +306,7 @@ SeenChecker CheckerFinder::find_plain(const ImageView8& image, const Target& tar
   return seen;
 }
 
-SeenChecker CheckerFinder::find_charuco(const ImageView8& image, const Target& target) const {
+SeenChecker CheckerFinder::find_charuco(const ImageView8& image, Target& target) const {
   SeenChecker seen;
   std::map<int, Tag> by_id;
   for (const Tag& tag : tags_of(*target.board)) by_id.emplace(tag.id, tag);

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "tagcal/detect/board_search/board_finder.hpp"
+#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/checker_search/checker_corners.hpp"
 #include "tagcal/detect/checker_search/junction_grid.hpp"
 #include "tagcal/detect/types.hpp"
@@ -47,7 +47,7 @@ class CheckerFinder {
     const Board* board = nullptr;
     Checkerboard squares;
     CheckerPrint print;
-    std::unique_ptr<BoardFinder> markers;  // of a ChArUco board
+    std::optional<TagSearch> markers;  // of a ChArUco board
   };
 
   void find_grids(const ImageView8& image);
@@ -57,7 +57,7 @@ class CheckerFinder {
                          const std::vector<JunctionGrid>& grids) const;
   std::optional<CheckerCorners> fitted(const ImageView8& image, const Target& target,
                                        const JunctionGrid& grid) const;
-  SeenChecker find_charuco(const ImageView8& image, const Target& target) const;
+  SeenChecker find_charuco(const ImageView8& image, Target& target) const;
 
   const Camera* camera_;
   std::vector<const Board*> boards_;

@@ -1,10 +1,15 @@
 #include "tagcal/detect/checker_search/checker_print.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string_view>
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -14,20 +19,41 @@ std::vector<TagPattern::Cell> marker_cells(const TagFamily& family, int id) {
   const auto n = static_cast<std::size_t>(family.width_at_border);
   if (id < 0 || static_cast<std::size_t>(id) >= family.codes.size() || family.reversed_border)
     return std::vector<TagPattern::Cell>(n * n, TagPattern::unknown);
-  std::vector<TagPattern::Cell> cells(n * n, TagPattern::black);
-  const std::uint64_t code = family.codes[static_cast<std::size_t>(id)];
-  for (std::size_t i = 0; i < family.bits.size(); ++i) {
-    const TagFamily::Cell& bit = family.bits[i];
-    if (code >> (family.bits.size() - 1 - i) & 1U)
-      cells[static_cast<std::size_t>(bit.y) * n + static_cast<std::size_t>(bit.x)] =
-          TagPattern::white;
-  }
+  const PrintedTag printed = printed_tag(family, id);
+  const int frame = (family.total_width - family.width_at_border) / 2;
+  std::vector<TagPattern::Cell> cells;
+  for (int y = frame; y < frame + family.width_at_border; ++y)
+    for (int x = frame; x < frame + family.width_at_border; ++x)
+      cells.push_back(printed.is_black(x, y) ? TagPattern::black : TagPattern::white);
   return cells;
 }
 
 constexpr double kHalf = 1.0 / 2;  // of a square
 
+// The turn after which a checkerboard looks the same; no value if there is none.
+std::optional<std::string_view> symmetry_of(const Checkerboard& board) {
+  if ((board.columns + board.rows) % 2 != 0) return std::nullopt;
+  return board.columns == board.rows && board.columns % 2 == 0 ? "a quarter turn" : "half a turn";
+}
+
 }  // namespace
+
+std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards) {
+  std::vector<std::string> warnings;
+  for (const PlacedBoard& placed : boards) {
+    const auto board = checkers(placed.board);
+    if (!board || tag_kind(placed.board)) continue;
+    const auto symmetry = symmetry_of(*board);
+    if (!symmetry) continue;
+    warnings.push_back(fmt::format(
+        "the checkerboard of {} x {} corners looks the same after {}: in each picture its y axis "
+        "is taken to be the one that points up most, so a board on its head is numbered from the "
+        "wrong end. A calibration does not change, poses do. Use a board with an odd number of "
+        "squares in one direction and an even number in the other",
+        board->columns, board->rows, *symmetry));
+  }
+  return warnings;
+}
 
 CheckerPrint::CheckerPrint(const Board& board) {
   const Checkerboard squares = checkers(board).value();

@@ -216,7 +216,7 @@ inline constexpr double kPanelTailSpreads = 3;
 // A picture shows another kind of tags (family, border, mirrored, inverted) if it has this many
 // times the tags of the target's kind, and this many if it has none of these: a single tag may be
 // read by chance. Source: none; chosen by hand.
-inline constexpr std::size_t kOtherTagsRatio = 2;
+inline constexpr int kOtherTagsRatio = 2;
 // Sides of a tag. Two spacings of a board that differ by more are different ones. Source: usual
 // spacings, 0.2, 0.25 and 0.3, differ by 0.05.
 inline constexpr double kSpacingTolerance = 0.04;

@@ -18,7 +18,10 @@ constexpr double kStep = 0.35;       // numeric: of the search, of the logarithm
 // Fits a tag at a given gamma; no value if that fails.
 std::optional<TagFit> fit_with(const ImageView8& image, const TagInPicture& tag, double log_gamma) {
   return fit_known_tag(image, *tag.pattern, tag.corners,
-                       {tag.camera, tag.is_rough, std::exp(log_gamma), true});
+                       {.camera = tag.camera,
+                        .is_rough = tag.is_rough,
+                        .is_whole = true,
+                        .gamma = std::exp(log_gamma)});
 }
 
 // Minus twice the log-likelihood of the tags' pixels.

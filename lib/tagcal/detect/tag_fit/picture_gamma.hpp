@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 
 // Private to detect.
@@ -11,7 +11,7 @@ namespace tagcal::internal {
 struct TagInPicture {
   const TagPattern* pattern = nullptr;
   Quad corners;
-  const Camera* camera = nullptr;  // as in KnownTagOptions
+  const Camera* camera = nullptr;  // as in TagFitOptions
   bool is_rough = false;
 };
 

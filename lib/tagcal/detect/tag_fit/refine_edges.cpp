@@ -14,7 +14,7 @@ namespace tagcal::internal {
 namespace {
 
 using Vector7 = Eigen::Matrix<double, 7, 1>;
-constexpr std::size_t kMinPixels = 2 * 7;  // of a side: twice the parameters
+constexpr std::size_t kFewestSamples = 2 * 7;  // of a side: twice the parameters
 using Matrix7 = Eigen::Matrix<double, 7, 7>;
 
 using namespace policy;
@@ -181,7 +181,7 @@ class EdgePrior {
     centre_[2] = centre_[6] = 0;
     centre_[5] = std::log(kUsualSpreadPx);
     const double level = kEdgeLevelSdShare * std::abs(edge.fit[4]) + 1;
-    const TagFitOptions lens = usual_fit_options(size);
+    const TagFitOptions lens = with_usual_priors({}, size);
     sd_ << 0, 0, kEdgeBendShare * lens.bend_sd_per_px / 2 * edge.half * edge.half, level, level,
         kEdgeLogBlurSd, kEdgeBendShare * lens.twist_sd_per_px2 * std::pow(edge.half, 3) / 6;
   }
@@ -243,7 +243,7 @@ bool fit_edge(Edge& edge, const ImageView8& image, double cell, bool dark_inside
     // Three rows of pixels or more, as far as the neighbouring cells allow.
     edge.reach = std::max(3 * kHalfPixel, std::min(cell / 2, edge.felt()));
     const std::vector<Sample> samples = samples_about(edge, image);
-    if (samples.size() < kMinPixels) return false;
+    if (samples.size() < kFewestSamples) return false;
     if (!start_levels(edge, samples)) return false;
     const Vector7 before = edge.fit;
     if (!fit_to(samples, EdgePrior(edge, image.size()), edge)) return false;

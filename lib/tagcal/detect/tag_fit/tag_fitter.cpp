@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "tagcal/detect/policy/policy.hpp"
 
@@ -34,79 +33,139 @@ constexpr int kMaxOnFewRows = 4;    // iterations
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 constexpr double kWider = 1.05;     // numeric: growth of the spread after which it may change again
 
+// Of a pixel, with the variance of rounding at least.
+double variance_of(double squares, int num_pixels) {
+  return std::max(kBoxVariance, squares / std::max(1, num_pixels - kCount));
+}
+
+// Half side of the window about a corner in a part of `quarters` quarters of the region.
+double window_px(int quarters) { return quarters * policy::kTagInsidePx / 4; }
+
 }  // namespace
 
 TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options)
     : region_(region),
       options_(options),
       start_(start),
-      scale_(region.scale),
-      middle_(region.middle),
       model_(region.grid, region.scale, options.gamma) {}
 
-// Makes one step from the sums; false if it is not finite.
-bool TagFitter::step() {
-  variance_ = std::max(kBoxVariance, squares_ / std::max(1, num_pixels_ - kCount));
-  TagInformation system = information_;
-  system.diagonal() += variance_ * prior_;
-  const TagParameters right =
-      gradient_ - variance_ * prior_.cwiseProduct(model_.parameters() - prior_mean_);
-  const Eigen::LDLT<TagInformation> inverse(system);
-  const TagParameters change = inverse.solve(right);
-  if (!change.allFinite()) return false;
-  const double left = squares_ - change.dot(2 * gradient_ - information_ * change);
-  // The next step's size is estimated from this one: second derivatives make it of second order,
-  // and Gauss-Newton's approximation leaves a constant share.
-  const double size = change.dot(right) / variance_;
-  const TagCornerJacobian by = corner_jacobian();
-  const Eigen::Matrix<double, 8, 1> moves = by * change;
-  move_px_ = moves.cwiseAbs().maxCoeff();
-  const double bent = kSecondOrder * (std::pow(move_px_ / model_.spread(), 2) +
+// Windows of growing size about the region's corner, then few rows. A window does not determine
+// bends and perspective, and hardly shifts.
+std::vector<FitStage> TagFitter::rough_stages() const {
+  std::vector<FitStage> stages;
+  for (int quarters = 1; region_.corner && quarters <= 3; ++quarters)
+    stages.push_back({.max_steps = kMaxInWindow,
+                      .is_rough = true,
+                      .window_px = window_px(quarters),
+                      .is_affine = true});
+  // Few rows about one corner do not determine all parameters.
+  const int row_step = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
+  const int max_steps = region_.corner ? 1 : kMaxOnFewRows;
+  if (row_step > 1)
+    stages.push_back({.max_steps = max_steps, .is_rough = true, .row_step = row_step});
+  return stages;
+}
+
+// Makes the steps of a stage.
+StageEnd TagFitter::run(const FitStage& stage) {
+  stage_ = stage;
+  double spans_spread = 0;  // the spread for which the spans were selected
+  for (int k = 1; k <= stage.max_steps; ++k) {
+    // The set of pixels is fixed from the third iteration on, so that it does not alternate between
+    // steps; but not while the blur still grows, because unknown surroundings then reach farther.
+    are_spans_fixed_ =
+        !stage.is_rough && k > kFreeIterations && model_.spread() < kWider * spans_spread;
+    if (!are_spans_fixed_) spans_spread = model_.spread();
+    collect();
+    if (sums_.num_pixels < kMinPixels) return StageEnd::too_few_pixels;
+    const auto step = this->step();
+    if (!step) return StageEnd::not_finite;
+    last_ = *step;
+    model_.set(last_.next);
+    ++iterations_;
+    if (!stage.is_rough && stage.window_px == 0 && widen_prior_of_bends()) last_.left_over = 1;
+    if (stage.is_rough ? last_.move_px < kNearPx : last_.left_over < kConvergedSize) break;
+  }
+  return StageEnd::reached;
+}
+
+TagParameters TagFitter::prior_weights() const {
+  TagParameters weights = prior_;
+  if (!stage_.is_affine) return weights;
+  weights.segment<2>(kM3).setConstant(kHeld);
+  weights.segment<2>(kShift).setConstant(kHeld);
+  return weights;
+}
+
+// Expected size of the step after a step, over its own: second derivatives make it of second order,
+// and Gauss-Newton's approximation leaves a constant share.
+double TagFitter::share_left(const TagParameters& change, double move_px) const {
+  if (move_px < kRoundingPx) return 0;
+  const double bent = kSecondOrder * (std::pow(move_px / model_.spread(), 2) +
                                       change[kLogSpread] * change[kLogSpread] +
                                       std::pow(change[kGain] / model_.parameters()[kGain], 2));
-  left_over_ = std::max(bent, kLeastGain) * size;
-  if (move_px_ < kRoundingPx) left_over_ = 0;
-  if (region_.corner && row_step_ == 1) {
+  return std::max(bent, kLeastGain);
+}
+
+// The step from the sums; no value if it is not finite.
+std::optional<FitStep> TagFitter::step() const {
+  const auto& [information, gradient, squares, num_pixels] = sums_;
+  FitStep result;
+  const double variance = variance_of(squares, num_pixels);
+  const TagParameters weights = prior_weights();
+  TagInformation system = information;
+  system.diagonal() += variance * weights;
+  const TagParameters right =
+      gradient - variance * weights.cwiseProduct(model_.parameters() - prior_mean_);
+  const Eigen::LDLT<TagInformation> inverse(system);
+  const TagParameters change = inverse.solve(right);
+  if (!change.allFinite()) return std::nullopt;
+  const TagCornerJacobian by = corner_jacobian();
+  const Eigen::Matrix<double, 8, 1> moves = by * change;
+  result.move_px = moves.cwiseAbs().maxCoeff();
+  const double size = change.dot(right) / variance;
+  result.left_over = size * share_left(change, result.move_px);
+  result.corner_size = last_.corner_size;
+  if (region_.corner && stage_.row_step == 1) {
     // In a region of one corner only that corner must converge: the rest is poorly constrained.
     const Eigen::Index at = 2 * static_cast<Eigen::Index>(*region_.corner);
     const auto by_corner = by.middleRows<2>(at);
-    const Eigen::Matrix2d covariance = variance_ * by_corner * inverse.solve(by_corner.transpose());
+    const Eigen::Matrix2d covariance = variance * by_corner * inverse.solve(by_corner.transpose());
     const Vector2d of_corner = moves.segment<2>(at);
-    const double corner_size = of_corner.dot(covariance.inverse() * of_corner);
-    left_over_ = corner_size_ < kCornerSettledSize ? corner_size : size;
-    corner_size_ = corner_size;
+    result.corner_size = of_corner.dot(covariance.inverse() * of_corner);
+    result.left_over = last_.corner_size < kCornerSettledSize ? result.corner_size : size;
   }
-  const double move = move_px_;
-  const double share = std::min({1.0, kMaxStepPx / std::max(kTiny, move),
+  const double share = std::min({1.0, kMaxStepPx / std::max(kTiny, result.move_px),
                                  kMaxLogStep / std::max(kTiny, std::abs(change[kLogSpread]))});
-  TagParameters next = model_.parameters() + share * change;
+  result.next = model_.parameters() + share * change;
+  result.next[kLogSpread] = std::clamp(result.next[kLogSpread], std::log(policy::kTagMinSpreadPx),
+                                       std::log(policy::kTagMaxSpreadPx));
   // The linear model predicts the residuals after a whole step.
-  if (share == 1) variance_ = std::max(kBoxVariance, left / std::max(1, num_pixels_ - kCount));
-  next[kLogSpread] = std::clamp(next[kLogSpread], std::log(policy::kTagMinSpreadPx),
-                                std::log(policy::kTagMaxSpreadPx));
-  model_.set(next);
-  if (row_step_ == 1 && window_px_ == 0) widen_prior_of_bends();
-  return true;
+  const double left = squares - change.dot(2 * gradient - information * change);
+  result.variance = share == 1 ? variance_of(left, num_pixels) : variance;
+  return result;
 }
 
 // Widens the prior once if the bends are larger than most lenses make them.
-void TagFitter::widen_prior_of_bends() {
-  if (num_bends_ == 0 || is_strongly_bent_) return;
+bool TagFitter::widen_prior_of_bends() {
+  if (!has_bends_ || is_prior_widened_) return false;
   const auto weighted = model_.parameters().cwiseAbs2().cwiseProduct(prior_);
-  is_strongly_bent_ = weighted.segment<4>(kBend).mean() > policy::kTagStrongBends ||
+  is_prior_widened_ = weighted.segment<4>(kBend).mean() > policy::kTagStrongBends ||
                       weighted.segment<8>(kBend + 4).mean() > policy::kTagStrongBends;
-  if (!is_strongly_bent_) return;
+  if (!is_prior_widened_) return false;
   prior_.segment<4>(kBend) /= policy::kTagStrongerBends * policy::kTagStrongerBends;
   prior_.segment<8>(kBend + 4) /= std::pow(policy::kTagStrongerBends, 4);
-  left_over_ = 1;
+  return true;
 }
 
-TagFit TagFitter::result() const {
+TagFit TagFitter::result(StageEnd end) const {
   TagFit fit;
+  if (end == StageEnd::too_few_pixels) fit.status = TagFitStatus::too_small;
+  if (end != StageEnd::reached) return fit;
   const TagParameters& p = model_.parameters();
   fit.iterations = iterations_;
-  fit.num_pixels = num_pixels_;
-  fit.noise_levels = std::sqrt(variance_);
+  fit.num_pixels = sums_.num_pixels;
+  fit.noise_levels = std::sqrt(last_.variance);
   fit.shift_px = p.segment<2>(kShift);
   fit.black = p[kBlack];
   fit.white = p[kBlack] + p[kGain];
@@ -117,11 +176,11 @@ TagFit TagFitter::result() const {
     if (!at) return fit;
     fit.corners[i] = *at;
   }
-  TagInformation system = information_ / variance_;
+  TagInformation system = sums_.information / last_.variance;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
-  const bool matches = left_over_ < kConvergedSize && p[kGain] >= policy::kMinContrast &&
+  const bool matches = last_.left_over < kConvergedSize && p[kGain] >= policy::kMinContrast &&
                        fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
   fit.status = TagFitStatus::converged;
@@ -137,86 +196,23 @@ void TagFitter::set_prior(const TagParameters& start) {
   prior_.head<kLogSpread>() << scale, scale, scale, scale, scale, scale, perspective, perspective;
   const double shift_sd = options_.shift_sd_px;
   prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? 1 / (shift_sd * shift_sd) : kHeld);
-  const double bend_sd = options_.bend_sd_per_px * scale_ / 2;
-  const double twist_sd = options_.twist_sd_per_px2 * scale_ * scale_ / 6;
-  num_bends_ = bend_sd > 0 && twist_sd > 0 && (!view_ || options_.is_rough) ? kNumBends : 0;
+  const double bend_sd = options_.bend_sd_per_px * region_.scale / 2;
+  const double twist_sd = options_.twist_sd_per_px2 * region_.scale * region_.scale / 6;
+  has_bends_ = bend_sd > 0 && twist_sd > 0 && (!view_ || options_.is_rough);
   prior_.segment<kNumBends>(kBend).setConstant(kHeld);
-  if (num_bends_ == 0) return;
+  if (!has_bends_) return;
   prior_.segment<4>(kBend).setConstant(1 / (bend_sd * bend_sd));
   prior_.segment<8>(kBend + 4).setConstant(1 / (twist_sd * twist_sd));
 }
 
-// Fits windows of growing size about the region's corner.
-bool TagFitter::fit_windows() {
-  // Windows do not determine bends and perspective, and hardly shifts.
-  const int num_bends = std::exchange(num_bends_, 0);
-  const TagParameters prior = prior_;
-  prior_.segment<2>(kM3).setConstant(kHeld);
-  prior_.segment<2>(kShift).setConstant(kHeld);
-  for (int quarters = 1; quarters <= 3; ++quarters) {
-    window_px_ = quarters * policy::kTagInsidePx / 4;
-    for (int i = 0; i < kMaxInWindow; ++i) {
-      collect();
-      if (num_pixels_ < kMinPixels || !step()) return false;
-      if (move_px_ < kNearPx) break;
-    }
-  }
-  num_bends_ = num_bends;
-  prior_ = prior;
-  in_window_ = model_.parameters();
-  window_variance_ = variance_;
-  window_px_ = 0;
-  return true;
-}
-
-// Makes steps on few rows.
-bool TagFitter::fit_few_rows() {
-  // Few rows about one corner do not determine all parameters.
-  row_step_ = std::clamp(patch_.height / kFewRows, 1, region_.corner ? 2 : kMaxRowStep);
-  if (row_step_ == 1) return true;
-  for (int i = 0; i < (region_.corner ? 1 : kMaxOnFewRows); ++i) {
-    collect();
-    if (num_pixels_ < kMinPixels) break;
-    if (!step()) return false;
-    ++iterations_;
-    if (move_px_ < kNearPx) break;
-  }
-  is_for_parts_ = is_bent_beyond_whole();
-  row_step_ = 1;
-  return true;
-}
-
 bool TagFitter::is_bent_beyond_whole() const {
-  if (region_.corner || num_bends_ == 0 || view_ || options_.is_whole) return false;
-  // The information of all rows, from that of every row_step_-th.
-  TagInformation system = row_step_ / variance_ * information_;
+  if (region_.corner || !has_bends_ || view_ || options_.is_whole) return false;
+  // The information of all rows, from that of every row_step-th.
+  TagInformation system = stage_.row_step / last_.variance * sums_.information;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
   return third_order_px() > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
-}
-
-TagFit TagFitter::iterate() {
-  TagFit fit;
-  for (int k = 1; k <= options_.max_iterations; ++k) {
-    // The set of pixels is fixed from the third iteration on, so that it does not alternate between
-    // steps; but not while the blur still grows, because unknown surroundings then reach farther.
-    are_spans_fixed_ = k > kFreeIterations && model_.spread() < kWider * spans_spread_;
-    if (!are_spans_fixed_) spans_spread_ = model_.spread();
-    collect();
-    if (num_pixels_ < kMinPixels) {
-      fit.status = TagFitStatus::too_small;
-      return fit;
-    }
-    if (!step()) return fit;
-    ++iterations_;
-    if (left_over_ < kConvergedSize) break;
-  }
-  return result();
-}
-
-bool TagFitter::is_like_window() const {
-  return variance_ < policy::kTagMaxVarianceGrowth * window_variance_;
 }
 
 TagFit TagFitter::fit() {
@@ -224,17 +220,30 @@ TagFit TagFitter::fit() {
   if (!start_parameters(parameters)) return {};
   set_prior(parameters);
   model_.set(parameters);
-  if ((region_.corner && !fit_windows()) || !fit_few_rows()) return {};
+  double window_variance = 1;
+  for (const FitStage& stage : rough_stages()) {
+    const StageEnd end = run(stage);
+    if (end == StageEnd::not_finite) return {};
+    if (stage.window_px > 0) {
+      if (end == StageEnd::too_few_pixels) return result(end);
+      parameters = model_.parameters();
+      window_variance = last_.variance;
+    } else {
+      is_for_parts_ = is_bent_beyond_whole();
+    }
+  }
   TagFit start_of_parts;
   for (std::size_t i = 0; i < 4; ++i)
     start_of_parts.corners[i] = pixel(corner(i)).value_or(start_[i]);
   if (is_for_parts_ && options_.lens_follows) return start_of_parts;
-  TagFit fit = iterate();
+  const auto is_like_window = [&] {
+    return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
+  };
+  TagFit fit = result(run({.max_steps = options_.max_iterations}));
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
-    model_.set(in_window_);
-    window_px_ = 3 * policy::kTagInsidePx / 4;
-    fit = iterate();
+    model_.set(parameters);
+    fit = result(run({.max_steps = options_.max_iterations, .window_px = window_px(3)}));
     if (!is_like_window()) return {};
   }
   // If the bends keep the fit from converging, the decision of the first steps stands.

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "tagcal/detect/tag_fit/tag_lens.hpp"
+#include "tagcal/detect/tag_fit/straight_view.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
 #include "tagcal/detect/tag_fit/tag_region.hpp"
 #include "tagcal/detect/types.hpp"
@@ -40,7 +40,34 @@ struct PixelSpan {
   int end = 0;
 };
 
-// The fit of one region of a tag.
+// Sums over the pixels of a stage at the model's parameters.
+struct TagSums {
+  TagInformation information;
+  TagParameters gradient;
+  double squares = 0;
+  int num_pixels = 0;
+};
+
+// A stage of the fit: the pixels that it uses, the parameters that are free, and its end.
+struct FitStage {
+  int max_steps = 0;
+  bool is_rough = false;   // ends with a small step, and leads into the basin of the next stage
+  double window_px = 0;    // half side of the window about the region's corner; 0: the region
+  int row_step = 1;        // every how many-th row is used
+  bool is_affine = false;  // perspective, shifts and bends are held
+};
+
+enum class StageEnd { reached, too_few_pixels, not_finite };
+
+struct FitStep {
+  TagParameters next;
+  double variance = 1;       // of a pixel, as the linear model predicts it
+  double move_px = 0;        // largest move of a corner's coordinate
+  double left_over = 0;      // expected size of the step after it: squared, in sds
+  double corner_size = 1e9;  // the region's only corner: squared, in its sds
+};
+
+// The fit of one region of a tag, by a list of stages.
 class TagFitter {
  public:
   // The region and the options must outlive it.
@@ -64,67 +91,59 @@ class TagFitter {
   bool start_levels(TagParameters& parameters) const;
   void set_prior(const TagParameters& start);
   bool is_in_region(std::size_t corner) const;
+
+  // Computes the sums of the present stage.
+  void collect();
   PixelSpan in_window(int row) const;
   PixelSpan in_picture(int row) const;
-  void collect();
   void collect_row(int row);
   void add_span(TagBlock& block, PixelSpan span);
   void add_block(TagBlock& block);
   void add_flat(bool white);
-  // Bring the parameters into the basin of the full iteration. False if a step is not finite.
-  bool fit_windows();
-  bool fit_few_rows();
-  TagFit iterate();
-  bool is_like_window() const;
-  bool step();
-  void widen_prior_of_bends();
+
+  std::vector<FitStage> rough_stages() const;
+  StageEnd run(const FitStage& stage);
+  TagParameters prior_weights() const;
+  double share_left(const TagParameters& change, double move_px) const;
+  std::optional<FitStep> step() const;
+  bool widen_prior_of_bends();
   bool is_bent_beyond_whole() const;
+  bool frees_bends() const { return has_bends_ && !stage_.is_affine; }
+
   // The homography maps the tag to straightened places: pixels without the known lens.
   std::optional<Eigen::Vector2d> straight_place(const Eigen::Vector2d& pixel) const;
   std::optional<Eigen::Vector2d> pixel(const Eigen::Vector2d& straight_place) const;
   Eigen::Vector2d straight_corner(std::size_t i) const;
   Eigen::Vector2d corner(std::size_t i) const;
   TagCornerJacobian corner_jacobian() const;
-  TagFit result() const;
+  TagFit result(StageEnd end) const;
 
   const TagRegion& region_;
   const TagFitOptions& options_;
   const TagCorners start_;
-  double scale_;
-  Eigen::Vector2d middle_;
   TagModel model_;
   std::optional<StraightView> view_;  // only if the lens is known
   std::optional<StraightPlaces> places_;
   Eigen::Matrix3d image_from_tag_;
   TagPatch patch_;
-  ImageSize size_;  // of the picture
-
-  // At the present parameters: blocks of pixels that depend on the geometry, by one line of each
-  // direction and by several, and sums over all.
-  std::array<TagBlock, 2> blocks_{};
-  TagProducts products_;
-  TagInformation information_;
-  TagParameters gradient_;
+  ImageSize size_;                               // of the picture
   TagParameters prior_ = TagParameters::Zero();  // weights
   TagParameters prior_mean_ = TagParameters::Zero();
-  double squares_ = 0;
-  double variance_ = 1;
-  std::array<TagFlatSums, 2> flat_;  // black, white
-  std::vector<PixelSpan> spans_;     // of known pixels, row by row
+  bool has_bends_ = false;
+  bool is_prior_widened_ = false;
+
+  FitStage stage_;
+  std::vector<PixelSpan> spans_;  // of known pixels, row by row
   bool are_spans_fixed_ = false;
-  double spans_spread_ = 0;  // the spread for which the spans were selected
-  double window_px_ = 0;     // half side of the window about the region's corner; 0: the region
-  TagParameters in_window_;  // fitted in the largest window
-  double window_variance_ = 1;
-  int row_step_ = 1;
-  int num_bends_ = tag_parameter::kNumBends;  // free ones
-  bool is_strongly_bent_ = false;
-  int num_pixels_ = 0;
-  double move_px_ = 0;        // largest move of a corner's coordinate in the last step
-  double corner_size_ = 1e9;  // last step of the region's corner: squared, in its sds
-  double left_over_ = 0;      // expected size of the next step: squared, in sds
-  bool is_for_parts_ = false;
+  // Blocks of pixels that depend on the geometry, by one line of each direction and by several;
+  // sums of their products; and sums over the others, black and white.
+  std::array<TagBlock, 2> blocks_{};
+  TagProducts products_;
+  std::array<TagFlatSums, 2> flat_;
+  TagSums sums_;
+  FitStep last_;
   int iterations_ = 0;
+  bool is_for_parts_ = false;
 };
 
 }  // namespace tagcal::internal

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "tagcal/detect/tag_fit/straight_view.hpp"
 #include "tagcal/detect/tag_fit/tag_kernels.hpp"
-#include "tagcal/detect/tag_fit/tag_lens.hpp"
 #include "tagcal/detect/types.hpp"
 
 // Private to detect: the model that refine_tag() fits.

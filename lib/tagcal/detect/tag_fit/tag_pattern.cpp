@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tagcal/detect/refine_tag.hpp"
+#include "tagcal/detect/refine.hpp"
 #include "tagcal/scene/print/board_ink.hpp"
 #include "tagcal/scene/print/printed_tag.hpp"
 

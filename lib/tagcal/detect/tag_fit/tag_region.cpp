@@ -1,5 +1,6 @@
 #include "tagcal/detect/tag_fit/tag_region.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -34,16 +35,21 @@ std::vector<double> cut_lines(const std::vector<double>& lines, const Range& ran
   return result;
 }
 
-TagGrid cut(const TagPattern& pattern, const Range& across, const Range& down) {
+TagGrid cut(const std::vector<double>& columns, const std::vector<double>& rows,
+            const std::vector<TagPattern::Cell>& cells, const Range& across, const Range& down) {
   TagGrid grid;
   std::size_t column = 0, row = 0;
-  grid.columns = cut_lines(pattern.lines, across, column);
-  grid.rows = cut_lines(pattern.lines, down, row);
-  const std::size_t n = pattern.lines.size() - 1;
+  grid.columns = cut_lines(columns, across, column);
+  grid.rows = cut_lines(rows, down, row);
+  const std::size_t n = columns.size() - 1;
   for (std::size_t j = 0; j + 1 < grid.rows.size(); ++j)
     for (std::size_t i = 0; i + 1 < grid.columns.size(); ++i)
-      grid.cells.push_back(pattern.cells[(row + j) * n + column + i]);
+      grid.cells.push_back(cells[(row + j) * n + column + i]);
   return grid;
+}
+
+TagGrid cut(const TagPattern& pattern, const Range& across, const Range& down) {
+  return cut(pattern.lines, pattern.lines, pattern.cells, across, down);
 }
 
 // The range around a corner at 0 or 1 of a side of the given length, px.
@@ -94,6 +100,34 @@ TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std:
   TagRegion region{cut(pattern, across, down), {}, middle, scale, corner};
   change_units(region, Vector2d(u, v), Vector2d(2 / share_u, 2 / share_v));
   return region;
+}
+
+CornerRegion about_corner(const CornerPattern& pattern, const Eigen::Matrix3d& image_from_pattern) {
+  const auto pixel = [&](double x, double y) -> Vector2d {
+    return (image_from_pattern * Eigen::Vector3d(x, y, 1)).hnormalized();
+  };
+  constexpr double kDelta = 1e-3;  // numeric: of differences, small against a square
+  const double unit_x = (pixel(kDelta, 0) - pixel(-kDelta, 0)).norm() / (2 * kDelta);
+  const double unit_y = (pixel(0, kDelta) - pixel(0, -kDelta)).norm() / (2 * kDelta);
+  const double reach_x = policy::kTagInsidePx / unit_x, reach_y = policy::kTagInsidePx / unit_y;
+  CornerRegion result{
+      {cut(pattern.columns, pattern.rows, pattern.cells, {-reach_x, reach_x}, {-reach_y, reach_y}),
+       {Vector2d(0, 0), Vector2d(1, 0), Vector2d(1, 1), Vector2d(0, 1)},
+       pixel(0, 0),
+       1,
+       0},
+      {}};
+  TagGrid& grid = result.region.grid;
+  const double half_x = (grid.columns.back() - grid.columns.front()) / 2;
+  const double half_y = (grid.rows.back() - grid.rows.front()) / 2;
+  result.region.scale = (half_x * unit_x + half_y * unit_y) / 2;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector2d& at = result.region.corners_on_tag[i];
+    result.start[i] = pixel(at.x() * half_x, at.y() * half_y);
+  }
+  for (double& at : grid.columns) at /= half_x;
+  for (double& at : grid.rows) at /= half_y;
+  return result;
 }
 
 }  // namespace tagcal::internal

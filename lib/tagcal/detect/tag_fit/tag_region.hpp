@@ -32,4 +32,11 @@ TagRegion whole_tag(const TagPattern& pattern, const TagCorners& corners);
 // would bias the corner.
 TagRegion part_of_tag(const TagPattern& pattern, const TagCorners& corners, std::size_t corner);
 
+// The part around a corner of a checkerboard, which is the first of the region's four.
+struct CornerRegion {
+  TagRegion region;
+  TagCorners start;
+};
+CornerRegion about_corner(const CornerPattern& pattern, const Eigen::Matrix3d& image_from_pattern);
+
 }  // namespace tagcal::internal

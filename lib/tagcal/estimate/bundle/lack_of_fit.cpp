@@ -8,8 +8,8 @@
 #include "tagcal/camera/kernels/parameter_index.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -135,8 +135,8 @@ std::optional<HalvesCheck> split_half_check(const Bundle& solved,
   if (!first || !second) return std::nullopt;
   const VectorXd difference = (*second * gradients[1] - *first * gradients[0]).head(k);
   const MatrixXd covariance = (*first + *second).topLeftCorner(k, k);
-  const MatrixXd projection =
-      aligned_jacobian({solved.model, solved.lens(), covariance}, samples, distance_m);
+  const MatrixXd projection = aligned_jacobian(
+      {solved.model, {solved.lens(), solved.image_size}, covariance}, samples, distance_m);
   if (projection.rows() == 0) return std::nullopt;
   HalvesCheck check;
   const auto rows = static_cast<double>(projection.rows());

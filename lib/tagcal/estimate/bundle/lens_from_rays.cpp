@@ -16,53 +16,28 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-std::optional<LensFromRays> state_of(const Model& model, std::vector<double> values,
-                                     const ImageSize& size, const Sightings& seen) {
-  const auto lens = model.lens(values, size);
-  if (!lens) return std::nullopt;
-  auto at = ray_equations(*lens, model.free(), seen);
-  if (!at) return std::nullopt;
-  return LensFromRays{std::move(values), std::move(*at)};
-}
-
 // The sum of squares that rounding makes.
 double rounding_cost(const ImageSize& size, const Sightings& seen) {
   constexpr double kRounding = 1e-14;  // numeric: of a pixel, relative to the width of the image
   return std::pow(kRounding * size.width, 2) * static_cast<double>(seen.size());
 }
 
-// The step of Levenberg and Marquardt with the damping `lambda` of the scaled columns.
-VectorXd damped_step(const RayEquations& at, const VectorXd& scales, double lambda) {
-  const Eigen::Index n = at.jacobian.rows(), k = at.jacobian.cols();
-  MatrixXd stacked(n + k, k);
-  stacked.topRows(n) = at.jacobian * scales.asDiagonal();
-  stacked.bottomRows(k) = std::sqrt(lambda) * MatrixXd::Identity(k, k);
-  VectorXd right = VectorXd::Zero(n + k);
-  right.head(n) = -at.residuals;
-  return scales.asDiagonal() * stacked.householderQr().solve(right).eval();
-}
+// The free values of a model, by all sightings.
+struct RayProblem {
+  using State = std::vector<double>;
+  const Model& model;
+  const ImageSize& size;
+  const Sightings& seen;
 
-// Descends until a step predicts no decrease that matters. A step out of the domain is one uphill.
-void descend(LensFromRays& state, const Model& model, const ImageSize& size,
-             const Sightings& seen) {
-  constexpr int kMostSteps = 200;        // numeric: a limit of work
-  constexpr double kMostDamping = 1e10;  // numeric: such a step moves nothing
-  constexpr double kFlat = 1e-9;         // numeric: of the sum of squares; nothing to gain
-  double lambda = 1e-3;                  // numeric: a start, adapted at each step
-  for (int i = 0; i < kMostSteps && lambda < kMostDamping; ++i) {
-    const VectorXd step = damped_step(state.at, column_scales(state.at.jacobian), lambda);
-    const double predicted =
-        state.at.cost() - (state.at.residuals + state.at.jacobian * step).squaredNorm();
-    // The decrease by a strongly damped step is small everywhere.
-    if (lambda < 1 && predicted <= rounding_cost(size, seen) + kFlat * state.at.cost()) return;
-    std::vector<double> values = state.free_values;
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] += step[static_cast<Eigen::Index>(k)];
-    auto next = state_of(model, std::move(values), size, seen);
-    const bool is_lower = next && next->at.cost() < state.at.cost();
-    if (is_lower) state = std::move(*next);
-    lambda *= is_lower ? 0.1 : 10;  // numeric: as usual
+  std::optional<RayEquations> at(const State& values) const {
+    const auto lens = model.lens(values, size);
+    return lens ? ray_equations(*lens, model.free(), seen) : std::nullopt;
   }
-}
+  static State stepped(State values, const VectorXd& step) {
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] += step[static_cast<Eigen::Index>(k)];
+    return values;
+  }
+};
 
 // f and the coefficients at `powers` (LensParameter) that solve m D = f b N by linear least
 // squares, with the pixel m from the centre, the undistorted point b (the image by the plain lens
@@ -126,7 +101,21 @@ std::optional<RayEquations> ray_equations(const Lens& lens, std::span<const Free
   RayEquations result{VectorXd(rows), jacobian};
   for (std::size_t i = 0; i < n; ++i)
     result.residuals.segment<2>(static_cast<Eigen::Index>(2 * i)) = pixels[i] - seen.pixels[i];
+  result.cost = result.residuals.squaredNorm();
   return result;
+}
+
+// By a decomposition of J itself: J'J would square the condition number of a rational lens.
+std::optional<DampedStep<VectorXd>> RayEquations::step(double damping) const {
+  const VectorXd scales = column_scales(jacobian);
+  const Eigen::Index n = jacobian.rows(), k = jacobian.cols();
+  MatrixXd stacked(n + k, k);
+  stacked.topRows(n) = jacobian * scales.asDiagonal();
+  stacked.bottomRows(k) = std::sqrt(damping) * MatrixXd::Identity(k, k);
+  VectorXd right = VectorXd::Zero(n + k);
+  right.head(n) = -residuals;
+  const VectorXd step = scales.asDiagonal() * stacked.householderQr().solve(right).eval();
+  return DampedStep<VectorXd>{step, cost - (residuals + jacobian * step).squaredNorm()};
 }
 
 VectorXd column_scales(const MatrixXd& jacobian) {
@@ -139,13 +128,15 @@ std::optional<LensFromRays> lens_from_rays(const Model& model, const ImageSize& 
                                            std::vector<std::vector<double>> starts) {
   for (const bool radial : {true, false})
     starts.push_back(linear_start(model, seen, centre, radial));
+  const RayProblem problem{model, size, seen};
+  // numeric: nothing to gain from a billionth of the sum of squares
+  const MinimiseRules rules{.flat = 1e-9, .least_decrease = rounding_cost(size, seen)};
   std::optional<LensFromRays> best;
   for (const std::vector<double>& start : starts) {
-    if (best && best->at.cost() <= rounding_cost(size, seen)) break;
-    auto state = state_of(model, start, size, seen);
-    if (!state) continue;
-    descend(*state, model, size, seen);
-    if (!best || state->at.cost() < best->at.cost()) best = std::move(state);
+    if (best && best->at.cost <= rounding_cost(size, seen)) break;
+    auto found = minimise(problem, start, rules);
+    if (found && (!best || found->at.cost < best->at.cost))
+      best = LensFromRays{std::move(found->state), std::move(found->at)};
   }
   return best;
 }

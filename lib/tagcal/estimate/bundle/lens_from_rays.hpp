@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tagcal/camera/model.hpp"
+#include "tagcal/solvers/numeric/minimise.hpp"
 
 // The lens of a model by which rays meet pixels, in the camera frame.
 
@@ -27,8 +28,9 @@ struct Sightings {
 struct RayEquations {
   Eigen::VectorXd residuals;
   Eigen::MatrixXd jacobian;
+  double cost = 0;
 
-  double cost() const { return residuals.squaredNorm(); }
+  std::optional<DampedStep<Eigen::VectorXd>> step(double damping) const;  // of scaled columns
 };
 
 // No value if a sighting is outside the domain of the lens.
@@ -44,7 +46,7 @@ struct LensFromRays {
   RayEquations at;
 };
 
-// Least squares over all sightings (Levenberg-Marquardt): the best of those from `starts` (free
+// Least squares over all sightings (`minimise`): the best of those from `starts` (free
 // values), from a linear solution about the pixel `centre` of the optical axis, and from a lens
 // without distortion. No value if no start sees all. Precondition: one sighting or more; their rays
 // are in front of the camera for a perspective.

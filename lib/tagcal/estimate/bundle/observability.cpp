@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/internal/text.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -34,20 +34,20 @@ double log_focal_by(const Lens& lens, int parameter) {
 }
 
 // The largest sd(f) / f of the focal lengths of a lens on its axis.
-double relative_focal_sigma(const UncertainLens& lens) {
-  const auto values = parameters(lens.lens);
+double relative_focal_sigma(const UncertainCamera& known) {
+  const auto values = parameters(known.camera.lens);
   double largest = 0;
   for (const int axis : {0, 1}) {
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(lens.model->num_free());
-    for (int i = 0; i < lens.model->num_free(); ++i) {
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(known.model->num_free());
+    for (int i = 0; i < known.model->num_free(); ++i) {
       const std::vector<int>& sets =
-          lens.model->free()[static_cast<std::size_t>(i)].lens_parameters;
+          known.model->free()[static_cast<std::size_t>(i)].lens_parameters;
       if (std::ranges::count(sets, axis) > 0)
         gradient[i] = 1 / values[static_cast<std::size_t>(axis)];
-      else if (lens.model->parameter(static_cast<std::size_t>(i)).role == ParameterRole::shape)
-        gradient[i] = log_focal_by(lens.lens, sets.front());
+      else if (known.model->parameter(static_cast<std::size_t>(i)).role == ParameterRole::shape)
+        gradient[i] = log_focal_by(known.camera.lens, sets.front());
     }
-    const double variance = gradient.dot(lens.covariance * gradient);
+    const double variance = gradient.dot(known.covariance * gradient);
     largest = std::max(largest, std::sqrt(std::max(0.0, variance)));
   }
   return largest;
@@ -65,8 +65,8 @@ Observability observability(const Bundle& bundle, const Model& model,
                     " views; take more views, or a smaller model";
     return result;
   }
-  const UncertainLens lens{&model, bundle.lens(), covariance};
-  result.focal_share = relative_focal_sigma(lens);
+  const UncertainCamera claim{&model, {bundle.lens(), bundle.image_size}, covariance};
+  result.focal_share = relative_focal_sigma(claim);
   if (!(result.focal_share <= policy::kFocalRefused)) {
     result.status = Status::focal_not_observable;
     result.reason = "the views do not determine the focal length (its standard deviation is " +
@@ -74,7 +74,7 @@ Observability observability(const Bundle& bundle, const Model& model,
     return result;
   }
   const Eigen::MatrixXd by_parameters =
-      aligned_jacobian(lens, seen_region(bundle).samples(), kInfinitelyFar);
+      aligned_jacobian(claim, seen_region(bundle).samples(), kInfinitelyFar);
   const double sum = (by_parameters * covariance).cwiseProduct(by_parameters).sum();
   result.projection_px = std::sqrt(
       std::max(0.0, sum) / static_cast<double>(std::max<Eigen::Index>(1, by_parameters.rows())));

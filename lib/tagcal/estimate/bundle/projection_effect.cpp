@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 
-MatrixX projection_effect(const UncertainLens& lens, const ImageSize& size) {
-  const MatrixX projection =
-      aligned_jacobian(lens, ImageGrid{size, 9, 7}.pixels(), kInfinitelyFar);  // numeric: samples
+MatrixX projection_effect(const Model& model, const Camera& camera) {
+  const MatrixX projection = aligned_jacobian(
+      {&model, camera, {}}, ImageGrid{camera.image_size, 9, 7}.pixels(),  // numeric: samples
+      kInfinitelyFar);
   return projection.transpose() * projection /
          static_cast<double>(std::max<Eigen::Index>(1, projection.rows()));
 }

@@ -6,7 +6,7 @@
 
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -74,8 +74,9 @@ std::optional<Lens> lens_of(const Component& component, const Posterior& posteri
 }
 
 Eigen::MatrixXd projection_of(const Posterior& posterior, double distance_m) {
-  return aligned_jacobian({&posterior.model(), posterior.fit.bundle.lens(), {}},
-                          seen_region(posterior.fit.bundle).samples(), distance_m);
+  return aligned_jacobian(
+      {&posterior.model(), {posterior.fit.bundle.lens(), posterior.fit.bundle.image_size}, {}},
+      seen_region(posterior.fit.bundle).samples(), distance_m);
 }
 
 bool agrees(const Component& component, const Mean& mean, const Eigen::MatrixXd& projection) {

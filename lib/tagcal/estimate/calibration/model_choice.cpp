@@ -6,9 +6,9 @@
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/calibration/candidates.hpp"
 #include "tagcal/estimate/calibration/model_steps.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {

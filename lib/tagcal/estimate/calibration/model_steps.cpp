@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/internal/text.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/observability.hpp"
-#include "tagcal/estimate/calibration_diff.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/lens_difference.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -160,10 +160,10 @@ std::optional<Component> nested_in(const Posterior& posterior, const Model& mode
 
 std::optional<Component> as_seen_by(const Posterior& other, const Posterior& to) {
   const ImageSize& size = to.fit.bundle.image_size;
-  const UncertainLens mine{&to.model(), to.fit.bundle.lens(), to.covariance.parameters};
-  const UncertainLens its{&other.model(), other.fit.bundle.lens(), {}};
+  const UncertainCamera mine{&to.model(), {to.fit.bundle.lens(), size}, to.covariance.parameters};
+  const UncertainCamera its{&other.model(), {other.fit.bundle.lens(), size}, {}};
   const auto samples = seen_region(to.fit.bundle).samples();
-  const auto d = lens_difference({mine.lens, size}, {its.lens, size}, samples, kInfinitelyFar);
+  const auto d = lens_difference(mine.camera, its.camera, samples, kInfinitelyFar);
   if (!d) return std::nullopt;
   const ProjectionUncertainty claimed =
       projection_uncertainty(mine, d->grid, samples, kInfinitelyFar);

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // Projective maps from a plane or from space to rays, for `ransac`.
 class MapFitter {
  public:
@@ -40,7 +38,8 @@ class MapFitter {
     for (std::size_t i = 0; i < rays_.size(); ++i) {
       const Vector3d mapped = map * points_[i].homogeneous();
       const double along = rays_[i].dot(mapped);
-      squares_[i] = along > 0 ? rays_[i].cross(mapped).squaredNorm() / (along * along) : kInfinity;
+      squares_[i] = along > 0 ? rays_[i].cross(mapped).squaredNorm() / (along * along)
+                              : std::numeric_limits<double>::infinity();
     }
     return squares_;
   }
@@ -89,7 +88,8 @@ struct MedianOfSquares {
     constexpr double kMedianOverSigma = 1.1774;  // numeric: sqrt(2 ln 2), a Rayleigh distribution
     const double angle =
         policy::kLmedsSigmas / kMedianOverSigma * angle_of(median) + policy::kLmedsLensRad;
-    return angle < std::numbers::pi / 2 ? std::tan(angle) * std::tan(angle) : kInfinity;
+    return angle < std::numbers::pi / 2 ? std::tan(angle) * std::tan(angle)
+                                        : std::numeric_limits<double>::infinity();
   }
   // Wrong points move the map away from the others and make its median, by which inliers are
   // judged, large.

@@ -14,8 +14,6 @@ namespace {
 
 using Result = std::optional<Finding>;
 
-std::string number(double value) { return with_digits(value, 2); }
-
 // A standard deviation beyond the image's diagonal says nothing.
 std::string pixels(double sigma_px, const ImageSize& size) {
   if (!(sigma_px <= std::hypot(size.width, size.height))) return "no bound";
@@ -127,15 +125,16 @@ Result residuals_biased(const Solved& s) {
   if (!s.evidence.bias.disagree) return std::nullopt;
   return finding(code::residuals_biased,
                  "the residuals differ from place to place in the image, by " +
-                     number(s.evidence.bias.rms_px) + " px RMS" + std::string(kCause));
+                     with_digits(s.evidence.bias.rms_px, 2) + " px RMS" + std::string(kCause));
 }
 
 Result halves_disagree(const Solved& s) {
   const auto& halves = s.evidence.halves;
   if (!halves || !halves->disagree) return std::nullopt;
-  return finding(code::halves_disagree,
-                 "calibrations of two halves of the views differ by " + number(halves->ratio) +
-                     " times the expected standard deviation" + std::string(kCause));
+  return finding(code::halves_disagree, "calibrations of two halves of the views differ by " +
+                                            with_digits(halves->ratio, 2) +
+                                            " times the expected standard deviation" +
+                                            std::string(kCause));
 }
 
 Result pole_in_image(const Solved& s) {
@@ -216,9 +215,10 @@ Result extrapolated(const Solved& s) {
   auto gaps = s.answer.seen.gaps();
   if (!gaps && !is_bad) return std::nullopt;
   std::string text = gaps ? *gaps : "the lens is extrapolated at the border of the image";
-  text +=
-      ": the projection is extrapolated there (sd up to " + number(worst) + " px, if the lens " +
-      (is_auto(*s.solution.options) ? "is like most" : "is one of model " + s.answer.model) + ")";
+  text += ": the projection is extrapolated there (sd up to " + with_digits(worst, 2) +
+          " px, if the lens " +
+          (is_auto(*s.solution.options) ? "is like most" : "is one of model " + s.answer.model) +
+          ")";
   return finding(code::extrapolated, std::move(text));
 }
 
@@ -228,7 +228,7 @@ Result principal_point_untested(const Solved& s) {
       code::principal_point_untested,
       "the principal point is taken to be the centre of the image, and the views do not "
       "determine it: with model f+c the standard deviation of the focal length would be " +
-          number(s.evidence.open_centre) + " times as large");
+          with_digits(s.evidence.open_centre, 2) + " times as large");
 }
 
 // Few views do not show what they share: bends of the board that look like the lens.
@@ -252,7 +252,8 @@ Result rows_displaced(const Solved& s) {
   const double rms_px = half * std::sqrt(square / static_cast<double>(bundle.views.size()));
   if (!(rms_px > policy::kGoodCornerPx)) return std::nullopt;
   return finding(code::rows_displaced,
-                 "the upper and lower rows of the pictures are displaced by " + number(rms_px) +
+                 "the upper and lower rows of the pictures are displaced by " +
+                     with_digits(rms_px, 2) +
                      " px (RMS) against their middle, each picture by its own: a rolling shutter, "
                      "or a camera or board that moved; hold both still, or use a global shutter");
 }

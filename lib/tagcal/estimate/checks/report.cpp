@@ -3,13 +3,12 @@
 #include <cmath>
 #include <limits>
 
-#include "tagcal/estimate/advice.hpp"
 #include "tagcal/estimate/bundle/observability.hpp"
 #include "tagcal/estimate/checks/checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/pose_problem.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
 #include "tagcal/internal/stopwatch.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -31,21 +30,21 @@ Calibration answer_of(const CalibrationFit& fit, const CalibrateOptions& options
 }
 
 // The same with a model that holds nothing: what is held has no variance.
-UncertainLens without_held(const UncertainLens& lens) {
-  const Model& plain = Model::named(lens.model->name());
-  return {&plain, lens.lens, covariance_by(plain, lens)};
+UncertainCamera without_held(const UncertainCamera& known) {
+  const Model& plain = Model::named(known.model->name());
+  return {&plain, known.camera, covariance_by(plain, known)};
 }
 
 void fill_parameters(Calibration& c, const Model& model, const ModelChoice& choice) {
   for (const auto& [k, value] : model.held())
     c.fixed.emplace(parameter_names(c.camera->lens)[static_cast<std::size_t>(k)], value);
   const Posterior& posterior = choice.posterior;
-  const UncertainLens claim{&posterior.model(), c.camera->lens, choice.claim.parameters};
+  const UncertainCamera claim{&posterior.model(), *c.camera, choice.claim.parameters};
   c.claim = without_held(claim);
   c.covariance = covariance_by(model, claim);
   c.variance_inflation = posterior.covariance.overdispersion;
   c.row_sigma = posterior.fit.bundle.row_sigma;
-  c.sigmas = lens_sigmas({&model, c.camera->lens, c.covariance});
+  c.sigmas = lens_sigmas({&model, *c.camera, c.covariance});
 }
 
 void set_identity(CalibratedView& view, const CalibrationView& of_input) {
@@ -82,7 +81,7 @@ void fill_projection(Calibration& c, const Solution& solution, const Evidence& e
   if (c.covariance.size() == 0) return;
   const Bundle& bundle = solution.fit->bundle;
   const std::vector<Eigen::Vector2d> samples = c.seen.samples();
-  const UncertainLens& lens = *c.claim;
+  const UncertainCamera& lens = *c.claim;
   c.weak_directions = weak_directions(lens, samples);
   if (evidence.observability.status != Status::ok) return;
   std::vector<double> distances = solution.options->distances_m;

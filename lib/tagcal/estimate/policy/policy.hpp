@@ -224,10 +224,6 @@ inline constexpr int kLeastBiasCorners = 8;
 // hand.
 inline constexpr double kLeastBiasPx = 0.02;
 
-// Parts of the image without corners (seen_region.cpp): a corner of the image counts as seen if the
-// point at this share of width and height from it is in the hull. Source: none; chosen by hand.
-inline constexpr double kCornerInset = 0.2;
-
 // The advised view (advice.cpp). Of views that leave at most this many times the least variance,
 // the one that fills most gaps. Source: none; chosen by hand (docs/trust/how_sure.md).
 inline constexpr double kNearlyLeastVariance = 2;

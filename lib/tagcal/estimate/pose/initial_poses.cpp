@@ -71,8 +71,6 @@ class PointSubset {
   std::vector<Matrix2> whitening_;
 };
 
-constexpr auto has_less_cost = [](const auto& a, const auto& b) { return a.cost < b.cost; };
-
 template <int N>
 void add_start(const ViewState& state, ViewSums& sums, InitialPoses<N>& starts) {
   InitialPose<N> start{state};

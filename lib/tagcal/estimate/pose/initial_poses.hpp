@@ -8,6 +8,9 @@ namespace tagcal::internal {
 template <int N>
 using InitialPoses = Solutions<InitialPose<N>, 16>;  // four triples of points, four poses each
 
+// The order of starts and minima.
+inline constexpr auto has_less_cost = [](const auto& a, const auto& b) { return a.cost < b.cost; };
+
 // Starts for refine_pose: the closed forms that suit the shape of the points, the lowest cost
 // first. They use a subset of many points. Empty if none puts every point into the lens' domain.
 InitialPoses<6> initial_poses(const PoseProblem& problem, const Lens& lens);

@@ -156,14 +156,17 @@ std::vector<PoseHypothesis> hypotheses_of(
   std::vector<PoseHypothesis> hypotheses;
   hypotheses.reserve(fit.poses.size());
   double sum = 0;
-  for (const PoseMinimum<N>& solution : fit.poses) {
+  double least_cost = 0;
+  for (const PoseMinimum<N>& minimum : fit.poses) {
+    const PoseMinimum<N> solution = polished<N>(sums, minimum, fit.noise.sigma_px);
     SmallCholesky<N> cholesky;
     if (!cholesky.compute(solution.information)) continue;
     Eigen::Matrix<double, N, N> of_step = widened_covariance(
         sums, problem.view().points, fit.noise.sigma_px, solution, variance * cholesky.inverse());
     hypotheses.push_back(hypothesis_of<N>(problem, lens, solution, of_step));
     if (covariance && hypotheses.size() == 1) *covariance = of_step;
-    const double excess = solution.cost - fit.best().cost;
+    if (hypotheses.size() == 1) least_cost = solution.cost;
+    const double excess = solution.cost - least_cost;
     hypotheses.back().probability = std::exp(-excess / (2 * variance));
     sum += hypotheses.back().probability;
   }

@@ -10,8 +10,6 @@
 namespace tagcal::internal {
 namespace {
 
-constexpr auto has_less_cost = [](const auto& a, const auto& b) { return a.cost < b.cost; };
-
 template <int N>
 double squared_distance(const PoseMinimum<N>& from, const ViewState& to, double variance) {
   Eigen::Matrix<double, N, 1> step;

@@ -20,6 +20,14 @@ constexpr double kLastDecrease = 1e-14;  // numeric: convergence
 // The same share after the last iteration, in a flat valley.
 constexpr double kEnoughShare = 1e-3;  // numeric: convergence
 
+// A minimum that is reported, in sigma^2: the step after the last one, as the steps converge, is
+// shorter than the root of the first in standard deviations; the last one, which the information
+// does not take part in, than that of the second.
+constexpr double kPolishedDecrease = 1e-17;        // numeric: convergence
+constexpr double kNearlyPolishedDecrease = 1e-11;  // numeric: convergence
+// Share of the cost below which its change is rounding: pixels are rounded by 1e-13 px and more.
+constexpr double kRounding = 1e-11;  // numeric: rounding
+
 // Damping: the least, its factor, and the one at which no step lowers the cost.
 constexpr double kLeastDamping = 1e-6;   // numeric: tried values
 constexpr double kDampingFactor = 10;    // numeric: tried values
@@ -63,6 +71,16 @@ bool ruled_out(double cost, double decrease, double last_decrease, const RefineO
   return above || slides;
 }
 
+// True if a step with such a decrease of the cost may be the last one.
+bool is_last(double decrease, double last_decrease, double cost_per_point,
+             const RefineOptions& options) {
+  if (options.polish_variance == 0)
+    return decrease < std::max(kLastDecrease, kLastShare * cost_per_point);
+  const double next_decrease = decrease * std::min(1.0, decrease / last_decrease);
+  return next_decrease < kPolishedDecrease * options.polish_variance &&
+         decrease < kNearlyPolishedDecrease * options.polish_variance;
+}
+
 // Gauss-Newton step with the diagonal of J'J enlarged by a share (Levenberg 1944, Marquardt 1963),
 // which does not depend on the units. No value if the matrix is singular.
 template <int N>
@@ -73,6 +91,14 @@ std::optional<PredictedStep<N>> step_at(const NormalEquations<N>& at, double dam
   if (!cholesky.compute(damped)) return std::nullopt;
   const Step<N> step = -cholesky.solve(at.gradient);
   return PredictedStep<N>{step, -step.dot(at.gradient)};
+}
+
+// True for a step to a lower cost; where rounding hides that, to a smaller Gauss-Newton step.
+template <int N>
+bool is_progress(const NormalEquations<N>& here, const NormalEquations<N>& there) {
+  if (!(std::abs(there.cost - here.cost) < kRounding * here.cost)) return there.cost <= here.cost;
+  const auto last = step_at<N>(here, 0), next = step_at<N>(there, 0);
+  return last && next && next->decrease < last->decrease;
 }
 
 }  // namespace
@@ -91,16 +117,16 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
   best->cost = here->cost;
   const double per_point = 1 / static_cast<double>(sums.num_points());
   StepLength<N> step_length;
-  double damping = 0, last_decrease = std::numeric_limits<double>::infinity();
+  double damping = 0, last_decrease = options.last_decrease;
   for (int steps = 0; steps < options.max_iterations && damping < kLargestDamping;) {
     const auto predicted = step_at<N>(*here, damping);
     double length = 1;
     if (predicted && damping == 0) {
       if (ruled_out(best->cost, predicted->decrease, last_decrease, options)) return std::nullopt;
-      last_decrease = predicted->decrease;
-      length = step_length.next(here->gradient);
       best->converged =
-          last_decrease < std::max(kLastDecrease, kLastShare * per_point * best->cost);
+          is_last(predicted->decrease, last_decrease, best->cost * per_point, options);
+      best->last_decrease = last_decrease = predicted->decrease;
+      length = step_length.next(here->gradient);
     }
     const ViewState next =
         predicted ? moved<N>(best->state, length * predicted->step) : best->state;
@@ -110,7 +136,7 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
       best->cost = std::max(0.0, best->cost - last_decrease);
       break;
     }
-    if (predicted && sums.at(next, there) && there.cost <= best->cost) {
+    if (predicted && sums.at(next, there) && is_progress<N>(*here, there)) {
       best->state = next;
       best->cost = there.cost;
       here = &there;
@@ -130,6 +156,20 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
   return best;
 }
 
+template <int N>
+PoseMinimum<N> polished(ViewSums& sums, const PoseMinimum<N>& minimum, double sigma_px) {
+  InitialPose<N> start{minimum.state};
+  if (!minimum.converged || !sums.at(start.state, start.equations)) return minimum;
+  start.has_equations = true;
+  RefineOptions options;
+  options.max_iterations = 200;
+  options.last_decrease = minimum.last_decrease;
+  options.polish_variance = sigma_px * sigma_px;
+  return refine_pose<N>(sums, start, options).value_or(minimum);
+}
+
+template PoseMinimum<6> polished(ViewSums&, const PoseMinimum<6>&, double);
+template PoseMinimum<7> polished(ViewSums&, const PoseMinimum<7>&, double);
 template std::optional<PoseMinimum<6>> refine_pose<6>(ViewSums&, const InitialPose<6>&,
                                                       const RefineOptions&);
 template std::optional<PoseMinimum<7>> refine_pose<7>(ViewSums&, const InitialPose<7>&,

@@ -11,6 +11,9 @@ struct RefineOptions {
   int max_iterations = 50;
   // Refinement of a second hypothesis stops if its minimum is above this cost, or is the first one.
   double ruled_out_cost = std::numeric_limits<double>::infinity();
+  // Of the cost, by the step to the start.
+  double last_decrease = std::numeric_limits<double>::infinity();
+  double polish_variance = 0;  // of the noise, for `polished`; 0: precise enough to select a pose
 };
 
 // A start. Its cost is that of all points, with the normal equations there; or that of a subset, a
@@ -31,6 +34,7 @@ struct PoseMinimum {
   double cost = 0;                          // sum of squared whitened residuals
   Eigen::Matrix<double, N, N> information;  // J'J there, upper triangle
   bool converged = false;
+  double last_decrease = 0;  // of the cost, by the last step
 };
 
 // Returns the least-squares solution from a start, by Gauss-Newton steps (two or three evaluations
@@ -40,6 +44,14 @@ template <int N>
 std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& start,
                                           const RefineOptions& options = {});
 
+// Continues from a minimum to the precision of numbers. refine_pose ends a hundredth of a standard
+// deviation before its minimum, with the information one step earlier: enough to select a pose, not
+// to report it.
+template <int N>
+PoseMinimum<N> polished(ViewSums& sums, const PoseMinimum<N>& minimum, double sigma_px);
+
+extern template PoseMinimum<6> polished(ViewSums&, const PoseMinimum<6>&, double);
+extern template PoseMinimum<7> polished(ViewSums&, const PoseMinimum<7>&, double);
 extern template std::optional<PoseMinimum<6>> refine_pose<6>(ViewSums&, const InitialPose<6>&,
                                                              const RefineOptions&);
 extern template std::optional<PoseMinimum<7>> refine_pose<7>(ViewSums&, const InitialPose<7>&,

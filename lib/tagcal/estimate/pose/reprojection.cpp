@@ -43,21 +43,13 @@ std::optional<Reprojection> reprojection(const ViewProblem& view, const Lens& le
                                          const Pose& camera_from_target) {
   const ViewArrays arrays(view);
   const ViewPoints seen = arrays.view();
+  auto rows = projection_rows(lens, camera_from_target, seen.points, free);
+  if (!rows) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(seen.size());
-  Reprojection r{VectorXd(2 * n), RowMajor6(2 * n, 6),
-                 RowMajorX(2 * n, static_cast<Eigen::Index>(free.size()))};
-  std::vector<Vector2d> pixels(seen.size());
-  std::vector<std::uint8_t> valid(seen.size());
-  const auto span_of = [](auto& matrix) {
-    return std::span(matrix.data(), static_cast<std::size_t>(matrix.size()));
-  };
-  if (project_with_jacobians(lens, camera_from_target, seen.points, free,
-                             {pixels, valid, span_of(r.by_pose), span_of(r.by_parameters)}) <
-      seen.size())
-    return std::nullopt;
+  Reprojection r{VectorXd(2 * n), std::move(rows->by_pose), std::move(rows->by_parameters)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    r.residuals.segment<2>(2 * i) = pixels[k] - seen.pixels[k];
+    r.residuals.segment<2>(2 * i) = rows->pixels[k] - seen.pixels[k];
     if (seen.whitening.empty()) continue;
     const Matrix2& w = seen.whitening[k];
     r.residuals.segment<2>(2 * i) = (w * r.residuals.segment<2>(2 * i)).eval();

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "tagcal/camera/model.hpp"
+#include "tagcal/camera/kernels/projection_rows.hpp"
 #include "tagcal/estimate/pose/view_equations.hpp"
 #include "tagcal/estimate/types.hpp"
 #include "tagcal/internal/shared_vector.hpp"
@@ -37,9 +37,6 @@ class ViewArrays {
 
 // Returns W with W^T W = covariance^-1. The covariance must be positive definite.
 Matrix2 whitening_of(const Matrix2& covariance_px2);
-
-using RowMajor6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
-using RowMajorX = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Residuals (2n: projected - observed) of a view, with Jacobians by (omega, tau) of `retract`
 // (2n x 6) and by a model's free parameters (2n x k), all whitened. No value if a point is

@@ -14,38 +14,39 @@ namespace tagcal::internal {
 namespace {
 
 // Names of coefficients behind fx fy cx cy, in the order of the lens' parameters.
-struct Kind {
+struct CameraType {
   std::string_view name;
   const LensKind* lens;
   std::initializer_list<std::string_view> coefficients;
 };
 
-const std::array<Kind, 6>& kinds() {
-  static const std::array<Kind, 6> all = {{{"pinhole", &kind_of<Perspective>(), {}},
-                                           {"pinhole-radtan8",
-                                            &kind_of<Perspective>(),
-                                            {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
-                                           {"kb4", &kind_of<Fisheye>(), {"k1", "k2", "k3", "k4"}},
-                                           {"ds", &kind_of<DoubleSphere>(), {"xi", "alpha"}},
-                                           {"eucm", &kind_of<ExtendedUnified>(), {"alpha", "beta"}},
-                                           {"ucm", &kind_of<ExtendedUnified>(), {"alpha"}}}};
+const std::array<CameraType, 6>& camera_types() {
+  static const std::array<CameraType, 6> all = {
+      {{"pinhole", &kind_of<Perspective>(), {}},
+       {"pinhole-radtan8",
+        &kind_of<Perspective>(),
+        {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+       {"kb4", &kind_of<Fisheye>(), {"k1", "k2", "k3", "k4"}},
+       {"ds", &kind_of<DoubleSphere>(), {"xi", "alpha"}},
+       {"eucm", &kind_of<ExtendedUnified>(), {"alpha", "beta"}},
+       {"ucm", &kind_of<ExtendedUnified>(), {"alpha"}}}};
   return all;
 }
 
 // The smallest of Basalt's kinds that has the lens.
-const Kind& kind_of_camera(const FileCamera& camera) {
+const CameraType& kind_of_camera(const FileCamera& camera) {
   const Lens& lens = camera.calibration.camera.lens;
   const std::span<const double> p = parameters(lens);
   const bool distorted = std::any_of(p.begin() + 4, p.end(), [](double k) { return k != 0; });
   const std::size_t needed = distorted ? p.size() - 4 : 0;
-  for (const Kind& kind : kinds())
+  for (const CameraType& kind : camera_types())
     if (kind.lens == &kind_of(lens) && kind.coefficients.size() >= needed) return kind;
   perspective_numbers(camera, "basalt");  // throws for a lens that Basalt does not have
-  return kinds().front();
+  return camera_types().front();
 }
 
 // Throws Error for a coefficient that the lens does not have. rpmax is a limit of visibility.
-void need_no_others(const YamlValue& numbers, const Kind& kind) {
+void need_no_others(const YamlValue& numbers, const CameraType& kind) {
   constexpr std::string_view kOthers[] = {"fx", "fy", "cx", "cy", "rpmax"};
   for (const auto& [key, value] : numbers.members()) {
     if (std::ranges::count(kOthers, key) > 0 || std::ranges::count(kind.coefficients, key) > 0)
@@ -58,8 +59,8 @@ void need_no_others(const YamlValue& numbers, const Kind& kind) {
 FileCamera read_camera(const YamlValue& value, const std::string& name, const ImageSize& size) {
   const YamlValue type = value.at("camera_type");
   const YamlValue numbers = value.at("intrinsics");
-  const auto kind = std::ranges::find(kinds(), type.text(), &Kind::name);
-  if (kind == kinds().end()) {
+  const auto kind = std::ranges::find(camera_types(), type.text(), &CameraType::name);
+  if (kind == camera_types().end()) {
     if (type.text() == "fov") type.fail_plainly("the lens fov is one that tagcal does not have");
     type.fail("must be pinhole, pinhole-radtan8, kb4, ds, eucm or ucm");
   }
@@ -81,7 +82,7 @@ Pose read_imu_from_camera(const YamlValue& value) {
 }
 
 std::string intrinsics_json(const FileCamera& camera) {
-  const Kind& kind = kind_of_camera(camera);
+  const CameraType& kind = kind_of_camera(camera);
   const std::span<const double> p = parameters(camera.calibration.camera.lens);
   std::string text = fmt::format(
       "{{\"camera_type\": \"{}\", \"intrinsics\": {{\"fx\": {}, \"fy\": {}, \"cx\": {}, \"cy\": {}",

@@ -22,14 +22,14 @@ constexpr int kMostId = std::numeric_limits<int>::max();
 
 // A lens of COLMAP: where each of its parameters stands in those of the lens here, -1 for f, which
 // is fx and fy.
-struct Kind {
+struct CameraModel {
   std::string_view name;
   bool fisheye;
   std::vector<int> places;
 };
 
-const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> all = {
+const std::vector<CameraModel>& camera_models() {
+  static const std::vector<CameraModel> all = {
       {"SIMPLE_PINHOLE", false, {-1, 2, 3}},
       {"PINHOLE", false, {0, 1, 2, 3}},
       {"SIMPLE_RADIAL", false, {-1, 2, 3, 4}},
@@ -51,8 +51,8 @@ void check_count(std::size_t count, const TextLines& lines) {
 
 FileCamera read_camera(const TextLines& lines, const std::string& where) {
   const std::string name(lines.words()[1]);
-  const auto kind = std::ranges::find(kinds(), name, &Kind::name);
-  if (kind == kinds().end())
+  const auto kind = std::ranges::find(camera_models(), name, &CameraModel::name);
+  if (kind == camera_models().end())
     lines.fail(fmt::format("MODEL: the lens {} is one that tagcal does not have", shown(name)));
   const ImageSize size{lines.whole(2, "WIDTH", 1, limits::kMaxSidePx),
                        lines.whole(3, "HEIGHT", 1, limits::kMaxSidePx)};
@@ -133,7 +133,7 @@ std::string camera_line(const FileCamera& camera, std::size_t id) {
                                 : zero_from(4) ? "PINHOLE"
                                 : zero_from(8) ? "OPENCV"
                                                : "FULL_OPENCV";
-  p.resize(std::ranges::find(kinds(), name, &Kind::name)->places.size());
+  p.resize(std::ranges::find(camera_models(), name, &CameraModel::name)->places.size());
   p[2] += kHalfPixel;
   p[3] += kHalfPixel;
   const ImageSize& size = camera.calibration.camera.image_size;

@@ -13,19 +13,19 @@
 namespace tagcal::internal {
 namespace {
 
-struct Kind {
+struct LensModel {
   std::string_view name;
   std::size_t num_parameters;
 };
-constexpr std::array<Kind, 5> kKinds = {{{"LENSMODEL_PINHOLE", 4},
-                                         {"LENSMODEL_OPENCV4", 8},
-                                         {"LENSMODEL_OPENCV5", 9},
-                                         {"LENSMODEL_OPENCV8", 12},
-                                         {"LENSMODEL_OPENCV12", 16}}};
+constexpr std::array<LensModel, 5> kLensModels = {{{"LENSMODEL_PINHOLE", 4},
+                                                   {"LENSMODEL_OPENCV4", 8},
+                                                   {"LENSMODEL_OPENCV5", 9},
+                                                   {"LENSMODEL_OPENCV8", 12},
+                                                   {"LENSMODEL_OPENCV12", 16}}};
 // From the newest to the oldest.
 constexpr std::array<std::string_view, 3> kLensKeys = {"lensmodel", "lens_model",
                                                        "distortion_model"};
-constexpr std::string_view kBlanks = " \t\r\n";
+constexpr std::string_view kWhitespace = " \t\r\n";
 
 // The quote that ends the text that begins at `first`, or the end of everything.
 std::size_t closing_quote(std::string_view text, std::size_t first) {
@@ -67,9 +67,9 @@ Lens read_lens(const YamlValue& top, std::vector<std::string>& notes) {
   const YamlValue model = lens_name(top);
   std::string name = model.text();
   if (name.starts_with("DISTORTION")) name.replace(0, 10, "LENSMODEL");
-  const auto kind =
-      std::ranges::find(kKinds, name == "LENSMODEL_NONE" ? "LENSMODEL_PINHOLE" : name, &Kind::name);
-  if (kind == kKinds.end())
+  const auto kind = std::ranges::find(
+      kLensModels, name == "LENSMODEL_NONE" ? "LENSMODEL_PINHOLE" : name, &LensModel::name);
+  if (kind == kLensModels.end())
     model.fail_plainly(fmt::format("the lens {} is one that tagcal does not have", shown(name)));
   const YamlValue intrinsics = top.at("intrinsics");
   std::vector<double> p = intrinsics.numbers(kind->num_parameters);
@@ -96,9 +96,9 @@ std::optional<Pose> read_extrinsics(const YamlValue& top) {
 // A key of the lens' name, before `rest` of the dictionary. ROS has the last one, too.
 bool names_lens(std::string_view key, std::string_view rest) {
   if (std::ranges::find(kLensKeys, key) == kLensKeys.end()) return false;
-  const std::size_t colon = rest.find_first_not_of(kBlanks);
+  const std::size_t colon = rest.find_first_not_of(kWhitespace);
   if (colon == rest.npos || rest[colon] != ':') return false;
-  const std::size_t value = rest.find_first_not_of(kBlanks, colon + 1);
+  const std::size_t value = rest.find_first_not_of(kWhitespace, colon + 1);
   return key != kLensKeys.back() ||
          (value != rest.npos && rest.substr(value + 1).starts_with("DISTORTION_"));
 }
@@ -107,7 +107,7 @@ bool names_lens(std::string_view key, std::string_view rest) {
 
 bool is_mrcal_model(std::string_view text) {
   const std::string yaml = as_yaml(text.substr(0, 4096));
-  const std::size_t first = yaml.find_first_not_of(kBlanks);
+  const std::size_t first = yaml.find_first_not_of(kWhitespace);
   if (first == std::string::npos || yaml[first] != '{') return false;
   // Names of pictures in other formats may contain anything: only whole texts are keys.
   for (std::size_t i = yaml.find_first_of("'\""); i < yaml.size();) {
@@ -141,8 +141,9 @@ FormatOutput write_mrcal(const CameraFile& file) {
     return std::all_of(p.begin() + static_cast<std::ptrdiff_t>(first), p.end(),
                        [](double k) { return k == 0; });
   };
-  const auto kind = std::ranges::find_if(
-      kKinds, [&](const Kind& k) { return k.num_parameters >= 12 || zero_from(k.num_parameters); });
+  const auto kind = std::ranges::find_if(kLensModels, [&](const LensModel& k) {
+    return k.num_parameters >= 12 || zero_from(k.num_parameters);
+  });
   const auto list = [](std::span<const double> values) {
     std::string text;
     for (const double value : values) text += fmt::format(" {},", dotted_number(value));

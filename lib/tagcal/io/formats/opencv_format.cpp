@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "tagcal/error.hpp"
-#include "tagcal/estimate/projection_uncertainty.hpp"
-#include "tagcal/estimate/uncertain_points.hpp"
 #include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
+#include "tagcal/uncertainty/projection_uncertainty.hpp"
+#include "tagcal/uncertainty/uncertain_camera.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -141,7 +141,7 @@ void check_names(const YamlValue& top, std::string_view key,
 // numbers with six digits, and zero for held parameters: else one of the two is of another camera.
 void check_sigmas(const YamlValue& top, const Model& model, const CalibrationFile& file) {
   constexpr double kRounding = 1e-5;  // of two numbers, relative
-  const std::vector<double> expected = lens_sigmas({&model, file.camera.lens, file.covariance});
+  const std::vector<double> expected = lens_sigmas({&model, file.camera, file.covariance});
   const std::span<const std::string_view> names = parameter_names(file.camera.lens);
   for (std::size_t k = 0; k < expected.size(); ++k)
     if (!(std::abs(file.sigmas[k] - expected[k]) <= kRounding * expected[k]))
@@ -171,7 +171,7 @@ MatrixX covariance_of(const YamlValue& top, const YamlValue& value, const Model&
 void check_covariance(const YamlValue& covariance, const Model& model,
                       const CalibrationFile& file) {
   constexpr double kRounding = 1e-5;  // of two numbers, relative
-  const MatrixX expected = covariance_by(model, uncertain_lens(file));
+  const MatrixX expected = covariance_by(model, uncertain_camera(file));
   const auto unit = [&](Eigen::Index i) {
     return std::sqrt(std::max({file.covariance(i, i), expected(i, i), 0.0}));
   };

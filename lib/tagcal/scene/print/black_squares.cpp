@@ -39,7 +39,7 @@ void add_square(AlignedBox2d square, double spread_m, const LeftOut& left_out,
 }
 
 // Kalibr's squares touch the corners of up to four tags.
-std::vector<Rectangle> black_squares(const AprilGrid& grid, double spread_m) {
+std::vector<Rectangle> corner_squares(const AprilGrid& grid, double spread_m) {
   std::vector<Rectangle> cells;
   if (!grid.corner_squares || grid.tag_spacing == 0) return cells;
   const double gap = grid.tag_spacing * grid.tag_size, pitch = grid.tag_size + gap;
@@ -59,7 +59,7 @@ std::vector<Rectangle> black_squares(const AprilGrid& grid, double spread_m) {
 }
 
 // A square meets other black ones at its corners; the lower of two has what they have in common.
-std::vector<Rectangle> black_squares(const Checkerboard& board, double spread_m) {
+std::vector<Rectangle> checker_squares(const Checkerboard& board, double spread_m) {
   std::vector<Rectangle> cells;
   const Vector2d size(board.column_spacing, board.row_spacing);
   for (int row = 0; row <= board.rows; ++row) {
@@ -92,10 +92,11 @@ Rectangle rectangle(const Pose& board_from_frame, const AlignedBox2d& box) {
 }
 
 std::vector<Rectangle> black_squares(const Board& board, double spread_m) {
-  if (const auto squares = checkers(board)) return black_squares(*squares, spread_m);
-  return std::visit(Overloaded{[&](const AprilGrid& grid) { return black_squares(grid, spread_m); },
-                               [](const auto&) { return std::vector<Rectangle>{}; }},
-                    board.pattern);
+  if (const auto squares = checkers(board)) return checker_squares(*squares, spread_m);
+  return std::visit(
+      Overloaded{[&](const AprilGrid& grid) { return corner_squares(grid, spread_m); },
+                 [](const auto&) { return std::vector<Rectangle>{}; }},
+      board.pattern);
 }
 
 AlignedBox2d checkerboard_area(const Checkerboard& board) {

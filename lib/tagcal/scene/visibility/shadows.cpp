@@ -15,7 +15,7 @@ using Polygon = Shadows::Polygon;
 // does an eye in the plane of a sheet, and parallel rays at a smaller angle (radians) to it.
 // Rounding of double precision stays a hundred times below it up to 10^5 scene sizes from the
 // origin (2^-53 * 10^5 = 1e-11).
-constexpr double kFlat = 1e-9;
+constexpr double kTouching = 1e-9;
 
 double scene_size(const std::vector<Sheet>& sheets) {
   double largest = 0;
@@ -90,7 +90,7 @@ std::vector<Polygon> with_shared_corners(const std::vector<Polygon>& parts, doub
 Shadows::Shadows(const Scene& scene, const Lens& lens, const Pose& camera_from_world)
     : sheets_(internal::sheets(scene, camera_from_world)),
       all_(sheets_.size()),
-      tolerance_m_(kFlat * scene_size(sheets_)) {
+      tolerance_m_(kTouching * scene_size(sheets_)) {
   std::iota(all_.begin(), all_.end(), std::size_t{0});
   const auto* parallel = std::get_if<Parallel>(&lens);
   eye_ = parallel ? Eye{-parallel->ray_in_camera({0, 0})->direction, 0} : Eye{Vector3d::Zero(), 1};
@@ -105,7 +105,7 @@ bool Shadows::faces(std::size_t sheet) const { return side(sheets_[sheet]) > 0; 
 // plane.
 int Shadows::side(const Sheet& sheet) const {
   const double height = sheet.normal.dot(eye_.towards_from(sheet.corners.front()));
-  if (std::abs(height) <= (eye_.w == 0 ? kFlat : tolerance_m_)) return 0;
+  if (std::abs(height) <= (eye_.w == 0 ? kTouching : tolerance_m_)) return 0;
   return height > 0 ? 1 : -1;
 }
 

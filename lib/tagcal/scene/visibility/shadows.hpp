@@ -21,8 +21,8 @@ namespace tagcal::internal {
 // point is hidden if it is in the shadow of a sheet that it is not on, and the seen area of a sheet
 // is what the shadows of the others leave (Weiler & Atherton, SIGGRAPH 1977). No order of the
 // sheets is needed: the rule holds for sheets that intersect or hide each other in a ring. Sheets
-// closer than a tolerance count as lying in one plane (kFlat). A sheet that is seen edge-on is not
-// seen and has no shadow.
+// closer than a tolerance count as lying in one plane (kTouching). A sheet that is seen edge-on is
+// not seen and has no shadow.
 class Shadows {
  public:
   using Polygon = std::vector<Eigen::Vector3d>;

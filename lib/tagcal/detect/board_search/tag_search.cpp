@@ -1,0 +1,204 @@
+#include "tagcal/detect/board_search/tag_search.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "tagcal/detect/board_search/board_patterns.hpp"
+#include "tagcal/detect/board_search/fit_under_lens.hpp"
+#include "tagcal/detect/families.hpp"
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/quad.hpp"
+#include "tagcal/scene/print/printed_tag.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+constexpr double kMaxPartShare = 0.6;  // numeric: a search of a larger part saves no time
+
+// Throws Error for a tag that its family does not have: nobody can see it.
+Wanted wanted_of(const std::vector<const Board*>& boards) {
+  Wanted wanted;
+  const TagKind kind = tag_kind(*boards.front()).value();
+  wanted.family = kind.family;
+  wanted.border_bits = kind.border_bits;
+  const TagFamily family = tag_family(wanted.family, wanted.border_bits);
+  for (const Board* board : boards) {
+    wanted.corner_squares |= tag_surroundings(*board).corner_squares;
+    for (const Tag& tag : tags_of(*board)) {
+      check_tag_id(family, tag.id);
+      wanted.ids.insert(tag.id);
+    }
+    add_patterns(*board, wanted.patterns);
+  }
+  return wanted;
+}
+
+Wanted any_of(const TagKind& kind) {
+  Wanted wanted;
+  wanted.family = kind.family;
+  wanted.border_bits = kind.border_bits;
+  wanted.any = tag_family(kind.family, kind.border_bits);
+  // Tags with two bits of border mostly come from Kalibr's boards, whose squares touch them.
+  wanted.corner_squares = kind.border_bits == 2;
+  return wanted;
+}
+
+// True if a search in a finer picture may find the tag.
+bool may_be_there(const MissingTag& tag) {
+  return tag.why != WhyNot::too_small && tag.why != WhyNot::outside;
+}
+
+// Moves tags whose pattern could not be fitted to the missing ones: their corners are unreliable.
+void drop_unfitted(Completion& completion) {
+  for (const FoundTag& tag : completion.tags)
+    if (!tag.fitted) completion.missing.push_back({tag.id, WhyNot::no_fit, tag.corners});
+  std::erase_if(completion.tags, [](const FoundTag& tag) { return !tag.fitted; });
+  std::ranges::sort(completion.missing, {}, &MissingTag::id);
+}
+
+// True if there is no tag of the family at all.
+bool shows_nothing(const SeenTags& seen) {
+  return seen.tags.empty() && seen.strange.empty() && seen.repeated.empty() &&
+         std::ranges::all_of(seen.completions,
+                             [](const Completion& completion) { return completion.tags.empty(); });
+}
+
+// The part of the picture where missing tags may be; no value if nothing is missing.
+std::optional<PixelBox> missing_part(const ImageSize& size, const SeenTags& seen) {
+  Eigen::AlignedBox2d box;
+  const Eigen::AlignedBox2d all(Eigen::Vector2d::Zero(), Eigen::Vector2d(size.width, size.height));
+  for (const Completion& completion : seen.completions) {
+    for (const MissingTag& tag : completion.missing) {
+      if (!may_be_there(tag)) continue;
+      if (!tag.expected) return PixelBox{0, 0, size};
+      double margin = 0;  // a side of the tag
+      for (std::size_t i = 0; i < 4; ++i)
+        margin = std::max(margin, ((*tag.expected)[(i + 1) % 4] - (*tag.expected)[i]).norm());
+      for (const Eigen::Vector2d& corner : *tag.expected) {
+        box.extend((corner.array() - margin).matrix());
+        box.extend((corner.array() + margin).matrix());
+      }
+    }
+  }
+  box = box.intersection(all);
+  if (box.isEmpty() || box.sizes().minCoeff() < 1) return std::nullopt;
+  if (box.volume() > kMaxPartShare * all.volume()) return PixelBox{0, 0, size};
+  const Eigen::Vector2i first = box.min().cast<int>();
+  const Eigen::Vector2i sides = box.max().cast<int>() - first;
+  return PixelBox{first.x(), first.y(), {sides.x(), sides.y()}};
+}
+
+}  // namespace
+
+TagSearch::TagSearch(const Wanted& wanted, std::vector<const Board*> boards,
+                     const DetectOptions& options)
+    : boards_(std::move(boards)),
+      options_(options),
+      detector_(wanted, options),
+      family_(tag_family(wanted.family, wanted.border_bits)) {}
+
+TagSearch::TagSearch(std::vector<const Board*> boards, const DetectOptions& options)
+    : TagSearch(wanted_of(boards), boards, options) {}
+
+TagSearch::TagSearch(const TagKind& kind, const DetectOptions& options)
+    : TagSearch(any_of(kind), {}, options) {}
+
+SeenTags TagSearch::find(const ImageView8& image) {
+  SeenTags seen;
+  seen.completions.resize(boards_.size());
+  if (std::min(image.width(), image.height()) < kMinPictureSidePx) return seen;
+  search_scales(image, seen);
+  if (options_.refinement == Refinement::fit) fit(image, seen);
+  return seen;
+}
+
+void TagSearch::search_scales(const ImageView8& image, SeenTags& seen) {
+  const bool is_refined = options_.refinement != Refinement::stock;
+  const PixelBox all{0, 0, image.size()};
+  std::optional<PixelBox> part = all;
+  for (int halvings = is_refined ? num_halvings(image.size()) : 0; halvings >= 0; --halvings) {
+    for (std::size_t pass = 0; part && pass < detector_.num_passes(); ++pass) {
+      search(image, {*part, halvings, pass}, seen);
+      if (!boards_.empty()) part = missing_part(image.size(), seen);
+    }
+  }
+  if (!is_refined || !is_worth_doubling(image.size()) || !shows_nothing(seen)) return;
+  // Of boards the first tags suffice: they are completed from these.
+  for (std::size_t pass = 0; pass < detector_.num_passes(); ++pass)
+    if (boards_.empty() || shows_nothing(seen)) search(image, {all, -1, pass}, seen);
+}
+
+void TagSearch::search(const ImageView8& image, const Search& where, SeenTags& seen) {
+  if (boards_.empty()) return detector_.find(image, where, seen.tags);
+  std::vector<FoundTag> tags;
+  for (const Completion& completion : seen.completions)
+    tags.insert(tags.end(), completion.tags.begin(), completion.tags.end());
+  detector_.find(image, where, tags);
+  complete(image, unique_tags(tags, seen), seen);
+}
+
+void TagSearch::fit(const ImageView8& image, SeenTags& seen) {
+  std::vector<FoundTag*> tags;
+  for (FoundTag& tag : seen.tags) tags.push_back(&tag);
+  for (Completion& completion : seen.completions)
+    for (FoundTag& tag : completion.tags) tags.push_back(&tag);
+  const auto fit_bent = [&] {
+    for (FoundTag& tag : seen.tags)
+      if (!tag.fitted) tag = detector_.refined(image, tag.id, tag.corners, false).value_or(tag);
+    for (std::size_t i = 0; i < boards_.size(); ++i)
+      fit_under_lens(image, *boards_[i], detector_, seen.completions[i]);
+  };
+  fit_bent();
+  if (detector_.find_gamma(image, tags)) fit_bent();
+  detector_.forget_gamma();
+  std::erase_if(seen.tags, [](const FoundTag& tag) { return !tag.fitted; });
+  for (Completion& completion : seen.completions) drop_unfitted(completion);
+}
+
+// The boards' tags that were seen once; adds the others to `seen`.
+std::vector<FoundTag> TagSearch::unique_tags(const std::vector<FoundTag>& tags,
+                                             SeenTags& seen) const {
+  std::map<int, int> count;
+  for (const FoundTag& tag : tags) ++count[tag.id];
+  for (const auto& [id, times] : count) {
+    if (!wanted().ids.contains(id)) {
+      seen.strange.insert(id);
+    } else if (times > 1) {
+      seen.repeated.insert(id);
+    }
+  }
+  std::vector<FoundTag> single;
+  for (const FoundTag& tag : tags)
+    if (wanted().ids.contains(tag.id) && !seen.repeated.contains(tag.id)) single.push_back(tag);
+  return single;
+}
+
+void TagSearch::complete(const ImageView8& image, const std::vector<FoundTag>& tags,
+                         SeenTags& seen) {
+  const CompletionRules rules{options_.max_hamming, seen.repeated, [&](int id, const Quad& start) {
+                                return detector_.refined(image, id, start);
+                              }};
+  seen.completions.clear();
+  for (const Board* board : boards_)
+    seen.completions.push_back(complete_board(image, *board, family_, tags, rules));
+}
+
+std::vector<TagSearch> tag_searches(const std::vector<PlacedBoard>& boards,
+                                    const DetectOptions& options) {
+  std::map<std::pair<std::string, int>, std::vector<const Board*>> by_family;
+  for (const PlacedBoard& placed : boards) {
+    if (point_kind(placed.board) != PointKind::tag_corner) continue;
+    const TagKind kind = tag_kind(placed.board).value();
+    by_family[{kind.family, kind.border_bits}].push_back(&placed.board);
+  }
+  std::vector<TagSearch> searches;
+  for (auto& [family, of_family] : by_family) searches.emplace_back(std::move(of_family), options);
+  return searches;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,129 @@
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <variant>
+
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
+#include "tagcal/solvers/plane.hpp"
+
+// The start of a fit: its pixels and its first parameters.
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using namespace tag_parameter;
+
+}  // namespace
+
+std::optional<Vector2d> TagFitter::straight_place(const Vector2d& pixel) const {
+  if (view_) return view_->place(pixel);
+  return (pixel - region_.middle) / region_.scale;
+}
+
+std::optional<Vector2d> TagFitter::pixel(const Vector2d& straight_place) const {
+  if (view_) return view_->pixel(straight_place);
+  return region_.middle + region_.scale * straight_place;
+}
+
+bool TagFitter::look() {
+  if (options_.camera && kind_of(options_.camera->lens).is_central) {
+    view_ = StraightView::about(options_.camera->lens, region_.middle, region_.scale);
+    if (!view_) return false;
+  }
+  std::array<Vector3d, 4> places;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto place = straight_place(start_[i]);
+    if (!place) return false;
+    places[i] = place->homogeneous();
+  }
+  const std::optional<Matrix3d> image_from_tag = homography(region_.corners_on_tag, places);
+  if (image_from_tag) image_from_tag_ = *image_from_tag;
+  return image_from_tag.has_value();
+}
+
+// A box around the pixels that the region may cover.
+std::optional<Eigen::AlignedBox2d> TagFitter::box() const {
+  constexpr int kSteps = 4;  // along each side, because the lens may bend it
+  const auto& [columns, rows, cells] = region_.grid;
+  Eigen::AlignedBox2d box;
+  for (int j = 0; j <= kSteps; ++j) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double u = columns.front() + i * (columns.back() - columns.front()) / kSteps;
+      const double v = rows.front() + j * (rows.back() - rows.front()) / kSteps;
+      const Vector3d p = image_from_tag_ * Vector3d(u, v, 1);
+      if (!(p.z() > 0)) return std::nullopt;
+      if (const auto at = pixel(p.hnormalized())) box.extend(*at);
+    }
+  }
+  if (box.isEmpty()) return std::nullopt;
+  return box;
+}
+
+template <typename T>
+bool TagFitter::cut(const ImageView<T>& image) {
+  if (!look()) return false;
+  const auto covered = box();
+  if (!covered) return false;
+  size_ = image.size();
+  const Vector2d last(image.width() - 1, image.height() - 1);
+  const Vector2d low = covered->min().cwiseMax(0.0).cwiseMin(last);
+  const Vector2d high = covered->max().cwiseMax(0.0).cwiseMin(last);
+  patch_.x0 = static_cast<int>(std::floor(low.x()));
+  patch_.y0 = static_cast<int>(std::floor(low.y()));
+  patch_.width = static_cast<int>(std::ceil(high.x())) - patch_.x0 + 1;
+  patch_.height = static_cast<int>(std::ceil(high.y())) - patch_.y0 + 1;
+  for (int y = 0; y < patch_.height; ++y) {
+    const T* row = image.row(patch_.y0 + y) + patch_.x0;
+    patch_.levels.insert(patch_.levels.end(), row, row + patch_.width);
+  }
+  patch_.levels.resize(patch_.levels.size() + kTagPack);
+  spans_.resize(static_cast<std::size_t>(patch_.height));
+  if (view_)
+    places_.emplace(*view_, Eigen::Vector2i(patch_.x0, patch_.y0),
+                    ImageSize{patch_.width, patch_.height}, region_.scale);
+  return true;
+}
+
+template bool TagFitter::cut(const ImageView8& image);
+template bool TagFitter::cut(const ImageView16& image);
+
+bool TagFitter::start_parameters(TagParameters& parameters) const {
+  Matrix3d tag_from_image = image_from_tag_.inverse();
+  tag_from_image /= tag_from_image(2, 2);
+  parameters.setZero();
+  parameters.segment<3>(kM1) = tag_from_image.row(0);
+  parameters.segment<3>(kM2) = tag_from_image.row(1);
+  parameters.segment<2>(kM3) = tag_from_image.row(2).head<2>();
+  parameters[kLogSpread] = std::log(policy::kUsualSpreadPx);
+  return parameters.allFinite() && start_levels(parameters);
+}
+
+// Mean levels at the middles of black and of white cells.
+bool TagFitter::start_levels(TagParameters& parameters) const {
+  double sum[2] = {0, 0};
+  int count[2] = {0, 0};
+  const TagGrid& grid = region_.grid;
+  const std::size_t n = grid.columns.size() - 1;
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+    const std::size_t column = i % n, row = i / n;
+    const double u = (grid.columns[column] + grid.columns[column + 1]) / 2;
+    const double v = (grid.rows[row] + grid.rows[row + 1]) / 2;
+    const auto place = pixel((image_from_tag_ * Vector3d(u, v, 1)).hnormalized());
+    if (!place) continue;
+    const double x = std::round(place->x()) - patch_.x0, y = std::round(place->y()) - patch_.y0;
+    if (!(x >= 0 && y >= 0 && x < patch_.width && y < patch_.height)) continue;
+    if (grid.cells[i] == TagPattern::unknown) continue;
+    const int white = grid.cells[i] == TagPattern::white ? 1 : 0;
+    sum[white] += patch_.at(static_cast<int>(x), static_cast<int>(y));
+    ++count[white];
+  }
+  if (count[0] == 0 || count[1] == 0) return false;
+  parameters[kBlack] = sum[0] / count[0];
+  parameters[kGain] = sum[1] / count[1] - parameters[kBlack];
+  return parameters[kGain] > 0;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,184 @@
+#include "tagcal/uncertainty/uncertain_camera.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tagcal/camera/batch.hpp"
+#include "tagcal/error.hpp"
+
+namespace tagcal {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// A pixel, its Jacobian by the point, and its covariance through the lens.
+struct Linear {
+  Vector2d pixel;
+  PointJacobian by_point;
+  Matrix2 by_lens_px2 = Matrix2::Zero();
+};
+
+std::span<const FreeParameter> free_of(const UncertainCamera& known) {
+  if (!known.model || known.covariance.size() == 0) return {};
+  const Eigen::Index n = known.model->num_free();
+  if (known.covariance.rows() != n || known.covariance.cols() != n)
+    throw Error("the covariance of the lens must be " + std::to_string(n) + " x " +
+                std::to_string(n) + " with model " + std::string(known.model->name()) + ", got " +
+                std::to_string(known.covariance.rows()) + " x " +
+                std::to_string(known.covariance.cols()));
+  return known.model->free();
+}
+
+std::optional<Linear> linearised(const UncertainCamera& known, const Vector3d& x) {
+  const std::span<const FreeParameter> free = free_of(known);
+  std::array<Vector2d, 1> pixel;
+  std::array<std::uint8_t, 1> valid{};
+  std::array<double, 12> by_pose{};
+  std::vector<double> by_parameters(2 * free.size());
+  const std::array<Vector3d, 1> points = {x};
+  project_with_jacobians(known.camera.lens, Pose(), points, free,
+                         {pixel, valid, by_pose, by_parameters});
+  if (valid[0] == 0) return std::nullopt;
+  Linear linear{pixel[0], {}, Matrix2::Zero()};
+  for (int row = 0; row < 2; ++row)
+    for (int i = 0; i < 3; ++i)  // by the translation: that by the point
+      linear.by_point(row, i) = by_pose[static_cast<std::size_t>(6 * row + 3 + i)];
+  if (!free.empty()) {
+    using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Map<const Rows> rows(by_parameters.data(), 2,
+                                      static_cast<Eigen::Index>(free.size()));
+    linear.by_lens_px2 = rows * known.covariance * rows.transpose();
+  }
+  return linear;
+}
+
+// Two unit vectors across a unit vector.
+Eigen::Matrix<double, 3, 2> across(const Vector3d& direction) {
+  Eigen::Index smallest = 0;
+  direction.cwiseAbs().minCoeff(&smallest);
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = direction.cross(Vector3d::Unit(smallest)).normalized();
+  basis.col(1) = direction.cross(basis.col(0));
+  return basis;
+}
+
+// Matrix from the free parameters of one model to those of another.
+Eigen::MatrixXd parameters_from(const Model& from, const Model& to) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(to.num_free(), from.num_free());
+  for (int i = 0; i < to.num_free(); ++i) {
+    const auto& target = to.free()[static_cast<std::size_t>(i)].lens_parameters;
+    for (int j = 0; j < from.num_free(); ++j)
+      for (const int k : from.free()[static_cast<std::size_t>(j)].lens_parameters)
+        if (std::ranges::find(target, k) != target.end())
+          result(i, j) += 1.0 / static_cast<double>(target.size());
+  }
+  return result;
+}
+
+}  // namespace
+
+MatrixX covariance_by(const Model& model, const UncertainCamera& known) {
+  const Eigen::MatrixXd by_free = parameters_from(*known.model, model);
+  return by_free * known.covariance * by_free.transpose();
+}
+
+std::vector<double> lens_sigmas(const UncertainCamera& known) {
+  std::vector<double> sigmas(parameters(known.camera.lens).size(), 0.0);
+  for (std::size_t i = 0; i < known.model->free().size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    for (const int k : known.model->free()[i].lens_parameters)
+      sigmas[static_cast<std::size_t>(k)] = std::sqrt(std::max(known.covariance(at, at), 0.0));
+  }
+  return sigmas;
+}
+
+std::string covariance_defect(const MatrixX& matrix) {
+  constexpr double kRounding = 1e-5;       // numeric: files have six digits
+  constexpr double kMostVariance = 1e100;  // numeric: products of a few are finite
+  const Eigen::Index n = matrix.rows();
+  const double largest = matrix.diagonal().maxCoeff();
+  // Parameters have different units. A variance of 0 may have been computed with the rounding of
+  // the largest one.
+  Eigen::VectorXd unit(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double variance = matrix(i, i);
+    unit(i) = std::sqrt(std::max(variance, kRounding * kRounding * largest));
+    if (!(variance >= -kRounding * unit(i) * unit(i) && variance <= kMostVariance))
+      return fmt::format("must have variances from 0 to {}, got {}", kMostVariance, variance);
+    if (unit(i) == 0) unit(i) = 1;  // no variance at all
+  }
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < i; ++j)
+      if (!(std::abs(matrix(i, j) - matrix(j, i)) <= kRounding * unit(i) * unit(j)))
+        return fmt::format("must be symmetric, got {} and {}", matrix(j, i), matrix(i, j));
+  const Eigen::VectorXd scale = unit.cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
+  const Eigen::LLT<Eigen::MatrixXd> llt(scaled + kRounding * Eigen::MatrixXd::Identity(n, n));
+  return llt.info() == Eigen::Success ? "" : "must be positive semi-definite";
+}
+
+std::optional<UncertainPixel> project(const UncertainCamera& known,
+                                      const UncertainPoint& in_camera) {
+  const std::optional<Linear> linear = linearised(known, in_camera.x);
+  if (!linear) return std::nullopt;
+  return UncertainPixel{
+      linear->pixel,
+      linear->by_lens_px2 + linear->by_point * in_camera.covariance * linear->by_point.transpose()};
+}
+
+// The pixel stays where it is while direction and parameters change: J_d dd = du - J_p dp.
+std::optional<UncertainPoint> direction(const UncertainCamera& known, const UncertainPixel& pixel) {
+  if (!kind_of(known.camera.lens).is_central)
+    throw Error("a parallel lens has no rays from one centre");
+  const std::optional<Ray> ray = ray_in_camera(known.camera.lens, pixel.pixel);
+  if (!ray) return std::nullopt;
+  const std::optional<Linear> linear = linearised(known, ray->direction);
+  if (!linear) return std::nullopt;
+  const Eigen::Matrix<double, 3, 2> basis = across(ray->direction);
+  const Eigen::Matrix2d by_direction = linear->by_point * basis;
+  const Eigen::Matrix<double, 3, 2> by_pixel = basis * by_direction.inverse();
+  const Matrix2 sum = pixel.covariance_px2 + linear->by_lens_px2;
+  return UncertainPoint{ray->direction, by_pixel * sum * by_pixel.transpose()};
+}
+
+std::optional<UncertainPoint> point_at_depth(const UncertainCamera& known,
+                                             const UncertainPixel& pixel, double depth_m,
+                                             double sigma_depth_m) {
+  const std::optional<UncertainPoint> ray = direction(known, pixel);
+  if (!ray || !(ray->x.z() > 0) || !(depth_m > 0)) return std::nullopt;
+  const Vector3d per_depth = ray->x / ray->x.z();
+  Matrix3d by_direction = depth_m / ray->x.z() * Matrix3d::Identity();
+  by_direction.col(2) -= depth_m / ray->x.z() * per_depth;
+  return UncertainPoint{depth_m * per_depth,
+                        by_direction * ray->covariance * by_direction.transpose() +
+                            sigma_depth_m * sigma_depth_m * per_depth * per_depth.transpose()};
+}
+
+std::optional<UncertainPoint> point_on_plane(const UncertainCamera& known,
+                                             const UncertainPixel& pixel,
+                                             const Pose& camera_from_plane) {
+  const std::optional<UncertainPoint> ray = direction(known, pixel);
+  if (!ray) return std::nullopt;
+  const Pose plane_from_camera = camera_from_plane.inverse();
+  const Matrix3d turn = plane_from_camera.rotation_matrix();
+  const Vector3d d = turn * ray->x, centre = plane_from_camera.translation();
+  const double distance = -centre.z() / d.z();
+  if (!std::isfinite(distance) || !(distance > 0)) return std::nullopt;
+  Matrix3d by_direction = distance * Matrix3d::Identity();
+  by_direction.col(2) -= distance / d.z() * d;
+  by_direction = by_direction * turn;
+  UncertainPoint point{centre + distance * d,
+                       by_direction * ray->covariance * by_direction.transpose()};
+  point.x.z() = 0;
+  return point;
+}
+
+}  // namespace tagcal

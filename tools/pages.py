@@ -1,0 +1,140 @@
+"""The pieces of tools/pages.txt and their stamps; tools/pages.sh runs it."""
+
+import dataclasses
+import datetime
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+WORK = ROOT / "build/pages"
+STAMP = re.compile(r"^\*Measured: `(\w+)`, version (\w+) of (\d{4}-\d\d-\d\d)\.\*$", re.MULTILINE)
+
+
+@dataclasses.dataclass
+class Piece:
+    name: str
+    page: Path  # relative to the root
+    output: str  # block, folder or part
+    command: str
+    paths: list[str]
+
+    @property
+    def mark(self) -> str:
+        return f"<!-- measured: {self.name} -->"
+
+
+@dataclasses.dataclass
+class Stamp:
+    version: str
+    date: str
+
+    def line(self, name: str) -> str:
+        return f"*Measured: `{name}`, version {self.version} of {self.date}.*"
+
+
+def git(root: Path, *arguments: str) -> str | None:
+    """What git prints; no value if it fails, as in a tree without history."""
+    done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True)
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def pieces(root: Path = ROOT) -> list[Piece]:
+    common: list[str] = []
+    found = []
+    for line in (root / "tools/pages.txt").read_text().splitlines():
+        if not line or line.startswith("#"):
+            continue
+        fields = [field.strip() for field in line.split("|")]
+        if fields[0] == "common":
+            common = fields[1].split()
+            continue
+        name, page, output, command, paths = fields
+        found.append(Piece(name, Path(page), output, command, common + paths.split()))
+    return found
+
+
+def stamps_of(text: str) -> dict[str, Stamp]:
+    return {name: Stamp(version, date) for name, version, date in STAMP.findall(text)}
+
+
+def stamp_of(piece: Piece, root: Path = ROOT) -> Stamp | None:
+    file = WORK / piece.name / "stamp" if piece.output == "part" else root / piece.page
+    return stamps_of(file.read_text()).get(piece.name) if file.is_file() else None
+
+
+def changes_since(piece: Piece, stamp: Stamp, root: Path = ROOT) -> str | None:
+    """The last change of what a piece measures, after its stamp: "" for none; no value without git."""
+    log = ["log", "-1", "--format=%h of %as: %s"]
+    if git(root, "merge-base", "--is-ancestor", stamp.version, "HEAD") is not None:
+        return git(root, *log, f"{stamp.version}..HEAD", "--", *piece.paths)
+    return git(root, *log, f"--since={stamp.date} 23:59:59", "--", *piece.paths)
+
+
+def with_block(text: str, piece: Piece, block: str, stamp: Stamp) -> str:
+    begin = text.index(piece.mark) + len(piece.mark)
+    old = STAMP.search(text, begin)
+    if not old or old[1] != piece.name:
+        sys.exit(f"pages.py: {piece.page}: no stamp of {piece.name} below its mark")
+    return text[:begin] + f"\n\n{block.strip()}\n\n" + stamp.line(piece.name) + text[old.end():]
+
+
+def run(piece: Piece) -> None:
+    work, out = WORK / piece.name, WORK / piece.name / "out"
+    if (work / "version").is_file() and (work / "version").read_text() != version().version:
+        shutil.rmtree(work)  # rows of another version do not count
+    work.mkdir(parents=True, exist_ok=True)
+    stamp = version()
+    (work / "version").write_text(stamp.version)
+    command = piece.command.replace("{out}", str(out)).replace("{work}", str(work))
+    path = f'PATH="{ROOT}/build/release/tools:$PATH"; set -euo pipefail; '
+    done = subprocess.run(["bash", "-c", path + command], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        sys.exit(f"pages.py: {piece.name} failed: {command}")
+    page = ROOT / piece.page
+    if piece.output == "block":
+        page.write_text(with_block(page.read_text(), piece, done.stdout, stamp))
+    elif piece.output == "part":
+        (WORK / "maps").mkdir(exist_ok=True)
+        for file in out.glob("*.csv"):
+            shutil.copy(file, WORK / "maps")
+        (work / "stamp").write_text(stamp.line(piece.name) + "\n")
+    else:
+        for file in out.iterdir():
+            if file.suffix != ".svg" and file.name != "trials.csv":
+                shutil.copy(file, page.parent)
+        page.write_text(page.read_text().rstrip() + "\n\n" + stamp.line(piece.name) + "\n")
+    (work / "version").unlink()
+
+
+def version() -> Stamp:
+    if git(ROOT, "diff", "--quiet", "HEAD", "--", "lib", "tools/studies") is None:
+        sys.exit("pages.py: commit the changes of lib and tools/studies first: a stamp names a version")
+    commit = git(ROOT, "rev-parse", "--short", "HEAD") or sys.exit("pages.py: needs the history in git")
+    return Stamp(commit, datetime.date.today().isoformat())
+
+
+def main() -> None:
+    arguments = sys.argv[1:]
+    only_list = arguments[:1] == ["--list"]
+    names = arguments[only_list:]
+    known = pieces()
+    if unknown := set(names) - {piece.name for piece in known}:
+        sys.exit(f"pages.py: {', '.join(sorted(unknown))}: no piece of tools/pages.txt")
+    for piece in known:
+        if names and piece.name not in names:
+            continue
+        stamp = stamp_of(piece)
+        change = changes_since(piece, stamp) if stamp else "never"
+        if only_list:
+            state = "up to date" if not change else f"older than {change}" if stamp else "not made here"
+            print(f"{piece.name:28} {stamp.version if stamp else '':10} {state}")
+        elif names or change:
+            print(f"{piece.name}: {piece.page}", file=sys.stderr)
+            run(piece)
+
+
+if __name__ == "__main__":
+    main()

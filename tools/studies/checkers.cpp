@@ -1,0 +1,221 @@
+// Measures the corners of rendered checkerboards (docs/trust/corners.md) on the same pixels: the
+// fit of detect() with the lens unknown and known, cv::cornerSubPix from 0.3 px off the truth, and
+// cv::findChessboardCornersSB, beside the Cramer-Rao bound of the noise: the covariance of a fit
+// under the true lens to the picture with next to no noise, scaled to the noise and its rounding.
+// Tasks: boards of one size, tilt, blur and noise; and boards and ChArUco boards of any, through
+// three lenses, for the share that is found; and grids of circles under strong lenses, beside
+// cv::findCirclesGrid. A corner is wrong if it is off by more than 0.5 px.
+
+#include <fmt/format.h>
+#include <Eigen/LU>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "rendered_checkerboard.hpp"
+#include "studies/studies.hpp"
+#include "tagcal/detect/detector.hpp"
+
+namespace tagcal {
+using namespace study;
+namespace {
+
+constexpr double kWrongPx = 0.5;
+
+const CheckerViewSpec kSpecs[] = {{10, 30, .8, 2}, {15, 0, .8, 2},   {15, 30, .8, 2},
+                                  {15, 30, .5, 2}, {15, 30, 1.5, 2}, {20, 30, .8, 2},
+                                  {20, 60, .8, 2}, {20, 30, .8, 8},  {20, 30, .8, 0},
+                                  {30, 30, .8, 2}, {50, 30, .8, 2}};
+
+const CheckerViewSpec kCircleSpecs[] = {{24, 0, .8, 2},  {24, 30, .8, 2}, {24, 45, .8, 2},
+                                        {24, 60, .8, 2}, {14, 30, .8, 2}, {14, 60, .8, 2},
+                                        {34, 60, .8, 2}, {24, 60, .8, 8}, {24, 60, 1.5, 2}};
+
+cv::Mat as_mat(const Image8& image) {
+  return {image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0))};
+}
+
+View found_in(const Image8& image, const CheckerView& view, const Camera* camera) {
+  DetectOptions options;
+  options.threads = 1;
+  options.camera = camera;
+  return detect(image, {{view.board, Pose()}}, options).view;
+}
+
+View by_corner_sub_pix(const CheckerView& view, double square_px, Random& random) {
+  std::vector<cv::Point2f> corners;
+  for (const auto& [id, at] : view.corners)
+    corners.emplace_back(static_cast<float>(at.x() + random.uniform(-.3, .3)),
+                         static_cast<float>(at.y() + random.uniform(-.3, .3)));
+  const int half = std::max(2, static_cast<int>(std::min(5.0, square_px / 3)));
+  cv::cornerSubPix(as_mat(view.image), corners, {half, half}, {-1, -1},
+                   {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 40, 1e-3});
+  View found;
+  std::size_t i = 0;
+  for (const auto& [id, at] : view.corners) {
+    found.observations.push_back({id, {corners[i].x, corners[i].y}, {}});
+    ++i;
+  }
+  return found;
+}
+
+// Each corner has the id of the nearest true one: OpenCV may number the board from another side.
+View with_nearest_ids(const std::vector<cv::Point2f>& corners, const CheckerView& view) {
+  View found;
+  for (const cv::Point2f& corner : corners) {
+    const Eigen::Vector2d at(corner.x, corner.y);
+    const auto nearest = std::ranges::min_element(
+        view.corners, {}, [&](const auto& c) { return (c.second - at).norm(); });
+    found.observations.push_back({nearest->first, at, {}});
+  }
+  return found;
+}
+
+View by_sectors(const CheckerView& view) {
+  std::vector<cv::Point2f> corners;
+  const Checkerboard squares = checkers(view.board).value();
+  if (!cv::findChessboardCornersSB(as_mat(view.image), {squares.columns, squares.rows}, corners,
+                                   cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
+    return {};
+  return with_nearest_ids(corners, view);
+}
+
+View by_circles_grid(const CheckerView& view) {
+  std::vector<cv::Point2f> centres;
+  const auto& grid = std::get<CircleGrid>(view.board.pattern);
+  const int kind = grid.asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
+  if (!cv::findCirclesGrid(as_mat(view.image), {grid.columns, grid.rows}, centres, kind)) return {};
+  return with_nearest_ids(centres, view);
+}
+
+Values row_of(const std::string& method, const CheckerView& view, const View& found,
+              double bound_square) {
+  double squares = 0, nees = 0, claims = 0, right = 0, wrong = 0;
+  for (const Observation& seen : found.observations) {
+    const auto truth = view.corners.find(seen.id);
+    const double none = std::numeric_limits<double>::infinity();
+    const Eigen::Vector2d error =
+        truth == view.corners.end() ? Eigen::Vector2d(none, none) : seen.pixel - truth->second;
+    if (!(error.norm() <= kWrongPx)) {
+      ++wrong;
+      continue;
+    }
+    ++right, squares += error.squaredNorm() / 2;
+    if (seen.covariance_px2)
+      ++claims, nees += error.dot(seen.covariance_px2->inverse() * error) / 2;
+  }
+  const bool is_found = static_cast<double>(found.observations.size()) * 10 >=
+                        static_cast<double>(view.corners.size()) * 9;
+  return {method,
+          static_cast<double>(view.corners.size()),
+          is_found ? 1. : 0.,
+          right,
+          wrong,
+          squares,
+          bound_square * right,
+          claims,
+          claims > 0 ? nees : std::nan("")};
+}
+
+std::vector<Values> measure(const CheckerViewSpec& spec, std::uint64_t trial) {
+  const Camera camera{Perspective({520, 520, 322, 238, -.2, .05}), {640, 480}};
+  Random random(31, trial);
+  const CheckerView view =
+      checker_view(make_board(Checkerboard{8, 5, .03, .03}), camera, spec, random);
+  double bound = 0, corners = 0;
+  for (const Observation& seen : found_in(view.quiet, view, &view.camera).observations)
+    if (seen.covariance_px2) ++corners, bound += seen.covariance_px2->trace() / 2;
+  const double rounding = 1.0 / 12, quiet = 0.25;  // variances, levels squared
+  bound *= (spec.noise_levels * spec.noise_levels + rounding) / (quiet + rounding) / corners;
+  return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
+          row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
+          row_of("cornerSubPix", view, by_corner_sub_pix(view, spec.square_px, random), bound),
+          row_of("findChessboardCornersSB", view, by_sectors(view), bound)};
+}
+
+// Symmetric and asymmetric grids in turn, through a barrel lens and a fisheye. The bound is from a
+// picture with more noise: with next to none the misfit of the model counts.
+std::vector<Values> measure_circles(CheckerViewSpec spec, std::uint64_t trial) {
+  const ImageSize size{640, 480};
+  const Camera cameras[] = {{Perspective({530, 530, 322, 238, -.4, .18}), size},
+                            {Fisheye({270, 270, 322, 238, -.02, .004, -.002, 0}), size}};
+  const Board boards[] = {make_board(CircleGrid{8, 6, .02, .01}),
+                          make_board(CircleGrid{4, 9, .02, .014, true})};
+  Random random(41, trial);
+  spec.roll_rad = random.uniform(-1, 1);
+  Random again = random;
+  const CheckerView view = checker_view(boards[trial % 2], cameras[trial / 2 % 2], spec, random);
+  if (!view.is_whole) return {};
+  const double noise = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
+  spec.noise_levels = 8;
+  const double more = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
+  const CheckerView loud = checker_view(view.board, view.camera, spec, again);
+  double bound = 0, centres = 0;
+  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).observations)
+    ++centres, bound += seen.covariance_px2->trace() / 2;
+  bound *= noise * noise / (more * more) / centres;
+  return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
+          row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
+          row_of("findCirclesGrid", view, by_circles_grid(view), bound)};
+}
+
+// A ChArUco board may be seen in part.
+std::vector<Values> measure_any(bool with_markers, std::uint64_t trial) {
+  const ImageSize size{640, 480};
+  const Camera cameras[] = {{pinhole(520, 520, 322, 238), size},
+                            {Perspective({520, 520, 322, 238, -.3, .1}), size},
+                            {Fisheye({210, 210, 322, 238, -.02, .004, -.002, 0}), size}};
+  Random random(7, trial);
+  const int columns = 6 + static_cast<int>(random.index(5));
+  const int rows = columns - 1 - 2 * static_cast<int>(random.index(2));
+  const CheckerViewSpec spec{random.uniform(with_markers ? 22 : 10, 45), random.uniform(0, 60),
+                             random.uniform(.5, 1.5), random.uniform(1, 5), random.uniform(-1, 1)};
+  const Board board = with_markers
+                          ? make_board(Charuco{columns + 1, rows + 1, .03, .022, "DICT_4X4_100"})
+                          : make_board(Checkerboard{columns, rows, .03, .03});
+  const CheckerView view = checker_view(board, cameras[trial % 3], spec, random);
+  if (with_markers ? view.corners.size() < 4 : !view.is_whole || view.least_px < 5) return {};
+  const double none = std::nan("");
+  std::vector<Values> result = {row_of("fit", view, found_in(view.image, view, nullptr), none)};
+  if (!with_markers)
+    result.push_back(row_of("findChessboardCornersSB", view, by_sectors(view), none));
+  return result;
+}
+
+std::vector<Task> tasks(const StudyOptions& options) {
+  std::vector<Task> tasks;
+  const auto name = [](const CheckerViewSpec& spec) {
+    return fmt::format("{:.0f} px, tilt {:.0f}, blur {:.1f} px, noise {:.0f}", spec.square_px,
+                       spec.tilt_deg, spec.blur_px, spec.noise_levels);
+  };
+  for (const CheckerViewSpec& spec : kSpecs)
+    tasks.push_back({name(spec), [&spec](std::uint64_t trial) { return measure(spec, trial); }});
+  for (const CheckerViewSpec& spec : kCircleSpecs)
+    tasks.push_back({"circles " + name(spec),
+                     [&spec](std::uint64_t trial) { return measure_circles(spec, trial); }});
+  const int any = 15 * options.count;
+  tasks.push_back({"any", [](std::uint64_t trial) { return measure_any(false, trial); }, any});
+  tasks.push_back(
+      {"any ChArUco", [](std::uint64_t trial) { return measure_any(true, trial); }, any});
+  return tasks;
+}
+
+}  // namespace
+
+Study checkers_study() {
+  return {
+      .name = "checkers",
+      .summary = "corners of checkerboards and centres of circles, beside OpenCV's and the bound",
+      .count = 10,
+      .columns = {"method", "corners", "found", "right", "wrong", "squares", "bound", "claims",
+                  "nees"},
+      .tasks = tasks,
+      .tables = {{{"task", "method"},
+                  {rows_in("boards"), sum_of("found", "found"), sum_of("corners", "corners"),
+                   sum_of("right", "right"), sum_of("wrong", "wrong"),
+                   root_ratio_of("bound, px", "bound", "right", 4),
+                   root_ratio_of("rms, px", "squares", "right", 4),
+                   root_ratio_of("rms / bound", "squares", "bound", 2),
+                   ratio_of("NEES/2", "nees", "claims", 2)}}}};
+}
+
+}  // namespace tagcal

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "commands/commands.hpp"
+#include "study/harness/study.hpp"
+
+// The studies of tagcal-study, each declared in the file of its name.
+
+namespace tagcal {
+
+study::Study big_data_study();
+study::Study calibration_nees_study();
+study::Study checkers_study();
+study::Study detect_answers_study();
+study::Study end_to_end_study();
+study::Study false_tags_study();
+study::Study focal_refusal_study();
+study::Study halves_study();
+study::Study model_confusion_study();
+study::Study python_numbers_study();
+study::Study reproject_speed_study();
+study::Study single_views_study();
+study::Study visibility_study();
+study::Study warnings_study();
+
+namespace tools {
+
+Command add_chart(CLI::App& app);
+Command add_stability(CLI::App& app);
+Command add_study(CLI::App& app, study::Study study);
+Command add_worlds(CLI::App& app);
+
+}  // namespace tools
+}  // namespace tagcal

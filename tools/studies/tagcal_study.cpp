@@ -1,0 +1,28 @@
+// tagcal-study: the charts and maps, which compare with other libraries, and the studies whose
+// numbers stand in the documentation. `tagcal` starts it for the first two.
+
+#include "input/command_line.hpp"
+#include "report/messages.hpp"
+#include "studies/studies.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+std::vector<Command> command_table(CLI::App& app) {
+  std::vector<Command> commands = {add_chart(app), add_stability(app), add_worlds(app)};
+  for (const auto declared :
+       {big_data_study, calibration_nees_study, checkers_study, detect_answers_study,
+        end_to_end_study, false_tags_study, focal_refusal_study, halves_study,
+        model_confusion_study, python_numbers_study, reproject_speed_study, single_views_study,
+        visibility_study, warnings_study})
+    commands.push_back(add_study(app, declared()));
+  return commands;
+}
+
+}  // namespace
+}  // namespace tagcal::tools
+
+int main(int argc, char** argv) {
+  tagcal::tools::reserve_standard_streams();
+  return tagcal::tools::run_command_line(argc, argv, tagcal::tools::command_table);
+}
