@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -64,19 +63,6 @@ void check(const Arguments& arguments, const std::string& kind) {
     throw Error(fmt::format("--dpi: belongs to a picture, --out FILE.png, got {}", arguments.out));
   if (arguments.landscape && arguments.paper.empty())
     throw Error("--landscape: belongs to --paper");
-}
-
-// The least width of a part of one colour.
-double least_cell_mm(const Board& board, const TagFamilies& families) {
-  double least = std::numeric_limits<double>::infinity();
-  const auto kind = tag_kind(board);
-  for (const Tag& tag : tags_of(board))
-    least = std::min(least, tag.size / families.at(kind->family).width_at_border);
-  if (const auto squares = checkers(board))
-    least = std::min({least, squares->column_spacing, squares->row_spacing});
-  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern))
-    least = std::min(grid->diameter, centre_distance(*grid) - grid->diameter);
-  return 1000 * least;
 }
 
 Board board_to_print(const std::string& file, std::vector<std::string>* warnings) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tagcal/error.hpp"
@@ -192,6 +193,18 @@ std::string size_text(const Board& board) {
           },
           [&](const auto&) { return squares_text(checkers(board).value()); }},
       board.pattern);
+}
+
+double least_cell_mm(const Board& board, const TagFamilies& families) {
+  double least = std::numeric_limits<double>::infinity();
+  const auto kind = tag_kind(board);
+  for (const Tag& tag : tags_of(board))
+    least = std::min(least, tag.size / families.at(kind->family).width_at_border);
+  if (const auto squares = checkers(board))
+    least = std::min({least, squares->column_spacing, squares->row_spacing});
+  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern))
+    least = std::min(grid->diameter, centre_distance(*grid) - grid->diameter);
+  return kMm * least;
 }
 
 Sheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,

@@ -27,20 +27,13 @@ Square rectangle(const Vector3d& low, const Vector3d& high) {
   return {low, {high.x(), low.y(), low.z()}, high, {low.x(), high.y(), high.z()}};
 }
 
-// The printed part: a checkerboard has a square more than corners on each side, a grid of circles a
-// radius more than centres.
+// The printed part of checkerboards and grids of circles; of other boards their points.
 Square outline_of(const Board& board) {
-  AlignedBox3d box = box_of(target_points(board));
-  if (const auto squares = checkers(board)) {
-    const Vector3d square(squares->column_spacing, squares->row_spacing, 0);
-    box.min() -= square;
-    box.max() += square;
+  if (point_grid(board)) {
+    const internal::Rectangle paper = internal::board_panels(board, 0).front().paper;
+    return {paper.begin(), paper.end()};
   }
-  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern)) {
-    const Vector3d radius(grid->diameter / 2, grid->diameter / 2, 0);
-    box.min() -= radius;
-    box.max() += radius;
-  }
+  const AlignedBox3d box = box_of(target_points(board));
   return rectangle(box.min(), box.max());
 }
 
