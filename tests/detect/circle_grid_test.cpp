@@ -126,11 +126,12 @@ TEST(CircleGrids, AnOddNumberOfAsymmetricRowsTellsWhichEndIsWhich) {
   for (const double roll : {0.0, 1.7, std::numbers::pi}) {
     const CheckerView view =
         checker_view(kAsymmetric, strong_lens(0), {20, 30, .8, 2, roll}, random);
-    const DetectResult result =
-        detect_all({{"a", [&] { return view.image; }}}, {{view.board, Pose()}});
-    EXPECT_TRUE(result.warnings.empty());
+    const DetectedPicture picture = found(view);
+    EXPECT_TRUE(
+        board_warnings({{"a", [&] { return view.image; }}}, {picture}, {{view.board, Pose()}})
+            .empty());
     Errors errors;
-    errors.add(result.pictures[0].view, view);
+    errors.add(picture.view, view);
     EXPECT_EQ(errors.count, 36);
     EXPECT_LT(errors.nees / errors.count, 2);
   }
@@ -143,11 +144,12 @@ TEST(CircleGrids, BoardsThatLookTheSameAfterATurnAreSaidToBeAmbiguous) {
                                     {circles(5, 5, false), "a quarter turn"}}) {
     const CheckerView turned =
         checker_view(board, strong_lens(0), {20, 20, .8, 2, std::numbers::pi + .3}, random);
-    const DetectResult result =
-        detect_all({{"a", [&] { return turned.image; }}}, {{board, Pose()}});
-    ASSERT_EQ(result.warnings.size(), 1U);
-    EXPECT_NE(result.warnings[0].find(turn), std::string::npos) << result.warnings[0];
-    const std::vector<Observation>& seen = result.pictures[0].view.observations;
+    const DetectedPicture picture = found(turned);
+    const auto warnings =
+        board_warnings({{"a", [&] { return turned.image; }}}, {picture}, {{board, Pose()}});
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_NE(warnings[0].find(turn), std::string::npos) << warnings[0];
+    const std::vector<Observation>& seen = picture.view.observations;
     ASSERT_EQ(seen.size(), target_points(board).size());
     EXPECT_LT((seen[0].pixel - turned.corners.rbegin()->second).norm(), 0.3);
   }
