@@ -51,6 +51,11 @@ Board charuco(int square_columns, int square_rows, double square_size, double ma
                                     dictionary, legacy, first_id, first_marker_id}));
 }
 
+Board circle_grid(int columns, int rows, double spacing, double diameter, bool asymmetric,
+                  int first_id) {
+  return checked(make_board(CircleGrid{columns, rows, spacing, diameter, asymmetric, first_id}));
+}
+
 // (N,) different whole numbers >= 0.
 std::vector<int> different_ids(const ArrayLike& argument, const char* name) {
   const py::array_t<double> array = real_array(argument, name);
@@ -159,12 +164,19 @@ py::dict arguments_of(const Checkerboard& board) {
                   "starts_black"_a = board.starts_black, "first_id"_a = board.first_id);
 }
 
+py::dict arguments_of(const CircleGrid& grid) {
+  return py::dict("columns"_a = grid.columns, "rows"_a = grid.rows, "spacing"_a = grid.spacing,
+                  "diameter"_a = grid.diameter, "asymmetric"_a = grid.asymmetric,
+                  "first_id"_a = grid.first_id);
+}
+
 std::string times(int columns, int rows) {
   return std::to_string(columns) + " x " + std::to_string(rows);
 }
 
 // By the index of a board's pattern.
-constexpr const char* kKinds[] = {"points", "tags", "grid", "checkerboard", "charuco"};
+constexpr const char* kKinds[] = {"points",       "tags",    "grid",
+                                  "checkerboard", "charuco", "circle_grid"};
 static_assert(std::size(kKinds) == std::variant_size_v<BoardPattern>);
 
 }  // namespace
@@ -197,6 +209,10 @@ std::string board_text(const Board& board) {
           [&](const Charuco& charuco) {
             return "charuco of " + times(charuco.square_columns, charuco.square_rows) +
                    " squares, " + charuco.dictionary + apart(charuco.square_size);
+          },
+          [&](const CircleGrid& grid) {
+            return std::string(grid.asymmetric ? "asymmetric " : "") + "grid of " +
+                   times(grid.columns, grid.rows) + " circles" + apart(grid.spacing);
           }},
       board.pattern);
 }
@@ -212,7 +228,9 @@ Board board_from_dict(const py::dict& fields) {
   if (!fields.contains("kind")) throw Error("fields: must have the key \"kind\"");
   const auto kind = py::cast<std::string>(py::str(fields["kind"]));
   if (std::ranges::find(kKinds, kind) == std::end(kKinds))
-    throw Error("fields: kind: must be charuco, checkerboard, grid, points or tags, got " + kind);
+    throw Error(
+        "fields: kind: must be charuco, checkerboard, circle_grid, grid, points or tags, got " +
+        kind);
   const auto arguments = py::reinterpret_steal<py::dict>(PyDict_Copy(fields.ptr()));
   arguments.attr("pop")("kind");
   if (arguments.contains("board_from_tags")) {
@@ -259,6 +277,14 @@ void define_board_constructors(py::class_<Board>& board) {
                   "`marker_size` metres from a `dictionary` (tag_dictionary_names()). `legacy`: "
                   "the pattern of OpenCV before 4.6. Origin: the lower left inner corner, x right, "
                   "y up, z to the viewer.")
+      .def_static(
+          "circle_grid", &circle_grid, py::arg("columns"), py::arg("rows"), py::arg("spacing"),
+          py::arg("diameter"), py::arg("asymmetric") = false, py::arg("first_id") = 0,
+          "A grid of black discs of `diameter` metres, `spacing` metres apart, as OpenCV's. "
+          "`asymmetric`: `rows` are `spacing` apart and discs of one row twice that, and "
+          "the disc of column c and row r, from above, is at (2 c + r mod 2) spacing. "
+          "Origin: the lower left of the grid, x right, y up, z to the viewer; ids row by "
+          "row from below.")
       .def_static("tag", &one_tag, py::arg("size"), py::arg("id") = 0,
                   py::arg("family") = "tag36h11", py::arg("border_bits") = 1,
                   "One tag of `size` metres from black edge to black edge. Origin: its centre, x "

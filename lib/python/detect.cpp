@@ -57,7 +57,7 @@ std::vector<PlacedBoard> detectable_boards(const TargetLike& target) {
     return point_kind(placed.board) != PointKind::measured;
   };
   if (std::ranges::none_of(boards, can_be_seen))
-    throw Error("target: has no tags or squares to detect, only points");
+    throw Error("target: has no tags, squares or circles to detect, only points");
   return boards;
 }
 

@@ -18,6 +18,9 @@ const std::map<std::string, std::string> kBoards = {
     {"charuco",
      "target_type: charuco\nsquareCols: 7\nsquareRows: 5\nsquareSize: 0.035\nmarkerSize: 0.026\n"
      "dictionary: DICT_5X5_100\n"},
+    {"circles",
+     "target_type: circlegrid\ntargetCols: 4\ntargetRows: 11\nspacingMeters: 0.02\n"
+     "asymmetricGrid: true\ndiameterMeters: 0.015\n"},
     {"tags",
      "target_type: tags\ntags:\n  - {id: 3, size: 0.1, pose: {}}\n"
      "  - {id: 4, size: 0.05, pose: {translation_m: [0.2, 0, 0]}}\n"}};
@@ -38,6 +41,7 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 // The size that --paper picks, in metres.
 double leading_size(const Board& board) {
+  if (const auto* const circles = std::get_if<CircleGrid>(&board.pattern)) return circles->spacing;
   const auto squares = checkers(board);
   return squares ? squares->column_spacing : tags_of(board)[0].size;
 }

@@ -335,7 +335,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 15U);
+  ASSERT_EQ(examples.size(), 16U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);
@@ -370,7 +370,7 @@ TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
       EXPECT_EQ(read_dataset(folder_).dataset.views.size(), 1U);
     }
   }
-  EXPECT_EQ(num_targets, 6);
+  EXPECT_EQ(num_targets, 7);
 }
 
 RC_GTEST_FIXTURE_PROP(SceneFile, ManglesEndInAnErrorOrAValidScene, (std::uint64_t seed)) {

@@ -19,6 +19,9 @@ const std::string kPoints =
 const std::string kChecker =
     "target_type: 'checkerboard'\ntargetCols: 7\ntargetRows: 6\nrowSpacingMeters: 0.06\n"
     "colSpacingMeters: 0.05\n";
+const std::string kCircles =
+    "target_type: 'circlegrid'\ntargetCols: 4\ntargetRows: 11\nspacingMeters: 0.02\n"
+    "asymmetricGrid: True\n";
 const std::string kCharuco =
     "target_type: charuco\nsquareCols: 5\nsquareRows: 4\nsquareSize: 0.04\nmarkerSize: 0.03\n"
     "dictionary: DICT_5X5_100\n";
@@ -137,8 +140,7 @@ TEST_F(TargetFile, BadGrids) {
        {"tagSize: 0.088", "tagSize: {a: 1}", ": tagSize: must be a finite number, got a map"},
        {"tagSpacing: 0.3", "tagSpacing: -0.3", ": tagSpacing: must be >= 0, got -0.3"},
        {"'aprilgrid'", "'aprilgird'",
-        ": target_type: must be aprilgrid, tags, checkerboard, charuco or points, got \"ap"},
-       {"'aprilgrid'", "circlegrid", ": target_type: circlegrid is not supported: must be april"},
+        ": target_type: must be aprilgrid, tags, checkerboard, charuco, circlegrid or points"},
        {"target_type:", "type:", ": target_type: the key is missing"},
        {"tagCols", "border_bits: 3\ntagCols", ": border_bits: must be a whole number from 1 to 2"},
        {"tagCols", "corner_squares: 2\ntagCols", ": corner_squares: must be true or false, got 2"},
@@ -214,6 +216,35 @@ TEST_F(TargetFile, CheckerboardsHaveKalibrsKeys) {
         ": first_id: the ids must stay below 2^31, but end at 2147483681"}});
 }
 
+TEST_F(TargetFile, GridsOfCirclesHaveKalibrsKeys) {
+  EXPECT_EQ(target_points(read(kCircles)).size(), 44U);
+  auto grid = read_kind<CircleGrid>(kCircles);
+  EXPECT_TRUE(grid.asymmetric);
+  EXPECT_EQ(grid.diameter, 0.4 * 0.02);
+  grid = read_kind<CircleGrid>(kCircles + "diameterMeters: 0.025\nfirst_id: 5\nauthor: me\n");
+  EXPECT_EQ(grid.diameter, 0.025);
+  EXPECT_EQ(grid.first_id, 5);
+  EXPECT_EQ(warnings_.size(), 1U);
+  EXPECT_EQ(read_kind<CircleGrid>(kCircles, 9).first_id, 9);
+  const std::string symmetric = kCircles.substr(0, kCircles.find("asymm"));
+  EXPECT_FALSE(read_kind<CircleGrid>(symmetric).asymmetric);
+  const fs::path file = folder_ / "written.yaml";
+  write_target(file, make_board(grid));
+  const auto again = std::get<CircleGrid>(read_target(file).pattern);
+  EXPECT_EQ(std::tuple(again.columns, again.rows, again.spacing, again.diameter, again.asymmetric,
+                       again.first_id),
+            std::tuple(4, 11, 0.02, 0.025, true, 5));
+  expect_bad(
+      kCircles,
+      {{"targetCols: 4", "targetCols: 1", ": targetCols: must be a whole number from 2 to 100000"},
+       {"targetRows: 11\n", "", ": targetRows: the key is missing"},
+       {"Meters: 0.02", "Meters: 0", ": spacingMeters: must be > 0, got 0"},
+       {"Grid: True", "Grid: 1", ": asymmetricGrid: must be true or false, got 1"},
+       {"targetCols", "diameterMeters: 0.03\ntargetCols",
+        ": diameterMeters: must be less than 0.0282843, the distance of centres, got 0.03"},
+       {"targetCols", "diameterMeters: 0\ntargetCols", ": diameterMeters: must be > 0, got 0"}});
+}
+
 TEST_F(TargetFile, CharucoBoardsCountSquares) {
   Board board = read(kCharuco);
   EXPECT_EQ(read_kind<Charuco>(kCharuco).dictionary, "DICT_5X5_100");
@@ -241,7 +272,7 @@ TEST_F(TargetFile, CharucoBoardsCountSquares) {
 const Substrate kAllPaper;
 
 TEST_F(TargetFile, BoardsAreOfPaperUnlessStated) {
-  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
+  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCircles, kCharuco}) {
     EXPECT_EQ(read(kind).substrate, kAllPaper);
     EXPECT_EQ(read(kind + "flatness: paper\nprint: paper\n").substrate, kAllPaper);
     EXPECT_EQ(read(kind + "flatness: glass\nprint: aluminium\n").substrate,
@@ -253,7 +284,7 @@ TEST_F(TargetFile, BoardsAreOfPaperUnlessStated) {
 
 TEST_F(TargetFile, BadSubstrates) {
   const std::string must = ": must be paper, aluminium, glass or a share > 0 and at most 0.1, got ";
-  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCharuco})
+  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCircles, kCharuco})
     for (const std::string key : {"flatness", "print"}) {
       const auto wrong = [&](const std::string& value) {
         return error(kind + key + ": " + value + "\n");
@@ -270,7 +301,7 @@ TEST_F(TargetFile, BadSubstrates) {
 }
 
 TEST_F(TargetFile, SubstratesAreWrittenIfNotOfPaper) {
-  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
+  for (const std::string& kind : {kGrid, kTags, kPoints, kChecker, kCircles, kCharuco}) {
     Board board = read(kind);
     const auto written = [&] {
       write_target(folder_ / "t.yaml", board);
@@ -363,7 +394,7 @@ TEST_F(TargetFile, WhatWasWrittenReadsBackTheSame) {
 
 RC_GTEST_FIXTURE_PROP(TargetFile, ManglesEndInAnErrorOrAValidBoard, (std::uint64_t seed)) {
   Random random(seed);
-  for (const std::string& good : {kGrid, kTags, kPoints, kChecker, kCharuco}) {
+  for (const std::string& good : {kGrid, kTags, kPoints, kChecker, kCircles, kCharuco}) {
     const std::string text = mutated(good + "flatness: 0.001\nprint: glass\n", random);
     Board board;
     try {

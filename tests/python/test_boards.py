@@ -16,6 +16,7 @@ BOARDS = [
     Board.grid(2, 2, 0.06, 0.3, "tag25h9", border_bits=1, first_id=7),
     Board.checkerboard(7, 5, 0.03, row_spacing=0.04, first_id=2),
     Board.charuco(6, 5, 0.04, 0.03, "DICT_5X5_100", legacy=True, first_marker_id=3),
+    Board.circle_grid(4, 11, 0.02, 0.012, asymmetric=True, first_id=2),
     Board.tag(0.16, 3),
     Board.tags([5, 1], [0.1, 0.2], [tagcal.Pose(), TURNED]),
     Board.points([[0.0, 0, 0], [1, 0, 0], [0, 1, 0.5]], ids=[4, 2, 9]),
@@ -42,6 +43,14 @@ def test_corners_of_a_checkerboard_are_opencvs() -> None:
     grid[:, :2] = 0.03 * np.mgrid[0:7, 0:5].T.reshape(-1, 2)  # as in OpenCV's tutorial
     np.testing.assert_allclose(board.positions, grid, atol=1e-15)
     assert board.ids.tolist() == [[i, 0] for i in range(35)]
+
+
+def test_centres_of_circles_are_opencvs_from_below() -> None:
+    board = Board.circle_grid(4, 11, 0.02, 0.008, asymmetric=True)
+    theirs = np.array([[(2 * j + i % 2) * 0.02, i * 0.02, 0] for i in range(11) for j in range(4)])
+    np.testing.assert_allclose(board.positions, theirs, atol=1e-15)  # an odd number of rows
+    assert board.extent_m == pytest.approx([0.14, 0.2, 0])
+    assert Board.circle_grid(4, 3, 0.02, 0.008).extent_m == pytest.approx([0.06, 0.04, 0])
 
 
 def test_charuco_is_opencvs() -> None:
@@ -97,12 +106,13 @@ def test_boards_say_what_they_are() -> None:
         "<Board grid of 2 x 2 tags of 0.06 m, tag25h9, border of 1 bit>",
         "<Board checkerboard of 7 x 5 corners, 0.03 m apart>",
         "<Board charuco of 6 x 5 squares, DICT_5X5_100, 0.04 m apart>",
+        "<Board asymmetric grid of 4 x 11 circles, 0.02 m apart>",
         "<Board tag 3 of 0.16 m, tag36h11, border of 1 bit>",
         "<Board 2 tags of tag36h11, border of 1 bit>",
         "<Board 3 points>",
         "<Board grid of 4 x 3 tags of 0.06 m, tag36h11, border of 2 bits>",
     ]
-    placed = tagcal.PlacedBoard(BOARDS[4], TURNED)
+    placed = tagcal.PlacedBoard(BOARDS[5], TURNED)
     assert repr(placed) == (
         "<PlacedBoard tag 3 of 0.16 m, tag36h11, border of 1 bit, at (0.2, 0, 0) m>"
     )

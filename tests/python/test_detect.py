@@ -242,7 +242,7 @@ MISTAKES: list[tuple[Callable[[], Any], str]] = [
     ),
     (
         lambda: tagcal.detect(IMAGE, Board.points(np.eye(3))),
-        "target: has no tags or squares to detect, only points",
+        "target: has no tags, squares or circles to detect, only points",
     ),
     (lambda: tagcal.detect(IMAGE, []), "target: must have a board"),
     (

@@ -21,15 +21,20 @@ using Eigen::Vector3d;
 // Kalibr's example: aprilgrid 6x6, tagSize 0.088, tagSpacing 0.3.
 const AprilGrid kKalibr{6, 6, 0.088, 0.3, 0};
 
-bool inside(const Rectangle& r, double x, double y) {
+// Rectangles of ink or paper.
+template <typename Corners>
+bool inside(const Corners& r, double x, double y) {
   return x > r[0].x() && x < r[2].x() && y > r[0].y() && y < r[2].y();
 }
 
-bool black(const std::vector<Rectangle>& ink, double x, double y) {
-  return std::ranges::any_of(ink, [&](const Rectangle& r) { return inside(r, x, y); });
+bool black(const std::vector<InkCell>& ink, double x, double y) {
+  return std::ranges::any_of(ink, [&](const InkCell& r) { return inside(r, x, y); });
 }
 
-double area(const Rectangle& r) { return (r[1] - r[0]).cross(r[3] - r[0]).norm(); }
+template <typename Corners>
+double area(const Corners& r) {
+  return (r[1] - r[0]).cross(r[3] - r[0]).norm();
+}
 
 TEST(GridBoard, CornersAreKalibrs) {
   const Board board = make_board(kKalibr);
@@ -134,11 +139,11 @@ TEST(Ink, IsTheTagThatAprilTagDraws) {
         }
       }
       double ink_area = 0;  // equal only if no two rectangles overlap
-      for (const Rectangle& r : ink) ink_area += area(r);
+      for (const InkCell& r : ink) ink_area += area(r);
       EXPECT_NEAR(ink_area, black_area, 1e-9) << family.name;
       // The paper, which does not know the family, holds all the ink.
       const Rectangle paper = board_panels(board, 1e-9).front().paper;
-      for (const Rectangle& r : ink)
+      for (const InkCell& r : ink)
         for (const Vector3d& corner : r)
           EXPECT_TRUE(inside(paper, corner.x(), corner.y())) << family.name;
       image_u8_destroy(picture);
@@ -192,9 +197,9 @@ TEST(Ink, KalibrsSquaresStandAtEveryCrossing) {
 }
 
 // How much of a square about a point is ink.
-double ink_share(const std::vector<Rectangle>& ink, double x, double y, double half) {
+double ink_share(const std::vector<InkCell>& ink, double x, double y, double half) {
   double sum = 0;
-  for (const Rectangle& r : ink) {
+  for (const InkCell& r : ink) {
     const double width = std::min(x + half, r[2].x()) - std::max(x - half, r[0].x());
     const double height = std::min(y + half, r[2].y()) - std::max(y - half, r[0].y());
     sum += std::max(0.0, width) * std::max(0.0, height);
@@ -226,7 +231,7 @@ TEST(Ink, SpreadsIntoTheWhite) {
         const double y = random.uniform(panel.paper[0].y(), panel.paper[2].y());
         const double share = ink_share(designed, x, y, std::abs(spread));
         const int found = static_cast<int>(
-            std::ranges::count_if(ink, [&](const Rectangle& r) { return inside(r, x, y); }));
+            std::ranges::count_if(ink, [&](const InkCell& r) { return inside(r, x, y); }));
         const double edge = spread > 0 ? share : 1 - share;  // 0 but for rounding, or far from it
         if (edge > 1e-12 && edge < 1e-9) continue;
         ++compared;
@@ -315,6 +320,50 @@ TEST(Checkerboard, InkIsEverySecondSquare) {
     EXPECT_LT((panel.paper[0] - Vector3d(-0.03, -0.04, 0)).norm(), 1e-15);
     EXPECT_LT((panel.paper[2] - Vector3d(0.09, 0.1, 0)).norm(), 1e-15);
   }
+}
+
+TEST(CircleGrid, CentresAreOpenCvsFromBelow) {
+  CircleGrid grid{4, 11, 0.02, 0.012, true, 7};
+  const std::vector<TargetPoint> centres = target_points(make_board(grid));
+  ASSERT_EQ(centres.size(), 44u);
+  for (int i = 0; i < 11; ++i)  // row i of OpenCV's, whose y points down
+    for (int j = 0; j < 4; ++j) {
+      const TargetPoint& centre = centres[static_cast<std::size_t>(4 * (10 - i) + j)];
+      EXPECT_EQ(centre.id, (CornerId{7 + 4 * (10 - i) + j, 0}));
+      EXPECT_LT((centre.position - Vector3d((2 * j + i % 2) * 0.02, (10 - i) * 0.02, 0)).norm(),
+                1e-15);
+    }
+  grid.asymmetric = false;
+  EXPECT_LT((target_points(make_board(grid))[5].position - Vector3d(0.02, 0.02, 0)).norm(), 1e-15);
+  grid.diameter = 0.02;
+  EXPECT_THROW(make_board(grid), Error);
+  grid.asymmetric = true;
+  EXPECT_NO_THROW(make_board(grid));
+  grid.rows = 1;
+  EXPECT_THROW(make_board(grid), Error);
+}
+
+TEST(CircleGrid, InkHasTheAreaAndTheOutlineOfDiscs) {
+  const Board board = make_board(CircleGrid{3, 2, 0.02, 0.012});
+  const BoardPanel panel = board_panels(board, 0.01).front();
+  EXPECT_LT((panel.paper[0] - Vector3d(-0.016, -0.016, 0)).norm(), 1e-15);
+  EXPECT_LT((panel.paper[2] - Vector3d(0.056, 0.036, 0)).norm(), 1e-15);
+  for (const double spread : {0.0, 0.001, -0.002}) {
+    const auto ink = ink_cells(board, panel, {}, spread);
+    ASSERT_EQ(ink.size(), 6u);
+    const double radius = 0.006 + spread;
+    double twice_area = 0;
+    for (std::size_t i = 0; i < ink[4].size(); ++i) {
+      const Vector3d a = ink[4][i] - panel.points[4].position;
+      const Vector3d b = ink[4][(i + 1) % ink[4].size()] - panel.points[4].position;
+      twice_area += a.cross(b).z();
+      EXPECT_NEAR(a.norm(), radius, 6e-5 * radius);
+      EXPECT_NEAR((a + b).norm() / 2, radius, 6e-5 * radius);
+    }
+    EXPECT_NEAR(twice_area / 2, std::numbers::pi * radius * radius, 1e-12);
+  }
+  EXPECT_THROW(ink_cells(board, panel, {}, 0.004), Error);
+  EXPECT_THROW(ink_cells(board, panel, {}, -0.006), Error);
 }
 
 // Layout by OpenCV: squares from the upper left, the first one black; before 4.6 white if the

@@ -36,8 +36,8 @@ Board board_of(const Layout& layout, bool legacy) {
                             static_cast<double>(layout.marker_cells), layout.name, legacy});
 }
 
-bool black(const std::vector<Rectangle>& ink, const Vector2d& p) {
-  return std::ranges::any_of(ink, [&](const Rectangle& r) {
+bool black(const std::vector<InkCell>& ink, const Vector2d& p) {
+  return std::ranges::any_of(ink, [&](const InkCell& r) {
     return p.x() > r[0].x() && p.x() < r[2].x() && p.y() > r[0].y() && p.y() < r[2].y();
   });
 }

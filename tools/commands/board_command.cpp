@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,21 +64,10 @@ void check(const Arguments& arguments, const std::string& kind) {
     throw Error("--landscape: belongs to --paper");
 }
 
-// The side of the smallest square of one colour.
-double least_cell_mm(const Board& board, const TagFamilies& families) {
-  double least = std::numeric_limits<double>::infinity();
-  const auto kind = tag_kind(board);
-  for (const Tag& tag : tags_of(board))
-    least = std::min(least, tag.size / families.at(kind->family).width_at_border);
-  if (const auto squares = checkers(board))
-    least = std::min({least, squares->column_spacing, squares->row_spacing});
-  return 1000 * least;
-}
-
 Board board_to_print(const std::string& file, std::vector<std::string>* warnings) {
   Board board = read_target(file, {}, warnings);
   if (point_kind(board) == PointKind::measured)
-    throw Error(fmt::format("{}: no tags or squares to print, only points", file));
+    throw Error(fmt::format("{}: no tags, squares or circles to print, only points", file));
   for (const Tag& tag : tags_of(board)) {
     for (const Eigen::Vector3d& corner : tag_corners(tag)) {
       if (std::abs(corner.z()) <= kFlat_m) continue;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "tagcal/error.hpp"
@@ -29,31 +30,32 @@ TagFamily family_of(const Board& board, const TagFamilies& families) {
 }
 
 // A tag needs a white frame, two cells wide; a checkerboard has white squares at its border, and
-// needs half a square more beside its black ones.
+// needs half a square more beside its black ones; discs need as much white as between them.
 double margin_mm(const Board& board, const TagFamilies& families) {
   double margin = kMinMarginMm;
   if (const auto squares = checkers(board))
     return std::max(margin, kMm * std::min(squares->column_spacing, squares->row_spacing) / 2);
+  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern))
+    return std::max(margin, kMm * (centre_distance(*grid) - grid->diameter));
   const TagFamily family = family_of(board, families);
   for (const Tag& tag : tags_of(board))
     margin = std::max(margin, 2 * kMm * tag.size / family.width_at_border);
   return margin;
 }
 
-std::vector<Quad> ink_mm(const Board& board, const TagFamilies& families) {
-  std::vector<Quad> ink;
-  for (const Rectangle& cell : ink_cells(board, family_of(board, families))) {
-    Quad quad;
-    for (std::size_t i = 0; i < 4; ++i) quad[i] = kMm * cell[i].head<2>();
-    ink.push_back(quad);
+std::vector<Contour> ink_mm(const Board& board, const TagFamilies& families) {
+  std::vector<Contour> ink;
+  for (const InkCell& cell : ink_cells(board, family_of(board, families))) {
+    Contour& outline = ink.emplace_back();
+    for (const Eigen::Vector3d& corner : cell) outline.emplace_back(kMm * corner.head<2>());
   }
   return ink;
 }
 
-Vector2d extent(const std::vector<Quad>& ink) {
+Vector2d extent(const std::vector<Contour>& ink) {
   Eigen::AlignedBox2d box;
-  for (const Quad& quad : ink)
-    for (const Vector2d& corner : quad) box.extend(corner);
+  for (const Contour& outline : ink)
+    for (const Vector2d& corner : outline) box.extend(corner);
   return box.sizes();
 }
 
@@ -80,20 +82,24 @@ std::string squares_text(const Checkerboard& squares) {
 // Second line of the caption: the markers.
 std::string pattern_text(const Board& board) {
   return std::visit(
-      Overloaded{[](const Points&) { return std::string(); },
-                 [](const Checkerboard& squares) {
-                   return fmt::format("{} square at the lower left",
-                                      squares.starts_black ? "black" : "white");
-                 },
-                 [&](const Charuco& charuco) {
-                   return fmt::format("{}, {}, markers of {} mm{}", charuco.dictionary,
-                                      ids_text(board), mm(charuco.marker_size),
-                                      charuco.legacy ? ", legacy layout" : "");
-                 },
-                 [&](const auto& tags) {
-                   return fmt::format("{}, {}, border of {} cell{}", tags.family, ids_text(board),
-                                      tags.border_bits, tags.border_bits == 1 ? "" : "s");
-                 }},
+      Overloaded{
+          [](const Points&) { return std::string(); },
+          [](const Checkerboard& squares) {
+            return fmt::format("{} square at the lower left",
+                               squares.starts_black ? "black" : "white");
+          },
+          [&](const Charuco& charuco) {
+            return fmt::format("{}, {}, markers of {} mm{}", charuco.dictionary, ids_text(board),
+                               mm(charuco.marker_size), charuco.legacy ? ", legacy layout" : "");
+          },
+          [](const CircleGrid& grid) {
+            return fmt::format("{}, {} mm apart", grid.asymmetric ? "asymmetric" : "symmetric",
+                               mm(grid.spacing));
+          },
+          [&](const auto& tags) {
+            return fmt::format("{}, {}, border of {} cell{}", tags.family, ids_text(board),
+                               tags.border_bits, tags.border_bits == 1 ? "" : "s");
+          }},
       board.pattern);
 }
 
@@ -112,6 +118,7 @@ SheetFrame frame_of(const Board& board, const TagFamilies& families, const std::
 
 // The length that --paper picks, in metres.
 double leading_size(const Board& board) {
+  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern)) return grid->spacing;
   const auto squares = checkers(board);
   return squares ? squares->column_spacing : tags_of(board).front().size;
 }
@@ -137,6 +144,10 @@ Board resized(const Board& board, double size_m) {
                           const double steps = std::floor(charuco.marker_size * scale / step_m);
                           charuco.marker_size = std::max(1.0, steps) * kStepMm / kMm;
                           charuco.square_size = size_m;
+                        },
+                        [&](CircleGrid& grid) {
+                          grid.diameter *= scale;
+                          grid.spacing = size_m;
                         }},
              pattern);
   return make_board(std::move(pattern), board.substrate);
@@ -176,8 +187,24 @@ std::string size_text(const Board& board) {
             return fmt::format("{} x {} tags of {} mm, gaps of {} mm", grid.columns, grid.rows,
                                mm(grid.tag_size), mm(grid.tag_size * grid.tag_spacing));
           },
+          [](const CircleGrid& grid) {
+            return fmt::format("{} x {} circles of {} mm", grid.columns, grid.rows,
+                               mm(grid.diameter));
+          },
           [&](const auto&) { return squares_text(checkers(board).value()); }},
       board.pattern);
+}
+
+double least_cell_mm(const Board& board, const TagFamilies& families) {
+  double least = std::numeric_limits<double>::infinity();
+  const auto kind = tag_kind(board);
+  for (const Tag& tag : tags_of(board))
+    least = std::min(least, tag.size / families.at(kind->family).width_at_border);
+  if (const auto squares = checkers(board))
+    least = std::min({least, squares->column_spacing, squares->row_spacing});
+  if (const auto* const grid = std::get_if<CircleGrid>(&board.pattern))
+    least = std::min(grid->diameter, centre_distance(*grid) - grid->diameter);
+  return kMm * least;
 }
 
 Sheet board_sheet(const Board& board, const TagFamilies& families, const std::string& name,
@@ -191,8 +218,9 @@ FittedBoard fitted_board(const Board& board, const TagFamilies& families, const 
   const int upright = landscape ? 0 : most_steps(board, families, name, paper);
   const int steps = std::max(lying, upright);
   if (steps == 0)
-    throw Error(fmt::format("--paper: {} is too small: tags or squares would have less than {} mm",
-                            paper.name, kStepMm));
+    throw Error(fmt::format(
+        "--paper: {} is too small: tags, squares or spacings would have less than {} mm",
+        paper.name, kStepMm));
   return {resized(board, steps * kStepMm / kMm), lying > upright ? paper.landscape() : paper};
 }
 

@@ -17,6 +17,9 @@ Sheet board_sheet(const Board& board, const TagFamilies& families, const std::st
 // "6 x 6 tags of 88 mm", "8 x 5 corners, squares of 30 mm": what a user measures.
 std::string size_text(const Board& board);
 
+// The least width of a part of one colour.
+double least_cell_mm(const Board& board, const TagFamilies& families);
+
 // A board of the same pattern that fills a sheet of paper, as it lies.
 struct FittedBoard {
   Board board;

@@ -28,13 +28,13 @@ constexpr double kTextHeight = 3;
 constexpr double kLineHeight = 4;
 constexpr double kCaptionGap = 8;
 
-Quad rectangle(double left, double top, double right, double bottom) {
+Contour rectangle(double left, double top, double right, double bottom) {
   return {Vector2d(left, bottom), Vector2d(right, bottom), Vector2d(right, top),
           Vector2d(left, top)};
 }
 
 // The strokes of the letters of the label, so that no font is needed.
-void add_glyph(char letter, double left, double top, std::vector<Quad>& ink) {
+void add_glyph(char letter, double left, double top, std::vector<Contour>& ink) {
   const double right = left + kGlyphWidth;
   const double bottom = top + kGlyphHeight;
   const double s = kGlyphStroke;
@@ -55,7 +55,7 @@ void add_glyph(char letter, double left, double top, std::vector<Quad>& ink) {
   }
 }
 
-void add_scale_bar(double left, double top, std::vector<Quad>& ink) {
+void add_scale_bar(double left, double top, std::vector<Contour>& ink) {
   // The outer edges of the end ticks are 100 mm apart.
   ink.push_back(rectangle(left, top, left + kBarStroke, top + kTick));
   ink.push_back(rectangle(left + kBar - kBarStroke, top, left + kBar, top + kTick));
@@ -109,21 +109,20 @@ Footer footer_of(double page_width, const SheetFrame& frame) {
 
 }  // namespace
 
-Sheet sheet_with_scale_bar(const std::vector<Quad>& ink_mm, const SheetFrame& frame) {
+Sheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const SheetFrame& frame) {
   Eigen::AlignedBox2d box;
-  for (const Quad& quad : ink_mm) {
-    for (const Vector2d& corner : quad) box.extend(corner);
+  for (const Contour& outline : ink_mm) {
+    for (const Vector2d& corner : outline) box.extend(corner);
   }
   const Vector2d size = frame.page_mm.value_or(needed_size(box.sizes(), frame));
   const Footer footer = footer_of(size.x(), frame);
   Sheet sheet{size.x(), size.y(), {}};
   const double bar_top = size.y() - frame.margin_mm - footer.size.y();
   const double left = (size.x() - box.sizes().x()) / 2, top = (bar_top - box.sizes().y()) / 2;
-  for (const Quad& quad : ink_mm) {
-    Quad placed;
-    for (int i = 0; i < 4; ++i)
-      placed[i] = {quad[i].x() - box.min().x() + left, box.max().y() - quad[i].y() + top};
-    sheet.ink.push_back(placed);
+  for (const Contour& outline : ink_mm) {
+    Contour& placed = sheet.ink.emplace_back();
+    for (const Vector2d& corner : outline)
+      placed.emplace_back(corner.x() - box.min().x() + left, box.max().y() - corner.y() + top);
   }
   add_scale_bar(frame.margin_mm, bar_top, sheet.ink);
   Vector2d at = Vector2d(frame.margin_mm, bar_top) + footer.caption;
@@ -145,9 +144,9 @@ Vector2d needed_size(const Vector2d& ink_mm, const SheetFrame& frame) {
 std::string sheet_svg(const Sheet& sheet, const std::string& title) {
   // One path, so that there is no seam between cells that touch.
   std::string path;
-  for (const Quad& quad : sheet.ink) {
+  for (const Contour& outline : sheet.ink) {
     char command = 'M';
-    for (const Vector2d& corner : quad) {
+    for (const Vector2d& corner : outline) {
       path += fmt::format("{}{:.4f} {:.4f}", command, corner.x(), corner.y());
       command = 'L';
     }
@@ -179,8 +178,7 @@ ImageSize sheet_size(const Sheet& sheet, double pixels_per_mm) {
 
 Image8 sheet_image(const Sheet& sheet, double pixels_per_mm) {
   Outlines ink;
-  for (const Quad& quad : sheet.ink) {
-    std::vector<Vector2d> outline(quad.begin(), quad.end());
+  for (Contour outline : sheet.ink) {
     for (Vector2d& corner : outline) corner *= pixels_per_mm;
     ink.add(outline);
   }

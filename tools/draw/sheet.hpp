@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,15 +9,14 @@
 
 namespace tagcal::tools {
 
-using Quad = std::array<Eigen::Vector2d, 4>;
 using Contour = std::vector<Eigen::Vector2d>;
 
-// A page to print: black quads that do not overlap, in millimetres from its upper-left corner, x
-// right, y down; and letters, each outside or hole of a letter a closed line.
+// A page to print: black convex outlines that do not overlap, in millimetres from its upper-left
+// corner, x right, y down; and letters, each outside or hole of a letter a closed line.
 struct Sheet {
   double width_mm = 0;
   double height_mm = 0;
-  std::vector<Quad> ink;
+  std::vector<Contour> ink;
   std::vector<Contour> letters = {};
 };
 
@@ -33,7 +31,7 @@ struct SheetFrame {
 // with its label, to check the scale of the print with a ruler, and the caption. On a page of given
 // size the ink is in the middle of what is above the bar; what does not fit reaches beyond the
 // page: see `needed_size`.
-Sheet sheet_with_scale_bar(const std::vector<Quad>& ink_mm, const SheetFrame& frame);
+Sheet sheet_with_scale_bar(const std::vector<Contour>& ink_mm, const SheetFrame& frame);
 
 // The least size of the page for ink of this size.
 Eigen::Vector2d needed_size(const Eigen::Vector2d& ink_mm, const SheetFrame& frame);

@@ -54,9 +54,9 @@ class Pdf {
     cairo_translate(context_, window.x() - from.x(), window.y() - from.y());
     const Eigen::AlignedBox2d seen(from, from + size);
     Sheet part{sheet.width_mm, sheet.height_mm, {}, sheet.letters};
-    std::ranges::copy_if(sheet.ink, std::back_inserter(part.ink), [&](const Quad& quad) {
+    std::ranges::copy_if(sheet.ink, std::back_inserter(part.ink), [&](const Contour& outline) {
       Eigen::AlignedBox2d box;
-      for (const Vector2d& corner : quad) box.extend(corner);
+      for (const Vector2d& corner : outline) box.extend(corner);
       return seen.intersects(box);
     });
     draw(part);
@@ -65,7 +65,7 @@ class Pdf {
 
   // One path, so that there is no seam between cells that touch.
   void draw(const Sheet& sheet) {
-    for (const Quad& quad : sheet.ink) add(quad);
+    for (const Contour& outline : sheet.ink) add(outline);
     for (const Contour& contour : sheet.letters) add(contour);
     cairo_fill(context_);
   }
@@ -101,9 +101,9 @@ Tiling tiling_on(const Sheet& sheet, const Paper& paper) {
 
 // Lines in the border of a tile where its left and upper sides are cut, and where the cut sides of
 // the next tiles come to lie.
-std::vector<Quad> marks(const Tiling& tiling, int column, int row) {
+std::vector<Contour> marks(const Tiling& tiling, int column, int row) {
   const Vector2d paper(tiling.paper.width_mm, tiling.paper.height_mm);
-  std::vector<Quad> lines;
+  std::vector<Contour> lines;
   const auto add = [&](int axis, double at) {
     const int other = 1 - axis;
     for (const double from : {kMarkFrom, paper[other] - kMarkTo}) {

@@ -57,14 +57,10 @@ std::string SvgPanel::things(const Scene& scene) const {
     edges += visible_edges(sheet.corners, shadows, i);
     if (!sheet.panel || !shadows.faces(i)) continue;
     const Pose camera_from_board = camera_from_world_ * scene.boards[sheet.board].world_from_board;
-    const auto add_ink = [&](const std::array<Vector3d, 4>& ink) {
-      std::vector<Vector3d> corners;
-      for (const Vector3d& x : ink) corners.push_back(camera_from_board * x);
-      svg += visible_area(corners, shadows, i, kInk);
-    };
-    if (checkers(scene.boards[sheet.board].board))
-      std::ranges::for_each(sheet.panel->squares, add_ink);
-    for (const Tag& tag : sheet.panel->tags) add_ink(tag_corners(tag));
+    for (InkCell& ink : drawn_print(scene.boards[sheet.board].board, *sheet.panel)) {
+      for (Vector3d& x : ink) x = camera_from_board * x;
+      svg += visible_area(ink, shadows, i, kInk);
+    }
   }
   svg += edges;
   for (const PlacedBoard& placed : scene.boards) {

@@ -97,13 +97,10 @@ class NdcPanel {
       append_clipped(sheet.corners, level, result.occluders);
       if (!sheet.panel) continue;
       const PlacedBoard& placed = scene.boards[sheet.board];
-      const auto add_ink = [&](const std::array<Vector3d, 4>& ink) {
-        std::vector<Vector3d> corners;
-        for (const Vector3d& x : ink) corners.push_back(placed.world_from_board * x);
-        append_clipped(corners, scene.ink_level, result.occluders);
-      };
-      if (checkers(placed.board)) std::ranges::for_each(sheet.panel->squares, add_ink);
-      for (const Tag& tag : sheet.panel->tags) add_ink(tag_corners(tag));
+      for (InkCell& ink : drawn_print(placed.board, *sheet.panel)) {
+        for (Vector3d& x : ink) x = placed.world_from_board * x;
+        append_clipped(ink, scene.ink_level, result.occluders);
+      }
     }
     return result;
   }

@@ -104,10 +104,10 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
       });
   input.dataset.views = std::move(refined.views);
   if (refined.num_refined_corners < refined.num_corners)
-    input.warnings.push_back(
-        fmt::format("{} of {} corners of checkerboards are not refined: the fit with the lens "
-                    "failed",
-                    refined.num_corners - refined.num_refined_corners, refined.num_corners));
+    input.warnings.push_back(fmt::format(
+        "{} of {} corners of squares and centres of circles are not refined: the fit with the lens "
+        "failed",
+        refined.num_corners - refined.num_refined_corners, refined.num_corners));
   if (refined.num_refined_tags < refined.num_tags)
     input.warnings.push_back(
         fmt::format("the corners of {} of {} tags are not refined: the fit with the lens failed",

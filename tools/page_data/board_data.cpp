@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 
 #include "tagcal/scene/surfaces.hpp"
 
@@ -14,7 +13,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Square = std::array<Vector3d, 4>;
+using Square = std::vector<Vector3d>;
 
 constexpr std::size_t kMostSquares = 2000;
 
@@ -28,23 +27,27 @@ Square rectangle(const Vector3d& low, const Vector3d& high) {
   return {low, {high.x(), low.y(), low.z()}, high, {low.x(), high.y(), high.z()}};
 }
 
-// The printed part: a checkerboard has a square more than corners on each side.
+// The printed part of checkerboards and grids of circles; of other boards their points.
 Square outline_of(const Board& board) {
-  AlignedBox3d box = box_of(target_points(board));
-  if (const auto squares = checkers(board)) {
-    const Vector3d square(squares->column_spacing, squares->row_spacing, 0);
-    box.min() -= square;
-    box.max() += square;
+  if (point_grid(board)) {
+    const internal::Rectangle paper = internal::board_panels(board, 0).front().paper;
+    return {paper.begin(), paper.end()};
   }
+  const AlignedBox3d box = box_of(target_points(board));
   return rectangle(box.min(), box.max());
 }
 
 std::vector<Square> squares_of(const Board& board) {
   std::vector<Square> squares;
-  if (checkers(board))
-    squares = black_squares(board);
+  const auto add = [&](const auto& corners) {
+    squares.emplace_back(corners.begin(), corners.end());
+  };
+  if (point_kind(board) == PointKind::circle_centre)
+    squares = drawn_print(board, board_panels(board, 0).front());
+  else if (checkers(board))
+    std::ranges::for_each(black_squares(board), add);
   else
-    for (const Tag& tag : tags_of(board)) squares.push_back(tag_corners(tag));
+    for (const Tag& tag : tags_of(board)) add(tag_corners(tag));
   if (squares.size() > kMostSquares) squares.resize(kMostSquares);
   return squares;
 }

@@ -3,7 +3,8 @@
 // cv::findChessboardCornersSB, beside the Cramer-Rao bound of the noise: the covariance of a fit
 // under the true lens to the picture with next to no noise, scaled to the noise and its rounding.
 // Tasks: boards of one size, tilt, blur and noise; and boards and ChArUco boards of any, through
-// three lenses, for the share that is found. A corner is wrong if it is off by more than 0.5 px.
+// three lenses, for the share that is found; and grids of circles under strong lenses, beside
+// cv::findCirclesGrid. A corner is wrong if it is off by more than 0.5 px.
 
 #include <fmt/format.h>
 #include <Eigen/LU>
@@ -24,6 +25,10 @@ const CheckerViewSpec kSpecs[] = {{10, 30, .8, 2}, {15, 0, .8, 2},   {15, 30, .8
                                   {15, 30, .5, 2}, {15, 30, 1.5, 2}, {20, 30, .8, 2},
                                   {20, 60, .8, 2}, {20, 30, .8, 8},  {20, 30, .8, 0},
                                   {30, 30, .8, 2}, {50, 30, .8, 2}};
+
+const CheckerViewSpec kCircleSpecs[] = {{24, 0, .8, 2},  {24, 30, .8, 2}, {24, 45, .8, 2},
+                                        {24, 60, .8, 2}, {14, 30, .8, 2}, {14, 60, .8, 2},
+                                        {34, 60, .8, 2}, {24, 60, .8, 8}, {24, 60, 1.5, 2}};
 
 cv::Mat as_mat(const Image8& image) {
   return {image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0))};
@@ -54,13 +59,8 @@ View by_corner_sub_pix(const CheckerView& view, double square_px, Random& random
 }
 
 // Each corner has the id of the nearest true one: OpenCV may number the board from another side.
-View by_sectors(const CheckerView& view) {
-  std::vector<cv::Point2f> corners;
-  const Checkerboard squares = checkers(view.board).value();
+View with_nearest_ids(const std::vector<cv::Point2f>& corners, const CheckerView& view) {
   View found;
-  if (!cv::findChessboardCornersSB(as_mat(view.image), {squares.columns, squares.rows}, corners,
-                                   cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
-    return found;
   for (const cv::Point2f& corner : corners) {
     const Eigen::Vector2d at(corner.x, corner.y);
     const auto nearest = std::ranges::min_element(
@@ -68,6 +68,23 @@ View by_sectors(const CheckerView& view) {
     found.observations.push_back({nearest->first, at, {}});
   }
   return found;
+}
+
+View by_sectors(const CheckerView& view) {
+  std::vector<cv::Point2f> corners;
+  const Checkerboard squares = checkers(view.board).value();
+  if (!cv::findChessboardCornersSB(as_mat(view.image), {squares.columns, squares.rows}, corners,
+                                   cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
+    return {};
+  return with_nearest_ids(corners, view);
+}
+
+View by_circles_grid(const CheckerView& view) {
+  std::vector<cv::Point2f> centres;
+  const auto& grid = std::get<CircleGrid>(view.board.pattern);
+  const int kind = grid.asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
+  if (!cv::findCirclesGrid(as_mat(view.image), {grid.columns, grid.rows}, centres, kind)) return {};
+  return with_nearest_ids(centres, view);
 }
 
 Values row_of(const std::string& method, const CheckerView& view, const View& found,
@@ -115,6 +132,32 @@ std::vector<Values> measure(const CheckerViewSpec& spec, std::uint64_t trial) {
           row_of("findChessboardCornersSB", view, by_sectors(view), bound)};
 }
 
+// Symmetric and asymmetric grids in turn, through a barrel lens and a fisheye. The bound is from a
+// picture with more noise: with next to none the misfit of the model counts.
+std::vector<Values> measure_circles(CheckerViewSpec spec, std::uint64_t trial) {
+  const ImageSize size{640, 480};
+  const Camera cameras[] = {{Perspective({530, 530, 322, 238, -.4, .18}), size},
+                            {Fisheye({270, 270, 322, 238, -.02, .004, -.002, 0}), size}};
+  const Board boards[] = {make_board(CircleGrid{8, 6, .02, .01}),
+                          make_board(CircleGrid{4, 9, .02, .014, true})};
+  Random random(41, trial);
+  spec.roll_rad = random.uniform(-1, 1);
+  Random again = random;
+  const CheckerView view = checker_view(boards[trial % 2], cameras[trial / 2 % 2], spec, random);
+  if (!view.is_whole) return {};
+  const double noise = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
+  spec.noise_levels = 8;
+  const double more = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
+  const CheckerView loud = checker_view(view.board, view.camera, spec, again);
+  double bound = 0, centres = 0;
+  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).observations)
+    ++centres, bound += seen.covariance_px2->trace() / 2;
+  bound *= noise * noise / (more * more) / centres;
+  return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
+          row_of("fit, lens known", view, found_in(view.image, view, &view.camera), bound),
+          row_of("findCirclesGrid", view, by_circles_grid(view), bound)};
+}
+
 // A ChArUco board may be seen in part.
 std::vector<Values> measure_any(bool with_markers, std::uint64_t trial) {
   const ImageSize size{640, 480};
@@ -140,10 +183,15 @@ std::vector<Values> measure_any(bool with_markers, std::uint64_t trial) {
 
 std::vector<Task> tasks(const StudyOptions& options) {
   std::vector<Task> tasks;
+  const auto name = [](const CheckerViewSpec& spec) {
+    return fmt::format("{:.0f} px, tilt {:.0f}, blur {:.1f} px, noise {:.0f}", spec.square_px,
+                       spec.tilt_deg, spec.blur_px, spec.noise_levels);
+  };
   for (const CheckerViewSpec& spec : kSpecs)
-    tasks.push_back({fmt::format("{:.0f} px, tilt {:.0f}, blur {:.1f} px, noise {:.0f}",
-                                 spec.square_px, spec.tilt_deg, spec.blur_px, spec.noise_levels),
-                     [&spec](std::uint64_t trial) { return measure(spec, trial); }});
+    tasks.push_back({name(spec), [&spec](std::uint64_t trial) { return measure(spec, trial); }});
+  for (const CheckerViewSpec& spec : kCircleSpecs)
+    tasks.push_back({"circles " + name(spec),
+                     [&spec](std::uint64_t trial) { return measure_circles(spec, trial); }});
   const int any = 15 * options.count;
   tasks.push_back({"any", [](std::uint64_t trial) { return measure_any(false, trial); }, any});
   tasks.push_back(
@@ -154,19 +202,20 @@ std::vector<Task> tasks(const StudyOptions& options) {
 }  // namespace
 
 Study checkers_study() {
-  return {.name = "checkers",
-          .summary = "corners of checkerboards, beside OpenCV's and the bound of the noise",
-          .count = 10,
-          .columns = {"method", "corners", "found", "right", "wrong", "squares", "bound", "claims",
-                      "nees"},
-          .tasks = tasks,
-          .tables = {{{"task", "method"},
-                      {rows_in("boards"), sum_of("found", "found"), sum_of("corners", "corners"),
-                       sum_of("right", "right"), sum_of("wrong", "wrong"),
-                       root_ratio_of("bound, px", "bound", "right", 4),
-                       root_ratio_of("rms, px", "squares", "right", 4),
-                       root_ratio_of("rms / bound", "squares", "bound", 2),
-                       ratio_of("NEES/2", "nees", "claims", 2)}}}};
+  return {
+      .name = "checkers",
+      .summary = "corners of checkerboards and centres of circles, beside OpenCV's and the bound",
+      .count = 10,
+      .columns = {"method", "corners", "found", "right", "wrong", "squares", "bound", "claims",
+                  "nees"},
+      .tasks = tasks,
+      .tables = {{{"task", "method"},
+                  {rows_in("boards"), sum_of("found", "found"), sum_of("corners", "corners"),
+                   sum_of("right", "right"), sum_of("wrong", "wrong"),
+                   root_ratio_of("bound, px", "bound", "right", 4),
+                   root_ratio_of("rms, px", "squares", "right", 4),
+                   root_ratio_of("rms / bound", "squares", "bound", 2),
+                   ratio_of("NEES/2", "nees", "claims", 2)}}}};
 }
 
 }  // namespace tagcal

@@ -1,15 +1,17 @@
-// The job `corners` of the chart: from a picture of one tag to its four corners, and whole pictures
-// from and to PNG files.
+// The job `corners` of the chart: from a picture of one tag to its four corners, from one of a grid
+// of circles to their centres, and whole pictures from and to PNG files.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "study/chart/chart_study.hpp"
+#include "study/chart/circle_methods.hpp"
 #include "study/chart/corner_methods.hpp"
 #include "study/chart/picture_methods.hpp"
 #include "study/peers/aruco_peer.hpp"
@@ -83,6 +85,39 @@ void add_pictures(const std::string& title, bool is_plain,
   study.panels.push_back(std::move(panel));
 }
 
+// Each centre is compared with the nearest found one: OpenCV may count from another end.
+Verdict judge_circles(const std::vector<Eigen::Vector2d>& found, const CircleTask& task) {
+  if (found.size() < task.centres.size()) return {};
+  double squares = 0;
+  for (const auto& [id, truth] : task.centres) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& centre : found)
+      least = std::min(least, (centre - truth).squaredNorm());
+    squares += least;
+  }
+  const double rms_px = std::sqrt(squares / (2 * static_cast<double>(task.centres.size())));
+  return {!(rms_px < kGrossPx), rms_px, rms_px / task.bound_px};
+}
+
+void add_circles(ChartStudy& study) {
+  const std::vector<CircleMethod> methods = circle_methods();
+  for (const double noise : {2.0, 8.0}) {
+    StudyPanel panel;
+    panel.panel = {"circles under a strong lens",
+                   fmt::format("noise {:g} grey levels", noise),
+                   "8 x 6 circles of 12 px",
+                   {}};
+    panel.methods = study.numbers_of(methods);
+    panel.draw = [noise, methods](Random& random) {
+      const CircleTask task = draw_circle_task(noise, random);
+      return attempts_of(methods, task, [task](const std::vector<Eigen::Vector2d>& found) {
+        return judge_circles(found, task);
+      });
+    };
+    study.panels.push_back(std::move(panel));
+  }
+}
+
 }  // namespace
 
 ChartStudy corners_study() {
@@ -108,6 +143,7 @@ ChartStudy corners_study() {
       panel.draw = [spec, methods](Random& random) { return draw(spec, methods, random); };
       study.panels.push_back(std::move(panel));
     }
+  add_circles(study);
   add_pictures("36 plain tags", true, picture_methods(), study);
   add_pictures("36 tags of Kalibr", false, picture_methods(), study);
   add_pictures("rendering of 36 tags of Kalibr", false, {render_method()}, study);

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <tuple>
 
+#include "tagcal/detect/board_search/board_symmetry.hpp"
 #include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
+#include "tagcal/detect/circle_search/circle_finder.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -22,7 +24,8 @@ class BoardWorker {
   BoardWorker(const std::vector<PlacedBoard>& boards, const DetectOptions& options)
       : camera_(options.camera),
         searches_(tag_searches(boards, options)),
-        checkers_(boards, options) {}
+        checkers_(boards, options),
+        circles_(boards, options) {}
 
   DetectedPicture find(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
@@ -53,6 +56,7 @@ class BoardWorker {
     found.num_sure = count.sure;
     found.num_unread = count.unread;
     add_checkers(image, name, found);
+    add_circles(image, name, found);
     std::sort(found.view.observations.begin(), found.view.observations.end(),
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
     if (found.view.observations.empty() && !searches_.empty())
@@ -83,6 +87,14 @@ class BoardWorker {
     }
   }
 
+  void add_circles(const ImageView8& image, const std::string& name, DetectedPicture& found) const {
+    std::vector<Observation>& corners = found.view.observations;
+    for (const SeenCircles& seen : circles_.find(image)) {
+      corners.insert(corners.end(), seen.centres.begin(), seen.centres.end());
+      if (!seen.why_not.empty()) found.warnings.push_back(name + ": " + seen.why_not);
+    }
+  }
+
   static void add_corners(const FoundTag& tag, View& view) {
     for (int i = 0; i < 4; ++i) {
       Observation seen{{tag.id, i}, tag.corners[static_cast<std::size_t>(i)], {}};
@@ -94,6 +106,7 @@ class BoardWorker {
   const Camera* camera_;
   std::vector<TagSearch> searches_;
   CheckerFinder checkers_;
+  CircleFinder circles_;
 };
 
 // The search for all tags of a family of one thread.

@@ -8,11 +8,11 @@
 
 namespace tagcal {
 
-// Finds the corners of the boards' tags and checkerboards in one picture. Tags that are on no
-// board, and tags of one id seen at two places, are not reported but named in the warnings, which
-// begin with `name`, as does an Error. Pictures with a side below 8 px are not searched. Corners:
-// pixel centres at whole numbers. Throws Error if the picture's size differs from that of the given
-// camera.
+// Finds the corners of the boards' tags and checkerboards and the centres of their circles in one
+// picture. Tags that are on no board, and tags of one id seen at two places, are not reported but
+// named in the warnings, which begin with `name`, as does an Error. Pictures with a side below 8 px
+// are not searched. Corners: pixel centres at whole numbers. Throws Error if the picture's size
+// differs from that of the given camera.
 DetectedPicture detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
                        const DetectOptions& options = {}, const std::string& name = "picture");
 
@@ -24,8 +24,8 @@ std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
                                         const DetectOptions& options = {},
                                         const std::function<void(int, int)>& progress = {});
 
-// Warnings about the boards that need all pictures, as detect_all() answered them: checkerboards
-// that look the same after a turn, and pictures that show tags with another border than the boards'
+// Warnings about the boards that need all pictures, as detect_all() answered them: boards that look
+// the same after a turn, and pictures that show tags with another border than the boards'
 // (then some are searched again).
 std::vector<std::string> board_warnings(const std::vector<ImageSource>& images,
                                         const std::vector<DetectedPicture>& found,

@@ -9,9 +9,11 @@
 #include <optional>
 
 #include "tagcal/detect/apriltag/kind_search.hpp"
+#include "tagcal/detect/board_search/board_symmetry.hpp"
 #include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
+#include "tagcal/detect/circle_search/circle_finder.hpp"
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -134,6 +136,7 @@ class Explainer {
       if (point_kind(placed.board) == PointKind::tag_corner) explain_board(placed.board);
     }
     explain_checkers();
+    explain_circles();
     std::ranges::sort(result_.reported);
     std::ranges::sort(result_.not_reported, {}, &NotReported::id);
     if (result_.reported.empty() && std::min(image_.width(), image_.height()) < kSmallPictureSidePx)
@@ -177,6 +180,18 @@ class Explainer {
                             squares.columns, squares.rows, seen[i].corners.size(),
                             squares.columns * squares.rows)
               : why_not_text(seen[i], board));
+    }
+  }
+
+  void explain_circles() {
+    const CircleFinder finder(boards_, {});
+    const std::vector<SeenCircles> seen = finder.find(image_);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const CircleGrid& grid = *finder.grids()[i];
+      result_.checkerboards.push_back(
+          seen[i].why_not.empty() ? fmt::format("{}: {} of {} centres are reported", name_of(grid),
+                                                seen[i].centres.size(), grid.columns * grid.rows)
+                                  : seen[i].why_not);
     }
   }
 

@@ -7,6 +7,7 @@
 #include "tagcal/detect/apriltag/family_detector.hpp"
 #include "tagcal/detect/board_search/board_patterns.hpp"
 #include "tagcal/detect/checker_search/checker_corners.hpp"
+#include "tagcal/detect/circle_search/circle_centres.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
@@ -22,8 +23,8 @@ constexpr int kNumBends = tag_parameter::kNumBends;
 
 using Patterns = std::map<int, TagPattern>;
 
-// One view, whose corners of checkerboards are fitted under the lens, and its tags without and with
-// bends, which paper that is not flat or an error of the lens may cause.
+// One view, whose corners of checkerboards and centres of circles are fitted under the lens, and
+// its tags without and with bends, which paper that is not flat or an error of the lens may cause.
 struct ViewRefinement {
   View straight, bent;
   int num_tags = 0;
@@ -57,6 +58,25 @@ struct ViewRefinement {
     for (const auto& [cell, corner] : corners) {
       seen[cell]->pixel = corner.at;
       if (corner.covariance_px2.trace() > 0) seen[cell]->covariance_px2 = corner.covariance_px2;
+    }
+  }
+
+  void refine_circles(const ImageView8& image, const CircleGrid& grid, const Camera& camera) {
+    const CircleCentres on_board = centres_on_board(grid);
+    CircleCentres centres;
+    std::map<int, Observation*> seen;
+    for (Observation& observation : straight.observations) {
+      const auto centre = on_board.find(observation.id.tag_id);
+      if (observation.id.corner != 0 || centre == on_board.end()) continue;
+      seen[centre->first] = &observation;
+      centres[centre->first] = {centre->second.on_board, observation.pixel};
+    }
+    num_corners += static_cast<int>(centres.size());
+    num_refined_corners += fit_centres(image, &camera, centres);
+    for (const auto& [id, centre] : centres) {
+      if (centre.covariance_px2.trace() == 0) continue;
+      seen[id]->pixel = centre.at;
+      seen[id]->covariance_px2 = centre.covariance_px2;
     }
   }
 
@@ -129,8 +149,11 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
         if (source == by_name.end()) return;
         const Image8 image = source->second->load();
         check_size(&camera, image.size(), name);
-        for (const PlacedBoard& placed : found.boards)
+        for (const PlacedBoard& placed : found.boards) {
+          const auto* const grid = std::get_if<CircleGrid>(&placed.board.pattern);
+          if (grid) refined[i].refine_circles(image, *grid, camera);
           if (checkers(placed.board)) refined[i].refine_checkers(image, placed.board, camera);
+        }
         refined[i].refine_tags(image, patterns, camera);
       },
       progress);

@@ -12,7 +12,7 @@ namespace tagcal {
 struct RefinedViews {
   std::vector<View> views;  // those of the data set, in their order
   // In views whose picture was found: tags with four corners, and corners of checkerboards and
-  // ChArUco boards. Those that were not refined are unchanged.
+  // ChArUco boards and centres of circles. Those that were not refined are unchanged.
   int num_tags = 0, num_refined_tags = 0;
   int num_corners = 0, num_refined_corners = 0;
 };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "tagcal/error.hpp"
@@ -84,6 +85,22 @@ void check(const Charuco& board) {
   check_counts((num_squares + 1) / 2, board.first_marker_id, "first_marker_id");
 }
 
+void check(const CircleGrid& grid) {
+  if (grid.columns < 2 || grid.rows < 2) {
+    throw Error(fmt::format("board: must have 2 x 2 circles or more, got {} x {}", grid.columns,
+                            grid.rows));
+  }
+  require_positive(grid.spacing, "spacing");
+  require_positive(grid.diameter, "diameter");
+  if (grid.diameter >= centre_distance(grid)) {
+    throw Error(
+        fmt::format("board: diameter: must be less than {}, the distance of centres, got "
+                    "{}",
+                    centre_distance(grid), grid.diameter));
+  }
+  check_counts(product(grid.columns, grid.rows), grid.first_id, "first_id");
+}
+
 std::vector<Tag> tags_of(const AprilGrid& grid) {
   std::vector<Tag> tags;
   const double pitch = grid.tag_size * (1 + grid.tag_spacing);
@@ -121,6 +138,18 @@ std::vector<TargetPoint> points_of(const std::vector<Tag>& tags) {
     const auto corners = tag_corners(tag);
     for (int i = 0; i < 4; ++i)
       points.push_back({{tag.id, i}, corners[static_cast<std::size_t>(i)]});
+  }
+  return points;
+}
+
+std::vector<TargetPoint> points_of(const CircleGrid& grid) {
+  std::vector<TargetPoint> points;
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const int x = grid.asymmetric ? 2 * column + (grid.rows - 1 - row) % 2 : column;
+      points.push_back({{grid.first_id + row * grid.columns + column, 0},
+                        {x * grid.spacing, row * grid.spacing, 0}});
+    }
   }
   return points;
 }
@@ -166,6 +195,7 @@ std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag) {
 }
 
 PointKind point_kind(const Board& board) {
+  if (std::holds_alternative<CircleGrid>(board.pattern)) return PointKind::circle_centre;
   if (checkers(board)) return PointKind::checker_corner;
   return tag_kind(board) ? PointKind::tag_corner : PointKind::measured;
 }
@@ -176,6 +206,7 @@ std::vector<TargetPoint> target_points(const Board& board) {
                             [](const Tags& single) { return points_of(single.tags); },
                             [](const AprilGrid& grid) { return points_of(tags_of(grid)); },
                             [](const Checkerboard& squares) { return points_of(squares); },
+                            [](const CircleGrid& circles) { return points_of(circles); },
                             [](const Charuco& charuco) { return points_of(squares_of(charuco)); }},
                  board.pattern);
   std::ranges::sort(points, {}, &TargetPoint::id);
@@ -206,6 +237,18 @@ std::optional<Checkerboard> checkers(const Board& board) {
                                [](const Charuco& charuco) -> Result { return squares_of(charuco); },
                                [](const auto&) -> Result { return std::nullopt; }},
                     board.pattern);
+}
+
+std::optional<PointGrid> point_grid(const Board& board) {
+  if (const auto* const circles = std::get_if<CircleGrid>(&board.pattern))
+    return PointGrid{circles->columns, circles->rows, circles->first_id};
+  const auto squares = checkers(board);
+  if (!squares) return std::nullopt;
+  return PointGrid{squares->columns, squares->rows, squares->first_id};
+}
+
+double centre_distance(const CircleGrid& grid) {
+  return grid.asymmetric ? std::numbers::sqrt2 * grid.spacing : grid.spacing;
 }
 
 }  // namespace tagcal

@@ -36,8 +36,8 @@ struct TagFamily {
 using TagFamilies = std::map<std::string, TagFamily>;  // by name
 
 // Identifies a point that can be observed: corner 0..3 of a tag (lower-left, lower-right,
-// upper-right, upper-left, on the upright tag), or point `tag_id` of a `points` target or of a
-// checkerboard, with corner 0.
+// upper-right, upper-left, on the upright tag), or point `tag_id` of a `points` target, of a
+// checkerboard or of a grid of circles, with corner 0.
 struct CornerId {
   int tag_id = 0;
   int corner = 0;
@@ -120,7 +120,22 @@ struct Charuco {
   int first_marker_id = 0;  // of the markers
 };
 
-using BoardPattern = std::variant<Points, Tags, AprilGrid, Checkerboard, Charuco>;
+// A grid of black discs on white, as OpenCV's and Kalibr's; a disc's centre is a point, with corner
+// 0. Origin: the lower left of the grid, at a distance of `spacing` from the row above. In an
+// asymmetric grid each row lies halfway between the discs of the next one: disc (column, row) is at
+// ((2 column + (rows - 1 - row) mod 2) spacing, row spacing), so that the uppermost row is OpenCV's
+// first. With an odd number of rows it looks different turned by half a turn; any other grid looks
+// the same.
+struct CircleGrid {
+  int columns = 0;  // discs in a row
+  int rows = 0;
+  double spacing = 0;   // of rows, and of columns; in asymmetric rows discs are two spacings apart
+  double diameter = 0;  // less than the least distance of two centres
+  bool asymmetric = false;
+  int first_id = 0;
+};
+
+using BoardPattern = std::variant<Points, Tags, AprilGrid, Checkerboard, Charuco, CircleGrid>;
 
 enum class Material { paper, aluminium, glass };
 
@@ -158,7 +173,7 @@ Board make_board(BoardPattern pattern, const Substrate& substrate = {});
 std::array<Eigen::Vector3d, 4> tag_corners(const Tag& tag);
 
 // The kinds of points that a board has.
-enum class PointKind { measured, tag_corner, checker_corner };
+enum class PointKind { measured, tag_corner, checker_corner, circle_centre };
 PointKind point_kind(const Board& board);
 
 // All points of the board that can be observed, in the board frame, ordered by id.
@@ -170,5 +185,18 @@ std::optional<TagKind> tag_kind(const Board& board);
 
 // The squares of a checkerboard or of a ChArUco board; no value for other boards.
 std::optional<Checkerboard> checkers(const Board& board);
+
+// Points in columns and rows; ids count row by row from below.
+struct PointGrid {
+  int columns = 0;
+  int rows = 0;
+  int first_id = 0;
+};
+
+// The grid of a board's points: of checkerboards, ChArUco boards and circles; no value for others.
+std::optional<PointGrid> point_grid(const Board& board);
+
+// The least distance between two centres of circles.
+double centre_distance(const CircleGrid& grid);
 
 }  // namespace tagcal

@@ -44,6 +44,7 @@ void judge(const NamedPoint& point, const Scene& scene, const ViewingPipeline& p
 
 std::string name_of(const CornerId& id, const Board& board) {
   const std::string number = std::to_string(id.tag_id);
+  if (point_kind(board) == PointKind::circle_centre) return "circle " + number;
   if (checkers(board)) return "corner " + number;
   if (!tag_kind(board)) return "point " + number;
   return "tag " + number + " corner " + std::to_string(id.corner);

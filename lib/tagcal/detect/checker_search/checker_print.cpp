@@ -1,11 +1,7 @@
 #include "tagcal/detect/checker_search/checker_print.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <string_view>
 
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
@@ -30,30 +26,7 @@ std::vector<TagPattern::Cell> marker_cells(const TagFamily& family, int id) {
 
 constexpr double kHalf = 1.0 / 2;  // of a square
 
-// The turn after which a checkerboard looks the same; no value if there is none.
-std::optional<std::string_view> symmetry_of(const Checkerboard& board) {
-  if ((board.columns + board.rows) % 2 != 0) return std::nullopt;
-  return board.columns == board.rows && board.columns % 2 == 0 ? "a quarter turn" : "half a turn";
-}
-
 }  // namespace
-
-std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards) {
-  std::vector<std::string> warnings;
-  for (const PlacedBoard& placed : boards) {
-    const auto board = checkers(placed.board);
-    if (!board || tag_kind(placed.board)) continue;
-    const auto symmetry = symmetry_of(*board);
-    if (!symmetry) continue;
-    warnings.push_back(fmt::format(
-        "the checkerboard of {} x {} corners looks the same after {}: in each picture its y axis "
-        "is taken to be the one that points up most, so a board on its head is numbered from the "
-        "wrong end. A calibration does not change, poses do. Use a board with an odd number of "
-        "squares in one direction and an even number in the other",
-        board->columns, board->rows, *symmetry));
-  }
-  return warnings;
-}
 
 CheckerPrint::CheckerPrint(const Board& board) {
   const Checkerboard squares = checkers(board).value();

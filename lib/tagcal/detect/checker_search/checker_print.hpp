@@ -1,12 +1,11 @@
 #pragma once
 
 #include <map>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "tagcal/detect/refine.hpp"
-#include "tagcal/scene/dataset.hpp"
+#include "tagcal/scene/board.hpp"
 
 // Private to detect.
 namespace tagcal::internal {
@@ -14,9 +13,6 @@ namespace tagcal::internal {
 // A corner of a checkerboard (column, row), or a square: (0, 0) is the one to the lower left of the
 // first corner.
 using CheckerCell = std::pair<int, int>;
-
-// One sentence for each board that looks the same if it is turned.
-std::vector<std::string> symmetry_warnings(const std::vector<PlacedBoard>& boards);
 
 // The print of a checkerboard, with the markers of a ChArUco board.
 class CheckerPrint {

@@ -251,4 +251,20 @@ inline constexpr double kCheckerBeyond = 0.3;
 // squares over claims -1.0 %, -51 beyond 5 sd.
 inline constexpr double kCheckerOutside = 0.5;
 
+// ---- Finding grids of circles
+
+// OpenCV's search for dark blobs: shares of the pixels below the lowest and above the highest
+// threshold, number of thresholds, px between two blobs, px^2 of a blob, and its area over that of
+// its hull, all at least. Source: OpenCV's defaults are for levels from 50 to 220, discs 10 px
+// apart and of less than 5000 px^2; discs of 5 px have 20 px^2, and on pixels a convexity of 0.8.
+inline constexpr double kBlobTailShare = 0.01;
+inline constexpr int kBlobThresholds = 12;
+inline constexpr float kBlobMinDistancePx = 5;
+inline constexpr float kBlobMinAreaPx2 = 16;
+inline constexpr float kBlobMinConvexity = 0.8F;
+
+// Centres by which the image of the board about a disc is predicted: the disc and its neighbours in
+// a square.
+inline constexpr std::size_t kCircleNeighbours = 9;
+
 }  // namespace tagcal::internal::policy

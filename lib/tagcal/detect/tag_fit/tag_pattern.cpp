@@ -9,7 +9,7 @@ namespace tagcal {
 using namespace internal;
 namespace {
 
-bool covers(const Rectangle& rectangle, double x, double y) {
+bool covers(const InkCell& rectangle, double x, double y) {
   return rectangle[0].x() < x && x < rectangle[2].x() && rectangle[0].y() < y &&
          y < rectangle[2].y();
 }
@@ -22,7 +22,7 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
   const bool has_squares = surroundings.corner_squares && surroundings.gap > 0;
   const Board board =
       make_board(AprilGrid{1, 1, 1.0, surroundings.gap, id, family.name, border_bits, has_squares});
-  const std::vector<Rectangle> ink = ink_cells(board, family);
+  const std::vector<InkCell> ink = ink_cells(board, family);
 
   int own_border = family.reversed_border ? border_bits : family.width_at_border;
   if (!family.reversed_border)
@@ -44,7 +44,7 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
       const double x = (lines[column] + lines[column + 1]) / 2;
       const double y = 1 - (lines[row] + lines[row + 1]) / 2;  // the board's y points up
       const bool is_black = std::ranges::any_of(
-          ink, [&](const Rectangle& rectangle) { return covers(rectangle, x, y); });
+          ink, [&](const InkCell& rectangle) { return covers(rectangle, x, y); });
       const bool is_corner = (x < 0 || x > 1) && (y < 0 || y > 1);
       const auto cell = [&](double at) { return static_cast<int>(std::floor(at * side)); };
       const bool is_free = !is_determined(family, cell(x), cell(1 - y));

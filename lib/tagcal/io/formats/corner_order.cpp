@@ -13,7 +13,7 @@ std::vector<CornerId> listed_corners(const std::vector<PlacedBoard>& boards,
                             boards.size()));
   const Board& board = boards[0].board;
   std::vector<CornerId> corners;
-  if (const auto grid = checkers(board)) {
+  if (const auto grid = point_grid(board)) {
     for (int row = grid->rows - 1; row >= 0; --row)
       for (int column = 0; column < grid->columns; ++column)
         corners.push_back({grid->first_id + row * grid->columns + column, 0});
@@ -21,8 +21,8 @@ std::vector<CornerId> listed_corners(const std::vector<PlacedBoard>& boards,
   }
   if (point_kind(board) == PointKind::tag_corner)
     throw Error(where +
-                ": a list of corners in order needs a target of type checkerboard, charuco or "
-                "points: the corners of tags are no regular grid");
+                ": a list of corners in order needs a target of type checkerboard, charuco, "
+                "circlegrid or points: the corners of tags are no regular grid");
   for (const TargetPoint& point : target_points(board)) corners.push_back(point.id);
   return corners;
 }

@@ -27,7 +27,7 @@ YamlValue parsed(const std::string& text, const std::string& file) {
 
 // The sample's board_width and board_height must be those of the target.
 void check_board(const YamlValue& top, const std::vector<PlacedBoard>& boards) {
-  const auto grid = checkers(boards[0].board);
+  const auto grid = point_grid(boards[0].board);
   if (!grid) return;
   for (const auto& [key, expected] :
        {std::pair{"board_width", grid->columns}, std::pair{"board_height", grid->rows}}) {

@@ -11,7 +11,8 @@
 namespace tagcal::internal {
 namespace {
 
-constexpr const char* kTypes = "must be aprilgrid, tags, checkerboard, charuco or points";
+constexpr const char* kTypes =
+    "must be aprilgrid, tags, checkerboard, charuco, circlegrid or points";
 constexpr int kMaxId = std::numeric_limits<int>::max();
 
 // Reads the keys that all kinds of tags have; their defaults are those of the kind.
@@ -174,6 +175,30 @@ BoardPattern read_charuco(const YamlValue& top, std::optional<int> first_id) {
   return board;
 }
 
+// Diameter of a disc whose file does not state it, in spacings. Source: OpenCV's gen_pattern.py
+// (radius_rate 5).
+constexpr double kDiscShare = 0.4;
+
+BoardPattern read_circles(const YamlValue& top, std::optional<int> first_id,
+                          std::vector<std::string>* warnings) {
+  const std::vector<std::string> unknown =
+      top.unknown_keys({"target_type", "targetCols", "targetRows", "spacingMeters",
+                        "asymmetricGrid", "diameterMeters", "first_id", "flatness", "print"});
+  const auto [columns, rows] = read_counts(top, "targetCols", "targetRows", 2);
+  CircleGrid grid{columns, rows, top.at("spacingMeters").positive()};
+  if (const auto asymmetric = top.find("asymmetricGrid")) grid.asymmetric = asymmetric->truth();
+  grid.diameter = kDiscShare * grid.spacing;
+  if (const auto diameter = top.find("diameterMeters")) {
+    grid.diameter = diameter->positive();
+    if (grid.diameter >= centre_distance(grid))
+      diameter->fail(
+          fmt::format("must be less than {:.6g}, the distance of centres", centre_distance(grid)));
+  }
+  grid.first_id = read_first_id(top, "first_id", std::int64_t{columns} * rows, first_id);
+  if (warnings) warnings->insert(warnings->end(), unknown.begin(), unknown.end());
+  return grid;
+}
+
 BoardPattern read_kind(const YamlValue& type, const YamlValue& top, std::optional<int> first_id,
                        std::vector<std::string>* warnings) {
   const std::string name = type.text();
@@ -182,7 +207,7 @@ BoardPattern read_kind(const YamlValue& type, const YamlValue& top, std::optiona
   if (name == "points") return read_points(top, first_id);
   if (name == "checkerboard") return read_checkerboard(top, first_id, warnings);
   if (name == "charuco") return read_charuco(top, first_id);
-  if (name == "circlegrid") type.fail(fmt::format("circlegrid is not supported: {}", kTypes));
+  if (name == "circlegrid") return read_circles(top, first_id, warnings);
   type.fail(kTypes);
 }
 
@@ -200,6 +225,13 @@ std::string kind_yaml(const Checkerboard& board) {
       "colSpacingMeters: {}\nfirst_id: {}\nstarts_black: {}\n",
       board.columns, board.rows, board.row_spacing, board.column_spacing, board.first_id,
       board.starts_black);
+}
+
+std::string kind_yaml(const CircleGrid& grid) {
+  return fmt::format(
+      "target_type: circlegrid\ntargetCols: {}\ntargetRows: {}\nspacingMeters: {}\n"
+      "asymmetricGrid: {}\ndiameterMeters: {}\nfirst_id: {}\n",
+      grid.columns, grid.rows, grid.spacing, grid.asymmetric, grid.diameter, grid.first_id);
 }
 
 std::string kind_yaml(const Charuco& board) {

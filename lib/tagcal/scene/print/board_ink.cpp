@@ -89,8 +89,38 @@ BoardPanel checkerboard_panel(const Board& board, const Checkerboard& squares, d
   return {rectangle(Pose(), box), tags_of(board), black_squares(board), target_points(board)};
 }
 
+constexpr int kDiscSides = 256;      // numeric: the border within 6e-5 radii
+constexpr int kDrawnDiscSides = 24;  // numeric: round to the eye
+
+std::vector<InkCell> discs(const CircleGrid& grid, double spread_m, int sides) {
+  const double step = 2 * std::numbers::pi / sides;
+  const double circle = grid.diameter / 2 + spread_m;
+  const double radius = circle * std::sqrt(step / std::sin(step));  // of the corners: equal areas
+  std::vector<InkCell> cells;
+  for (const TargetPoint& centre : target_points({grid, {}})) {
+    InkCell& disc = cells.emplace_back();
+    for (int i = 0; i < sides; ++i)
+      disc.emplace_back(centre.position +
+                        radius * Vector3d(std::cos(i * step), std::sin(i * step), 0));
+  }
+  return cells;
+}
+
+InkCell cell_of(const Rectangle& corners) { return {corners.begin(), corners.end()}; }
+
+BoardPanel circles_panel(const Board& board, const CircleGrid& grid, double margin_m) {
+  BoardPanel panel;
+  panel.points = target_points(board);
+  AlignedBox2d box;
+  for (const TargetPoint& point : panel.points) box.extend(point.position.head<2>());
+  box.min().array() -= grid.diameter / 2 + margin_m;
+  box.max().array() += grid.diameter / 2 + margin_m;
+  panel.paper = rectangle(Pose(), box);
+  return panel;
+}
+
 void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
-             std::vector<Rectangle>& cells) {
+             std::vector<InkCell>& cells) {
   const double side = tag.size / family.width_at_border;
   PrintedTag cell = spread_out(printed_tag(family, tag.id), spread_m / side);
   const double middle = 0.5 * family.total_width;
@@ -111,7 +141,7 @@ void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
       }
       AlignedBox2d box;
       box.extend(place(x, y)).extend(place(right, below));
-      cells.push_back(rectangle(tag.board_from_tag, box));
+      cells.push_back(cell_of(rectangle(tag.board_from_tag, box)));
     }
   }
 }
@@ -143,6 +173,9 @@ bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& fa
           },
           [&](const Charuco& charuco) {
             return 2 * spread_m >= (charuco.square_size - charuco.marker_size) / 2;
+          },
+          [&](const CircleGrid& grid) {
+            return 2 * spread_m >= std::min(grid.diameter, centre_distance(grid) - grid.diameter);
           }},
       board.pattern);
 }
@@ -153,8 +186,9 @@ void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& 
   throw Error(
       fmt::format("board: ink_spread_m: must be less than half a {} and half "
                   "of what is between them, got {}",
-                  !checkers(board)     ? "cell of the tags"
-                  : panel.tags.empty() ? "square"
+                  point_kind(board) == PointKind::circle_centre ? "circle's diameter"
+                  : !checkers(board)                            ? "cell of the tags"
+                  : panel.tags.empty()                          ? "square"
                                        : "cell of the markers, half a square",
                   spread_m));
 }
@@ -202,6 +236,8 @@ std::optional<std::pair<int, int>> overlapping_tags(const Board& board) {
 
 std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
   if (const auto squares = checkers(board)) return {checkerboard_panel(board, *squares, margin_m)};
+  if (const auto* const circles = std::get_if<CircleGrid>(&board.pattern))
+    return {circles_panel(board, *circles, margin_m)};
   const std::vector<Tag> tags = tags_of(board);
   if (tags.empty()) return {};
   const std::string family = tag_kind(board)->family;
@@ -211,22 +247,35 @@ std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
   return panels;
 }
 
-std::vector<Rectangle> ink_cells(const Board& board, const BoardPanel& panel,
-                                 const TagFamily& family, double spread_m) {
+std::vector<InkCell> ink_cells(const Board& board, const BoardPanel& panel, const TagFamily& family,
+                               double spread_m) {
   const TagFamily bordered = panel.tags.empty() ? TagFamily{} : with_border(family, board);
   check_spread(board, panel, bordered, spread_m);
-  std::vector<Rectangle> cells;
-  if (!panel.squares.empty()) cells = black_squares(board, spread_m);
+  if (const auto* const circles = std::get_if<CircleGrid>(&board.pattern))
+    return discs(*circles, spread_m, kDiscSides);
+  std::vector<InkCell> cells;
+  if (!panel.squares.empty())
+    for (const Rectangle& square : black_squares(board, spread_m)) cells.push_back(cell_of(square));
   for (const Tag& tag : panel.tags) add_tag(tag, bordered, spread_m, cells);
   return cells;
 }
 
-std::vector<Rectangle> ink_cells(const Board& board, const TagFamily& family) {
-  std::vector<Rectangle> cells;
+std::vector<InkCell> ink_cells(const Board& board, const TagFamily& family) {
+  std::vector<InkCell> cells;
   for (const BoardPanel& panel : board_panels(board, 0)) {
-    const std::vector<Rectangle> more = ink_cells(board, panel, family);
+    const std::vector<InkCell> more = ink_cells(board, panel, family);
     cells.insert(cells.end(), more.begin(), more.end());
   }
+  return cells;
+}
+
+std::vector<InkCell> drawn_print(const Board& board, const BoardPanel& panel) {
+  if (const auto* const circles = std::get_if<CircleGrid>(&board.pattern))
+    return discs(*circles, 0, kDrawnDiscSides);
+  std::vector<InkCell> cells;
+  if (checkers(board))
+    for (const Rectangle& square : panel.squares) cells.push_back(cell_of(square));
+  for (const Tag& tag : panel.tags) cells.push_back(cell_of(tag_corners(tag)));
   return cells;
 }
 

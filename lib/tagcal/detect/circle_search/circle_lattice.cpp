@@ -1,0 +1,208 @@
+#include "tagcal/detect/circle_search/circle_lattice.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/geometry/pose.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Cell = std::pair<int, int>;
+using Eigen::Matrix2i;
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+
+Cell operator+(const Cell& a, const Cell& b) { return {a.first + b.first, a.second + b.second}; }
+Cell operator-(const Cell& a) { return {-a.first, -a.second}; }
+
+constexpr Cell kSteps[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+constexpr double kIndependent = 0.3;  // numeric: sine of the angle between two vectors of a basis
+
+double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+class Growth {
+ public:
+  Growth(const std::vector<Vector2d>& blobs, std::size_t seed)
+      : blobs_(blobs), is_used_(blobs.size(), false) {
+    add({0, 0}, seed);
+    std::vector<Vector2d> around;
+    for (std::size_t i = 0; i < blobs.size(); ++i)
+      if (i != seed) around.emplace_back(blobs[i] - blobs[seed]);
+    std::ranges::sort(around, {}, [](const Vector2d& v) { return v.squaredNorm(); });
+    if (around.empty()) return;
+    first_ = around[0];
+    const auto second = std::ranges::find_if(around, [&](const Vector2d& v) {
+      return std::abs(cross(first_, v)) > kIndependent * first_.norm() * v.norm();
+    });
+    if (second == around.end()) return;
+    second_ = *second;
+    grow();
+  }
+
+  // Empty without a basis.
+  CircleLattice lattice() const {
+    if (second_.isZero()) return {};
+    CircleLattice result;
+    for (const auto& [cell, blob] : cells_) result[cell] = blobs_[blob];
+    return result;
+  }
+
+ private:
+  void add(const Cell& cell, std::size_t blob) {
+    cells_[cell] = blob;
+    is_used_[blob] = true;
+    edge_.push_back(cell);
+  }
+
+  std::optional<Vector2d> at(const Cell& cell) const {
+    const auto found = cells_.find(cell);
+    if (found == cells_.end()) return std::nullopt;
+    return blobs_[found->second];
+  }
+
+  // The step from a cell to its next one: as the step before it, or as that of a cell beside it.
+  Vector2d step_from(const Cell& cell, const Cell& step) const {
+    const Vector2d here = *at(cell);
+    if (const auto before = at(cell + -step)) return here - *before;
+    const Cell beside{step.second, step.first};
+    for (const Cell& side : {beside, -beside}) {
+      const auto from = at(cell + side), to = at(cell + side + step);
+      if (from && to) return *to - *from;
+    }
+    return step.first * first_ + step.second * second_;
+  }
+
+  void grow() {
+    for (std::size_t i = 0; i < edge_.size(); ++i) {  // grows on the way
+      const Cell cell = edge_[i];
+      for (const Cell& step : kSteps) {
+        if (cells_.contains(cell + step)) continue;
+        const Vector2d length = step_from(cell, step);
+        const Vector2d expected = *at(cell) + length;
+        std::size_t nearest = blobs_.size();
+        double least = policy::kMaxMoveShare * length.norm();
+        for (std::size_t k = 0; k < blobs_.size(); ++k) {
+          const double distance = (blobs_[k] - expected).norm();
+          if (distance >= least || is_used_[k]) continue;
+          least = distance;
+          nearest = k;
+        }
+        if (nearest < blobs_.size()) add(cell + step, nearest);
+      }
+    }
+  }
+
+  const std::vector<Vector2d>& blobs_;
+  std::vector<bool> is_used_;
+  Vector2d first_ = Vector2d::Zero(), second_ = Vector2d::Zero();
+  std::map<Cell, std::size_t> cells_;
+  std::vector<Cell> edge_;  // cells in the order in which they were found
+};
+
+// The bases of a lattice whose coefficients are small: a basis of short vectors is among them.
+std::vector<Matrix2i> small_bases() {
+  constexpr int kLargest = 2;
+  std::vector<Matrix2i> result;
+  Matrix2i m;
+  for (m(0, 0) = -kLargest; m(0, 0) <= kLargest; ++m(0, 0))
+    for (m(0, 1) = -kLargest; m(0, 1) <= kLargest; ++m(0, 1))
+      for (m(1, 0) = -kLargest; m(1, 0) <= kLargest; ++m(1, 0))
+        for (m(1, 1) = -kLargest; m(1, 1) <= kLargest; ++m(1, 1))
+          if (std::abs(m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0)) == 1) result.push_back(m);
+  return result;
+}
+
+// The discs of a grid in units of its spacing, x to the right and y down, both from 0.
+std::map<Cell, int> discs_from_above(const CircleGrid& grid) {
+  std::map<Cell, int> ids;
+  for (const TargetPoint& point : target_points({grid, {}})) {
+    const Vector2d place = point.position.head<2>() / grid.spacing;
+    ids[{static_cast<int>(std::lround(place.x())),
+         grid.rows - 1 - static_cast<int>(std::lround(place.y()))}] = point.id.tag_id;
+  }
+  return ids;
+}
+
+// The lattice's blobs as discs of the grid, under a basis and moved to 0; empty if one is no disc.
+CirclePlaces places_under(const Matrix2i& basis, const CircleGrid& grid,
+                          const std::map<Cell, int>& discs, const CircleLattice& lattice) {
+  Matrix2i to_grid = basis;
+  if (grid.asymmetric) to_grid = (Matrix2i() << 1, 1, 1, -1).finished() * basis;
+  Vector2i low = Vector2i::Constant(std::numeric_limits<int>::max());
+  std::vector<std::pair<Vector2i, Vector2d>> moved;
+  for (const auto& [cell, at] : lattice) {
+    moved.emplace_back(to_grid * Vector2i(cell.first, cell.second), at);
+    low = low.cwiseMin(moved.back().first);
+  }
+  CirclePlaces places;
+  for (const auto& [cell, at] : moved) {
+    const auto disc = discs.find({cell.x() - low.x(), cell.y() - low.y()});
+    if (disc == discs.end()) return {};
+    places[disc->second] = at;
+  }
+  return places;
+}
+
+bool is_seen_enough(const CirclePlaces& places, const CircleGrid& grid) {
+  const auto share = [&](auto is_in, int of) {
+    return static_cast<double>(std::ranges::count_if(places, [&](const auto& place) {
+             return is_in(place.first - grid.first_id);
+           })) >= policy::kMinLineShare * of;
+  };
+  return 2 * static_cast<int>(places.size()) > grid.columns * grid.rows &&
+         share([&](int i) { return i % grid.columns == 0; }, grid.rows) &&
+         share([&](int i) { return i % grid.columns == grid.columns - 1; }, grid.rows) &&
+         share([&](int i) { return i / grid.columns == 0; }, grid.columns) &&
+         share([&](int i) { return i / grid.columns == grid.rows - 1; }, grid.columns);
+}
+
+// The affine map from the board to the picture: columns of the board's x and y.
+Eigen::Matrix2d axes_in_picture(const CirclePlaces& places, const CircleGrid& grid) {
+  std::map<int, Vector2d> on_board;
+  for (const TargetPoint& point : target_points({grid, {}}))
+    on_board[point.id.tag_id] = point.position.head<2>() / grid.spacing;
+  const auto n = static_cast<Eigen::Index>(places.size());
+  MatrixX a(n, 3), b(n, 2);
+  Eigen::Index i = 0;
+  for (const auto& [id, at] : places) {
+    a.row(i) = on_board.at(id).homogeneous();
+    b.row(i) = at;
+    ++i;
+  }
+  const MatrixX map = (a.transpose() * a).inverse() * (a.transpose() * b);
+  return map.topRows<2>().transpose();
+}
+
+}  // namespace
+
+CircleLattice grow_lattice(const std::vector<Vector2d>& blobs, std::size_t seed) {
+  return Growth(blobs, seed).lattice();
+}
+
+CirclePlaces places_in_lattice(const CircleGrid& grid, const CircleLattice& lattice) {
+  if (2 * lattice.size() <= static_cast<std::size_t>(grid.columns * grid.rows)) return {};
+  const std::map<Cell, int> discs = discs_from_above(grid);
+  if (lattice.size() > discs.size()) return {};
+  CirclePlaces best;
+  double highest = -std::numeric_limits<double>::infinity();
+  static const std::vector<Matrix2i> kBases = small_bases();
+  for (const Matrix2i& basis : kBases) {
+    CirclePlaces places = places_under(basis, grid, discs, lattice);
+    if (places.empty() || !is_seen_enough(places, grid)) continue;
+    const Eigen::Matrix2d axes = axes_in_picture(places, grid);
+    // The picture's y points down.
+    const double up = -axes.col(1).normalized().y();
+    if (axes.determinant() >= 0 || up <= highest) continue;
+    highest = up;
+    best = std::move(places);
+  }
+  return best;
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,42 @@
+// A grid of circles from outside: rendered, detected, calibrated, and held against the truth.
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+const std::string kCircles = std::string(TAGCAL_SOURCE_DIR) + "/data-synthetic/scenes/circles.yaml";
+
+TEST_F(Cli, CirclesCalibrateWithinTheirClaims) {
+  const std::string set = path("circles"), camera = path("circles_camera.yaml");
+  ASSERT_EQ(run("render " + kCircles + " --out " + set).exit_code, 0);
+  const Outcome detected = run("detect " + set + " --out " + path("circles.csv"));
+  ASSERT_EQ(detected.exit_code, 0) << detected.err;
+  EXPECT_NE(detected.out.find("12 of 12 pictures show the target: 528 corners"), std::string::npos)
+      << detected.out;
+  const std::string corners = " --observations " + path("circles.csv");
+  for (const std::string refined : {"", " --refine-corners"}) {
+    const Outcome calibrated = run("calibrate " + set + corners + refined + " --out " + camera);
+    ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+    EXPECT_EQ(calibrated.err.find("not refined"), std::string::npos) << calibrated.err;
+    const Outcome truth = run("validate " + camera + " --dataset " + set + corners + " --truth");
+    EXPECT_EQ(truth.exit_code, 0) << truth.out;
+    EXPECT_NE(truth.out.find("truth: no parameter beyond 5 sd"), std::string::npos) << truth.out;
+  }
+}
+
+// As OpenCV orders centres: row by row from above, from the left.
+TEST_F(Cli, CirclesConvertToOpenCvsListOfPoints) {
+  spill(root() / "two.yaml",
+        "target_type: circlegrid\ntargetCols: 2\ntargetRows: 2\nspacingMeters: 0.02\n");
+  spill(root() / "two.csv",
+        "image,tag_id,corner,x_px,y_px\na.png,0,0,10,40\na.png,1,0,30,40\na.png,2,0,10,20\n"
+        "a.png,3,0,30,20\n");
+  const Outcome made = run("convert " + path("two.csv") + " " + path("two.yml") + " --target " +
+                           path("two.yaml") + " --to opencv");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string text = slurp(root() / "two.yml");
+  EXPECT_NE(text.find("data: [ 10, 20, 30, 20, 10, 40, 30, 40 ]"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace tagcal::tools
