@@ -8,6 +8,7 @@
 #include "tagcal/estimate/calibration/model_choice.hpp"
 #include "tagcal/estimate/calibration/model_error.hpp"
 #include "tagcal/estimate/calibration/view_rejection.hpp"
+#include "tagcal/estimate/calibration/weak_calibration.hpp"
 #include "tagcal/estimate/checks/evidence.hpp"
 #include "tagcal/estimate/checks/report.hpp"
 #include "tagcal/estimate/findings.hpp"
@@ -40,9 +41,10 @@ bool is_weak(const Model& model) { return !model.kind().is_central; }
 // `refusal`: of a model with perspective, or none.
 Calibration calibrate_weak(const CalibrationInput& input, const CalibrateOptions& options,
                            std::optional<Finding> refusal = {}) {
-  const std::optional<WeakFit> weak = fit_weak(input, options);
-  if (!weak) return no_answer(input, "weak");
-  return report_weak(*weak, input, options, std::move(refusal));
+  const std::optional<CalibrationFit> fit = fit_weak(input, options);
+  if (!fit) return no_answer(input, "weak");
+  return report({&input, &*fit, &options, nullptr, std::move(refusal)},
+                evidence_of_noise(*fit, options));
 }
 
 // Fits the model that the user named, or chooses one.

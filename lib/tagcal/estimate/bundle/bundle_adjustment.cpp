@@ -36,23 +36,20 @@ PoseStep step_about(const Pose& pose) {
 // The compressed rows [J | r] of a view at the solver's current state. It holds nothing per corner:
 // of ten thousand views that would be most of the memory.
 struct ViewRows {
-  const ViewProblem& view;  // at the start
+  std::size_t view;  // of the bundle
   PoseStep pose;
   Vector6d step = Vector6d::Zero();  // what the solver varies
   bool valid = false;                // no corner is outside of the lens' domain
   Eigen::MatrixXd rows;
 
   ViewRows(const Bundle& bundle, std::size_t v)
-      : view(bundle.views[v]), pose(step_about(bundle.camera_from_target[v])) {}
+      : view(v), pose(step_about(bundle.camera_from_target[v])) {}
 
   // Computes the rows for a lens and the shape of the bundle's board.
   void evaluate(const Bundle& bundle, const Lens& lens) {
-    ViewArrays arrays(view);
-    const BoardShapes shapes = bundle.board ? bundle.board->shapes(arrays.points()) : BoardShapes{};
-    arrays.displace(shapes.view(), bundle.shape);
-    ParameterSums sums(arrays.view(), bundle.model->free(), shapes.view(), bundle.row_prior());
+    ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
     Eigen::MatrixXd gram;
-    valid = sums.at(lens, pose.at(step), gram);
+    valid = equations.sums.at(lens, pose.at(step), gram);
     if (valid) compressed_rows(gram, 6, rows);
   }
 };
@@ -177,57 +174,6 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 }  // namespace
 
-BoardShapes FlatBoard::shapes(std::span<const Eigen::Vector3d> x_in_world) const {
-  const Pose board_from_world = world_from_board.inverse();
-  const Eigen::Matrix<double, 2, 3> axes =
-      board_from_world.rotation().toRotationMatrix().topRows<2>();
-  const Eigen::Vector2d origin = board_from_world.translation().head<2>() - centre;
-  const Eigen::Vector2d per_metre = half_size.cwiseInverse();
-  const Eigen::Quaterniond& turn = world_from_board.rotation();
-  BoardShapes result{{}, turn * Eigen::Vector3d::UnitZ(), turn * Eigen::Vector3d::UnitY()};
-  result.of_points.reserve(x_in_world.size());
-  for (const Eigen::Vector3d& x : x_in_world) {
-    const Eigen::Vector2d in_board = axes * x + origin;
-    const Eigen::Vector2d at = in_board.cwiseProduct(per_metre);
-    result.of_points.emplace_back(1 - at.x() * at.x(), 1 - at.y() * at.y(), at.x() * at.y(),
-                                  in_board.y());
-  }
-  return result;
-}
-
-namespace {
-
-// A prior's standard deviation: as stated, or of the material.
-double share_of(const Tolerance& tolerance, std::span<const double> of_materials) {
-  if (const double* const stated = std::get_if<double>(&tolerance)) return *stated;
-  return of_materials[static_cast<std::size_t>(std::get<Material>(tolerance))];
-}
-
-}  // namespace
-
-std::optional<FlatBoard> flat_board(const Dataset& dataset) {
-  if (dataset.boards.size() != 1) return std::nullopt;
-  const Substrate& substrate = dataset.boards[0].board.substrate;
-  check_substrate(substrate);
-  const auto points = target_points(dataset.boards[0].board);
-  if (points.empty()) return std::nullopt;
-  Eigen::Vector3d low = points[0].position, high = low;
-  for (const TargetPoint& p : points) {
-    low = low.cwiseMin(p.position);
-    high = high.cwiseMax(p.position);
-  }
-  const Eigen::Vector3d size = high - low;
-  const double rounding_m = 1e-6 * size.x();  // numeric: of positions in a file
-  if (!(size.x() > 0 && size.y() > 0) || size.z() > rounding_m) return std::nullopt;
-  const double bend_m = share_of(substrate.flatness, policy::kPriorFlatness) * size.norm();
-  const double print = share_of(substrate.print, policy::kPriorPrint);
-  return FlatBoard{dataset.boards[0].world_from_board,
-                   (low + high).head<2>() / 2,
-                   size.head<2>() / 2,
-                   {bend_m, bend_m, bend_m, print},
-                   substrate};
-}
-
 const ViewProblem& Bundle::corrected(const ViewProblem& observed, const Eigen::Vector2d& rows,
                                      ViewProblem& buffer) const {
   if (!board && rows.isZero()) return observed;
@@ -340,7 +286,10 @@ BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads)
     ordering->AddElementToGroup(view.step.data(), 0);
   }
   if (!common.empty()) problem.AddResidualBlock(new PriorCost(bundle), nullptr, common);
-  for (double* block : common) ordering->AddElementToGroup(block, 1);
+  // A group of its own each: within one, the order is that of the addresses, and those of heap and
+  // stack differ between threads.
+  for (std::size_t i = 0; i < common.size(); ++i)
+    ordering->AddElementToGroup(common[i], static_cast<int>(i) + 1);
   ceres::Solver::Options options = solver_options(max_iterations);
   options.linear_solver_ordering = ordering;
   ceres::Solver::Summary summary;

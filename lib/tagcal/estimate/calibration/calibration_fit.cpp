@@ -191,6 +191,13 @@ std::optional<CalibrationFit> fit_from(const Bundle& start, Selection selection,
 
 }  // namespace
 
+Lens CalibrationFit::lens(std::size_t view) const {
+  if (has_perspective()) return bundle.lens();
+  const Vector2d centre = image_centre(bundle.image_size);
+  const double scale = selection.scale_px_per_m[view];
+  return Parallel({scale, scale, centre.x(), centre.y()});
+}
+
 int CalibrationFit::num_inliers() const { return internal::num_corners(bundle); }
 
 double CalibrationFit::truncated_chi_square(double sigma) const {
@@ -210,8 +217,10 @@ bool Selection::uses(std::size_t view) const {
 }
 
 Selection selection_of(const CalibrationSeed& seed, const CalibrateOptions& options) {
-  Selection selection{seed.camera_from_world, seed.inlier,
-                      std::vector<Vector2d>(seed.inlier.size(), Vector2d::Zero())};
+  Selection selection{seed.camera_from_world,
+                      seed.inlier,
+                      std::vector<Vector2d>(seed.inlier.size(), Vector2d::Zero()),
+                      {}};
   if (!options.reject_outliers)
     for (auto& view : selection.inlier) std::fill(view.begin(), view.end(), 1);
   return selection;
@@ -243,8 +252,7 @@ void take_selection(const CalibrationInput& input, RobustState state, Calibratio
   }
 }
 
-std::vector<Outlier> outliers_of(const CalibrationInput& input, const CalibrationFit& fit,
-                                 const std::function<Lens(std::size_t)>& lens_of_view) {
+std::vector<Outlier> outliers_of(const CalibrationInput& input, const CalibrationFit& fit) {
   const Selection& selection = fit.selection;
   std::vector<Outlier> outliers;
   ViewProblem buffer;
@@ -263,7 +271,7 @@ std::vector<Outlier> outliers_of(const CalibrationInput& input, const Calibratio
     std::vector<Vector2d> residuals(view.ids.size(), Vector2d::Constant(std::nan("")));
     if (pose)
       residuals = residuals_px(fit.bundle.corrected(view.problem, rows, buffer).correspondences,
-                               lens_of_view(v), *pose);
+                               fit.lens(v), *pose);
     for (std::size_t i = 0; i < view.ids.size(); ++i)
       if (!is_used || !selection.inlier[v][i])
         outliers.push_back(

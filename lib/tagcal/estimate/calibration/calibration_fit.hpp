@@ -23,9 +23,21 @@ struct Selection {
   std::vector<std::optional<Pose>> pose;
   std::vector<std::vector<std::uint8_t>> inlier;
   std::vector<Eigen::Vector2d> row_terms;
+  std::vector<double> scale_px_per_m;  // of model weak; else empty
 
   std::ptrdiff_t num_inliers(std::size_t view) const;
   bool uses(std::size_t view) const;
+};
+
+// One view under scaled orthographic projection: u = s (R X + t) + c, with its own scale s = f / Z
+// and the centre c of the image.
+struct WeakView {
+  Pose camera_from_target;               // t_z is 0: the depth is not determined
+  std::optional<Pose> mirrored;          // of a plane: the second pose, which fits as well
+  double scale_px_per_m = 0;             // s
+  Matrix6 covariance = Matrix6::Zero();  // of (omega rad, t_x m, t_y m, log s), sigma = 1; NaN
+                                         // if the tilt is not determined
+  double cost = 0;                       // sum of squared whitened residuals
 };
 
 // One model, solved on its inliers.
@@ -44,7 +56,11 @@ struct CalibrationFit {
   double bic = 0;
   double start_seconds = 0;
   double solve_seconds = 0;
+  std::vector<WeakView> weak;  // of model weak, per view of the bundle; else empty
 
+  bool has_perspective() const { return weak.empty(); }
+  // The lens of a view of the input: the bundle's, with the view's scale for model weak.
+  Lens lens(std::size_t view) const;
   int num_inliers() const;
   // Sum over all corners of min(square / sigma^2, policy::kOutlierSigmas^2).
   double truncated_chi_square(double sigma) const;
@@ -70,9 +86,8 @@ void update_until_stable(RobustState& state, bool whitened, const CalibrateOptio
 // Takes over the selection of a state, and adds a finding for each view that is not in fit.used.
 void take_selection(const CalibrationInput& input, RobustState state, CalibrationFit& fit);
 
-// The corners that a fit does not use, with their residuals under the lens of their view.
-std::vector<Outlier> outliers_of(const CalibrationInput& input, const CalibrationFit& fit,
-                                 const std::function<Lens(std::size_t)>& lens_of_view);
+// The corners that a fit does not use, with their residuals.
+std::vector<Outlier> outliers_of(const CalibrationInput& input, const CalibrationFit& fit);
 
 // Finds a start, then solves and updates the inliers in turn until they are stable: first without
 // row terms, then with those that the views show. Views that lost corners, or all of them, get

@@ -100,6 +100,18 @@ bool reject_mirrored(const CalibrationView& view, CalibrationInput& input) {
   return true;
 }
 
+// True for a view with the corners of an earlier one, and adds a finding.
+bool is_repeated(const CalibrationView& view, const ViewsBySum& earlier, CalibrationInput& input) {
+  const auto [first, last] = earlier.equal_range(sum_of_pixels(view));
+  const auto same = std::find_if(first, last, [&](const auto& other) {
+    return same_corners(input.views[other.second], view);
+  });
+  if (same == last) return false;
+  add(input.findings, code::view_repeated,
+      view.name() + ": not used, it repeats " + input.views[same->second].name());
+  return true;
+}
+
 // Without a model: the kind that most lenses have.
 const LensKind& lens_kind(const CalibrateOptions& options) {
   return is_auto(options) ? kind_of<Perspective>() : Model::named(options.model).kind();
@@ -180,18 +192,9 @@ CalibrationInput calibration_input(const Dataset& dataset, const CalibrateOption
               ": not used, it has no four corners of one board that determine a pose");
       continue;
     }
-    const double sum = sum_of_pixels(prepared);
-    const auto [first, last] = earlier.equal_range(sum);
-    const auto same = std::find_if(first, last, [&](const auto& other) {
-      return same_corners(input.views[other.second], prepared);
-    });
-    if (same != last) {
-      add(input.findings, code::view_repeated,
-          prepared.name() + ": not used, it repeats " + input.views[same->second].name());
-      continue;
-    }
+    if (is_repeated(prepared, earlier, input)) continue;
     if (options.reject_outliers && reject_mirrored(prepared, input)) continue;
-    earlier.emplace(sum, input.views.size());
+    earlier.emplace(sum_of_pixels(prepared), input.views.size());
     input.views.push_back(std::move(prepared));
   }
   if (auto warning = corners_outside(outside, num_corners, dataset.image_size))

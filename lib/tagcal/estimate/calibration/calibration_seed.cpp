@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -209,6 +210,18 @@ Lens search_lens(const Model& model, const ImageSize& size, const std::vector<Se
   return best;
 }
 
+constexpr std::array<std::size_t, 3> kRadial = {kK1, kK2, kK3};
+
+// The coefficients that a model frees, by their indices in kRadial.
+std::vector<Eigen::Index> free_radial(const Model& model) {
+  std::vector<Eigen::Index> order;
+  for (std::size_t i = 0; i < kRadial.size(); ++i)
+    for (const FreeParameter& parameter : model.free())
+      if (parameter.lens_parameters.front() == static_cast<int>(kRadial[i]))
+        order.push_back(static_cast<Eigen::Index>(i));
+  return order;
+}
+
 // A perspective lens with the focal length and centre of `plain`, whose free coefficients of k1,
 // k2, k3 come from linear least squares under the given poses (Zhang 2000, section 3.3).
 Lens with_radial_distortion(const Model& model, const Lens& plain,
@@ -217,18 +230,9 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
   const auto p = parameters(plain);
   Perspective::Parameters result = {p[kFx], p[kFy], p[kCx], p[kCy]};
   for (const auto& [k, value] : model.held()) result[static_cast<std::size_t>(k)] = value;
-  const std::vector<int> radial = {kK1, kK2, kK3};
   const Vector3d held(result[kK1], result[kK2], result[kK3]);
-  std::vector<int> free;
-  std::vector<Eigen::Index> order;  // their indices in `radial`
-  for (std::size_t i = 0; i < radial.size(); ++i) {
-    for (const FreeParameter& parameter : model.free()) {
-      if (parameter.lens_parameters.front() != radial[i]) continue;
-      free.push_back(radial[i]);
-      order.push_back(static_cast<Eigen::Index>(i));
-    }
-  }
-  const auto n = static_cast<Eigen::Index>(free.size());
+  const std::vector<Eigen::Index> order = free_radial(model);
+  const auto n = static_cast<Eigen::Index>(order.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
   for (const SeedView& seed : seeds) {
@@ -248,7 +252,7 @@ Lens with_radial_distortion(const Model& model, const Lens& plain,
   const Perspective plain_perspective(result);
   const Eigen::VectorXd k = information.ldlt().solve(gradient);
   for (Eigen::Index i = 0; i < n && k.allFinite(); ++i)
-    result[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])] = k[i];
+    result[kRadial[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])]] = k[i];
   const Perspective distorted(result);
   // A polynomial that folds within the points cannot be a start.
   for (const SeedView& seed : seeds)

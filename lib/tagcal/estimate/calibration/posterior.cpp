@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tagcal/estimate/bundle/observability.hpp"
+#include "tagcal/estimate/bundle/profile_covariance.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/uncertainty/lens_difference.hpp"
@@ -158,16 +159,21 @@ std::optional<Component> nested_in(const Posterior& posterior, const Model& mode
   return component;
 }
 
-std::optional<Component> as_seen_by(const Posterior& other, const Posterior& to) {
-  const ImageSize& size = to.fit.bundle.image_size;
-  const UncertainCamera mine{&to.model(), {to.fit.bundle.lens(), size}, to.covariance.parameters};
-  const UncertainCamera its{&other.model(), {other.fit.bundle.lens(), size}, {}};
-  const auto samples = seen_region(to.fit.bundle).samples();
+namespace {
+
+// Two lenses at the nodes of a grid that both see, weighted by the first one's standard deviation.
+struct WeightedDifference {
+  MatrixXd by_mine, by_its;  // Jacobians by the parameters of the lenses
+  VectorXd difference;
+};
+
+std::optional<WeightedDifference> weighted_difference(const UncertainCamera& mine,
+                                                      const UncertainCamera& its,
+                                                      std::span<const Eigen::Vector2d> samples) {
   const auto d = lens_difference(mine.camera, its.camera, samples, kInfinitelyFar);
   if (!d) return std::nullopt;
   const ProjectionUncertainty claimed =
       projection_uncertainty(mine, d->grid, samples, kInfinitelyFar);
-  // Nodes that both lenses see.
   std::vector<Eigen::Vector2d> nodes;
   std::vector<double> differences, weights;
   const std::vector<Eigen::Vector2d> pixels = d->grid.pixels();
@@ -178,15 +184,25 @@ std::optional<Component> as_seen_by(const Posterior& other, const Posterior& to)
     differences.insert(differences.end(), {d->u_px(row, column), d->v_px(row, column)});
     weights.insert(weights.end(), 2, 1 / claimed.sigma_px(row, column));
   }
-  MatrixXd by_mine = aligned_jacobian(mine, nodes, kInfinitelyFar);
-  MatrixXd by_its = aligned_jacobian(its, nodes, kInfinitelyFar);
+  const MatrixXd by_mine = aligned_jacobian(mine, nodes, kInfinitelyFar);
+  const MatrixXd by_its = aligned_jacobian(its, nodes, kInfinitelyFar);
   const Index n = by_mine.rows();
   if (n != by_its.rows() || n != std::ssize(differences) || n < 2 * by_mine.cols())
     return std::nullopt;
   const auto weight = Eigen::Map<const VectorXd>(weights.data(), n).asDiagonal();
-  by_mine = weight * by_mine;
-  by_its = weight * by_its;
-  const VectorXd difference = weight * Eigen::Map<const VectorXd>(differences.data(), n);
+  return WeightedDifference{weight * by_mine, weight * by_its,
+                            weight * Eigen::Map<const VectorXd>(differences.data(), n)};
+}
+
+}  // namespace
+
+std::optional<Component> as_seen_by(const Posterior& other, const Posterior& to) {
+  const ImageSize& size = to.fit.bundle.image_size;
+  const UncertainCamera mine{&to.model(), {to.fit.bundle.lens(), size}, to.covariance.parameters};
+  const UncertainCamera its{&other.model(), {other.fit.bundle.lens(), size}, {}};
+  const auto found = weighted_difference(mine, its, seen_region(to.fit.bundle).samples());
+  if (!found) return std::nullopt;
+  const auto& [by_mine, by_its, difference] = *found;
   const Index k = by_mine.cols(), other_k = by_its.cols(), shapes = to.fit.bundle.num_shapes();
   const auto inverse =
       exact_inverse(by_mine.transpose() * by_mine + to.information.prior.topLeftCorner(k, k));

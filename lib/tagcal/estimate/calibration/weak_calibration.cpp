@@ -8,6 +8,7 @@
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/internal/stopwatch.hpp"
+#include "tagcal/solvers/numeric/minimise.hpp"
 #include "tagcal/solvers/weak_perspective.hpp"
 
 namespace tagcal::internal {
@@ -17,21 +18,30 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Rotation, the image of the points' centroid, and the logarithm of the scale.
-struct State {
-  Eigen::Quaterniond rotation;
-  Vector2d middle_px;
-  double log_scale = 0;
-};
-
 struct Normal {
-  Eigen::Matrix<double, 6, 6> information;
-  Vector6d gradient;
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Vector6d gradient = Vector6d::Zero();
   double cost = 0;
+
+  std::optional<DampedStep<Vector6d>> step(double damping) const {
+    Eigen::Matrix<double, 6, 6> damped = information;
+    // The tilt of a frontal board has no gradient.
+    const double floor = 1e-9 * information.trace();  // numeric: keeps the matrix regular
+    damped.diagonal() += damping * (information.diagonal().array() + floor).matrix();
+    const Vector6d step = -damped.ldlt().solve(gradient);
+    if (!step.allFinite()) return std::nullopt;
+    return DampedStep<Vector6d>{step, -step.dot(gradient)};
+  }
 };
 
-// A view with its points' centroid: about it scale and position are uncorrelated.
+// A view by rotation, the image of its points' centroid, and the logarithm of its scale: about the
+// centroid scale and position are uncorrelated.
 struct CentredView {
+  struct State {
+    Eigen::Quaterniond rotation;
+    Vector2d middle_px;
+    double log_scale = 0;
+  };
   const ViewProblem& view;
   Vector3d centroid = Vector3d::Zero();
 
@@ -39,22 +49,30 @@ struct CentredView {
     for (const Correspondence& c : v.correspondences)
       centroid += c.point / static_cast<double>(v.correspondences.size());
   }
-};
 
-Normal normal_equations(const CentredView& centred, const State& state) {
-  Normal n{Eigen::Matrix<double, 6, 6>::Zero(), Vector6d::Zero(), 0};
+  std::optional<Normal> at(const State& state) const;
+
+  static State stepped(const State& state, const Vector6d& step) {
+    return {exp_rotation(step.head<3>()) * state.rotation, state.middle_px + step.segment<2>(3),
+            state.log_scale + step[5]};
+  }
+};
+using State = CentredView::State;
+
+std::optional<Normal> CentredView::at(const State& state) const {
+  Normal n;
   const Matrix3d r = state.rotation.toRotationMatrix();
   const double s = std::exp(state.log_scale);
-  for (std::size_t i = 0; i < centred.view.correspondences.size(); ++i) {
-    const Correspondence& c = centred.view.correspondences[i];
-    const Vector3d turned = r * (c.point - centred.centroid);
+  for (std::size_t i = 0; i < view.correspondences.size(); ++i) {
+    const Correspondence& c = view.correspondences[i];
+    const Vector3d turned = r * (c.point - centroid);
     Eigen::Matrix<double, 2, 6> j;
     j.leftCols<3>() = -s * cross_matrix(turned).topRows<2>();
     j.middleCols<2>(3).setIdentity();
     j.col(5) = s * turned.head<2>();
     Vector2d residual = s * turned.head<2>() + state.middle_px - c.pixel;
-    if (!centred.view.whitening.empty()) {
-      const Eigen::Matrix2d w = centred.view.whitening[i];
+    if (!view.whitening.empty()) {
+      const Eigen::Matrix2d w = view.whitening[i];
       j = (w * j).eval();
       residual = (w * residual).eval();
     }
@@ -62,7 +80,7 @@ Normal normal_equations(const CentredView& centred, const State& state) {
     n.gradient += j.transpose() * residual;
     n.cost += residual.squaredNorm();
   }
-  return n;
+  return std::isfinite(n.cost) ? std::optional(n) : std::nullopt;
 }
 
 State state_of(const CentredView& centred, const WeakPerspectivePose& pose,
@@ -72,18 +90,13 @@ State state_of(const CentredView& centred, const WeakPerspectivePose& pose,
   return {pose.camera_from_target.rotation(), middle, std::log(pose.scale_px_per_m)};
 }
 
-State stepped(const State& state, const Vector6d& step) {
-  return {exp_rotation(step.head<3>()) * state.rotation, state.middle_px + step.segment<2>(3),
-          state.log_scale + step[5]};
-}
-
-WeakView weak_view(const CentredView& centred, const State& state, const Vector2d& centre) {
+WeakView weak_view(const CentredView& centred, const State& state, const Normal& n,
+                   const Vector2d& centre) {
   WeakView result;
   result.scale_px_per_m = std::exp(state.log_scale);
   const Vector2d t = (state.middle_px - centre) / result.scale_px_per_m -
                      (state.rotation * centred.centroid).head<2>();
   result.camera_from_target = Pose(state.rotation, {t.x(), t.y(), 0});
-  const Normal n = normal_equations(centred, state);
   result.cost = n.cost;
   // Scales the information to a unit diagonal: its units differ.
   Vector6d unit = n.information.diagonal().cwiseSqrt().cwiseInverse();
@@ -104,31 +117,6 @@ WeakView weak_view(const CentredView& centred, const State& state, const Vector2
   by_state.block<2, 1>(3, 5) = -(state.middle_px - centre) / result.scale_px_per_m;
   result.covariance = by_state * inverse * by_state.transpose();
   return result;
-}
-
-// Levenberg-Marquardt from the closed form, which is the minimum already for equal covariances.
-State refined(const CentredView& centred, State state) {
-  Normal n = normal_equations(centred, state);
-  double damping = 1e-4;  // numeric: start of the damping
-  for (int i = 0; i < 200 && damping < 1e12; ++i) {
-    Eigen::Matrix<double, 6, 6> damped = n.information;
-    // The tilt of a frontal board has no gradient.
-    const double floor = 1e-9 * n.information.trace();  // numeric: keeps the matrix regular
-    damped.diagonal() += damping * (n.information.diagonal().array() + floor).matrix();
-    const Vector6d step = -damped.ldlt().solve(n.gradient);
-    const State next = stepped(state, step);
-    const Normal at_next = normal_equations(centred, next);
-    if (!std::isfinite(at_next.cost) || at_next.cost > n.cost) {
-      damping *= 10;
-      continue;
-    }
-    const bool done = n.cost - at_next.cost <= 1e-12 * n.cost;  // numeric: convergence
-    state = next;
-    n = at_next;
-    damping = std::max(damping / 10, 1e-12);  // numeric: least damping
-    if (done) break;
-  }
-  return state;
 }
 
 // The residuals are small against their extent in the image, which those of random pixels are not.
@@ -157,6 +145,26 @@ std::optional<WeakView> fit_inliers(const ViewProblem& inliers, const Vector2d& 
   return fit;
 }
 
+// No value if no view is used.
+std::optional<CalibrationFit> fit_of(const CalibrationInput& input, RobustState state,
+                                     std::span<const std::optional<WeakView>> views) {
+  CalibrationFit fit;
+  fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
+  fit.whitened = input.whitened;
+  fit.summary.converged = true;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (!state.selection.uses(v)) continue;
+    fit.bundle.views.push_back(chosen(input.views[v].problem, state.selection.inlier[v]));
+    fit.bundle.camera_from_target.push_back(views[v]->camera_from_target);
+    fit.used.push_back(v);
+    fit.summary.cost += views[v]->cost;
+    fit.weak.push_back(*views[v]);
+  }
+  if (fit.weak.empty()) return std::nullopt;
+  take_selection(input, std::move(state), fit);
+  return fit;
+}
+
 }  // namespace
 
 std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& centre,
@@ -170,9 +178,9 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
   }
   std::vector<WeakView> minima;
   for (const WeakPerspectivePose& pose : weak_perspective_poses(points, pixels)) {
-    const State state = refined(centred, state_of(centred, pose, centre));
-    minima.push_back(weak_view(centred, state, centre));
-    if (!std::isfinite(minima.back().cost)) minima.pop_back();
+    // The closed form is the minimum already for equal covariances.
+    const auto minimum = minimise(centred, state_of(centred, pose, centre));
+    if (minimum) minima.push_back(weak_view(centred, minimum->state, minimum->at, centre));
   }
   if (minima.empty()) return std::nullopt;
   if (minima.size() == 1) return minima[0];
@@ -187,7 +195,8 @@ std::optional<WeakView> fit_weak_view(const ViewProblem& view, const Vector2d& c
   return nearer;
 }
 
-std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOptions& options) {
+std::optional<CalibrationFit> fit_weak(const CalibrationInput& input,
+                                       const CalibrateOptions& options) {
   const Stopwatch stopwatch;
   const auto start = calibration_seed(input.models->named("f"), input.image_size, input.views,
                                       seed_options(options));
@@ -196,39 +205,26 @@ std::optional<WeakFit> fit_weak(const CalibrationInput& input, const CalibrateOp
   const std::size_t n = input.views.size();
   std::vector<std::optional<WeakView>> views(n);
   RobustState state{selection_of(*start, options), std::vector<std::vector<double>>(n), 0, 0};
+  state.selection.scale_px_per_m.resize(n);
+  const auto fit_view = [&](std::size_t v) {
+    const ViewProblem& all = input.views[v].problem;
+    views[v] =
+        fit_inliers(chosen(all, state.selection.inlier[v]), centre, start->camera_from_world[v]);
+    state.selection.pose[v].reset();
+    state.squares[v].assign(all.correspondences.size(), std::numeric_limits<double>::infinity());
+    if (!views[v]) return;
+    state.selection.pose[v] = views[v]->camera_from_target;
+    state.selection.scale_px_per_m[v] = views[v]->scale_px_per_m;
+    state.squares[v] =
+        whitened_squares(all, lens_of(*views[v], centre), views[v]->camera_from_target);
+  };
   update_until_stable(state, input.whitened, options, [&] {
-    for (std::size_t v = 0; v < n; ++v) {
-      const ViewProblem& all = input.views[v].problem;
-      views[v] =
-          fit_inliers(chosen(all, state.selection.inlier[v]), centre, start->camera_from_world[v]);
-      state.selection.pose[v].reset();
-      if (views[v]) state.selection.pose[v] = views[v]->camera_from_target;
-      state.squares[v].assign(all.correspondences.size(), std::numeric_limits<double>::infinity());
-      if (views[v])
-        state.squares[v] =
-            whitened_squares(all, lens_of(*views[v], centre), views[v]->camera_from_target);
-    }
+    for (std::size_t v = 0; v < n; ++v) fit_view(v);
     return true;
   });
-  WeakFit weak;
-  CalibrationFit& fit = weak.fit;
-  fit.bundle = Bundle{&Model::named("weak"), input.image_size, {}, {}, {}};
-  fit.whitened = input.whitened;
-  fit.summary.converged = true;
-  for (std::size_t v = 0; v < n; ++v) {
-    if (!state.selection.uses(v)) continue;
-    fit.bundle.views.push_back(chosen(input.views[v].problem, state.selection.inlier[v]));
-    fit.bundle.camera_from_target.push_back(views[v]->camera_from_target);
-    fit.used.push_back(v);
-    fit.summary.cost += views[v]->cost;
-    weak.views.push_back(*views[v]);
-  }
-  if (weak.views.empty()) return std::nullopt;
-  take_selection(input, std::move(state), fit);
-  weak.outliers =
-      outliers_of(input, fit, [&](std::size_t v) { return lens_of(*views[v], centre); });
-  fit.solve_seconds = stopwatch.seconds();
-  return weak;
+  auto fit = fit_of(input, std::move(state), views);
+  if (fit) fit->solve_seconds = stopwatch.seconds();
+  return fit;
 }
 
 }  // namespace tagcal::internal

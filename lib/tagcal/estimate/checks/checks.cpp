@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tagcal/estimate/checks/board_checks.hpp"
+#include "tagcal/estimate/checks/weak_checks.hpp"
 #include "tagcal/estimate/policy/policy.hpp"
-#include "tagcal/estimate/pose/residual_test.hpp"
 #include "tagcal/internal/text.hpp"
 
 namespace tagcal::internal {
@@ -260,102 +260,57 @@ Result rows_displaced(const Solved& s) {
 
 // Model weak.
 
-Result too_few_corners(const Solved& s) {
-  const CalibrationFit& fit = s.weak->fit;
-  if (degrees_of_freedom(fit.bundle) >= policy::kFewestDegreesOfFreedom) return std::nullopt;
-  return finding(code::degenerate,
-                 "too few corners for the parameters: " + std::to_string(fit.num_inliers()) +
-                     " corners in " + std::to_string(fit.used.size()) + " views");
-}
+Result too_few_corners(const Solved& s) { return check_corner_count(*s.solution.fit); }
+Result tilt_unknown(const Solved& s) { return check_tilts(s.answer); }
+Result perspective_seen(const Solved& s) { return check_perspective(*s.solution.fit); }
 
-// A board that faces the camera moves its corners with the square of its tilt only. The two
-// mirrored poses then merge, and a linear covariance about one of them says nothing of the other.
-bool is_tilt_unknown(const CalibratedView& view) {
-  const double variance = view.covariance.diagonal().head<2>().maxCoeff();
-  if (!std::isfinite(variance)) return true;
-  if (!view.mirrored) return false;
-  const double between = angle_between_rad(view.camera_from_world, *view.mirrored);
-  return between <= policy::kProfileSigmas * std::sqrt(variance);
-}
+enum class Of { all, perspective, weak };  // models
+constexpr bool kAnswersOnly = true;        // skipped after a refusal
 
-Result tilt_unknown(const Solved& s) {
-  const auto count = std::ranges::count_if(s.answer.views, is_tilt_unknown);
-  if (count == 0) return std::nullopt;
-  return finding(
-      code::tilt_unknown,
-      "in " + std::to_string(count) +
-          " views the board faces the camera, and the corners fit its two mirrored poses "
-          "alike: the standard deviation of its tilt does not hold there");
-}
-
-// The residuals of most views are spatially correlated, which perspective causes and this model
-// does not have.
-Result perspective_seen(const Solved& s) {
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < s.weak->views.size(); ++v) {
-    const Bundle& bundle = s.weak->fit.bundle;
-    const Eigen::Vector2d centre = image_centre(bundle.image_size);
-    const double scale = s.weak->views[v].scale_px_per_m;
-    std::vector<Eigen::Vector2d> seen;
-    for (const Correspondence& c : bundle.views[v].correspondences) seen.push_back(c.pixel);
-    count +=
-        spatially_correlated(seen, residuals_px(bundle.views[v].correspondences,
-                                                Parallel({scale, scale, centre.x(), centre.y()}),
-                                                s.weak->views[v].camera_from_target));
-  }
-  if (2 * count <= s.weak->views.size()) return std::nullopt;
-  return finding(code::perspective_seen,
-                 "the corners show perspective or distortion, which model weak does not have: try "
-                 "--model auto");
-}
-
-constexpr bool kAnswersOnly = true;
-
-constexpr std::array kChecks = {
-    Check{too_few_inliers},
-    Check{tags_misplaced},
-    Check{tag_scale},
-    Check{wrong_target},
-    Check{unobservable},
-    Check{not_converged},
-    Check{noise_assumed},
-    Check{noise_understated},
-    Check{few_views, kAnswersOnly},
-    Check{model_too_small},
-    Check{board_bent},
-    Check{print_aspect},
-    Check{rows_displaced},
-    Check{corners_rejected, kAnswersOnly},
-    Check{coefficients_correlated, kAnswersOnly},
-    Check{direction_weak},
-    Check{extrapolated, kAnswersOnly},
-    Check{principal_point_untested, kAnswersOnly},
-    Check{pole_in_image, kAnswersOnly},
-    Check{fold_in_image, kAnswersOnly},
-    Check{residuals_biased, kAnswersOnly},
-    Check{halves_disagree, kAnswersOnly},
-    Check{other_lens, kAnswersOnly},
+struct Check {
+  Of models;
+  Result (*run)(const Solved&);
+  bool for_answers_only = false;
 };
 
-constexpr std::array kWeakChecks = {
-    Check{too_few_inliers},
-    Check{too_few_corners},
-    Check{choice_refused, kAnswersOnly},
-    Check{noise_assumed},
-    Check{noise_understated, kAnswersOnly},
-    Check{tilt_unknown, kAnswersOnly},
-    Check{perspective_seen, kAnswersOnly},
+constexpr std::array kChecks = {
+    Check{Of::all, too_few_inliers},
+    Check{Of::weak, too_few_corners},
+    Check{Of::weak, choice_refused, kAnswersOnly},
+    Check{Of::perspective, tags_misplaced},
+    Check{Of::perspective, tag_scale},
+    Check{Of::perspective, wrong_target},
+    Check{Of::perspective, unobservable},
+    Check{Of::perspective, not_converged},
+    Check{Of::all, noise_assumed},
+    Check{Of::perspective, noise_understated},
+    Check{Of::weak, noise_understated, kAnswersOnly},
+    Check{Of::perspective, few_views, kAnswersOnly},
+    Check{Of::perspective, model_too_small},
+    Check{Of::perspective, board_bent},
+    Check{Of::perspective, print_aspect},
+    Check{Of::perspective, rows_displaced},
+    Check{Of::perspective, corners_rejected, kAnswersOnly},
+    Check{Of::perspective, coefficients_correlated, kAnswersOnly},
+    Check{Of::perspective, direction_weak},
+    Check{Of::perspective, extrapolated, kAnswersOnly},
+    Check{Of::perspective, principal_point_untested, kAnswersOnly},
+    Check{Of::perspective, pole_in_image, kAnswersOnly},
+    Check{Of::perspective, fold_in_image, kAnswersOnly},
+    Check{Of::perspective, residuals_biased, kAnswersOnly},
+    Check{Of::perspective, halves_disagree, kAnswersOnly},
+    Check{Of::perspective, other_lens, kAnswersOnly},
+    Check{Of::weak, tilt_unknown, kAnswersOnly},
+    Check{Of::weak, perspective_seen, kAnswersOnly},
 };
 
 }  // namespace
 
-std::span<const Check> checks() { return kChecks; }
-std::span<const Check> weak_checks() { return kWeakChecks; }
-
-void run_checks(std::span<const Check> table, const Solved& solved,
-                std::vector<Finding>& findings) {
+void run_checks(const Solved& solved, std::vector<Finding>& findings) {
+  const Of model = solved.solution.fit->has_perspective() ? Of::perspective : Of::weak;
   bool is_refused = std::ranges::any_of(findings, is_refusal);
-  for (const Check& check : table) {
+  for (const Check& check : kChecks) {
+    if (check.models != Of::all && check.models != model) continue;
     if (is_refused && check.for_answers_only) continue;
     Result result = check.run(solved);
     if (!result) continue;

@@ -47,31 +47,24 @@ void fill_parameters(Calibration& c, const Model& model, const ModelChoice& choi
   c.sigmas = lens_sigmas({&model, *c.camera, c.covariance});
 }
 
-void set_identity(CalibratedView& view, const CalibrationView& of_input) {
-  view.image = of_input.image;
-  view.view = of_input.index;
-}
-
-void fill_views(Calibration& c, const CalibrationInput& input, const CalibrationFit& fit,
-                const BundleCovariance& covariance) {
-  const Lens& lens = c.camera->lens;
+void fill_views(Calibration& c, const CalibrationInput& input, const CalibrationFit& fit) {
   ViewProblem buffer;
   double sum = 0;
   for (std::size_t i = 0; i < fit.bundle.views.size(); ++i) {
     CalibratedView view;
-    set_identity(view, input.views[fit.used[i]]);
+    view.image = input.views[fit.used[i]].image;
+    view.view = input.views[fit.used[i]].index;
     view.camera_from_world = fit.bundle.camera_from_target[i];
-    view.covariance = covariance.poses[i];
     double view_sum = 0;
-    for (const auto& r : residuals_px(fit.bundle.corrected(i, buffer).correspondences, lens,
-                                      view.camera_from_world))
+    for (const auto& r : residuals_px(fit.bundle.corrected(i, buffer).correspondences,
+                                      fit.lens(fit.used[i]), view.camera_from_world))
       view_sum += r.squaredNorm();
     view.num_corners = static_cast<int>(fit.bundle.views[i].correspondences.size());
     view.rms_px = std::sqrt(view_sum / view.num_corners);
     sum += view_sum;
     c.views.push_back(view);
   }
-  c.outliers = outliers_of(input, fit, [&](std::size_t) { return lens; });
+  c.outliers = outliers_of(input, fit);
   c.num_corners = fit.num_inliers();
   c.rms_px = std::sqrt(sum / c.num_corners);
 }
@@ -90,29 +83,25 @@ void fill_projection(Calibration& c, const Solution& solution, const Evidence& e
     c.projection.push_back(projection_uncertainty(lens, {bundle.image_size}, samples, distance));
 }
 
-CalibratedView weak_view(const WeakView& weak, const ViewProblem& problem,
-                         const Eigen::Vector2d& centre, double sigma_px) {
-  CalibratedView view;
-  view.camera_from_world = weak.camera_from_target;
-  view.mirrored = weak.mirrored;
-  view.scale_px_per_m = weak.scale_px_per_m;
-  view.scale_sigma_px_per_m = weak.scale_px_per_m * sigma_px * std::sqrt(weak.covariance(5, 5));
-  view.covariance = sigma_px * sigma_px * weak.covariance;
-  // The depth is unknown; scale_sigma_px_per_m has the uncertainty of the scale.
-  view.covariance.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
-  view.covariance.col(5).setConstant(std::numeric_limits<double>::quiet_NaN());
-  view.num_corners = static_cast<int>(problem.correspondences.size());
-  const Parallel lens({weak.scale_px_per_m, weak.scale_px_per_m, centre.x(), centre.y()});
-  double sum = 0;
-  for (const auto& r : residuals_px(problem.correspondences, lens, view.camera_from_world))
-    sum += r.squaredNorm();
-  view.rms_px = std::sqrt(sum / view.num_corners);
-  return view;
+// The scales of model weak, and the covariances of its poses.
+void fill_scales(Calibration& c, const CalibrationFit& fit) {
+  c.sigmas.assign(Parallel::kNumParameters, 0.0);
+  for (std::size_t i = 0; i < c.views.size(); ++i) {
+    CalibratedView& view = c.views[i];
+    const WeakView& weak = fit.weak[i];
+    view.mirrored = weak.mirrored;
+    view.scale_px_per_m = weak.scale_px_per_m;
+    view.scale_sigma_px_per_m = weak.scale_px_per_m * c.sigma_px * std::sqrt(weak.covariance(5, 5));
+    view.covariance = c.sigma_px * c.sigma_px * weak.covariance;
+    // The depth is unknown; scale_sigma_px_per_m has the uncertainty of the scale.
+    view.covariance.row(5).setConstant(std::numeric_limits<double>::quiet_NaN());
+    view.covariance.col(5).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
 }
 
-void add_findings(std::span<const Check> table, Solved& solved) {
+void add_findings(Solved& solved) {
   std::vector<Finding> findings = std::move(solved.answer.findings);
-  run_checks(table, solved, findings);
+  run_checks(solved, findings);
   solved.answer.findings = std::move(findings);
   solved.answer.status = judge(solved.answer.findings);
 }
@@ -122,15 +111,21 @@ void add_findings(std::span<const Check> table, Solved& solved) {
 Calibration report(const Solution& solution, Evidence evidence) {
   const Stopwatch stopwatch;
   const CalibrationFit& fit = *solution.fit;
-  Solved solved{solution, std::move(evidence), nullptr, {}};
+  Solved solved{solution, std::move(evidence), {}};
   Calibration& c = solved.answer;
   c = answer_of(fit, *solution.options, solved.evidence);
   c.camera = Camera{fit.bundle.lens(), fit.bundle.image_size};
-  fill_parameters(c, *fit.bundle.model, *solution.choice);
-  fill_views(c, *solution.input, fit, solution.choice->claim);
-  fill_projection(c, solution, solved.evidence);
+  fill_views(c, *solution.input, fit);
+  if (fit.has_perspective()) {
+    fill_parameters(c, *fit.bundle.model, *solution.choice);
+    for (std::size_t i = 0; i < c.views.size(); ++i)
+      c.views[i].covariance = solution.choice->claim.poses[i];
+    fill_projection(c, solution, solved.evidence);
+  } else {
+    fill_scales(c, fit);
+  }
   c.board_warp = solved.evidence.board;
-  add_findings(checks(), solved);
+  add_findings(solved);
   if (is_answer(c.status)) {
     c.halves = solved.evidence.halves;
   } else {  // claims that depend on the answer
@@ -138,33 +133,6 @@ Calibration report(const Solution& solution, Evidence evidence) {
     c.board_warp.reset();
   }
   c.seconds.covariance = solved.evidence.seconds + stopwatch.seconds();
-  return std::move(solved.answer);
-}
-
-Calibration report_weak(const WeakFit& weak, const CalibrationInput& input,
-                        const CalibrateOptions& options, std::optional<Finding> refusal) {
-  const Bundle& bundle = weak.fit.bundle;
-  const Eigen::Vector2d centre = image_centre(bundle.image_size);
-  Solution solution;
-  solution.fit = &weak.fit;
-  solution.options = &options;
-  solution.refusal = std::move(refusal);
-  Solved solved{std::move(solution), evidence_of_noise(weak.fit, options), &weak, {}};
-  Calibration& c = solved.answer;
-  c = answer_of(weak.fit, options, solved.evidence);
-  c.outliers = weak.outliers;
-  c.camera = Camera{Parallel({1, 1, centre.x(), centre.y()}), bundle.image_size};
-  c.sigmas.assign(Parallel::kNumParameters, 0.0);
-  double sum = 0;
-  for (std::size_t v = 0; v < weak.views.size(); ++v) {
-    c.views.push_back(weak_view(weak.views[v], bundle.views[v], centre, c.sigma_px));
-    CalibratedView& view = c.views.back();
-    set_identity(view, input.views[weak.fit.used[v]]);
-    sum += view.rms_px * view.rms_px * view.num_corners;
-    c.num_corners += view.num_corners;
-  }
-  c.rms_px = std::sqrt(sum / std::max(1, c.num_corners));
-  add_findings(weak_checks(), solved);
   return std::move(solved.answer);
 }
 

@@ -146,6 +146,9 @@ TagScale remove_scale(Corners& corners) {
   return {change, 1 / std::sqrt(information), std::abs(change) * std::sqrt(square_px / count)};
 }
 
+// The chi-square that `k` coordinates without an error exceed hardly ever.
+double largest_chi_square(int k) { return chi_square_quantile(k, policy::kOutlierSigmas); }
+
 // The shift of a tag, from those of its corners.
 struct TagShift {
   int tag_id = 0;
@@ -155,6 +158,10 @@ struct TagShift {
   bool rejected = false;  // in most views
 
   double mm() const { return 1e3 * std::sqrt(square_m / std::max(1, corners)); }
+  bool is_outlying(int dimensions, double variance, double median_mm) const {
+    return rejected || (explained > variance * largest_chi_square(dimensions * corners) &&
+                        mm() > policy::kOutlyingTagRatio * median_mm);
+  }
 };
 
 // Sums over the inliers of all corners.
@@ -219,20 +226,20 @@ std::optional<Finding> scale_finding(const TagScale& scale, double variance) {
                      "corners; check tagSize and tagSpacing");
 }
 
-// The chi-square that `k` coordinates without an error exceed hardly ever.
-double largest_chi_square(int k) { return chi_square_quantile(k, policy::kOutlierSigmas); }
+// The axes along which a corner may be displaced: those of a flat board's plane.
+Matrix3d axes_of(const std::optional<FlatBoard>& board) {
+  if (!board) return Matrix3d::Identity();
+  Matrix3d axes = board->world_from_board.rotation().toRotationMatrix();
+  axes.col(2).setZero();
+  return axes;
+}
 
 }  // namespace
 
 std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit) {
   if (std::ssize(fit.used) < policy::kFewestComparedViews) return std::nullopt;
-  const std::optional<FlatBoard>& board = fit.bundle.board;
-  Matrix3d axes = Matrix3d::Identity();
-  if (board) {
-    axes = board->world_from_board.rotation().toRotationMatrix();
-    axes.col(2).setZero();
-  }
-  const int dimensions = board ? 2 : 3;
+  const Matrix3d axes = axes_of(fit.bundle.board);
+  const int dimensions = fit.bundle.board ? 2 : 3;
   Corners corners = sums_of(input, fit, axes);
   set_offsets_from_centre(corners, axes);
   const TagScale scale = remove_scale(corners);
@@ -255,9 +262,7 @@ std::optional<TargetError> target_error(const CalibrationInput& input, const Cal
                    total.explained > variance * largest_chi_square(k);
   const double median_mm = tags[tags.size() / 2].mm(), largest_mm = tags[0].mm();
   const auto is_outlying = [&](const TagShift& tag) {
-    return tag.rejected ||
-           (tag.explained > variance * largest_chi_square(dimensions * tag.corners) &&
-            tag.mm() > policy::kOutlyingTagRatio * median_mm);
+    return tag.is_outlying(dimensions, variance, median_mm);
   };
   const auto wrong = static_cast<double>(std::ranges::count_if(tags, is_outlying));
   error.gross = (all && error.share > policy::kMostOfResiduals &&

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/numeric/small_cholesky.hpp"
@@ -101,39 +102,57 @@ bool is_progress(const NormalEquations<N>& here, const NormalEquations<N>& there
   return last && next && next->decrease < last->decrease;
 }
 
+// The equations of a start, in the buffer if it has none. Null outside the lens' domain.
+template <int N>
+const NormalEquations<N>* equations_of(const InitialPose<N>& start, ViewSums& sums,
+                                       NormalEquations<N>& buffer) {
+  if (start.has_equations) return &start.equations;
+  return sums.at(start.state, buffer) ? &buffer : nullptr;
+}
+
+// Sets the information, and whether no step lowers the cost: at a minimum, up to rounding, or by
+// little.
+template <int N>
+void end_at(const NormalEquations<N>& here, double damping, double cost_per_point,
+            PoseMinimum<N>& best) {
+  best.information = here.information;
+  if (best.converged) return;
+  const auto left = step_at<N>(here, 0);
+  best.converged =
+      left && (damping >= kLargestDamping ||
+               left->decrease < std::max(kLastDecrease, kEnoughShare * cost_per_point));
+}
+
+double raised(double damping) { return std::max(kLeastDamping, kDampingFactor * damping); }
+double lowered(double damping) { return damping > kLeastDamping ? damping / kDampingFactor : 0; }
+
 }  // namespace
 
 template <int N>
 std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& start,
                                           const RefineOptions& options) {
   NormalEquations<N> buffers[2];
-  const NormalEquations<N>* here = &start.equations;
-  if (!start.has_equations) {
-    if (!sums.at(start.state, buffers[0])) return std::nullopt;
-    here = &buffers[0];
-  }
-  std::optional<PoseMinimum<N>> best(std::in_place);
-  best->state = start.state;
-  best->cost = here->cost;
+  const NormalEquations<N>* here = equations_of(start, sums, buffers[0]);
+  if (!here) return std::nullopt;
+  std::optional best(PoseMinimum<N>{start.state, here->cost, {}, false, options.last_decrease});
   const double per_point = 1 / static_cast<double>(sums.num_points());
   StepLength<N> step_length;
-  double damping = 0, last_decrease = options.last_decrease;
+  double damping = 0;
   for (int steps = 0; steps < options.max_iterations && damping < kLargestDamping;) {
     const auto predicted = step_at<N>(*here, damping);
     double length = 1;
     if (predicted && damping == 0) {
-      if (ruled_out(best->cost, predicted->decrease, last_decrease, options)) return std::nullopt;
-      best->converged =
-          is_last(predicted->decrease, last_decrease, best->cost * per_point, options);
-      best->last_decrease = last_decrease = predicted->decrease;
+      const double last = std::exchange(best->last_decrease, predicted->decrease);
+      if (ruled_out(best->cost, predicted->decrease, last, options)) return std::nullopt;
+      best->converged = is_last(predicted->decrease, last, best->cost * per_point, options);
       length = step_length.next(here->gradient);
     }
+    NormalEquations<N>& there = buffers[here == &buffers[0]];
     const ViewState next =
         predicted ? moved<N>(best->state, length * predicted->step) : best->state;
-    NormalEquations<N>& there = buffers[here == &buffers[0]];
     if (best->converged) {
       best->state = next;
-      best->cost = std::max(0.0, best->cost - last_decrease);
+      best->cost = std::max(0.0, best->cost - best->last_decrease);
       break;
     }
     if (predicted && sums.at(next, there) && is_progress<N>(*here, there)) {
@@ -142,17 +161,12 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
       here = &there;
       ++steps;
       step_length.set_last(*predicted, damping == 0 ? length : 0);
-      damping = damping > kLeastDamping ? damping / kDampingFactor : 0;
+      damping = lowered(damping);
     } else {
-      damping = std::max(kLeastDamping, kDampingFactor * damping);
+      damping = raised(damping);
     }
   }
-  best->information = here->information;
-  if (!best->converged)
-    if (const auto left = step_at<N>(*here, 0))
-      best->converged =
-          damping >= kLargestDamping ||  // a minimum, up to rounding
-          left->decrease < std::max(kLastDecrease, kEnoughShare * per_point * best->cost);
+  end_at(*here, damping, best->cost * per_point, *best);
   return best;
 }
 
