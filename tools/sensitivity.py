@@ -27,6 +27,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 WORK = ROOT / "build" / "sensitivity"
 TREE = WORK / "tree"
 POLICIES = {"estimate": "lib/tagcal/estimate/policy/policy.hpp",
+            "uncertainty": "lib/tagcal/uncertainty/policy/policy.hpp",
             "detect": "lib/tagcal/detect/policy/policy.hpp"}
 FACTORS = (0.7, 1.4)
 MAPS = ("tag-tilt-distance flatness line points near-camera wrong-corners swapped focal-tilt-noise "
@@ -34,7 +35,8 @@ MAPS = ("tag-tilt-distance flatness line points near-camera wrong-corners swappe
         "calibrate-extrapolation calibrate-wrong-views").split()
 SETS = "bouguet_left bouguet_right opencv_left visp_circles euroc_cam0".split()
 TIMES = ("render_s", "detect_s", "calibrate_s", "own_s", "time_us")
-STUDIES = {"estimate": ("corners", "halves", "maps"), "detect": ("answers",)}
+STUDIES = {"estimate": ("corners", "halves", "maps"), "uncertainty": ("corners", "halves", "maps"),
+           "detect": ("answers",)}
 
 READER_NAME = "tagcal/internal/policy_factor.hpp"
 READER = """#pragma once

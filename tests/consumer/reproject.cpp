@@ -16,10 +16,10 @@ int main() {
             << ", seen " << int(seen(0, 0)) << "\n";
 
   // Variances of fx and fy, cx, cy: those of a calibration (Calibration::covariance).
-  tagcal::UncertainCamera lens{&tagcal::Model::named("f+c"), camera.lens,
-                               tagcal::MatrixX::Zero(3, 3)};
-  lens.covariance.diagonal() << 0.25, 0.01, 0.01;
-  const auto pixel = tagcal::project(lens, {{0.2, 0.1, 1}, 1e-6 * Eigen::Matrix3d::Identity()});
+  tagcal::UncertainCamera known{&tagcal::Model::named("f+c"), camera,
+                                tagcal::MatrixX::Zero(3, 3)};
+  known.covariance.diagonal() << 0.25, 0.01, 0.01;
+  const auto pixel = tagcal::project(known, {{0.2, 0.1, 1}, 1e-6 * Eigen::Matrix3d::Identity()});
   if (pixel)
     std::cout << "pixel " << pixel->pixel.transpose() << ", variances "
               << pixel->covariance_px2.diagonal().transpose() << " px2\n";

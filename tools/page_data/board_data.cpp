@@ -30,7 +30,7 @@ Square rectangle(const Vector3d& low, const Vector3d& high) {
 // The printed part of checkerboards and grids of circles; of other boards their points.
 Square outline_of(const Board& board) {
   if (point_grid(board)) {
-    const internal::Rectangle paper = internal::board_panels(board, 0).front().paper;
+    const Rectangle paper = board_panels(board, 0).front().paper;
     return {paper.begin(), paper.end()};
   }
   const AlignedBox3d box = box_of(target_points(board));

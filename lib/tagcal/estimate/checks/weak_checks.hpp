@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
-#include "tagcal/estimate/findings/finding_codes.hpp"
+#include "tagcal/estimate/findings.hpp"
 
 // Checks of model weak.
 

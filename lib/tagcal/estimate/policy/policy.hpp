@@ -5,7 +5,8 @@
 // Every number that decides an answer, a status or a finding of the estimators, once: what it
 // means, its unit, and its source (a paper, a probability, or the study that measured it). A test
 // refuses others elsewhere in `estimate`, but for rounding, sizes and limits of work, whose lines
-// say `// numeric:`.
+// say `// numeric:`. Those chosen by hand have a row in docs/trust/sensitivity.md: how many answers
+// change if they are multiplied by 0.7 and by 1.4.
 
 namespace tagcal::internal::policy {
 
@@ -29,14 +30,14 @@ inline constexpr double kLeastSigmaPx = 0.01;
 // convergence, which must not choose between models.
 inline constexpr double kLeastNoisePx = 1e-4;
 // px. The noise of a good corner: a smaller displacement of rows is no finding, and a lens within
-// it stands for another one (docs/reference/models.md has differences of usual lenses). Source:
-// none; chosen by hand. For the lens x 0.7 and x 1.4 change no answer of docs/trust/sensitivity.md.
+// it stands for another one (docs/reference/models.md has differences of usual lenses). Chosen by
+// hand. For the lens x 0.7 and x 1.4 change no answer of docs/trust/sensitivity.md.
 inline constexpr double kGoodCornerPx = 0.1;
 // Degrees of freedom from which residuals estimate a noise that is not stated: the standard
 // deviation of that estimate is 1 / sqrt(2 * 50) = 10 %. With fewer, kAssumedSigmaPx is assumed,
 // and a finding says so (docs/reference/conventions.md).
 inline constexpr int kEnoughDegreesOfFreedom = 50;
-// px. Source: none; chosen by hand.
+// px. Chosen by hand.
 inline constexpr double kAssumedSigmaPx = 0.5;
 
 // ---- What the data determine
@@ -44,13 +45,13 @@ inline constexpr double kAssumedSigmaPx = 0.5;
 // sd(f) / f above which a focal length is refused (the design's rule: docs/trust/how_sure.md).
 inline constexpr double kFocalRefused = 0.10;
 // Standard deviation of the projection at infinity, over half the diagonal of the image, from which
-// a model is refused. Source: none; chosen by hand (study focal_refusal counts what it lets pass).
+// a model is refused. Chosen by hand (study focal_refusal counts what it lets pass).
 inline constexpr double kProjectionRefused = 0.02;
 // px. A finding names a combination of parameters that moves the projection at infinity by more
-// than this, in one standard deviation. Source: none; chosen by hand.
+// than this, in one standard deviation. Chosen by hand.
 inline constexpr double kProjectionWeakPx = 2;
 // Degrees of freedom below which the status is degenerate: with 11 the residuals estimate their
-// noise to 1 / sqrt(2 * 11) = 21 %. Source: none; chosen by hand.
+// noise to 1 / sqrt(2 * 11) = 21 %. Chosen by hand.
 inline constexpr int kFewestDegreesOfFreedom = 11;
 
 // ---- Poses of single views (pose/)
@@ -69,7 +70,7 @@ inline constexpr double kExcludedCost = 25;
 // the one that was asked for.
 inline constexpr double kAmbiguousCost = 16;
 // sigma^2. Two minima whose costs and squared Mahalanobis distances differ by less are one, at
-// which the solver stopped twice. Source: none; chosen by hand.
+// which the solver stopped twice. Chosen by hand.
 inline constexpr double kSameMinimum = 0.1;
 
 // Pose with focal length.
@@ -82,11 +83,11 @@ inline constexpr double kWeakPerspectiveExcess = 10.8;
 
 // Points nearly on a line: RMS width over length below which the turn about the line is tested, and
 // the turn that must be excluded by kExcludedCost, seven times the 0.05 rad up to which the maps
-// count a rotation as known. Source: chosen by hand, checked by map line.
+// count a rotation as known. Chosen by hand, checked by map line.
 inline constexpr double kNarrowWidth = 0.25;
 inline constexpr double kLineTurnRad = 0.35;
 
-// The profile of a pose (pose_hypotheses.hpp). Source of all: chosen by hand, checked by maps
+// The profile of a pose (pose_hypotheses.hpp). Chosen by hand, checked by maps
 // points, line, tag-tilt-distance and focal-tilt-noise (fewer than 1 in 1,000 poses are wrong and
 // called ok). A linear covariance is trusted where the variance of the least known turn is at most
 // this times the standard deviation of the best known one (radians).
@@ -101,14 +102,14 @@ inline constexpr double kProfileLeastRise = 1;
 
 // Starts (initial_poses.hpp).
 // Smallest over largest of a quadrangle's four triangles (a square: 1) up to which its homography
-// is too sensitive to noise, and P3P gives starts as well. Source: chosen by hand, checked by
+// is too sensitive to noise, and P3P gives starts as well. Chosen by hand, checked by
 // map points.
 inline constexpr double kPoorQuadrangle = 0.5;
 // Thickness over size below which pose with focal length also starts from a plane. Source: chosen
 // by hand, checked by map flatness.
 inline constexpr double kPlaneStartThickness = 0.3;
 // px. RMS above which a closed form's pose with focal length may lead to a wrong minimum: weak
-// perspective gives a start as well. Source: none; chosen by hand.
+// perspective gives a start as well. Chosen by hand.
 inline constexpr double kPoorStartRmsPx = 2;
 
 // A second start is given up where its minimum is predicted above kAmbiguousCost: its cost less
@@ -121,17 +122,17 @@ inline constexpr double kSlidingDecrease = 0.003;
 // px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
 // failed the test in 3 % of exact views.
 inline constexpr double kLeastPoseSigmaPx = 1e-6;
-// Points from which the largest residual is compared with the median of all. Source: none; chosen
+// Points from which the largest residual is compared with the median of all. Chosen
 // by hand.
 inline constexpr std::size_t kEnoughForMedian = 6;
 // Standard deviations that this median may be too small by (one-sided probability 0.0013).
 inline constexpr double kMedianSigmas = 3;
 // RMS of the residuals over the RMS size of the target's image, above which noise that is not
-// stated is no noise. Source: none; chosen by hand.
+// stated is no noise. Chosen by hand.
 inline constexpr double kLargestNoiseOfImage = 0.05;
 // Correlation of the residuals of neighbouring corners above which they are not noise: that of
 // noise has a standard deviation of 1 / sqrt(2 n), at most twice that where pairs count double; 3
-// of those. At least 0.3 (source: none; chosen by hand), for 12 corners or more.
+// of those. At least 0.3 (chosen by hand), for 12 corners or more.
 inline constexpr double kCorrelated = 0.3;
 inline constexpr double kCorrelatedSigmas = 6;
 inline constexpr std::size_t kEnoughForCorrelation = 12;
@@ -139,23 +140,22 @@ inline constexpr std::size_t kEnoughForCorrelation = 12;
 // RANSAC (ransac.hpp, pose_ransac.hpp).
 // Standard deviations of an inlier's residual: the length of one in 3,000 exceeds them.
 inline constexpr double kInlierSigmas = 4;
-// px. Noise that the search takes where none is stated. Source: none; chosen by hand.
+// px. Noise that the search takes where none is stated. Chosen by hand.
 inline constexpr double kRansacSigmaPx = 1;
-// Probability that a better consensus was missed. Source: none; chosen by hand.
+// Probability that a better consensus was missed. Chosen by hand.
 inline constexpr double kMissedConsensus = 1e-4;
-// Largest number of false alarms of a consensus (Moisan & Stival, IJCV 2004). Source of the value:
-// none; chosen by hand.
+// Largest number of false alarms of a consensus (Moisan & Stival, IJCV 2004). Chosen by hand.
 inline constexpr double kChanceConsensus = 1e-5;
-// Inlier tolerances within which the density of wrong corners is counted. Source: chosen by hand,
+// Inlier tolerances within which the density of wrong corners is counted. Chosen by hand,
 // checked by map swapped.
 inline constexpr double kDensityTolerances = 10;
 // A second pose with this share of the inliers of the first makes both no answer; up to half of the
-// first one's inliers may be among them. Source: chosen by hand, checked by map swapped.
+// first one's inliers may be among them. Chosen by hand, checked by map swapped.
 inline constexpr double kRivalShare = 0.8;
 
 // A tag off its place (shifted_tag_test.hpp): normal score of the F ratio that rejects it (one in
 // 4,300 correct tags), the degrees of freedom that must be left, and the tags for each one that may
-// be rejected. Source of the others: none; chosen by hand.
+// be rejected. Chosen by hand.
 inline constexpr double kShiftedTagScore = 3.5;
 inline constexpr double kShiftedTagFreedom = 10;
 inline constexpr std::size_t kTagsPerShiftedTag = 3;
@@ -210,22 +210,22 @@ inline constexpr double kOverdispersionByCorrelation = 20;
 inline constexpr double kLargestDecrement = 30;
 
 // The profile likelihood of a calibration (covariance.hpp).
-// Standard deviation over the focal length up to which a linear covariance is trusted. Source:
-// none; chosen by hand (study calibration_nees confirms that covariance).
+// Standard deviation over the focal length up to which a linear covariance is trusted. Chosen by
+// hand (study calibration_nees confirms that covariance).
 inline constexpr double kLinearShare = 0.01;
-// Standard deviations of the profile on either side. Source: none; chosen by hand (map
+// Standard deviations of the profile on either side. Chosen by hand (map
 // calibrate-parallel has what it leads to).
 inline constexpr double kProfileBundleSigmas = 2;
 
 // Bias of the residuals (lack_of_fit.hpp).
-// Corners of a cell or ring from which on it takes part. Source: none; chosen by hand.
+// Corners of a cell or ring from which on it takes part. Chosen by hand.
 inline constexpr int kLeastBiasCorners = 8;
-// px. A smaller bias (RMS), also by the size of the tags, is no finding. Source: none; chosen by
+// px. A smaller bias (RMS), also by the size of the tags, is no finding. Chosen by
 // hand.
 inline constexpr double kLeastBiasPx = 0.02;
 
 // The advised view (advice.cpp). Of views that leave at most this many times the least variance,
-// the one that fills most gaps. Source: none; chosen by hand (docs/trust/how_sure.md).
+// the one that fills most gaps. Chosen by hand (docs/trust/how_sure.md).
 inline constexpr double kNearlyLeastVariance = 2;
 
 // ---- Calibration: start, rejection, choice of the model (calibration/)
@@ -249,28 +249,28 @@ constexpr bool is_above(Count count, Share share, Count all) {
 // Corners of one board that a view needs: a homography has 8 degrees of freedom.
 inline constexpr std::size_t kLeastViewCorners = 4;
 // At least this share of the complete tags of a view turn the wrong way: the view is mirrored.
-// Source: none; chosen by hand (tests/estimate/robust_calibration_test.cpp has both kinds).
+// Chosen by hand (tests/estimate/robust_calibration_test.cpp has both kinds).
 inline constexpr Share kMirroredTags{4, 5};
 // More corners outside of the image say that its size is wrong: of pictures of twice that size
-// three quarters are outside. Source: none; chosen by hand.
+// three quarters are outside. Chosen by hand.
 inline constexpr Share kMostOutsideImage{1, 20};
 
 // Focal length that stands for an unknown one, over the longer side of the image: 53 degrees of
-// view, or 143 of a fisheye. Source: none; chosen by hand.
+// view, or 143 of a fisheye. Chosen by hand.
 inline constexpr double kNominalFocal = 1.0;
 inline constexpr double kNominalFisheyeFocal = 0.4;
 
 // Least median of squares (projective_lmeds.hpp). A ray is an inlier within kLmedsSigmas robust
 // standard deviations plus kLmedsLensRad (rad), which allows for the distortion within a view.
-// Source of both: none; chosen by hand.
+// Chosen by hand.
 inline constexpr double kLmedsSigmas = 6;
 inline constexpr double kLmedsLensRad = 1e-3;
-// The share of inliers ends the search if the median angle is below this (rad). Source: none;
-// chosen by hand, to save time on good data.
+// The share of inliers ends the search if the median angle is below this (rad). Chosen by hand, to
+// save time on good data.
 inline constexpr double kLmedsGoodMedianRad = 0.01;
 
 // A weak view is plausible if its squared residuals are below this share of the squared extent of
-// its corners: 0.2^2, a fifth of their extent. Source: none; chosen by hand, against random pixels
+// its corners: 0.2^2, a fifth of their extent. Chosen by hand, against random pixels
 // (tests/estimate/weak_calibration_test.cpp).
 inline constexpr double kWeakResidualShare = 0.04;
 
@@ -279,12 +279,12 @@ inline constexpr double kWeakResidualShare = 0.04;
 // world (docs/trust/sensitivity.md).
 inline constexpr Share kMinority{1, 3};
 // A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
-// by this share of rejected corners above the median share. Source: none; chosen by hand
+// by this share of rejected corners above the median share. Chosen by hand
 // (docs/trust/how_sure.md).
 inline constexpr double kOutlyingRms = 1.3;
 inline constexpr double kOutlyingRejected = 0.4;
 // Number of views from which a median of them shows which one is outlying, and their spread shows
-// how large the row terms are. Source: none; chosen by hand. Times 1.4 changes 0.5 % of the
+// how large the row terms are. Chosen by hand. Times 1.4 changes 0.5 % of the
 // worlds (docs/trust/sensitivity.md).
 inline constexpr int kFewestTellingViews = 4;
 
@@ -294,11 +294,10 @@ inline constexpr int kFewestTellingViews = 4;
 inline constexpr double kNoiseChange = 0.1;
 
 // Fits are compared by their noise if each has at least this share of the other's inliers; with
-// fewer of all corners a finding gives the share that was rejected. Source: none; chosen by hand.
+// fewer of all corners a finding gives the share that was rejected. Chosen by hand.
 inline constexpr Share kComparableInliers{9, 10};
-// Views on which models are compared first, evenly spread: a limit of work. Their evidence grows
-// with the number of views, so what has lost by kStrongEvidence there is not fitted to all. Source:
-// none; chosen by hand, checked by study model_confusion.
+// Views on which kinds of lens are compared, evenly spread: a limit of work. Chosen by hand, checked
+// by study model_confusion.
 inline constexpr std::size_t kChoiceViews = 20;
 // Parameters by which BIC is raised for a fisheye against a polynomial: where both describe the
 // same images, the ordinary lens is meant. Source: study model_confusion (docs/trust/how_sure.md).
@@ -316,7 +315,7 @@ inline constexpr double kKindTemper = 4;
 inline constexpr double kLeastModelWeight = 0.01;
 
 // Share of the sum of squares that opencv5 would explain, above which a wrong target is not blamed.
-// Source: none; chosen by hand (docs/trust/real_corners.md has right and wrong targets).
+// Chosen by hand (docs/trust/real_corners.md has right and wrong targets).
 inline constexpr double kLargerLensShare = 0.1;
 
 // ---- Checks of a calibration (checks/)
@@ -328,15 +327,15 @@ inline constexpr double kLikePrior = 0.7;
 inline constexpr std::size_t kFewViews = 2;
 
 // Factor by which a standard deviation is much larger: the residuals beyond the stated noise, or a
-// result without an untested assumption of its model (docs/trust/how_sure.md). Source: none; chosen
+// result without an untested assumption of its model (docs/trust/how_sure.md). Chosen
 // by hand.
 inline constexpr double kMuchLargerSd = 1.5;
 
 // Share of a board's diagonal by which no board bends (docs/trust/how_sure.md). In
 // docs/trust/real_corners.md a model that is too small fits a bend of 15 mm to a flat board.
 inline constexpr double kLargestBoardBend = 0.01;
-// Fewest views of a comparison: of a half, of the errors of a target and of its corners. Source:
-// none; chosen by hand.
+// Fewest views of a comparison: of a half, of the errors of a target and of its corners. Chosen by
+// hand.
 inline constexpr int kFewestComparedViews = 3;
 
 // The halves disagree if their difference exceeds this many of its standard deviations and the
@@ -354,13 +353,13 @@ inline constexpr double kImageCornerShare = 0.005;
 inline constexpr double kTargetShareFound = 0.2;
 inline constexpr double kTargetShiftFoundPx = 0.125;
 // The answer is refused if they explain this share, and twice kTargetShiftFoundPx. One shift must
-// explain as much of a rejected corner to count as the target's error. Source: none; chosen by
+// explain as much of a rejected corner to count as the target's error. Chosen by
 // hand.
 inline constexpr double kMostOfResiduals = 0.5;
-// It is refused, too, if more than this share of all tags is outlying. Source: none; chosen by
+// It is refused, too, if more than this share of all tags is outlying. Chosen by
 // hand.
 inline constexpr double kTagsShareRefused = 0.25;
-// A tag is outlying if its shift is this many times that of the median tag. Source: none; chosen by
+// A tag is outlying if its shift is this many times that of the median tag. Chosen by
 // hand.
 inline constexpr double kOutlyingTagRatio = 4;
 // Share of a tag's size that ink or light may add: with more than a cell of ten on either side the
@@ -370,7 +369,7 @@ inline constexpr double kLargestTagScale = 0.2;
 // ---- Fits between models of lenses (lens_fit.hpp)
 
 // Cosine of the angle to the axis, 80 degrees, up to which a perspective lens can see a corner.
-// Source: none; chosen by hand.
+// Chosen by hand.
 inline constexpr double kPerspectiveCosine = 0.17;
 
 }  // namespace tagcal::internal::policy
