@@ -166,7 +166,7 @@ MISTAKES: list[tuple[Callable[[], Any], str]] = [
     ),
     (
         lambda: Board.grid(30, 30, 0.06, 0.3),
-        "board: tag id: must be in 0..586 of tag36h11, got 899",
+        "board: tag id: must be in 0..586 of tag36h11, got 587",
     ),
     (
         lambda: Board.grid(4, 3, 0.06, 0.3, border_bits=3),
