@@ -242,7 +242,7 @@ Command add_board(CLI::App& app) {
   add_positive(*command, "--dpi", arguments->dpi, "resolution of a PNG in pixels per inch (300)");
   const Option paper =
       add_option(*command, "--paper", arguments->paper,
-                 "the largest board on this paper: another size of tags or squares; writes its "
+                 "the largest board on this paper: other sizes of tags, squares or discs; writes its "
                  "target beside: board.yaml")
           .text("a4|a3|letter")
           .one_of({"a4", "a3", "letter"});
