@@ -59,7 +59,9 @@ TEST_P(SphereCalibration, AutoChoosesItOrProjectsAlike) {
       const Dataset set = world(GetParam(), seed, sigma_px);
       const Calibration c = calibrate(set, {});
       ASSERT_EQ(c.status, Status::ok) << seed;
-      if (sigma_px < 0.01) EXPECT_EQ(c.model, GetParam()) << seed;
+      if (sigma_px < 0.01) {
+        EXPECT_EQ(c.model, GetParam()) << seed;
+      }
       const auto difference =
           lens_difference(*c.camera, set.truth->camera, c.seen.samples(), kInfinitelyFar);
       ASSERT_TRUE(difference.has_value());
