@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/solvers/numeric/minimise.hpp"
 
 namespace tagcal::internal {
 namespace {
@@ -17,10 +18,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 constexpr double kReach = 1.0 / 2;  // distances of centres: the middle of the white between discs
-constexpr int kMaxSteps = 20;       // Levenberg-Marquardt, as a limit of work
-constexpr double kFirstDamping = 1e-3;      // numeric: Levenberg-Marquardt's start
-constexpr double kLessDamping = 0.1;        // numeric: factor after a good step
-constexpr double kMostDamping = 1e6;        // numeric: no step is good then
+constexpr int kMaxSteps = 20;       // a limit of work
 constexpr double kQuantisation = 1.0 / 12;  // variance of rounding to whole levels
 
 struct Pixel {
@@ -83,8 +81,26 @@ Border border_at(const LocalMap& map, const Matrix2d& place_by_pixel, const Vect
   }
 }
 
+struct CircleEquations {
+  double cost = 0;  // sum of squared residuals
+  System information = System::Zero();
+  Step right = Step::Zero();
+
+  // By Marquardt's damping, a share of the diagonal.
+  std::optional<DampedStep<Step>> step(double damping) const {
+    System damped = information;
+    damped.diagonal() *= 1 + damping;
+    const Step step = damped.ldlt().solve(right);
+    if (!step.allFinite()) return std::nullopt;
+    return DampedStep<Step>{step, step.dot(2 * right - information * step)};
+  }
+};
+
+// The grey levels of a disc, for `minimise`.
 class CircleModel {
  public:
+  using State = Step;
+
   CircleModel(const LocalMap& map, std::vector<Pixel> pixels)
       : map_(map),
         place_by_pixel_(map.first.inverse()),
@@ -123,27 +139,31 @@ class CircleModel {
     return result;
   }
 
-  // Sum of squared residuals; with the normal equations unless they are null.
-  double linearise(const Step& p, System* system = nullptr, Step* right = nullptr) const {
-    if (system) {
-      system->setZero();
-      right->setZero();
-    }
-    double sum = 0;
+  // The normal equations; always in the domain.
+  std::optional<CircleEquations> at(const State& p) const {
+    CircleEquations result;
     for (const Pixel& pixel : pixels_) {
       const Share s = share(p, pixel);
       const Vector2d off = (pixel.at - map_.centre) / side_;
       const double gain = p[kContrast] + p.tail<2>().dot(off);
       const double residual = pixel.level - p[kInk] - gain * s.paper;
-      sum += residual * residual;
-      if (!system) continue;
+      result.cost += residual * residual;
       Step by;
       by << gain * s.by, 1, s.paper, s.paper * off;
-      system->selfadjointView<Eigen::Lower>().rankUpdate(by);
-      *right += residual * by;
+      result.information.selfadjointView<Eigen::Lower>().rankUpdate(by);
+      result.right += residual * by;
     }
-    if (system) *system = system->selfadjointView<Eigen::Lower>();
-    return sum;
+    result.information = result.information.selfadjointView<Eigen::Lower>();
+    return result;
+  }
+
+  // Radius and blur remain in their ranges.
+  static State stepped(const State& p, const Step& step) {
+    State next = p + step;
+    next[kLogRadius] = std::min(next[kLogRadius], std::log(kReach));
+    next[kLogSpread] = std::clamp(next[kLogSpread], std::log(policy::kTagMinSpreadPx),
+                                  std::log(policy::kTagMaxSpreadPx));
+    return next;
   }
 
   // Ink and paper by the darkest and the brightest tenths, the radius by the area of ink.
@@ -163,41 +183,6 @@ class CircleModel {
     p[kInk] = ink;
     p[kContrast] = paper - ink;
     return p;
-  }
-
-  // Moves the parameters to the least sum of squares, which it returns with their information.
-  double converge(Step& p, System& information) const {
-    double damping = kFirstDamping;
-    Step right;
-    double sum = linearise(p, &information, &right);
-    for (int i = 0; i < kMaxSteps && damping < kMostDamping; ++i) {
-      System damped = information;
-      damped.diagonal() *= 1 + damping;
-      const Step step = damped.ldlt().solve(right);
-      if (!step.allFinite()) break;
-      Step next = p + step;
-      next[kLogRadius] = std::min(next[kLogRadius], std::log(kReach));
-      next[kLogSpread] = std::clamp(next[kLogSpread], std::log(policy::kTagMinSpreadPx),
-                                    std::log(policy::kTagMaxSpreadPx));
-      System next_information;
-      Step next_right;
-      const double next_sum = linearise(next, &next_information, &next_right);
-      if (!(next_sum <= sum)) {
-        damping = std::max(kFirstDamping, 10 * damping);
-        continue;
-      }
-      const double variance = sum / static_cast<double>(pixels_.size());
-      // The step in standard deviations of all parameters together.
-      const bool is_last = step.dot(information * step) <
-                           std::pow(policy::kConvergedSds, 2) * std::max(variance, kQuantisation);
-      p = next;
-      sum = next_sum;
-      information = next_information;
-      right = next_right;
-      damping *= kLessDamping;
-      if (is_last) break;
-    }
-    return sum;
   }
 
  private:
@@ -280,10 +265,16 @@ std::optional<CircleFit> fit_circle(const ImageView8& image, const LocalMap& map
   Step p = CircleModel(map, std::move(pixels)).start();
   const CircleModel model(map, pixels_about(image, map, std::exp(p[kLogRadius])));
   if (model.num_pixels() <= 2 * kCount) return std::nullopt;
-  System information;
-  const double sum = model.converge(p, information);
-  const double variance =
-      std::max(sum / static_cast<double>(model.num_pixels() - kCount), kQuantisation);
+  const auto num_pixels = static_cast<double>(model.num_pixels());
+  // numeric: the step that is left out is a tenth of one that would be taken as converged.
+  const double converged = policy::kConvergedSds * policy::kConvergedSds / 100;
+  const auto best = minimise(model, p,
+                             {.flat = converged / num_pixels,
+                              .least_decrease = converged * kQuantisation,
+                              .max_steps = kMaxSteps});
+  if (!best) return std::nullopt;
+  p = best->state;
+  const double variance = std::max(best->at.cost / (num_pixels - kCount), kQuantisation);
   const Vector2d shift = p.head<2>();
   const double radius = std::exp(p[kLogRadius]);
   const double distance_px = map.first.colwise().norm().minCoeff();  // to the next centre
@@ -292,7 +283,7 @@ std::optional<CircleFit> fit_circle(const ImageView8& image, const LocalMap& map
       shift.norm() > policy::kMaxMoveShare * distance_px || radius >= kReach ||
       !is_wholly_inside(map, radius, shift, image.size()))
     return std::nullopt;
-  const System covariance = variance * information.ldlt().solve(System::Identity());
+  const System covariance = variance * best->at.information.ldlt().solve(System::Identity());
   CircleFit fit{map.centre + shift, covariance.topLeftCorner<2, 2>(), radius};
   fit.covariance_px2 = ((fit.covariance_px2 + fit.covariance_px2.transpose()) / 2).eval();
   if (!fit.covariance_px2.allFinite()) return std::nullopt;
