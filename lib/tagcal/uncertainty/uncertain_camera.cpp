@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tagcal/camera/batch.hpp"
+#include "tagcal/camera/kernels/projection_rows.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -38,25 +38,13 @@ std::span<const FreeParameter> free_of(const UncertainCamera& known) {
 }
 
 std::optional<Linear> linearised(const UncertainCamera& known, const Vector3d& x) {
-  const std::span<const FreeParameter> free = free_of(known);
-  std::array<Vector2d, 1> pixel;
-  std::array<std::uint8_t, 1> valid{};
-  std::array<double, 12> by_pose{};
-  std::vector<double> by_parameters(2 * free.size());
   const std::array<Vector3d, 1> points = {x};
-  project_with_jacobians(known.camera.lens, Pose(), points, free,
-                         {pixel, valid, by_pose, by_parameters});
-  if (valid[0] == 0) return std::nullopt;
-  Linear linear{pixel[0], {}, Matrix2::Zero()};
-  for (int row = 0; row < 2; ++row)
-    for (int i = 0; i < 3; ++i)  // by the translation: that by the point
-      linear.by_point(row, i) = by_pose[static_cast<std::size_t>(6 * row + 3 + i)];
-  if (!free.empty()) {
-    using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-    const Eigen::Map<const Rows> rows(by_parameters.data(), 2,
-                                      static_cast<Eigen::Index>(free.size()));
-    linear.by_lens_px2 = rows * known.covariance * rows.transpose();
-  }
+  const auto rows = internal::projection_rows(known.camera.lens, Pose(), points, free_of(known));
+  if (!rows) return std::nullopt;
+  // The derivatives by the translation are those by the point.
+  Linear linear{rows->pixels[0], rows->by_pose.rightCols<3>(), Matrix2::Zero()};
+  if (rows->by_parameters.cols() > 0)
+    linear.by_lens_px2 = rows->by_parameters * known.covariance * rows->by_parameters.transpose();
   return linear;
 }
 
