@@ -11,10 +11,6 @@
 namespace tagcal::study {
 namespace {
 
-std::string field(const std::string& text) {
-  return text.find(',') == std::string::npos ? text : fmt::format("\"{}\"", text);
-}
-
 std::string number(double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : ""; }
 
 std::string trial(int t) { return t < 0 ? "" : fmt::format("{}", t); }
@@ -53,9 +49,9 @@ std::string stability_csv(const StabilityMap& map, const StabilityResult& result
       "first_refused\n";
   for (const StabilityTally& tally : result.tallies) {
     const std::vector<std::size_t> at = map.indices(tally.cell);
-    text += fmt::format("{},{},{},{},{}", map.name, field(map.axes[0].label(at[0])),
-                        at.size() > 1 ? field(map.axes[1].label(at[1])) : "",
-                        field(map.methods[tally.method].name), tally.trials);
+    text += fmt::format("{},{},{},{},{}", map.name, csv_field(map.axes[0].label(at[0])),
+                        at.size() > 1 ? csv_field(map.axes[1].label(at[1])) : "",
+                        csv_field(map.methods[tally.method].name), tally.trials);
     for (const int n : tally.count) text += fmt::format(",{}", n);
     text += fmt::format(",{},{},{},{:.4g},{},{},{}\n", number(tally.rms_over_bound),
                         number(tally.median_over_bound), tally.flips, tally.time_us,

@@ -4,15 +4,13 @@
 
 #include <cmath>
 
+#include "tagcal/io/text_file.hpp"
+
 namespace tagcal::study {
 namespace {
 
 constexpr std::string_view kFirstLine = "# tagcal chart: trials, version 1";
 constexpr std::string_view kHeader = "panel,method,trial,time_us,error,error_over_bound";
-// The name of a method as a CSV field, in quotes if it has a comma.
-std::string field(const std::string& text) {
-  return text.find(',') == std::string::npos ? text : fmt::format("\"{}\"", text);
-}
 
 }  // namespace
 
@@ -42,8 +40,8 @@ std::string points_csv(const ChartResult& result, std::span<const ChartPoint> po
   const auto number = [](double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : ""; };
   for (const ChartPoint& p : points)
     text += fmt::format("{},{},{},{:.4g},{},{},{},{}\n", result.job,
-                        field(result.methods[static_cast<std::size_t>(p.method)].name),
-                        field(result.panels[static_cast<std::size_t>(p.panel)].name()),
+                        csv_field(result.methods[static_cast<std::size_t>(p.method)].name),
+                        csv_field(result.panels[static_cast<std::size_t>(p.panel)].name()),
                         p.time_us.median, number(p.rms), number(p.rms_over_bound), p.failures,
                         p.trials);
   return text;

@@ -41,7 +41,7 @@ struct StudyOptions {
   std::filesystem::path csv;  // empty: none is written
 
   const std::string& text(const std::string& name) const { return named.at(name); }
-  double number(const std::string& name) const;  // throws Error if it is none
+  double number(const std::string& name) const;  // throws Error if it is not a number
 };
 
 // The rows of a study that a line of a table summarises.

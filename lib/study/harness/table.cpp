@@ -21,7 +21,7 @@ double mean(const std::vector<double>& values) {
   return total(values) / static_cast<double>(values.size());
 }
 
-// The figure of one number; empty where it is none.
+// The figure of one number; empty for NaN.
 Figure figure(const std::string& heading, int digits,
               const std::function<double(const Sample&)>& number) {
   return {heading, [=](const Sample& sample) {
