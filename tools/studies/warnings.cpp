@@ -59,7 +59,7 @@ LensWorld world_of(std::uint64_t seed) {
   return world;
 }
 
-// The poses of make_world() with a board whose middle line stands out of its plane by `bend_m`.
+// The views of make_world() for a board whose middle line is `bend_m` out of its plane.
 Dataset bent(const Lens& lens, std::uint64_t seed, const WorldOptions& options, double bend_m) {
   Dataset set = make_world(lens, seed, options);
   std::map<CornerId, Eigen::Vector3d> points;

@@ -13,8 +13,8 @@
 #include "tagcal/scene/scene.hpp"
 #include "tagcal/viewing/clip.hpp"
 
-// What is printed of a board, the surfaces of a scene, and what they hide from an eye. The exact
-// corners, the renderer and the drawings share it, so that they agree.
+// The print of a board, the surfaces of a scene, and the parts that they hide from an eye. The
+// exact corners, the renderer and the drawings share them, so that they agree.
 
 namespace tagcal {
 
@@ -77,8 +77,8 @@ std::optional<std::pair<int, int>> overlapping_tags(const Board& board);
 // The same for all panels of a board.
 std::vector<InkCell> ink_cells(const Board& board, const TagFamily& family);
 
-// What a drawing shows of a panel's print: whole tags, the squares of a checkerboard, and discs
-// with fewer corners than those of ink_cells().
+// The print of a panel for a drawing: whole tags, the squares of a checkerboard, and discs with
+// fewer corners than those of ink_cells().
 std::vector<InkCell> drawn_print(const Board& board, const BoardPanel& panel);
 
 // ---- Scenes
@@ -163,8 +163,8 @@ class Shadows {
   std::vector<std::size_t> all_;
   Eye eye_;
   double tolerance_m_ = 0;
-  // Of each sheet, on those that would lie on it and on those that would lie below it in a common
-  // plane. The first half-space is the one beyond the sheet.
+  // For each sheet, its shadow on sheets above it and on sheets below it in a common plane. The
+  // first half-space is the one beyond the sheet.
   std::vector<std::array<std::vector<HalfSpace>, 2>> shadows_;
 };
 

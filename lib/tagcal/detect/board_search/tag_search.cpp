@@ -128,7 +128,7 @@ void TagSearch::search_scales(const ImageView8& image, SeenTags& seen) {
     }
   }
   if (!is_refined || !is_worth_doubling(image.size()) || !shows_nothing(seen)) return;
-  // Of boards the first tags suffice: they are completed from these.
+  // A search for boards ends with the first tags: the boards are completed from these.
   for (std::size_t pass = 0; pass < detector_.num_passes(); ++pass)
     if (boards_.empty() || shows_nothing(seen)) search(image, {all, -1, pass}, seen);
 }

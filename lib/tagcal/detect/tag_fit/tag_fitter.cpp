@@ -33,7 +33,7 @@ constexpr int kMaxOnFewRows = 4;    // iterations
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 constexpr double kWider = 1.05;     // numeric: growth of the spread after which it may change again
 
-// Of a pixel, with the variance of rounding at least.
+// The variance of a pixel's level, at least that of rounding.
 double variance_of(double squares, int num_pixels) {
   return std::max(kBoxVariance, squares / std::max(1, num_pixels - kCount));
 }

@@ -11,7 +11,7 @@ struct RefineOptions {
   int max_iterations = 50;
   // Refinement of a second hypothesis stops if its minimum is above this cost, or is the first one.
   double ruled_out_cost = std::numeric_limits<double>::infinity();
-  // Of the cost, by the step to the start.
+  // The decrease of the cost by the step that led to the start.
   double last_decrease = std::numeric_limits<double>::infinity();
   double polish_variance = 0;  // of the noise, for `polished`; 0: precise enough to select a pose
 };

@@ -32,7 +32,7 @@ struct OpencvKeys {
 
 OpencvKeys opencv_keys_of(const YamlValue& top);
 
-// What was changed or dropped goes to `notes`.
+// Reads the camera; appends a sentence to `notes` for each number that it drops or changes.
 CalibrationFile read_opencv_camera(const YamlValue& top, const OpencvKeys& keys,
                                    std::vector<std::string>& notes);
 
