@@ -112,12 +112,6 @@ inline constexpr double kPlaneStartThickness = 0.3;
 // perspective gives a start as well. Chosen by hand.
 inline constexpr double kPoorStartRmsPx = 2;
 
-// A second start is given up where its minimum is predicted above kAmbiguousCost: its cost less
-// this many times the decrease of a Gauss-Newton step ...
-inline constexpr double kPredictedDecreases = 1.5;
-// ... or where the decrease grows and exceeds this share of the cost: it slides to the first
-// minimum. Of 50,000 second poses of distant tags within the limit both rules lose 3.
-inline constexpr double kSlidingDecrease = 0.003;
 // The test of the residuals (residual_test.hpp).
 // px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
 // failed the test in 3 % of exact views.
@@ -296,8 +290,8 @@ inline constexpr double kNoiseChange = 0.1;
 // Fits are compared by their noise if each has at least this share of the other's inliers; with
 // fewer of all corners a finding gives the share that was rejected. Chosen by hand.
 inline constexpr Share kComparableInliers{9, 10};
-// Views on which kinds of lens are compared, evenly spread: a limit of work. Chosen by hand, checked
-// by study model_confusion.
+// Views on which kinds of lens are compared, evenly spread: a limit of work. Chosen by hand,
+// checked by study model_confusion.
 inline constexpr std::size_t kChoiceViews = 20;
 // Parameters by which BIC is raised for a fisheye against a polynomial: where both describe the
 // same images, the ordinary lens is meant. Source: study model_confusion (docs/trust/how_sure.md).

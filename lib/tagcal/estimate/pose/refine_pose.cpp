@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/numeric/small_cholesky.hpp"
 
 namespace tagcal::internal {
@@ -62,15 +61,6 @@ class StepLength {
   PredictedStep<N> last_{Step<N>::Zero(), 0};
   double length_ = 0;
 };
-
-// True for a second hypothesis whose minimum is predicted above the limit, or that slides to the
-// first minimum, because the decrease of its cost grows.
-bool ruled_out(double cost, double decrease, double last_decrease, const RefineOptions& options) {
-  if (std::isinf(options.ruled_out_cost)) return false;
-  const bool above = cost - policy::kPredictedDecreases * decrease > options.ruled_out_cost;
-  const bool slides = decrease > last_decrease && decrease > policy::kSlidingDecrease * cost;
-  return above || slides;
-}
 
 // True if a step with such a decrease of the cost may be the last one.
 bool is_last(double decrease, double last_decrease, double cost_per_point,
@@ -143,7 +133,8 @@ std::optional<PoseMinimum<N>> refine_pose(ViewSums& sums, const InitialPose<N>& 
     double length = 1;
     if (predicted && damping == 0) {
       const double last = std::exchange(best->last_decrease, predicted->decrease);
-      if (ruled_out(best->cost, predicted->decrease, last, options)) return std::nullopt;
+      // A step lowers the cost by the predicted decrease, or by little more.
+      if (best->cost - 2 * predicted->decrease > options.ruled_out_cost) return std::nullopt;
       best->converged = is_last(predicted->decrease, last, best->cost * per_point, options);
       length = step_length.next(here->gradient);
     }

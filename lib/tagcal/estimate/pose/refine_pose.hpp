@@ -9,7 +9,7 @@ namespace tagcal::internal {
 
 struct RefineOptions {
   int max_iterations = 50;
-  // Refinement of a second hypothesis stops if its minimum is above this cost, or is the first one.
+  // Refinement of a second hypothesis stops if its minimum is predicted above this cost.
   double ruled_out_cost = std::numeric_limits<double>::infinity();
   // The decrease of the cost by the step that led to the start.
   double last_decrease = std::numeric_limits<double>::infinity();
