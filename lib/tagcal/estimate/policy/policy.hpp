@@ -124,12 +124,6 @@ inline constexpr double kMedianSigmas = 3;
 // RMS of the residuals over the RMS size of the target's image, above which noise that is not
 // stated is no noise. Chosen by hand.
 inline constexpr double kLargestNoiseOfImage = 0.05;
-// Correlation of the residuals of neighbouring corners above which they are not noise: that of
-// noise has a standard deviation of 1 / sqrt(2 n), at most twice that where pairs count double; 3
-// of those. At least 0.3 (chosen by hand), for 12 corners or more.
-inline constexpr double kCorrelated = 0.3;
-inline constexpr double kCorrelatedSigmas = 6;
-inline constexpr std::size_t kEnoughForCorrelation = 12;
 
 // RANSAC (ransac.hpp, pose_ransac.hpp).
 // Standard deviations of an inlier's residual: the length of one in 3,000 exceeds them.

@@ -86,10 +86,10 @@ bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
                           std::span<const Eigen::Vector2d> residuals) {
   NeighbourCorrelation neighbours;
   neighbours.add(pixels, residuals);
+  // The correlation of noise has a standard deviation of 1 / sqrt(2 n), at most twice that where
+  // pairs count double.
   const auto n = static_cast<double>(neighbours.num_points());
-  return neighbours.num_points() >= policy::kEnoughForCorrelation &&
-         neighbours.correlation() >
-             std::max(policy::kCorrelated, policy::kCorrelatedSigmas / std::sqrt(2 * n));
+  return neighbours.correlation() > policy::kQuantile1e3 * 2 / std::sqrt(2 * n);
 }
 
 std::vector<std::size_t> within(std::span<const double> squares, double sigma) {

@@ -33,7 +33,8 @@ class NeighbourCorrelation {
 };
 
 // True if the residuals (not whitened) of neighbouring points in the image are correlated: the
-// error of a model whose lens or target is wrong, not noise. False for fewer than 12 points.
+// error of a model whose lens or target is wrong, not noise. Few points show none: the bound of 19
+// is a correlation of 1.
 bool spatially_correlated(std::span<const Eigen::Vector2d> pixels,
                           std::span<const Eigen::Vector2d> residuals);
 
