@@ -14,8 +14,8 @@ namespace tagcal::internal::policy {
 
 // p = 0.001.
 inline constexpr double kQuantile1e3 = 3.09;
-// p = 0.0001: what a check of a calibration calls significant, and the chi-square of a pose's
-// residuals that contradicts a stated or assumed noise.
+// p = 0.0001: what a check of a calibration calls significant, the chi-square of a pose's residuals
+// that contradicts a stated or assumed noise, and the F ratio of a tag off its place.
 inline constexpr double kSignificant = 3.72;
 
 // ---- Noise
@@ -50,9 +50,10 @@ inline constexpr double kProjectionRefused = 0.02;
 // px. A finding names a combination of parameters that moves the projection at infinity by more
 // than this, in one standard deviation. Chosen by hand.
 inline constexpr double kProjectionWeakPx = 2;
-// Degrees of freedom below which the status is degenerate: with 11 the residuals estimate their
-// noise to 1 / sqrt(2 * 11) = 21 %. Chosen by hand.
-inline constexpr int kFewestDegreesOfFreedom = 11;
+// Degrees of freedom below which the status of a calibration is degenerate, and without a tag of a
+// view no test shows that the tag is off its place: with 10 the residuals estimate their noise to
+// 1 / sqrt(2 * 10) = 22 %. Chosen by hand.
+inline constexpr int kFewestDegreesOfFreedom = 10;
 
 // ---- Poses of single views (pose/)
 
@@ -140,13 +141,6 @@ inline constexpr double kDensityTolerances = 10;
 // A second pose with this share of the inliers of the first makes both no answer; up to half of the
 // first one's inliers may be among them. Chosen by hand, checked by map swapped.
 inline constexpr double kRivalShare = 0.8;
-
-// A tag off its place (shifted_tag_test.hpp): normal score of the F ratio that rejects it (one in
-// 4,300 correct tags), the degrees of freedom that must be left, and the tags for each one that may
-// be rejected. Chosen by hand.
-inline constexpr double kShiftedTagScore = 3.5;
-inline constexpr double kShiftedTagFreedom = 10;
-inline constexpr std::size_t kTagsPerShiftedTag = 3;
 
 // ---- Priors of a calibration (bundle/lens_prior.hpp, bundle/bundle_adjustment.hpp)
 
@@ -262,9 +256,9 @@ inline constexpr double kLmedsGoodMedianRad = 0.01;
 // (tests/estimate/weak_calibration_test.cpp).
 inline constexpr double kWeakResidualShare = 0.04;
 
-// A minority: of views that are outlying, so that the model or the target is not to blame, and of
-// rejected corners of a board that stands still where another one moved. x 0.7 and x 1.4 change no
-// world (docs/trust/sensitivity.md).
+// A minority: of views or tags that are outlying, so that the model or the target is not to blame,
+// and of rejected corners of a board that stands still where another one moved. x 0.7 and x 1.4
+// change no world (docs/trust/sensitivity.md).
 inline constexpr Share kMinority{1, 3};
 // A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
 // by this share of rejected corners above the median share. Chosen by hand

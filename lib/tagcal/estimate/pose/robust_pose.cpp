@@ -160,8 +160,8 @@ RobustPose<N> fit_inliers(std::span<const Correspondence> correspondences, const
   return raised.fit && raised.residuals == ResidualTest::noisy ? raised : result;
 }
 
-// The same, and rejects shifted tags. If more than one in kTagsPerShiftedTag is shifted, the lens
-// or the target is wrong, and all stay.
+// The same, and rejects shifted tags. If they are no minority, the lens or the target is wrong, and
+// all stay.
 template <int N>
 RobustPose<N> fit_without_shifted_tags(std::span<const Correspondence> correspondences,
                                        const Lens& lens, const PoseOptions& options,
@@ -175,14 +175,13 @@ RobustPose<N> fit_without_shifted_tags(std::span<const Correspondence> correspon
     return groups;
   };
   std::vector<int> groups = groups_of_inliers(all);
-  const std::size_t most =
-      std::set<int>(groups.begin(), groups.end()).size() / policy::kTagsPerShiftedTag;
+  const std::size_t num_groups = std::set<int>(groups.begin(), groups.end()).size();
   RobustPose<N> result = all;
   std::set<int> shifted;
   while (const auto found =
              shifted_tag<N>(*result.problem, groups, lens, result.fit->best().state)) {
     shifted.insert(*found);
-    if (shifted.size() > most) return all;
+    if (policy::is_above(shifted.size(), policy::kMinority, num_groups)) return all;
     result = fit_inliers<N>(correspondences, lens, options, chosen, shifted);
     if (!result.fit) return all;
     groups = groups_of_inliers(result);

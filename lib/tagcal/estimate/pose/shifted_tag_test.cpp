@@ -90,11 +90,11 @@ std::optional<int> shifted_tag(const PoseProblem& problem, std::span<const int> 
       MatrixN(all.information.template selfadjointView<Eigen::Upper>()));
   if (information.info() != Eigen::Success) return std::nullopt;
   const double freedom = 2 * static_cast<double>(problem.size()) - N - 2;
-  double largest = policy::kShiftedTagScore;
+  double largest = policy::kSignificant;
   std::optional<int> shifted;
   for (const auto& [id, members] : by_group(problem, groups, lens, state)) {
     const double remaining = freedom + 2 - 2 * static_cast<double>(members.points.size());
-    if (remaining < policy::kShiftedTagFreedom) continue;
+    if (remaining < policy::kFewestDegreesOfFreedom) continue;
     const double gain = std::min(gain_of_shift<N>(members, information, lens, state), all.cost);
     const double variance = std::max((all.cost - gain) / freedom, kLeastVariancePx2);
     const double score = variance_ratio_score(gain / 2 / variance, 2, freedom);
