@@ -12,6 +12,7 @@
 #include "tagcal/estimate/pose/robust_pose.hpp"
 #include "tagcal/estimate/pose/view_checks.hpp"
 #include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal {
 using namespace internal;
@@ -162,7 +163,7 @@ bool is_focal_observable(const RobustPose<7>& robust, double relative_sigma,
   if (by_sigma && relative_sigma <= policy::kFocalWellKnown) return true;
   weak = weak_poses(*robust.problem, centre);
   return by_sigma && weak_perspective_excess(*robust.problem, *robust.fit, weak, centre) >=
-                         policy::kWeakPerspectiveExcess;
+                         chi_square_quantile(1, policy::kQuantile1e3);
 }
 
 // Derivatives of (position, azimuth, elevation, roll) by (omega, tau) of `retract`. The position is

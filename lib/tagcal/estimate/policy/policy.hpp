@@ -12,7 +12,8 @@ namespace tagcal::internal::policy {
 
 // ---- Probabilities, as quantiles of the normal distribution (one-sided)
 
-// p = 0.001.
+// p = 0.001: correlated residuals, a pose's largest residual by their median, the halves of a
+// calibration, and by how much weak perspective must fit worse than a focal length.
 inline constexpr double kQuantile1e3 = 3.09;
 // p = 0.0001: what a check of a calibration calls significant, the chi-square of a pose's residuals
 // that contradicts a stated or assumed noise, and the F ratio of a tag off its place.
@@ -79,8 +80,6 @@ inline constexpr double kSameMinimum = 0.1;
 // is tested. Of 13,000 views up to 3 %, at tilts of 0 to 25 degrees, weak perspective explained
 // none as well; of 4,500 up to 5 % two.
 inline constexpr double kFocalWellKnown = 0.03;
-// sigma^2 by which weak perspective must fit worse: chi-square of one degree of freedom, p = 0.001.
-inline constexpr double kWeakPerspectiveExcess = 10.8;
 
 // Points nearly on a line: RMS width over length below which the turn about the line is tested, and
 // the turn that must be excluded by kExcludedCost, seven times the 0.05 rad up to which the maps
@@ -120,8 +119,6 @@ inline constexpr double kLeastPoseSigmaPx = 1e-6;
 // Points from which the largest residual is compared with the median of all. Chosen
 // by hand.
 inline constexpr std::size_t kEnoughForMedian = 6;
-// Standard deviations that this median may be too small by (one-sided probability 0.0013).
-inline constexpr double kMedianSigmas = 3;
 // RMS of the residuals over the RMS size of the target's image, above which noise that is not
 // stated is no noise. Chosen by hand.
 inline constexpr double kLargestNoiseOfImage = 0.05;

@@ -43,7 +43,7 @@ ResidualTest residual_test(const PoseProblem& problem, const NoiseLevel& noise,
   constexpr double kMedianSpread = 1.44;  // numeric: 1 / ln 2
   const double n = static_cast<double>(squares.size());
   const double margin =
-      self_estimated ? 1 + policy::kMedianSigmas * kMedianSpread / std::sqrt(n) : 1;
+      self_estimated ? 1 + policy::kQuantile1e3 * kMedianSpread / std::sqrt(n) : 1;
   const bool no_outlier = squares.size() < policy::kEnoughForMedian ||
                           (!self_estimated && largest <= kOutlierSquare * variance) ||
                           largest <= margin * kOutlierSquare * robust_variance(squares);
