@@ -95,10 +95,10 @@ MedianView median_view(const std::vector<FittedView>& views, double least_sigma)
 
 bool is_outlying(const FittedView& fitted, const CalibrationView& view, const Bundle& bundle,
                  const MedianView& usual) {
-  if (fitted.rms > policy::kOutlyingRms * usual.rms &&
+  if (fitted.rms > policy::kMuchLargerSd * usual.rms &&
       is_spatially_correlated(fitted, view, bundle))
     return true;
-  return fitted.rejected_share() - usual.rejected_share > policy::kOutlyingRejected;
+  return fitted.rejected_share() - usual.rejected_share > policy::kMinority.value();
 }
 
 // Spatially correlated residuals in many views come from the model or the target.

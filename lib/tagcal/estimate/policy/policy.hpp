@@ -213,6 +213,8 @@ inline constexpr double kNearlyLeastVariance = 2;
 struct Share {
   int part = 1;
   int whole = 1;
+
+  constexpr double value() const { return static_cast<double>(part) / whole; }
 };
 
 template <typename Count>
@@ -254,14 +256,10 @@ inline constexpr double kLmedsGoodMedianRad = 0.01;
 inline constexpr double kWeakResidualShare = 0.04;
 
 // A minority: of views or tags that are outlying, so that the model or the target is not to blame,
-// and of rejected corners of a board that stands still where another one moved. x 0.7 and x 1.4
-// change no world (docs/trust/sensitivity.md).
+// and of rejected corners: of a board that stands still where another one moved, and of a view
+// above the median share, from which on the view is outlying. x 0.7 and x 1.4 change no world
+// (docs/trust/sensitivity.md).
 inline constexpr Share kMinority{1, 3};
-// A view is outlying by an RMS of this many medians, if its residuals are spatially correlated; or
-// by this share of rejected corners above the median share. Chosen by hand
-// (docs/trust/how_sure.md).
-inline constexpr double kOutlyingRms = 1.3;
-inline constexpr double kOutlyingRejected = 0.4;
 // Number of views from which a median of them shows which one is outlying, and their spread shows
 // how large the row terms are. Chosen by hand. Times 1.4 changes 0.5 % of the
 // worlds (docs/trust/sensitivity.md).
@@ -305,9 +303,9 @@ inline constexpr double kLikePrior = 0.7;
 // Views up to which what they share, as a bend of the board, may look like the lens.
 inline constexpr std::size_t kFewViews = 2;
 
-// Factor by which a standard deviation is much larger: the residuals beyond the stated noise, or a
-// result without an untested assumption of its model (docs/trust/how_sure.md). Chosen
-// by hand.
+// Factor by which a standard deviation is much larger: the residuals beyond the stated noise, the
+// correlated ones of an outlying view beyond the median view's, or a result without an untested
+// assumption of its model (docs/trust/how_sure.md). Chosen by hand.
 inline constexpr double kMuchLargerSd = 1.5;
 
 // Share of a board's diagonal by which no board bends (docs/trust/how_sure.md). In
