@@ -160,7 +160,7 @@ struct TagShift {
   double mm() const { return 1e3 * std::sqrt(square_m / std::max(1, corners)); }
   bool is_outlying(int dimensions, double variance, double median_mm) const {
     return rejected || (explained > variance * largest_chi_square(dimensions * corners) &&
-                        mm() > policy::kOutlyingTagRatio * median_mm);
+                        mm() > policy::kOutlierSigmas * median_mm);
   }
 };
 
@@ -264,10 +264,10 @@ std::optional<TargetError> target_error(const CalibrationInput& input, const Cal
   const auto is_outlying = [&](const TagShift& tag) {
     return tag.is_outlying(dimensions, variance, median_mm);
   };
-  const auto wrong = static_cast<double>(std::ranges::count_if(tags, is_outlying));
+  const auto wrong = static_cast<std::size_t>(std::ranges::count_if(tags, is_outlying));
   error.gross = (all && error.share > policy::kMostOfResiduals &&
                  shift_px > 2 * policy::kTargetShiftFoundPx) ||
-                wrong > policy::kTagsShareRefused * static_cast<double>(tags.size());
+                policy::is_above(wrong, policy::kMinority, tags.size());
   std::erase_if(tags, [&](const TagShift& tag) {
     return !is_outlying(tag) && !(all && 2 * tag.mm() > largest_mm);
   });

@@ -20,7 +20,7 @@ struct TargetError {
 // common scale of all tags about their centres is removed first: ink, blooming and detectors cause
 // it, and it does not change the camera. It is a finding of its own (policy::kLeastBiasPx). The
 // shifts are a finding if they explain enough of the residuals (policy::kTargetShareFound,
-// kTargetShiftFoundPx), or if single tags are outlying (policy::kOutlyingTagRatio); `gross` has its
+// kTargetShiftFoundPx), or if single tags are outlying (policy::kOutlierSigmas); `gross` has its
 // own bounds. Returns no value if there is no finding, or for fewer than three views. O(corners).
 // `fit`: to the input.
 std::optional<TargetError> target_error(const CalibrationInput& input, const CalibrationFit& fit);

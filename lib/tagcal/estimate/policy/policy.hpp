@@ -21,8 +21,9 @@ inline constexpr double kSignificant = 3.72;
 
 // ---- Noise
 
-// A residual longer than this many standard deviations is an outlier. By a normal distribution one
-// coordinate in 1.7 million exceeds it.
+// A residual longer than this many standard deviations is an outlier, and so is a tag of the target
+// whose shift is this many times that of the median tag. By a normal distribution one coordinate in
+// 1.7 million exceeds it.
 inline constexpr double kOutlierSigmas = 5;
 // px. The floor of a standard deviation: below it the digits of a file decide, not noise (files
 // hold pixels with 2 to 6 digits after the point).
@@ -333,12 +334,7 @@ inline constexpr double kTargetShiftFoundPx = 0.125;
 // explain as much of a rejected corner to count as the target's error. Chosen by
 // hand.
 inline constexpr double kMostOfResiduals = 0.5;
-// It is refused, too, if more than this share of all tags is outlying. Chosen by
-// hand.
-inline constexpr double kTagsShareRefused = 0.25;
-// A tag is outlying if its shift is this many times that of the median tag. Chosen by
-// hand.
-inline constexpr double kOutlyingTagRatio = 4;
+// It is refused, too, if the outlying tags are no minority.
 // Share of a tag's size that ink or light may add: with more than a cell of ten on either side the
 // pattern cannot be read.
 inline constexpr double kLargestTagScale = 0.2;
