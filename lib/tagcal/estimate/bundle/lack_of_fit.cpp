@@ -40,7 +40,7 @@ class GroupedResiduals {
     double between = 0, square_px = 0, k = 0;
     int corners = 0;
     for (const Group& group : groups_) {
-      if (group.count < policy::kLeastBiasCorners) continue;
+      if (group.count == 0) continue;
       k += coordinates;
       corners += group.count;
       between += group.whitened.squaredNorm() / group.count;
@@ -55,7 +55,7 @@ class GroupedResiduals {
     const double bound = chi_square_quantile(k, policy::kSignificant) *
                          (1 + policy::kSignificant * std::sqrt(2 / rest));
     if (chi_square > k) bias.rms_px = std::sqrt((1 - k / chi_square) * square_px / corners);
-    bias.disagree = chi_square > bound && bias.rms_px > policy::kLeastBiasPx;
+    bias.disagree = chi_square > bound && bias.rms_px > policy::kLeastSigmaPx;
     return bias;
   }
 

@@ -14,7 +14,7 @@ namespace tagcal::internal {
 // means of their radial parts over 16 rings about the principal point. Noise has no bias.
 struct ResidualBias {
   double rms_px = 0;  // RMS of the means, less the part of the noise; the larger of grid and rings
-  bool disagree = false;  // the means exceed noise (p = 0.0001), and policy::kLeastBiasPx
+  bool disagree = false;  // the means exceed noise (p = 0.0001), and policy::kLeastSigmaPx
 };
 
 // `least_sigma`: floor of the noise per (whitened) coordinate.

@@ -215,7 +215,7 @@ std::string sentence_of(const std::vector<TagShift>& tags) {
 // The finding that all tags have another size than in the file, relative to their spacing.
 std::optional<Finding> scale_finding(const TagScale& scale, double variance) {
   if (!(std::abs(scale.change) > policy::kOutlierSigmas * scale.sigma * std::sqrt(variance) &&
-        scale.shifted_px > policy::kLeastBiasPx))
+        scale.shifted_px > policy::kLeastSigmaPx))
     return std::nullopt;
   return finding(code::tag_scale,
                  "all tags look " + with_digits(100 * std::abs(scale.change), 2) + " % " +

@@ -18,7 +18,7 @@ struct TargetError {
 // bundle's board, else in space), by a linear step of least squares with camera and poses fixed, in
 // units of the corners' noise. A corner that was rejected in most views is judged by those views. A
 // common scale of all tags about their centres is removed first: ink, blooming and detectors cause
-// it, and it does not change the camera. It is a finding of its own (policy::kLeastBiasPx). The
+// it, and it does not change the camera. It is a finding of its own (policy::kLeastSigmaPx). The
 // shifts are a finding if they explain enough of the residuals (policy::kTargetShareFound,
 // kTargetShiftFoundPx), or if single tags are outlying (policy::kOutlierSigmas); `gross` has its
 // own bounds. Returns no value if there is no finding, or for fewer than three views. O(corners).

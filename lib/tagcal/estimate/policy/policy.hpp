@@ -25,8 +25,9 @@ inline constexpr double kSignificant = 3.72;
 // whose shift is this many times that of the median tag. By a normal distribution one coordinate in
 // 1.7 million exceeds it.
 inline constexpr double kOutlierSigmas = 5;
-// px. The floor of a standard deviation: below it the digits of a file decide, not noise (files
-// hold pixels with 2 to 6 digits after the point).
+// px. The floor of a standard deviation, and of a bias of the residuals (RMS), also by the size of
+// the tags: below it the digits of a file decide, not noise (files hold pixels with 2 to 6 digits
+// after the point).
 inline constexpr double kLeastSigmaPx = 0.01;
 // px. The floor of the noise of a calibration's residuals: exact corners are exact to the solver's
 // convergence, which must not choose between models.
@@ -196,13 +197,6 @@ inline constexpr double kLinearShare = 0.01;
 // Standard deviations of the profile on either side. Chosen by hand (map
 // calibrate-parallel has what it leads to).
 inline constexpr double kProfileBundleSigmas = 2;
-
-// Bias of the residuals (lack_of_fit.hpp).
-// Corners of a cell or ring from which on it takes part. Chosen by hand.
-inline constexpr int kLeastBiasCorners = 8;
-// px. A smaller bias (RMS), also by the size of the tags, is no finding. Chosen by
-// hand.
-inline constexpr double kLeastBiasPx = 0.02;
 
 // The advised view (advice.cpp). Of views that leave at most this many times the least variance,
 // the one that fills most gaps. Chosen by hand (docs/trust/how_sure.md).
