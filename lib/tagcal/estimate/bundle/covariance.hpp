@@ -48,7 +48,7 @@ struct BundleCovariance {
   Eigen::MatrixXd all;         // of these and the shapes of the board
   std::vector<Matrix6> poses;  // of each pose, (omega, tau): `retract`
   // Decrease of the cost by a Gauss-Newton step, over sigma^2. A large one means that the bundle is
-  // at no minimum (policy::kLargestDecrement).
+  // at no minimum (policy::kExcludedCost).
   double decrement = 0;
   // Variance of the views' gradients over that of independent residuals (phi below).
   double overdispersion = 1;

@@ -74,7 +74,7 @@ Evidence gather_evidence(const Solution& solution) {
   evidence.observability = observability(fit.bundle, posterior.model(), claim.parameters);
   const double share = evidence.noise.sigma / evidence.floored_sigma;
   evidence.at_minimum =
-      fit.summary.converged && share * share * claim.decrement <= policy::kLargestDecrement;
+      fit.summary.converged && share * share * claim.decrement <= policy::kExcludedCost;
   evidence.bias = residual_bias(fit.bundle, least_sigma(fit.whitened, *solution.options));
   evidence.halves =
       split_half_check(posterior.fit.bundle, posterior.information, evidence.floored_sigma,

@@ -64,7 +64,9 @@ inline constexpr int kFewestDegreesOfFreedom = 10;
 // difference of two costs is a chi-square.
 
 // A pose whose cost exceeds the least one by more sigma^2 than this is excluded (5 standard
-// deviations).
+// deviations). So is a calibration from which a Gauss-Newton step would lower the cost by more:
+// correlated coefficients reach 5, a solver that stopped at the fold of a lens hundreds (study
+// focal_refusal).
 inline constexpr double kExcludedCost = 25;
 // sigma^2. A second minimum whose cost exceeds the least one by less makes the pose ambiguous. If
 // the images of two poses are d sigma apart, the wrong one is better by T sigma^2 with the
@@ -184,11 +186,6 @@ inline constexpr double kSpreadViews = 40;
 // neighbouring residuals adds, per unit.
 inline constexpr double kLeastOverdispersion = 1.2;
 inline constexpr double kOverdispersionByCorrelation = 20;
-
-// sigma^2. A Gauss-Newton step that would lower the cost by more starts from no minimum: correlated
-// coefficients reach 5, a solver that stopped at the fold of a lens hundreds. Source: study
-// focal_refusal.
-inline constexpr double kLargestDecrement = 30;
 
 // The profile likelihood of a calibration (covariance.hpp).
 // Standard deviation over the focal length up to which a linear covariance is trusted. Chosen by
