@@ -132,10 +132,9 @@ inline constexpr double kLargestNoiseOfImage = 0.05;
 inline constexpr double kInlierSigmas = 4;
 // px. Noise that the search takes where none is stated. Chosen by hand.
 inline constexpr double kRansacSigmaPx = 1;
-// Probability that a better consensus was missed. Chosen by hand.
-inline constexpr double kMissedConsensus = 1e-4;
-// Largest number of false alarms of a consensus (Moisan & Stival, IJCV 2004). Chosen by hand.
-inline constexpr double kChanceConsensus = 1e-5;
+// Probability that a better consensus was missed, and largest number of false alarms of one (Moisan
+// & Stival, IJCV 2004). Chosen by hand.
+inline constexpr double kWrongConsensus = 1e-4;
 // Inlier tolerances within which the density of wrong corners is counted. Chosen by hand,
 // checked by map swapped.
 inline constexpr double kDensityTolerances = 10;

@@ -159,7 +159,7 @@ bool may_be_chance(const ViewPoints& view, const PoseConsensus& consensus,
   if (k <= s) return true;
   const double log_choices = log_gamma(n - s + 1) - log_gamma(k - s + 1) - log_gamma(n - k + 1);
   return std::log(4.0 * consensus.num_samples) + log_choices + (k - s) * std::log(share) >
-         std::log(policy::kChanceConsensus);
+         std::log(policy::kWrongConsensus);
 }
 
 }  // namespace

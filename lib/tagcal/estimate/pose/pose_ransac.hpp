@@ -21,7 +21,7 @@ using PoseConsensus = Consensus<ViewState>;
 // Searches for the largest consensus (`ransac`, truncated squares). Minimal samples are three
 // points (p3p), with the focal length four (p4pf, or in a plane the closed form); tags are sampled
 // as a whole. No value if the best consensus may be chance: if the expected number of samples with
-// as many inliers among wrong corners exceeds policy::kChanceConsensus. A wrong corner is an inlier
+// as many inliers among wrong corners exceeds policy::kWrongConsensus. A wrong corner is an inlier
 // with the probability of the area of its tolerance over that of the image, or of the density of
 // corners around the tolerance. N = 6: pose, 7: pose and focal length.
 template <int N>

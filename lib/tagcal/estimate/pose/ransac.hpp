@@ -80,13 +80,13 @@ class RansacSampler {
   }
 
   // Number of samples that miss a consensus with this share of inliers with probability
-  // kMissedConsensus.
+  // kWrongConsensus.
   int count_for(double share) const {
     constexpr int kMost = 50000;  // samples, as a limit of work
     if (share <= 0) return kMost;
     const double good = std::pow(share, static_cast<double>(size_));
     if (good >= 1) return 1;
-    const double minimal = std::log(policy::kMissedConsensus) / std::log1p(-good);
+    const double minimal = std::log(policy::kWrongConsensus) / std::log1p(-good);
     return static_cast<int>(
         std::min<double>(kMost, std::ceil(groups_.empty() ? minimal : 2 * minimal)));
   }
@@ -155,7 +155,7 @@ void optimise_locally(Fitter& fitter, const Score& score, std::span<const std::s
 // Locally optimised random sample consensus (Chum, Matas & Kittler, DAGM 2003): a sample's model
 // that scores better than those of all samples before is refitted to its inliers. The search ends
 // when the probability that a better consensus was missed, by the share of inliers, is below
-// policy::kMissedConsensus. Equal seeds give equal results. No value if no sample has a model.
+// policy::kWrongConsensus. Equal seeds give equal results. No value if no sample has a model.
 template <RansacFitter Fitter, RansacScore Score>
 std::optional<Consensus<typename Fitter::Model>> ransac(Fitter& fitter, const Score& score,
                                                         const RansacOptions& options) {
