@@ -207,7 +207,8 @@ BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance) {
 }
 
 double row_sigma_of(const Bundle& solved, double sigma) {
-  if (std::ssize(solved.views) < policy::kFewestTellingViews) return policy::kLoneRowSigma;
+  if (std::ssize(solved.views) < policy::kFewestTellingViews)
+    return std::ranges::max(policy::kRowSigmas);
   const Lens lens = solved.lens();
   std::vector<ParameterSums::RowEquations> views;
   // Weak enough to leave the sums as they are.

@@ -73,7 +73,7 @@ std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
 BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance);
 
 // The standard deviation of the row terms (px a row) that the views show: the one of kRowSigmas, or
-// 0, of the highest evidence, with lens and board held; policy::kLoneRowSigma for fewer than
+// 0, of the highest evidence, with lens and board held; the largest for fewer than
 // policy::kFewestTellingViews views.
 double row_sigma_of(const Bundle& solved, double sigma);
 

@@ -234,7 +234,7 @@ Result principal_point_untested(const Solved& s) {
 // Few views do not show what they share: bends of the board that look like the lens.
 Result few_views(const Solved& s) {
   const std::size_t count = s.answer.views.size();
-  if (count > policy::kFewViews) return std::nullopt;
+  if (std::ssize(s.answer.views) >= policy::kFewestComparedViews) return std::nullopt;
   return finding(code::few_views,
                  std::to_string(count) + (count == 1 ? " picture" : " pictures") +
                      ": the standard deviations rest on what is usual for lenses and boards; take "

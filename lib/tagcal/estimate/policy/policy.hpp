@@ -170,9 +170,8 @@ inline constexpr double kPriorFreedom = 4;
 // ten times wider, for heat and sheets that are not measured.
 inline constexpr double kPriorFlatness[] = {0.002, 0.0005, 0.00005};
 inline constexpr double kPriorPrint[] = {0.002, 0.0005, 0.0001};
-// Row terms (px a row) of fewer than kFewestTellingViews views: a rolling shutter. With more views
-// the data choose among kRowSigmas.
-inline constexpr double kLoneRowSigma = 0.004;
+// Row terms (px a row) among which the data choose; the largest, a rolling shutter, for fewer than
+// kFewestTellingViews views.
 inline constexpr double kRowSigmas[] = {0.0003, 0.001, 0.004};
 
 // ---- Bundle adjustment, covariance, projection (bundle/, advice)
@@ -291,9 +290,6 @@ inline constexpr double kLargerLensShare = 0.1;
 // Share of a prior's standard deviation above which a coefficient is hardly known from the data:
 // half of its variance would be the prior's.
 inline constexpr double kLikePrior = 0.7;
-// Views up to which what they share, as a bend of the board, may look like the lens.
-inline constexpr std::size_t kFewViews = 2;
-
 // Factor by which a standard deviation is much larger: the residuals beyond the stated noise, the
 // correlated ones of an outlying view beyond the median view's, or a result without an untested
 // assumption of its model (docs/trust/how_sure.md). Chosen by hand.
@@ -302,8 +298,8 @@ inline constexpr double kMuchLargerSd = 1.5;
 // Share of a board's diagonal by which no board bends (docs/trust/how_sure.md). In
 // docs/trust/real_corners.md a model that is too small fits a bend of 15 mm to a flat board.
 inline constexpr double kLargestBoardBend = 0.01;
-// Fewest views of a comparison: of a half, of the errors of a target and of its corners. Chosen by
-// hand.
+// Fewest views of a comparison: of a half, of the errors of a target and of its corners. What fewer
+// views share, as a bend of the board, may look like the lens. Chosen by hand.
 inline constexpr int kFewestComparedViews = 3;
 
 // The halves disagree if their difference exceeds this many of its standard deviations and the
