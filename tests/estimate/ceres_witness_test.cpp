@@ -276,7 +276,7 @@ TEST(CeresWitness, PosesAreCeresOwnMinimumWithItsCovariance) {
       const Eigen::Vector3d turns =
           Eigen::SelfAdjointEigenSolver<MatrixXd>(c.topLeftCorner<3, 3>()).eigenvalues();
       tally.add(minus(h.camera_from_target, there.pose), h.covariance, c,
-                turns[2] > 0.999 * internal::policy::kCurved * std::sqrt(turns[0]));
+                turns[2] > 0.999 * internal::kCurved * std::sqrt(turns[0]));
     }
     const Solution from_truth = minimum(scene, scene.truth, Vector6d::Zero());
     tally.worse_cost = std::max(tally.worse_cost, best_cost - from_truth.cost);

@@ -231,7 +231,7 @@ void update_until_stable(RobustState& state, bool whitened, const CalibrateOptio
   for (int round = 0; round < kMaxRounds; ++round) {
     const double before = state.noise;
     if (!solve()) return;
-    state.noise = std::max(policy::kLeastNoisePx, robust_sigma(state));
+    state.noise = std::max(kLeastNoisePx, robust_sigma(state));
     state.sigma = std::max(least_sigma(whitened, options), state.noise);
     const bool is_changed =
         options.reject_outliers && update_inliers(state, policy::kOutlierSigmas * state.sigma);

@@ -18,6 +18,10 @@ inline double least_sigma(bool whitened, const CalibrateOptions& options) {
   return whitened ? 1 : std::max(policy::kLeastSigmaPx, options.sigma_px);
 }
 
+// px. The floor of the noise of a calibration's residuals: exact corners are exact to the solver's
+// convergence, which must not choose between models.
+constexpr double kLeastNoisePx = 1e-4;  // numeric: convergence
+
 // The inliers, the pose of each view (none: the view is not used), and its row terms.
 struct Selection {
   std::vector<std::optional<Pose>> pose;

@@ -94,7 +94,7 @@ BundleNoise noise_of(const CalibrationFit& fit, const CalibrateOptions& options)
   noise.sigma = options.sigma_px > 0 ? options.sigma_px
                 : fit.whitened       ? 1
                 : noise.from_residuals
-                    ? std::max(policy::kLeastNoisePx, std::sqrt(fit.summary.cost / freedom))
+                    ? std::max(kLeastNoisePx, std::sqrt(fit.summary.cost / freedom))
                     : policy::kAssumedSigmaPx;
   return noise;
 }

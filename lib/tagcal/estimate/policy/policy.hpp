@@ -29,9 +29,6 @@ inline constexpr double kOutlierSigmas = 5;
 // the tags: below it the digits of a file decide, not noise (files hold pixels with 2 to 6 digits
 // after the point).
 inline constexpr double kLeastSigmaPx = 0.01;
-// px. The floor of the noise of a calibration's residuals: exact corners are exact to the solver's
-// convergence, which must not choose between models.
-inline constexpr double kLeastNoisePx = 1e-4;
 // px. The noise of a good corner: a smaller displacement of rows is no finding, and a lens within
 // it stands for another one (docs/reference/models.md has differences of usual lenses). Chosen by
 // hand. For the lens x 0.7 and x 1.4 change no answer of docs/trust/sensitivity.md.
@@ -75,9 +72,6 @@ inline constexpr double kExcludedCost = 25;
 // It is also the chi-square by which the other kind of lens must explain the corners better than
 // the one that was asked for.
 inline constexpr double kAmbiguousCost = 16;
-// sigma^2. Two minima whose costs and squared Mahalanobis distances differ by less are one, at
-// which the solver stopped twice. Chosen by hand.
-inline constexpr double kSameMinimum = 0.1;
 
 // Pose with focal length.
 // sd(f) / f up to which neither the likelihood towards shorter focal lengths nor weak perspective
@@ -91,18 +85,11 @@ inline constexpr double kFocalWellKnown = 0.03;
 inline constexpr double kNarrowWidth = 0.25;
 inline constexpr double kLineTurnRad = 0.35;
 
-// The profile of a pose (pose_hypotheses.hpp). Chosen by hand, checked by maps
-// points, line, tag-tilt-distance and focal-tilt-noise (fewer than 1 in 1,000 poses are wrong and
-// called ok). A linear covariance is trusted where the variance of the least known turn is at most
-// this times the standard deviation of the best known one (radians).
-inline constexpr double kCurved = 0.2;
-// Standard deviations of a profile's first step; sigma^2 at which it ends; and where it ends at the
-// latest (rad, or log of a focal length).
+// The profile of a pose (pose_hypotheses.hpp): standard deviations of its first step, and sigma^2
+// at which it ends. Chosen by hand, checked by maps points, line, tag-tilt-distance and
+// focal-tilt-noise (fewer than 1 in 1,000 poses are wrong and called ok).
 inline constexpr double kProfileSigmas = 5;
 inline constexpr double kProfileEnd = 9;
-inline constexpr double kProfileFarthest = 1;
-// sigma^2. A covariance is widened to no smaller rise of the cost than this, also of a calibration.
-inline constexpr double kProfileLeastRise = 1;
 
 // Starts (initial_poses.hpp).
 // Smallest over largest of a quadrangle's four triangles (a square: 1) up to which its homography
@@ -117,9 +104,6 @@ inline constexpr double kPlaneStartThickness = 0.3;
 inline constexpr double kPoorStartRmsPx = 2;
 
 // The test of the residuals (residual_test.hpp).
-// px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
-// failed the test in 3 % of exact views.
-inline constexpr double kLeastPoseSigmaPx = 1e-6;
 // Points from which the largest residual is compared with the median of all. Chosen
 // by hand.
 inline constexpr std::size_t kEnoughForMedian = 6;

@@ -55,6 +55,8 @@ Profile<N> profile_of(ViewLikelihood<N>& likelihood, double sigma_px, const Pose
 
 constexpr int kRounds = 3;  // numeric: Gauss-Newton steps of a minimisation
 
+constexpr double kFarthestRad = 1;  // numeric: where a profile ends at the latest
+
 // True for the corners of a square about its centre, in their order. By its symmetry the cost rises
 // least towards the pose that faces the camera, and one step minimises it.
 bool is_square(std::span<const Vector3d> p) {
@@ -70,7 +72,7 @@ bool may_be_curved(const Matrix6d& covariance) {
   // Bounds of the eigenvalues: the largest of three positive ones is below their sum, and the
   // product of two at most (sum / 2)^2.
   const double sum = turn.trace(), smallest = 4 * turn.determinant() / (sum * sum);
-  return !(sum < policy::kCurved * std::sqrt(std::max(0.0, smallest)));
+  return !(sum < kCurved * std::sqrt(std::max(0.0, smallest)));
 }
 
 // Transforms the covariance of a step (omega, tau, ...) to another origin of the target, which lies
@@ -124,13 +126,13 @@ Matrix6d widened_covariance(ViewSums& sums, std::span<const Vector3d> points, do
   const Vector3d sigma = turns.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const Vector3d normal = pose.state.rotation.col(2), sight = pose.state.translation;
   const Vector3d facing = normal.dot(sight) * normal.cross(sight);
-  for (int i = 2; i > 0 && sigma[i] * sigma[i] > policy::kCurved * sigma[0]; --i) {
+  for (int i = 2; i > 0 && sigma[i] * sigma[i] > kCurved * sigma[0]; --i) {
     Vector6d function = Vector6d::Zero();
     function.head<3>() = turns.eigenvectors().col(i) / sigma[i];
     const double level = std::copysign(policy::kProfileSigmas, facing.dot(function.head<3>()));
     const Profile<6>::Direction direction{function, covariance * function};
-    profile.widen(direction, level, policy::kProfileFarthest / sigma[i]);
-    if (!square) profile.widen(direction, -level, policy::kProfileFarthest / sigma[i]);
+    profile.widen(direction, level, kFarthestRad / sigma[i]);
+    if (!square) profile.widen(direction, -level, kFarthestRad / sigma[i]);
   }
   return profile.covariance();
 }

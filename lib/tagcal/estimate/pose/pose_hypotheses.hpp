@@ -20,6 +20,10 @@ extern template std::vector<PoseHypothesis> hypotheses_of<6>(const PoseProblem&,
 extern template std::vector<PoseHypothesis> hypotheses_of<7>(const PoseProblem&, const Lens&,
                                                              const PoseMinima<7>&, Matrix7*);
 
+// A linear covariance is trusted where the variance of the least known turn is at most this times
+// the standard deviation of the best known one (radians).
+constexpr double kCurved = 0.2;  // numeric: saves time, the profile of others widens nothing
+
 // The covariance of (omega, tau), widened by the profile likelihood of the least known turns
 // (profile_likelihood.hpp), if these are so uncertain that the linear covariance may be too small:
 // half of the variance of a turn, its second-order effect, is compared with the standard deviation

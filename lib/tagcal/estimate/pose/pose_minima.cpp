@@ -23,7 +23,8 @@ double squared_distance(const PoseMinimum<N>& from, const ViewState& to, double 
 
 template <int N>
 bool is_same_minimum(const PoseMinimum<N>& a, const PoseMinimum<N>& b, double sigma_px) {
-  constexpr double kLimit = policy::kSameMinimum;
+  // sigma^2, of the costs and of the squared Mahalanobis distances.
+  constexpr double kLimit = 0.1;  // numeric: convergence
   const double variance = sigma_px * sigma_px;
   return std::abs(a.cost - b.cost) < kLimit * variance &&
          squared_distance(a, b.state, variance) < kLimit &&

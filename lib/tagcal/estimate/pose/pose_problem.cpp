@@ -88,7 +88,7 @@ NoiseLevel noise_level(const PoseProblem& problem, const PoseOptions& options, d
   if (options.sigma_px > 0) return {options.sigma_px, true, false};
   const int freedom = 2 * static_cast<int>(problem.size()) - num_parameters;
   if (freedom >= policy::kEnoughDegreesOfFreedom)
-    return {std::max(policy::kLeastPoseSigmaPx, std::sqrt(cost / freedom)), false, false};
+    return {std::max(kLeastPoseSigmaPx, std::sqrt(cost / freedom)), false, false};
   return {policy::kAssumedSigmaPx, false, true};
 }
 

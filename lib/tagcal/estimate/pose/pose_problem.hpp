@@ -44,6 +44,10 @@ std::string defect(const PoseOptions& options, std::size_t num_points);
 // Describes why a problem has no answer; empty if it may have one.
 std::string defect(const PoseProblem& problem);
 
+// px. Floor of the noise that residuals show: what rounding leaves of exact pixels is no noise, and
+// failed the test of residuals in 3 % of exact views.
+constexpr double kLeastPoseSigmaPx = 1e-6;  // numeric: rounding
+
 // The noise that an estimate assumes.
 struct NoiseLevel {
   double sigma_px = 1;

@@ -65,7 +65,7 @@ class ProfileLikelihood {
       rise = (minimise_across(direction.function, step) - cost_) / variance_;
       const double tangent_rise = reached * reached;
       widen(step - reached * direction.tangent, 1 + std::max(0.0, rise - tangent_rise));
-      widen(step, std::max(rise, policy::kProfileLeastRise));
+      widen(step, std::max(rise, 1.0));
     }
   }
 

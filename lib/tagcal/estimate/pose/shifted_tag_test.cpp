@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // Residuals of exact data are rounding, which is correlated.
-constexpr double kLeastVariancePx2 = policy::kLeastPoseSigmaPx * policy::kLeastPoseSigmaPx;
+constexpr double kLeastVariancePx2 = kLeastPoseSigmaPx * kLeastPoseSigmaPx;
 
 struct GroupPoints {
   std::vector<Vector3d> points;
