@@ -250,6 +250,25 @@ TEST(PoseRansac, RandomDataWithADistantPixelHaveNoConsensus) {
   }
 }
 
+// Points near the plane of a mirror agree with a pose, but so do others nearly: the density of
+// wrong corners around the tolerance counts (policy::kDensityTolerances).
+TEST(PoseRansac, MirroredPointsHaveNoConsensus) {
+  Random random(10);
+  const Pose pose(exp_rotation({0.3, 0.2, 0.1}), {0, 0, 1.5});
+  for (int i = 0; i < 20; ++i) {
+    std::vector<Vector3d> points, mirrored;
+    for (int k = 0; k < 40; ++k) {
+      points.emplace_back(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3),
+                          random.uniform(-0.3, 0.3));
+      mirrored.push_back(points.back().cwiseProduct(Vector3d(1, 1, -1)));
+    }
+    std::vector<Vector2d> pixels;
+    for (const Correspondence& c : seen_by(kLens, mirrored, pose, 0.2, random))
+      pixels.push_back(c.pixel);
+    EXPECT_FALSE(pose_ransac<6>({kLens, {points, pixels}, {}, kSigma})) << i;
+  }
+}
+
 TEST(PoseRansac, NoPointsHaveNoConsensus) {
   EXPECT_FALSE(pose_ransac<6>({kLens, {}, {}}));
   EXPECT_FALSE(pose_ransac<7>({kLens, {}, {}}));
