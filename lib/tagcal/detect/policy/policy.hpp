@@ -75,10 +75,6 @@ inline constexpr double kConvergedSds = 0.3;
 inline constexpr double kUsualSpreadPx = 0.85;
 inline constexpr double kTagMinSpreadPx = 0.3;
 inline constexpr double kTagMaxSpreadPx = 6;
-// px. A fit that does not converge and has a smaller spread is repeated on smoothed pixels: pixels
-// sample a border as sharp as a camera's sharpening makes it too coarsely. Source: of the spectrum
-// of a border, exp(-(pi spread)^2 / 2) is left at half the sampling rate, 0.42 here.
-inline constexpr double kTagSharpSpreadPx = 0.42;
 
 // ---- Its four sides (refine_edges)
 

@@ -288,7 +288,9 @@ TagFit TagFitter::fit() {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
   TagFit fit = result(run({.max_steps = options_.max_iterations}));
-  if (fit.status == TagFitStatus::not_converged && model_.spread() < policy::kTagSharpSpreadPx) {
+  // Pixels sample a border of half the usual spread too coarsely: two fifths of its spectrum,
+  // exp(-(pi spread)^2 / 2), are left at half the sampling rate.
+  if (fit.status == TagFitStatus::not_converged && model_.spread() < policy::kUsualSpreadPx / 2) {
     smooth();
     fit = result(run({.max_steps = options_.max_iterations}));
   }
