@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <numbers>
 #include <opencv2/aruco.hpp>
 #include <opencv2/aruco/charuco.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "rendered_checkerboard.hpp"
 #include "tagcal/detect/detector.hpp"
@@ -61,6 +63,52 @@ TEST(Checkerboards, AreFoundWithTheirCovariances) {
   }
   EXPECT_GT(sum, 0.7);
   EXPECT_LT(sum, 1.4);
+}
+
+// What a camera's unsharp mask makes of a picture: borders of one pixel, with a dark and a bright
+// line beside them.
+Image8 sharpened(const ImageView8& image, double amount, double radius_px) {
+  const cv::Mat given(image.height(), image.width(), CV_8U,
+                      const_cast<std::uint8_t*>(image.row(0)));  // OpenCV takes no constant data
+  cv::Mat levels, smooth, result;
+  given.convertTo(levels, CV_32F);
+  cv::GaussianBlur(levels, smooth, {}, radius_px);
+  cv::addWeighted(levels, 1 + amount, smooth, -amount, 0, levels);
+  levels.convertTo(result, CV_8U);
+  Image8 sharp(image.size());
+  for (int y = 0; y < image.height(); ++y) std::copy_n(result.ptr(y), image.width(), sharp.row(y));
+  return sharp;
+}
+
+TEST(Checkerboards, OfSharpenedPicturesAreFoundWhole) {
+  Random random(11);
+  for (int i = 0; i < 6; ++i) {
+    CheckerView view = checker_view(
+        checkers(8, 5), camera(i),
+        {random.uniform(16, 26), random.uniform(0, 45), .5, 2, random.uniform(-1, 1)}, random);
+    view.image = sharpened(view.image, 2, 1);
+    const View seen = found(view).view;
+    EXPECT_EQ(seen.observations.size(), 40U) << i;
+    for (const Observation& one : seen.observations)
+      EXPECT_LT((one.pixel - view.corners.at(one.id)).norm(), 0.1) << one.id.tag_id;
+  }
+}
+
+// A sensor's raw picture: red, green and blue filters before the pixels.
+TEST(Checkerboards, OfRawMosaicsAreFoundAndNamed) {
+  Random random(12);
+  CheckerView view = checker_view(checkers(8, 5), camera(0), {22, 30, .8, 2, .3}, random);
+  for (int y = 0; y < view.image.height(); ++y)
+    for (int x = 0; x < view.image.width(); ++x)
+      if (x % 2 == y % 2)
+        view.image(x, y) = static_cast<std::uint8_t>((x % 2 == 0 ? .75 : .6) * view.image(x, y));
+  const DetectedPicture picture = found(view);
+  EXPECT_EQ(picture.view.observations.size(), 40U);
+  EXPECT_LT(nees(picture.view, view), 3);
+  ASSERT_EQ(picture.warnings.size(), 1U);
+  EXPECT_EQ(picture.warnings[0],
+            "a.png: is a raw mosaic (levels of even and odd pixels differ by a factor of 1.7): "
+            "their levels were made equal");
 }
 
 // Colours tell which end is which if one number of squares is odd and the other even.
@@ -174,6 +222,20 @@ TEST(CharucoBoards, AreOpenCvs) {
     const int column = one.id.tag_id % 5, row = one.id.tag_id / 5;
     EXPECT_LT((one.pixel - Vector2d(119.5 + 70 * column, 119.5 + 70 * (3 - row))).norm(), 0.6);
   }
+}
+
+// All squares, however large.
+TEST(CharucoBoards, LoseNoRowInClosePictures) {
+  const auto theirs = cv::aruco::CharucoBoard::create(
+      7, 5, 1, 0.75F, cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50));
+  cv::Mat drawing, smooth;
+  theirs->draw({7 * 96, 5 * 96}, drawing, 0);
+  cv::copyMakeBorder(drawing, drawing, 60, 60, 60, 60, cv::BORDER_CONSTANT, 255);
+  cv::GaussianBlur(drawing, smooth, {}, 0.8);
+  Image8 image({smooth.cols, smooth.rows});
+  for (int y = 0; y < smooth.rows; ++y) std::copy_n(smooth.ptr(y), smooth.cols, image.row(y));
+  const Board board = make_board(Charuco{7, 5, 1, .75, "DICT_4X4_50"});
+  EXPECT_EQ(detect(image, {{board, Pose()}}).view.observations.size(), 24U);
 }
 
 TEST(RefineCorner, RefusesWhatIsNotThePattern) {

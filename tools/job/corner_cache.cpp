@@ -70,6 +70,7 @@ Json json_of(const DetectedPicture& found) {
   return {{"corners", corners},
           {"unfitted", unfitted},
           {"warnings", found.warnings},
+          {"size", {found.size.width, found.size.height}},
           {"sure", found.num_sure},
           {"unread", found.num_unread}};
 }
@@ -96,6 +97,7 @@ DetectedPicture found_of(const Json& json, const std::string& name) {
     found.unfitted.push_back(tag);
   }
   found.warnings = json.at("warnings").get<std::vector<std::string>>();
+  found.size = {json.at("size").at(0), json.at("size").at(1)};
   found.num_sure = json.at("sure");
   found.num_unread = json.at("unread");
   return found;

@@ -47,6 +47,7 @@ void take_over(std::vector<DetectedPicture> found, std::vector<std::string> warn
   input.unfitted.clear();
   std::vector<std::string> unreadable;
   for (DetectedPicture& picture : found) {
+    input.corner_error_px = std::max(input.corner_error_px, picture.corner_error_px);
     unreadable.push_back(picture.unreadable);
     warnings.insert(warnings.end(), picture.warnings.begin(), picture.warnings.end());
     if (!picture.unreadable.empty()) continue;
@@ -103,6 +104,7 @@ void refine_views(Input& input, const Camera& camera, int threads, bool shows_pr
         if (progress) progress->update(done);
       });
   input.dataset.views = std::move(refined.views);
+  input.corner_error_px = refined.corner_error_px;
   if (refined.num_refined_corners < refined.num_corners)
     input.warnings.push_back(fmt::format(
         "{} of {} corners of squares and centres of circles are not refined: the fit with the lens "

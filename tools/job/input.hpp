@@ -47,6 +47,7 @@ struct Input {
   std::filesystem::path cache;  // file of corners found before; "": none
   Refinement refinement = DetectOptions().refinement;
   std::vector<std::vector<UnfittedTag>> unfitted;  // of each view, if detected
+  double corner_error_px = 0;                      // as in DetectedPicture
   std::vector<std::string> warnings;
 };
 

@@ -138,6 +138,12 @@ std::string detection_summary(const Input& input, bool verbose) {
   if (!nothing.empty() && nothing.size() < pictures.size())
     text += wrapped("nothing    ", some_of(nothing), kIndent);
   text += fewest_text(pictures, unit) + unfitted_text(pictures);
+  if (input.corner_error_px > 0)
+    text += wrapped("corners    ",
+                    fmt::format("scatter by {} px per coordinate beyond what each fit claims; the "
+                                "covariances include it",
+                                two_digits(input.corner_error_px)),
+                    kIndent);
   if (!nothing.empty())
     text += "what to do --explain tells what is in a picture, and why tags are not found\n";
   if (verbose)

@@ -7,10 +7,12 @@
 #include <tuple>
 
 #include "tagcal/detect/board_search/board_symmetry.hpp"
+#include "tagcal/detect/board_search/corner_error.hpp"
 #include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/detect/board_search/wrong_border.hpp"
 #include "tagcal/detect/checker_search/checker_finder.hpp"
 #include "tagcal/detect/circle_search/circle_finder.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/internal/parallel.hpp"
 
@@ -31,11 +33,27 @@ class BoardWorker {
     check_size(camera_, image.size(), name);
     DetectedPicture found;
     found.view.image = name;
+    found.size = image.size();
     if (std::min(image.width(), image.height()) < kMinPictureSidePx) {
       found.warnings.push_back(fmt::format("{}: smaller than {}x{} pixels, was not searched", name,
                                            kMinPictureSidePx, kMinPictureSidePx));
       return found;
     }
+    const auto gains = mosaic_gains(image);
+    if (!gains) {
+      search(image, name, found);
+      return found;
+    }
+    found.warnings.push_back(fmt::format(
+        "{}: is a raw mosaic (levels of even and odd pixels differ by a factor of {:.1f}): their "
+        "levels were made equal",
+        name, std::ranges::max(*gains)));
+    search(with_gains(image, *gains), name, found);
+    return found;
+  }
+
+ private:
+  void search(const ImageView8& image, const std::string& name, DetectedPicture& found) {
     if (!searches_.empty() && std::max(image.width(), image.height()) > kMaxPictureSidePx)
       found.warnings.push_back(
           fmt::format("{}: wider or higher than {} pixels, is not searched "
@@ -61,10 +79,8 @@ class BoardWorker {
               [](const Observation& a, const Observation& b) { return a.id < b.id; });
     if (found.view.observations.empty() && !searches_.empty())
       found.warnings.push_back(name + ": no tag of the boards found");
-    return found;
   }
 
- private:
   static void warn_of(const SeenTags& seen, const std::string& family, const std::string& name,
                       std::vector<std::string>& warnings) {
     if (!seen.strange.empty()) {
@@ -117,7 +133,9 @@ class TagWorker {
 
   PictureTags find(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
-    std::vector<FoundTag> found = search_.find(image).tags;
+    const auto gains = mosaic_gains(image);
+    std::vector<FoundTag> found =
+        (gains ? search_.find(with_gains(image, *gains)) : search_.find(image)).tags;
     std::ranges::sort(found, {}, [](const FoundTag& tag) {
       const Eigen::Vector2d centre = centre_of(tag.corners);
       return std::tuple(tag.id, centre.x(), centre.y());
@@ -175,7 +193,9 @@ DetectedPicture find_or_reuse(BoardWorker& worker, std::size_t i, const ImageSou
 
 DetectedPicture detect(const ImageView8& image, const std::vector<PlacedBoard>& boards,
                        const DetectOptions& options, const std::string& name) {
-  return BoardWorker(boards, options).find(image, name);
+  DetectedPicture found = BoardWorker(boards, options).find(image, name);
+  found.corner_error_px = add_corner_error({{&found.view, found.size}}, boards);
+  return found;
 }
 
 std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
@@ -187,6 +207,10 @@ std::vector<DetectedPicture> detect_all(const std::vector<ImageSource>& images,
     pictures[i] = find_or_reuse(worker, i, images[i], options);
   };
   for_each_picture<BoardWorker>(images.size(), boards, options, work, progress);
+  std::vector<ViewOfSize> views;
+  for (DetectedPicture& picture : pictures) views.push_back({&picture.view, picture.size});
+  const double error = add_corner_error(views, boards);
+  for (DetectedPicture& picture : pictures) picture.corner_error_px = error;
   return pictures;
 }
 

@@ -6,8 +6,10 @@
 
 #include "tagcal/detect/apriltag/family_detector.hpp"
 #include "tagcal/detect/board_search/board_patterns.hpp"
+#include "tagcal/detect/board_search/corner_error.hpp"
 #include "tagcal/detect/checker_search/checker_corners.hpp"
 #include "tagcal/detect/circle_search/circle_centres.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/known_tag.hpp"
 #include "tagcal/detect/tag_fit/picture_gamma.hpp"
 #include "tagcal/detect/tag_fit/tag_model.hpp"
@@ -147,7 +149,8 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
         const std::string& name = refined[i].straight.image;
         const auto source = by_name.find(name);
         if (source == by_name.end()) return;
-        const Image8 image = source->second->load();
+        Image8 image = source->second->load();
+        if (const auto gains = mosaic_gains(image)) image = with_gains(image, *gains);
         check_size(&camera, image.size(), name);
         for (const PlacedBoard& placed : found.boards) {
           const auto* const grid = std::get_if<CircleGrid>(&placed.board.pattern);
@@ -168,6 +171,9 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
     result.num_corners += r.num_corners;
     result.num_refined_corners += r.num_refined_corners;
   }
+  std::vector<ViewOfSize> views;
+  for (View& view : result.views) views.push_back({&view, camera.image_size});
+  result.corner_error_px = add_corner_error(views, found.boards);
   return result;
 }
 

@@ -15,6 +15,7 @@ struct RefinedViews {
   // ChArUco boards and centres of circles. Those that were not refined are unchanged.
   int num_tags = 0, num_refined_tags = 0;
   int num_corners = 0, num_refined_corners = 0;
+  double corner_error_px = 0;  // as in DetectedPicture
 };
 
 // Fits the corners of found views again in their pictures under a known lens, that of a first

@@ -34,6 +34,10 @@ struct UnfittedTag {
 // All that a search found in one picture.
 struct DetectedPicture {
   View view;  // corners ordered by id
+  ImageSize size;
+  // Standard deviation per coordinate by which corners scatter beyond the claims of their fits, of
+  // all pictures of the call: it is part of the covariances. 0 if the claims explain the scatter.
+  double corner_error_px = 0;
   std::vector<UnfittedTag> unfitted;
   std::vector<std::string> warnings;  // begin with the picture's name
   // Numbers of the boards' tags: whose print surely is the target's, and which were expected in the
@@ -112,7 +116,7 @@ struct TagFitOptions {
   // 20 / 1280^2 (kTagBendSd and kTagTwistSd of policy/policy.hpp), rounded.
   double bend_sd_per_px = 1.6e-3;    // numeric: default, source above
   double twist_sd_per_px2 = 1.2e-5;  // numeric: default, source above
-  int max_iterations = 12;
+  int max_iterations = 20;
   // The camera of the picture, if it is known; it must outlive the call. Then the prior of bends is
   // not used, and a tag of any size is fitted as a whole. Pixels without a ray are not used. Throws
   // Error unless its image has the picture's size. Has no effect for a parallel projection, under

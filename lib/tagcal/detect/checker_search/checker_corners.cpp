@@ -31,24 +31,27 @@ bool is_near(const CheckerPlace& place, const CheckerCell& cell, double reach) {
 std::optional<Matrix3d> local_homography(const CheckerCell& cell,
                                          const std::vector<CheckerPlace>& known) {
   for (const double reach : {kNear, 1 + kNear}) {
+    std::vector<const CheckerPlace*> near;
+    for (const CheckerPlace& place : known)
+      if (is_near(place, cell, reach)) near.push_back(&place);
+    if (near.size() < 4) continue;
+    // Pixels are seen as by a camera of a narrow view: homography() takes them for rays.
+    Matrix3d pixel_from_ray = Matrix3d::Identity();
+    for (const CheckerPlace* place : near)
+      pixel_from_ray.topRightCorner<2, 1>() += place->at / static_cast<double>(near.size());
+    const Vector2d middle = pixel_from_ray.topRightCorner<2, 1>();
+    for (const CheckerPlace* place : near)
+      pixel_from_ray(0, 0) = std::max(pixel_from_ray(0, 0), (place->at - middle).norm());
+    pixel_from_ray(1, 1) = pixel_from_ray(0, 0);
     std::vector<Vector2d> points;
-    std::vector<Vector3d> pixels;
-    std::optional<Vector2d> origin;
-    constexpr double kUnit = 1.0 / 32;  // per px: entries of similar size
-    for (const CheckerPlace& place : known) {
-      const Vector2d from = place.on_board - on_board(cell);
-      if (!is_near(place, cell, reach)) continue;
-      if (!origin) origin = place.at;
-      points.push_back(from);
-      pixels.push_back((kUnit * (place.at - *origin)).homogeneous());
+    std::vector<Vector3d> rays;
+    for (const CheckerPlace* place : near) {
+      points.push_back(place->on_board - on_board(cell));
+      rays.push_back(((place->at - middle) / pixel_from_ray(0, 0)).homogeneous());
     }
-    if (points.size() < 4) continue;
-    const auto h = homography(points, pixels);
+    const auto h = homography(points, rays);
     if (!h || std::abs((*h)(2, 2)) == 0) continue;
-    Matrix3d to_pixels = Matrix3d::Identity();
-    to_pixels.diagonal().head<2>().setConstant(1 / kUnit);
-    to_pixels.topRightCorner<2, 1>() = *origin;
-    return to_pixels * *h / (*h)(2, 2);
+    return pixel_from_ray * *h / (*h)(2, 2);
   }
   return std::nullopt;
 }

@@ -76,7 +76,8 @@ class Grower {
  private:
   // True if the lines of `other` are those of `one` with the colours exchanged.
   bool is_opposite(const Junction& one, const Junction& other) const {
-    return between(one.first, other.second) < policy::kMaxTurn &&
+    return 2 * std::min(one.contrast, other.contrast) > std::max(one.contrast, other.contrast) &&
+           between(one.first, other.second) < policy::kMaxTurn &&
            between(one.second, other.first) < policy::kMaxTurn;
   }
   bool is_alike(const Junction& one, const Junction& other) const {

@@ -72,6 +72,18 @@ float sample(const ImageF& image, const Vector2d& at) {
   return (1 - v) * ((1 - u) * a[0] + u * a[1]) + v * ((1 - u) * b[0] + u * b[1]);
 }
 
+// True if opposite quarters have one colour: a third one, of a table or wall beside the board, is
+// nearer to one of the two than half of their difference.
+bool has_two_colours(const ImageF& image, const Junction& junction, double radius) {
+  const auto level = [&](double angle) {
+    return sample(image, junction.at + radius * Vector2d(std::cos(angle), std::sin(angle)));
+  };
+  const double white = (junction.first + junction.second) / 2, black = white + pi / 2;
+  const auto [least_white, most_white] = std::minmax({level(white), level(white + pi)});
+  const auto [least_black, most_black] = std::minmax({level(black), level(black + pi)});
+  return 2 * (least_white - most_black) > most_white - least_black;
+}
+
 // The two lines through a place, from the four borders that a circle about it crosses; no value for
 // another number of borders, or borders that are not opposite.
 std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& at, double radius) {
@@ -99,11 +111,12 @@ std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& 
   if (std::abs(up[1] - up[0] - pi) > policy::kMaxTurn ||
       std::abs(down[1] - down[0] - pi) > policy::kMaxTurn)
     return std::nullopt;
-  Junction junction{at, (up[0] + up[1] - pi) / 2, (down[0] + down[1] - pi) / 2, 0};
+  Junction junction{at, (up[0] + up[1] - pi) / 2, (down[0] + down[1] - pi) / 2, high - low, 0};
   while (junction.second <= junction.first) junction.second += pi;
   while (junction.second > junction.first + pi) junction.second -= pi;
   const double width = junction.second - junction.first;
   if (width < policy::kMaxTurn || width > pi - policy::kMaxTurn) return std::nullopt;
+  if (!has_two_colours(image, junction, radius)) return std::nullopt;
   return junction;
 }
 

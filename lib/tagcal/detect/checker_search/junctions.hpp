@@ -15,6 +15,7 @@ struct Junction {
   // to `second`, 0 < second - first < pi, is white.
   double first = 0;
   double second = 0;
+  double contrast = 0;  // grey levels between black and white
   double strength = 0;  // grey levels per px^2
 };
 

@@ -35,6 +35,11 @@ inline constexpr double kTagEdgeMarginPx = 1.5;
 // test Detector.WhatIsLeftOfATagThatTheEdgeCutsIsNoTag.
 inline constexpr double kTagUnfittedEdgeMarginPx = 6;
 
+// Ratio of the levels of two of the four phases of 2x2 pixels in the brighter half of a picture,
+// beyond which it is a raw mosaic. Source: daylight on grey paper has 1.3 to 2.5 behind the filters
+// of a sensor; pictures without a mosaic have 1.00 (medians over a thousand blocks).
+inline constexpr double kMosaicRatio = 1.1;
+
 // Grey levels between black and white of tags and about junctions, at least. Source: x0.7 and
 // x1.4: nothing.
 inline constexpr double kMinContrast = 8;
@@ -214,6 +219,12 @@ inline constexpr double kPanelTermSd = 0.5;
 // checkerboard's corners, in their standard deviations, up to which they are fitted under the
 // lens. Source: x0.7: nothing; x1.4: errors +0.2 %, squares over claims +0.7 %, +38 beyond 5 sd.
 inline constexpr double kPanelTailSpreads = 3;
+
+// ---- The error of corners beyond the claims of their fits
+
+// Standard deviations of the number of corners that scatter more than the median of what they
+// claim, beyond which the claims are too small. By a normal distribution one in 740.
+inline constexpr double kScatterSds = 3;
 
 // ---- Explaining, and the warning of a wrong border
 

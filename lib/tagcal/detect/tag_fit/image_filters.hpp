@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <optional>
+
 #include "tagcal/scene/image.hpp"
 
 // Private to detect.
@@ -24,6 +27,13 @@ struct PixelBox {
 };
 
 Image8 part_of(const ImageView8& image, const PixelBox& box);
+
+// Gains that bring the four phases of a raw mosaic to one level (even and odd columns of even rows,
+// then of odd rows), all 1 or more: a Bayer sensor has a green, red or blue filter before each
+// pixel, so bright, grey paper has a level of its own in each phase. No value for other pictures.
+using MosaicGains = std::array<double, 4>;
+std::optional<MosaicGains> mosaic_gains(const ImageView8& image);
+Image8 with_gains(const ImageView8& image, const MosaicGains& gains);
 
 // Standard deviation of a pixel's noise in the smooth parts of a picture, grey levels.
 double noise_of(const ImageView8& image);

@@ -32,6 +32,14 @@ constexpr int kMaxRowStep = 6;
 constexpr int kMaxOnFewRows = 4;    // iterations
 constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 constexpr double kWider = 1.05;     // numeric: growth of the spread after which it may change again
+constexpr double kFirstDamping = 0.05;  // numeric: Levenberg-Marquardt's, after a first bad step
+constexpr double kDampingFactor = 5;    // numeric: growth after a bad step, fall after a good one
+constexpr double kFilterVariance = 1.0 / 2;  // px^2, of the binomial filter 1 2 1
+// Variance of a place in a smoothed picture over that by independent residuals: along a border the
+// filter leaves the noise's mean, whereas it takes 1 - (3/8)^2 of a pixel's variance; across, a
+// border of spread 0.9 px keeps 0.78 of its energy.
+constexpr double kSmoothVariance = 0.78 * 64 / 9;  // numeric: filter's gain, as above
+constexpr double kOtherPixels = 1.5;  // numeric: growth of the mean square by other pixels
 
 // The variance of a pixel's level, at least that of rounding.
 double variance_of(double squares, int num_pixels) {
@@ -66,18 +74,35 @@ std::vector<FitStage> TagFitter::rough_stages() const {
   return stages;
 }
 
+// Takes back a step after which the squares are larger, and damps the next one: a border sharper
+// than a pixel leaves Gauss-Newton's linear model within half a pixel.
+void TagFitter::damp_if_worse(const std::optional<TagSums>& before, double tolerance) {
+  if (before && sums_.mean_square() > tolerance * before->mean_square()) {
+    damping_ = std::max(kFirstDamping, kDampingFactor * damping_);
+    sums_ = *before;
+    model_.set(sums_.at);
+  } else if (damping_ > kFirstDamping / kDampingFactor) {
+    damping_ /= kDampingFactor;
+  }
+}
+
 // Makes the steps of a stage.
 StageEnd TagFitter::run(const FitStage& stage) {
   stage_ = stage;
   double spans_spread = 0;  // the spread for which the spans were selected
+  std::optional<TagSums> before;
+  damping_ = 0;
   for (int k = 1; k <= stage.max_steps; ++k) {
     // The set of pixels is fixed from the third iteration on, so that it does not alternate between
     // steps; but not while the blur still grows, because unknown surroundings then reach farther.
+    const bool were_spans_fixed = are_spans_fixed_;
     are_spans_fixed_ =
         !stage.is_rough && k > kFreeIterations && model_.spread() < kWider * spans_spread;
     if (!are_spans_fixed_) spans_spread = model_.spread();
     collect();
     if (sums_.num_pixels < kMinPixels) return StageEnd::too_few_pixels;
+    damp_if_worse(before, were_spans_fixed && are_spans_fixed_ ? 1 : kOtherPixels);
+    before = sums_;
     const auto step = this->step();
     if (!step) return StageEnd::not_finite;
     last_ = *step;
@@ -109,14 +134,14 @@ double TagFitter::share_left(const TagParameters& change, double move_px) const 
 
 // The step from the sums; no value if it is not finite.
 std::optional<FitStep> TagFitter::step() const {
-  const auto& [information, gradient, squares, num_pixels] = sums_;
+  const auto& [at, information, gradient, squares, num_pixels] = sums_;
   FitStep result;
   const double variance = variance_of(squares, num_pixels);
   const TagParameters weights = prior_weights();
   TagInformation system = information;
+  system.diagonal() *= 1 + damping_;
   system.diagonal() += variance * weights;
-  const TagParameters right =
-      gradient - variance * weights.cwiseProduct(model_.parameters() - prior_mean_);
+  const TagParameters right = gradient - variance * weights.cwiseProduct(at - prior_mean_);
   const Eigen::LDLT<TagInformation> inverse(system);
   const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return std::nullopt;
@@ -124,7 +149,7 @@ std::optional<FitStep> TagFitter::step() const {
   const Eigen::Matrix<double, 8, 1> moves = by * change;
   result.move_px = moves.cwiseAbs().maxCoeff();
   const double size = change.dot(right) / variance;
-  result.left_over = size * share_left(change, result.move_px);
+  result.left_over = size * (share_left(change, result.move_px) + damping_ / (1 + damping_));
   result.corner_size = last_.corner_size;
   if (region_.corner && stage_.row_step == 1) {
     // In a region of one corner only that corner must converge: the rest is poorly constrained.
@@ -132,12 +157,13 @@ std::optional<FitStep> TagFitter::step() const {
     const auto by_corner = by.middleRows<2>(at);
     const Eigen::Matrix2d covariance = variance * by_corner * inverse.solve(by_corner.transpose());
     const Vector2d of_corner = moves.segment<2>(at);
-    result.corner_size = of_corner.dot(covariance.inverse() * of_corner);
+    result.corner_size =
+        std::pow(1 + damping_, 2) * of_corner.dot(covariance.inverse() * of_corner);
     result.left_over = last_.corner_size < kCornerSettledSize ? result.corner_size : size;
   }
   const double share = std::min({1.0, kMaxStepPx / std::max(kTiny, result.move_px),
                                  kMaxLogStep / std::max(kTiny, std::abs(change[kLogSpread]))});
-  result.next = model_.parameters() + share * change;
+  result.next = at + share * change;
   result.next[kLogSpread] = std::clamp(result.next[kLogSpread], std::log(policy::kTagMinSpreadPx),
                                        std::log(policy::kTagMaxSpreadPx));
   // The linear model predicts the residuals after a whole step.
@@ -179,7 +205,8 @@ TagFit TagFitter::result(StageEnd end) const {
   TagInformation system = sums_.information / last_.variance;
   system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
-  fit.covariance_px2 = by * system.ldlt().solve(by.transpose());
+  fit.covariance_px2 =
+      (is_smooth_ ? kSmoothVariance : 1) * by * system.ldlt().solve(by.transpose());
   const bool matches = last_.left_over < kConvergedSize && p[kGain] >= policy::kMinContrast &&
                        fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
@@ -215,6 +242,27 @@ bool TagFitter::is_bent_beyond_whole() const {
   return third_order_px() > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
+// Smooths the pixels by the binomial filter 1 2 1 in both directions, and the model with them.
+void TagFitter::smooth() {
+  const int width = patch_.width, height = patch_.height;
+  const auto filtered = [&](auto&& level, int i, int count) {
+    return (level(std::max(0, i - 1)) + 2 * level(i) + level(std::min(count - 1, i + 1))) / 4;
+  };
+  std::vector<float> across = patch_.levels;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      across[static_cast<std::size_t>(y * width + x)] =
+          filtered([&](int i) { return patch_.at(i, y); }, x, width);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      patch_.levels[static_cast<std::size_t>(y * width + x)] = filtered(
+          [&](int i) { return across[static_cast<std::size_t>(i * width + x)]; }, y, height);
+  TagParameters parameters = model_.parameters();
+  parameters[kLogSpread] = std::log(std::hypot(model_.spread(), std::sqrt(kFilterVariance)));
+  model_.set(parameters);
+  is_smooth_ = true;
+}
+
 TagFit TagFitter::fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return {};
@@ -240,6 +288,12 @@ TagFit TagFitter::fit() {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
   TagFit fit = result(run({.max_steps = options_.max_iterations}));
+  // Pixels sample a border of half the usual spread too coarsely: two fifths of its spectrum,
+  // exp(-(pi spread)^2 / 2), are left at half the sampling rate.
+  if (fit.status == TagFitStatus::not_converged && model_.spread() < policy::kUsualSpreadPx / 2) {
+    smooth();
+    fit = result(run({.max_steps = options_.max_iterations}));
+  }
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
     model_.set(parameters);

@@ -40,12 +40,15 @@ struct PixelSpan {
   int end = 0;
 };
 
-// Sums over the pixels of a stage at the model's parameters.
+// Sums over the pixels of a stage at some parameters.
 struct TagSums {
+  TagParameters at;
   TagInformation information;
   TagParameters gradient;
   double squares = 0;
   int num_pixels = 0;
+
+  double mean_square() const { return squares / num_pixels; }
 };
 
 // A stage of the fit: the pixels that it uses, the parameters that are free, and its end.
@@ -101,8 +104,10 @@ class TagFitter {
   void add_block(TagBlock& block);
   void add_flat(bool white);
 
+  void smooth();
   std::vector<FitStage> rough_stages() const;
   StageEnd run(const FitStage& stage);
+  void damp_if_worse(const std::optional<TagSums>& before, double tolerance);
   TagParameters prior_weights() const;
   double share_left(const TagParameters& change, double move_px) const;
   std::optional<FitStep> step() const;
@@ -141,9 +146,11 @@ class TagFitter {
   TagProducts products_;
   std::array<TagFlatSums, 2> flat_;
   TagSums sums_;
+  double damping_ = 0;  // Levenberg and Marquardt's
   FitStep last_;
   int iterations_ = 0;
   bool is_for_parts_ = false;
+  bool is_smooth_ = false;  // the pixels
 };
 
 }  // namespace tagcal::internal

@@ -10,6 +10,7 @@ using namespace tag_parameter;
 
 // Computes the normal equations at the model's parameters.
 void TagFitter::collect() {
+  sums_.at = model_.parameters();
   sums_.num_pixels = 0;
   flat_ = {};
   products_.setZero();

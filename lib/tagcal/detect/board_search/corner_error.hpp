@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "tagcal/scene/dataset.hpp"
+
+// Private to detect: the error of corners that no single fit can see.
+namespace tagcal::internal {
+
+struct ViewOfSize {
+  View* view;
+  ImageSize size;
+};
+
+// Adds to the covariance of each corner the variance that the fits leave out: prints that are not
+// exact to their cells, pictures that a camera has sharpened, denoised or compressed. Returns its
+// standard deviation per coordinate, px; 0 if the claims explain how corners scatter. It is seen
+// where corners lie beside their neighbours of other tags, under the lens that the whole board of
+// the picture shows; so errors that change smoothly over a board (its bend, the lens, rows that are
+// read later) do not enter. One value for all views, which are of one camera. Boards with fewer
+// than 24 corners in a view do not contribute.
+double add_corner_error(const std::vector<ViewOfSize>& views,
+                        const std::vector<PlacedBoard>& boards);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,80 @@
+#include "tagcal/detect/board_search/corner_error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tagcal/camera/camera.hpp"
+#include "tagcal/geometry/viewpoint.hpp"
+#include "tagcal/random.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr ImageSize kSize{640, 480};
+
+// Views of a grid of tags whose corners claim 0.02 px and are off by `sd_px` more, and by a smooth
+// displacement of `bend_px` at the board's edges.
+std::vector<View> views(const Board& board, double sd_px, double bend_px) {
+  constexpr double kClaimed = 0.02;
+  const Fisheye lens({300, 300, 322, 238, -.02, .004, 0, 0});
+  Random random(5);
+  std::vector<View> result;
+  for (int k = 0; k < 4; ++k) {
+    const Pose pose = camera_from_world_looking_at(
+        {.4 + random.uniform(-.3, .3), .4 + random.uniform(-.3, .3), .9}, {.4, .4, 0}, {0, 1, 0});
+    View& view = result.emplace_back();
+    for (const TargetPoint& point : target_points(board)) {
+      const auto pixel = lens.project(pose * point.position);
+      if (!pixel) continue;
+      const double sd = std::hypot(kClaimed, sd_px), u = point.position.x() / .4 - 1;
+      const Vector2d off(sd * random.normal() + bend_px * u * u, sd * random.normal());
+      view.observations.push_back(
+          {point.id, *pixel + off, kClaimed * kClaimed * Matrix2::Identity()});
+    }
+  }
+  return result;
+}
+
+double error_of(std::vector<View>& seen, const Board& board) {
+  std::vector<ViewOfSize> sized;
+  for (View& view : seen) sized.push_back({&view, kSize});
+  return add_corner_error(sized, {{board, Pose()}});
+}
+
+const Board kTags =
+    make_board(AprilGrid{.columns = 6, .rows = 6, .tag_size = .1, .tag_spacing = .3});
+const Board kSquares =
+    make_board(Checkerboard{.columns = 9, .rows = 7, .column_spacing = .1, .row_spacing = .1});
+
+TEST(CornerError, IsTheScatterBeyondTheClaims) {
+  for (const Board& board : {kTags, kSquares}) {
+    std::vector<View> seen = views(board, .1, 0);
+    const double error = error_of(seen, board);
+    EXPECT_NEAR(error, .1, .012);
+    EXPECT_NEAR((*seen[0].observations[3].covariance_px2)(0, 0), .0004 + error * error, 1e-12);
+  }
+}
+
+TEST(CornerError, IsZeroIfTheClaimsHold) {
+  std::vector<View> seen = views(kTags, 0, 0);
+  EXPECT_EQ(error_of(seen, kTags), 0);
+  EXPECT_EQ((*seen[0].observations[3].covariance_px2)(0, 0), .0004);
+}
+
+TEST(CornerError, LeavesOutWhatIsSmooth) {
+  std::vector<View> seen = views(kTags, 0, .3);
+  EXPECT_LT(error_of(seen, kTags), .03);
+}
+
+TEST(CornerError, NeedsABoardThatShowsItsLens) {
+  const Board small =
+      make_board(Checkerboard{.columns = 4, .rows = 5, .column_spacing = .1, .row_spacing = .1});
+  std::vector<View> seen = views(small, .1, 0);
+  EXPECT_EQ(error_of(seen, small), 0);
+}
+
+}  // namespace
+}  // namespace tagcal::internal
