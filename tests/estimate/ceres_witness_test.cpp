@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose/pose_hypotheses.hpp"
 #include "worlds.hpp"
 
 namespace tagcal {
