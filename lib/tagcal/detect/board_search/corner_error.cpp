@@ -21,6 +21,9 @@ using Eigen::Vector3d;
 
 // Corners of other tags from which a residual is predicted: four times the terms of a plane.
 constexpr std::size_t kScatterNeighbours = 12;
+// Of the variance of one residual, in that of the prediction: 1 / 12 amid its neighbours, 1 / 3 and
+// more where they lie to one side.
+constexpr double kMostShare = 0.2;         // numeric: between the two
 constexpr std::size_t kMostViews = 60;     // evenly chosen, as a limit of work
 const double kMedian = 2 * std::log(2.0);  // of a chi-square with two degrees of freedom
 
@@ -95,7 +98,9 @@ std::optional<Scatter> scatter_of(const PanelResidual& corner,
     scatter.claimed_px2 += weight * weight * other->covariance_px2;
     scatter.share += weight * weight;
   }
-  return scatter.off_px.allFinite() ? std::optional(scatter) : std::nullopt;
+  // At the board's edge a plane is extrapolated, and what is curved would count as scatter.
+  const bool is_inside = scatter.share < 1 + kMostShare;
+  return is_inside && scatter.off_px.allFinite() ? std::optional(scatter) : std::nullopt;
 }
 
 // The variance per coordinate beyond the claims, px^2, by the median of the squares over what is
@@ -106,7 +111,7 @@ double variance_beyond(std::span<const Scatter> scatters) {
         scatters, [&](const Scatter& one) { return one.square(variance) > kMedian; }));
   };
   const auto half = static_cast<double>(scatters.size()) / 2;
-  if (num_above(0) <= half + policy::kScatterSds * std::sqrt(half / 2)) return 0;
+  if (num_above(0) <= half + policy::kOutlierSds * std::sqrt(half / 2)) return 0;
   double low = 0, high = 1e-6;  // numeric: px^2, below any corner's variance
   while (num_above(high) > half) high *= 4;
   while (high - low > 1e-3 * high) {  // numeric: precision of the bisection

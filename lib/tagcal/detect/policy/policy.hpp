@@ -61,7 +61,8 @@ inline constexpr double kTagMaxWrongFixed = 0.1;
 // Standard deviations. A corner farther from where the lens of the picture projects it is an
 // outlier, and a single corner whose borders are shifted by more is in a second minimum: it hardly
 // tells a shift from its own place. By a normal distribution one coordinate in 1.7 million exceeds
-// it.
+// it. Corners scatter beyond their claims if the number above the median is so many of its own
+// standard deviations above half.
 inline constexpr double kOutlierSds = 5;
 // Standard deviations of a corner. A fit has converged if the expected next step is smaller, and
 // is final if the lens of the next round moves it by less: steps and rounds converge at least as
@@ -219,12 +220,6 @@ inline constexpr double kPanelTermSd = 0.5;
 // checkerboard's corners, in their standard deviations, up to which they are fitted under the
 // lens. Source: x0.7: nothing; x1.4: errors +0.2 %, squares over claims +0.7 %, +38 beyond 5 sd.
 inline constexpr double kPanelTailSpreads = 3;
-
-// ---- The error of corners beyond the claims of their fits
-
-// Standard deviations of the number of corners that scatter more than the median of what they
-// claim, beyond which the claims are too small. By a normal distribution one in 740.
-inline constexpr double kScatterSds = 3;
 
 // ---- Explaining, and the warning of a wrong border
 

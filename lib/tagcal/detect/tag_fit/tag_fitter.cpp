@@ -134,14 +134,14 @@ double TagFitter::share_left(const TagParameters& change, double move_px) const 
 
 // The step from the sums; no value if it is not finite.
 std::optional<FitStep> TagFitter::step() const {
-  const auto& [at, information, gradient, squares, num_pixels] = sums_;
+  const auto& [parameters, information, gradient, squares, num_pixels] = sums_;
   FitStep result;
   const double variance = variance_of(squares, num_pixels);
   const TagParameters weights = prior_weights();
   TagInformation system = information;
   system.diagonal() *= 1 + damping_;
   system.diagonal() += variance * weights;
-  const TagParameters right = gradient - variance * weights.cwiseProduct(at - prior_mean_);
+  const TagParameters right = gradient - variance * weights.cwiseProduct(parameters - prior_mean_);
   const Eigen::LDLT<TagInformation> inverse(system);
   const TagParameters change = inverse.solve(right);
   if (!change.allFinite()) return std::nullopt;
@@ -163,7 +163,7 @@ std::optional<FitStep> TagFitter::step() const {
   }
   const double share = std::min({1.0, kMaxStepPx / std::max(kTiny, result.move_px),
                                  kMaxLogStep / std::max(kTiny, std::abs(change[kLogSpread]))});
-  result.next = at + share * change;
+  result.next = parameters + share * change;
   result.next[kLogSpread] = std::clamp(result.next[kLogSpread], std::log(policy::kTagMinSpreadPx),
                                        std::log(policy::kTagMaxSpreadPx));
   // The linear model predicts the residuals after a whole step.
