@@ -20,7 +20,6 @@
 #include "page_data/html_page.hpp"
 #include "page_data/page_parts.hpp"
 #include "report/calibration_report.hpp"
-#include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/calibration_file.hpp"
 #include "tagcal/io/image_file.hpp"
@@ -187,12 +186,6 @@ int run(const Arguments& given) {
                  : run_one(arguments);
 }
 
-std::string model_names() {
-  std::string names;
-  for (const Model& model : Model::all()) names += fmt::format(", {}", model.name());
-  return names.substr(2);
-}
-
 }  // namespace
 
 Command add_calibrate(CLI::App& app) {
@@ -201,7 +194,8 @@ Command add_calibrate(CLI::App& app) {
   add_input(*command, arguments->job.input);
   add_observations(*command, arguments->job.input);
   add_no_cache(*command, arguments->job.input.no_cache);
-  add_option(*command, "--model", arguments->job.options.model, "auto, " + model_names()).text("M");
+  add_option(*command, "--model", arguments->job.options.model, "auto, weak, " + model_names())
+      .text("M");
   add_positive(*command, "--sigma-px", arguments->job.options.sigma_px,
                "noise of the corners per coordinate; default: each corner's own covariance if the "
                "file has them, else estimated from the residuals");

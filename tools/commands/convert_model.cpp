@@ -82,8 +82,7 @@ void replace_lens(FileCamera& camera, const LensFit& fit) {
 
 void add_model_options(CLI::App& command, ModelArguments& arguments) {
   add_option(command, "--model", arguments.model,
-             "the lens of this model that projects as the one of IN does: f, f+c, pinhole, "
-             "radial1, radial2, opencv4, opencv5, opencv8, fisheye4, ds or eucm")
+             "the lens of this model that projects as the one of IN does: " + model_names())
       .text("NAME");
   add_positive(command, "--max-difference-px", arguments.max_difference_px,
                "the largest difference that --model may leave over the region of the corners (the "

@@ -15,7 +15,6 @@
 #include "job/interruption.hpp"
 #include "job/messages.hpp"
 #include "job/outputs.hpp"
-#include "tagcal/camera/model.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/io/image_file.hpp"
 #include "tagcal/io/target_file.hpp"
@@ -107,13 +106,6 @@ int run(const Arguments& arguments) {
   return WatchSession(std::move(options), pictures, std::move(warnings)).run();
 }
 
-std::string model_names() {
-  std::string names;
-  for (const Model& model : Model::all())
-    if (model.name() != "weak") names += fmt::format(", {}", model.name());
-  return "auto" + names;
-}
-
 }  // namespace
 
 Command add_watch(CLI::App& app) {
@@ -136,7 +128,7 @@ Command add_watch(CLI::App& app) {
              "end once the largest standard deviation of the projection at infinity over the image "
              "is at most this (0.1px), with corners in all parts of the image and 6 pictures")
       .text("Xpx");
-  add_option(*command, "--model", arguments->model, model_names()).text("M");
+  add_option(*command, "--model", arguments->model, "auto, " + model_names()).text("M");
   add_positive(*command, "--timeout", arguments->timeout_s,
                "end after this many seconds without a new picture; default: never");
   add_positive(*command, "--every", arguments->every_s,

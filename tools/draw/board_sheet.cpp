@@ -191,7 +191,8 @@ std::string size_text(const Board& board) {
             return fmt::format("{} x {} circles of {} mm", grid.columns, grid.rows,
                                mm(grid.diameter));
           },
-          [&](const auto&) { return squares_text(checkers(board).value()); }},
+          [](const Checkerboard& squares) { return squares_text(squares); },
+          [&](const Charuco&) { return squares_text(checkers(board).value()); }},
       board.pattern);
 }
 

@@ -64,9 +64,8 @@ std::string SvgPanel::things(const Scene& scene) const {
   }
   svg += edges;
   for (const PlacedBoard& placed : scene.boards) {
-    const auto* const measured = std::get_if<Points>(&placed.board.pattern);
-    if (!measured) continue;
-    for (const TargetPoint& point : measured->points)
+    if (point_kind(placed.board) != PointKind::measured) continue;  // the others have ink
+    for (const TargetPoint& point : target_points(placed.board))
       if (const auto at = pixel(placed.world_from_board * point.position))
         svg += svg_circle("", *at, 1.5, fmt::format("fill=\"{}\"", kInk));
   }

@@ -8,6 +8,8 @@
 #include <limits>
 #include <optional>
 
+#include "tagcal/camera/model.hpp"
+
 namespace tagcal::tools {
 namespace {
 
@@ -110,6 +112,14 @@ Option add_positive(CLI::App& command, const std::string& name, double& value,
                         },
                         "", "")
                     ->option_text("X"));
+}
+
+std::string model_names() {
+  std::string names;
+  for (const Model& model : Model::all())
+    if (model.kind().is_central)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", model.name());
+  return names;
 }
 
 Option add_threads(CLI::App& command, int& threads) {

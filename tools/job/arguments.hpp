@@ -50,6 +50,10 @@ Option add_integer(CLI::App& command, const std::string& name, int& value, int m
 Option add_positive(CLI::App& command, const std::string& name, double& value,
                     const std::string& help);
 
+// "f, f+c, ..": the models that one lens can have, for the help of --model. (`weak` has a scale of
+// its own in each view.)
+std::string model_names();
+
 // --threads; 0: one per core.
 Option add_threads(CLI::App& command, int& threads);
 

@@ -1,6 +1,5 @@
 #include "study/atlas/map_pose.hpp"
 #include "study/chart/pose_methods.hpp"
-#include "tagcal/solvers/numeric/statistics.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -94,14 +93,16 @@ void see(const std::vector<Eigen::Vector3d>& points, PoseTask& task, Random& ran
 
 bool beyond_chance(std::size_t n, std::size_t right, double sigma_px) {
   if (right < 4) return false;
-  const auto log_choose = [](double all, double some) {
-    return internal::log_gamma(all + 1) - internal::log_gamma(some + 1) -
-           internal::log_gamma(all - some + 1);
+  const auto log_choose = [](std::size_t all, std::size_t some) {
+    double sum = 0;
+    for (std::size_t i = 0; i < some; ++i)
+      sum += std::log(static_cast<double>(all - i) / static_cast<double>(i + 1));
+    return sum;
   };
-  const auto all = static_cast<double>(n), k = static_cast<double>(right);
+  const std::size_t more = right - 4;  // than a sample
   const double radius = 5 * sigma_px;
   const double share = std::numbers::pi * radius * radius / (1280.0 * 800.0);
-  return log_choose(all, 4) + log_choose(all - 4, k - 4) + (k - 4) * std::log(share) <
+  return log_choose(n, 4) + log_choose(n - 4, more) + static_cast<double>(more) * std::log(share) <
          std::log(1e-4);
 }
 

@@ -1,11 +1,11 @@
 #include "study/atlas/stability_judge.hpp"
-#include "tagcal/solvers/numeric/statistics.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace tagcal::study {
 namespace {
@@ -53,10 +53,14 @@ MatrixXd with_origin(MatrixXd covariance, const Vector3d& from_old) {
 
 double five_sigma_square(int dof) {
   const double rare = std::erfc(5 / std::sqrt(2.0));
+  // Abramowitz & Stegun, 26.4.8. The term of k is (x/2)^(k/2) e^(-x/2) / Gamma(k/2 + 1).
   const auto exceeds = [dof](double x) {
     double share = dof % 2 ? std::erfc(std::sqrt(x / 2)) : std::exp(-x / 2);
-    for (int k = dof % 2 ? 1 : 2; k < dof; k += 2)  // Abramowitz & Stegun, 26.4.8
-      share += std::exp(0.5 * k * std::log(x / 2) - x / 2 - internal::log_gamma(0.5 * k + 1));
+    double term = dof % 2 ? std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2) : share;
+    for (int k = dof % 2 ? 1 : 2; k < dof; k += 2) {
+      if (k > 1) term *= x / k;
+      share += term;
+    }
     return share;
   };
   double low = 1, high = 1000;

@@ -14,41 +14,31 @@ namespace {
 
 using Eigen::Vector2d;
 
-// The first tag that the finder of `tagcal detect` finds in a picture.
-std::optional<CornerAnswer> found_by(TagSearch& finder, const Image8& image) {
-  const SeenTags seen = finder.find(image);
-  for (const Completion& completion : seen.completions)
-    for (const FoundTag& tag : completion.tags) {
-      CornerAnswer answer{tag.corners, {}};
-      if (!tag.fitted) return answer;
-      answer.covariance_px2.emplace();
-      for (int i = 0; i < 4; ++i)
-        (*answer.covariance_px2)[static_cast<std::size_t>(i)] =
-            tag.covariance_px2.block<2, 2>(2 * i, 2 * i);
-      return answer;
-    }
-  return std::nullopt;
+std::optional<CornerAnswer> first_of(const std::vector<DetectedTag>& tags) {
+  if (tags.empty()) return std::nullopt;
+  CornerAnswer answer{tags.front().corners, {}};
+  const auto& covariance = tags.front().covariance_px2;
+  if (!covariance) return answer;
+  answer.covariance_px2.emplace();
+  for (int i = 0; i < 4; ++i)
+    (*answer.covariance_px2)[static_cast<std::size_t>(i)] = covariance->block<2, 2>(2 * i, 2 * i);
+  return answer;
 }
 
-// The finder is made before the timed part, as for many pictures.
 CornerMethod our_method(const std::string& name, const std::string& settings, Refinement refinement,
                         bool lens_is_known) {
   struct Search {
     CornerTask task;
-    std::vector<PlacedBoard> boards;  // outlives the finders
-    std::vector<TagSearch> finders;
+    TagFinder find;
   };
   const auto prepare = [=](const CornerTask& task) {
-    const auto search = std::make_shared<Search>(Search{task, {task.board}, {}});
+    const auto search = std::make_shared<Search>(Search{task, {}});
     DetectOptions options;
     options.refinement = refinement;
     if (lens_is_known) options.camera = &search->task.view.camera;
-    {
-      const std::scoped_lock lock(apriltag_family_lock());
-      search->finders = tag_searches(search->boards, options);
-    }
+    search->find = our_finder({task.board}, options);
     return prepare_task<std::optional<CornerAnswer>>(
-        search, [](const auto& s) { return found_by(s->finders.front(), s->task.view.image); });
+        search, [](const auto& s) { return first_of(s->find(s->task.view.image)); });
   };
   return {name, prepare, settings};
 }
@@ -89,6 +79,26 @@ CornerMethod stock_method(const std::string& name, const std::string& settings, 
 }
 
 }  // namespace
+
+TagFinder our_finder(const std::vector<PlacedBoard>& boards, const DetectOptions& options) {
+  struct Search {
+    std::vector<PlacedBoard> boards;  // outlives the search
+    std::vector<TagSearch> by_kind;
+  };
+  const auto search = std::make_shared<Search>(Search{boards, {}});
+  const std::scoped_lock lock(apriltag_family_lock());
+  search->by_kind = tag_searches(search->boards, options);
+  return [search](const ImageView8& image) {
+    const SeenTags seen = search->by_kind.front().find(image);
+    std::vector<DetectedTag> tags;
+    for (const Completion& completion : seen.completions)
+      for (const FoundTag& tag : completion.tags) {
+        tags.push_back({tag.id, tag.corners, {}});
+        if (tag.fitted) tags.back().covariance_px2 = tag.covariance_px2;
+      }
+    return tags;
+  };
+}
 
 CornerBound corner_bound(const Image8& noiseless, const TagPattern& pattern, const Quad& corners,
                          const Camera& camera, double noise_levels) {

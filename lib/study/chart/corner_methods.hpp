@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,11 @@
 // Detection of the four corners of a tag in a picture, by ours and by the peers. Private to study.
 
 namespace tagcal::study {
+
+// The search of `tagcal detect` for the tags of boards of one kind. It is made before the timed
+// part of a method, as for many pictures. The camera of the options must outlive it.
+using TagFinder = std::function<std::vector<DetectedTag>(const ImageView8&)>;
+TagFinder our_finder(const std::vector<PlacedBoard>& boards, const DetectOptions& options);
 
 using CornerBound = Eigen::Matrix<double, 8, 8>;
 

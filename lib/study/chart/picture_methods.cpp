@@ -10,7 +10,6 @@
 #include "study/chart/corner_methods.hpp"
 #include "study/peers/aruco_peer.hpp"
 #include "tagcal/detect/board_search/board_patterns.hpp"
-#include "tagcal/detect/board_search/tag_search.hpp"
 #include "tagcal/io/image_file.hpp"
 
 namespace tagcal::study {
@@ -41,22 +40,12 @@ double bound_px(const PictureTask& task) {
 }
 
 PictureMethod our_method() {
-  struct Search {
-    PictureTask task;
-    std::vector<TagSearch> finders;
-  };
-  // The finder is made before the timed part, as for many pictures.
-  const auto prepare = [](const PictureTask& task) {
-    const auto search = std::make_shared<Search>(Search{task, {}});
-    {
-      const std::scoped_lock lock(apriltag_family_lock());
-      search->finders = tag_searches(search->task.scene.scene.boards, {});
-    }
-    return prepare_task<std::vector<PeerTag>>(search, [](const auto& s) {
-      const SeenTags seen = s->finders.front().find(read_image(s->task.file->path()));
+  const auto prepare = [](const PictureTask& given) {
+    const TagFinder find = our_finder(given.scene.scene.boards, {});
+    return prepare_task<std::vector<PeerTag>>(given, [find](const PictureTask& task) {
       std::vector<PeerTag> tags;
-      for (const Completion& completion : seen.completions)
-        for (const FoundTag& tag : completion.tags) tags.push_back({tag.id, tag.corners});
+      for (const DetectedTag& tag : find(read_image(task.file->path())))
+        tags.push_back({tag.id, tag.corners});
       return tags;
     });
   };

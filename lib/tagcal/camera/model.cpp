@@ -14,9 +14,9 @@ namespace {
 
 using enum ModelRole;
 
-const std::array<Model, 12>& candidates() {
+std::span<const Model> candidates() {
   static const LensKind &perspective = kind_of<Perspective>(), &fisheye = kind_of<Fisheye>();
-  static const std::array<Model, 12> models = {
+  static const std::array models = {
       Model("weak", kind_of<Parallel>(), {}, largest),
       Model("f", perspective, {"f"}),
       Model("f+c", perspective, {"f", "cx", "cy"}),

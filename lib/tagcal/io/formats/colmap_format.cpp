@@ -164,7 +164,7 @@ bool is_colmap_cameras(std::string_view text) {
   if (!lines.next()) return false;
   const auto& words = lines.words();
   return words.size() >= 4 && parse_whole(words[0]) && parse_whole(words[2]) &&
-         parse_whole(words[3]) &&
+         parse_whole(words[3]) && !parse_whole(words[1]) &&
          words[1].find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") ==
              std::string_view::npos;
 }
