@@ -80,17 +80,20 @@ Image8 sharpened(const ImageView8& image, double amount, double radius_px) {
   return sharp;
 }
 
+// Without damped steps one of these corners is lost, and one is 0.24 px off.
 TEST(Checkerboards, OfSharpenedPicturesAreFoundWhole) {
-  Random random(11);
-  for (int i = 0; i < 6; ++i) {
-    CheckerView view = checker_view(
-        checkers(8, 5), camera(i),
-        {random.uniform(16, 26), random.uniform(0, 45), .5, 2, random.uniform(-1, 1)}, random);
-    view.image = sharpened(view.image, 2, 1);
-    const View seen = found(view).view;
-    EXPECT_EQ(seen.observations.size(), 40U) << i;
-    for (const Observation& one : seen.observations)
-      EXPECT_LT((one.pixel - view.corners.at(one.id)).norm(), 0.1) << one.id.tag_id;
+  for (const std::uint64_t seed : {23U, 29U}) {
+    Random random(seed);
+    for (int i = 0; i < 3; ++i) {
+      CheckerView view = checker_view(
+          checkers(8, 5), camera(i),
+          {random.uniform(28, 40), random.uniform(0, 30), .35, 1, random.uniform(-.3, .3)}, random);
+      view.image = sharpened(view.image, 2, 2);
+      const View seen = found(view).view;
+      EXPECT_EQ(seen.observations.size(), 40U) << i;
+      for (const Observation& one : seen.observations)
+        EXPECT_LT((one.pixel - view.corners.at(one.id)).norm(), 0.1) << one.id.tag_id;
+    }
   }
 }
 
