@@ -19,10 +19,11 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Corners of other tags from which a residual is predicted: four times the terms of a plane.
+// Corners of other tags from which a residual is predicted. Source: four equations for each of the
+// three terms of a plane.
 constexpr std::size_t kScatterNeighbours = 12;
-// Of the variance of one residual, in that of the prediction: 1 / 12 amid its neighbours, 1 / 3 and
-// more where they lie to one side.
+// The prediction's largest share of the variance of one residual. It has 1 / 12 of it amid its
+// neighbours, and 1 / 3 or more where they lie to one side.
 constexpr double kMostShare = 0.2;         // numeric: between the two
 constexpr std::size_t kMostViews = 60;     // evenly chosen, as a limit of work
 const double kMedian = 2 * std::log(2.0);  // of a chi-square with two degrees of freedom
@@ -47,11 +48,11 @@ struct Scatter {
   }
 };
 
+using PointsById = std::map<CornerId, Vector3d>;
+
 // Residuals of a board's corners in a view; empty if they do not determine lens and pose.
 std::vector<PanelResidual> residuals_of(const View& view, const ImageSize& size,
-                                        const Board& board) {
-  std::map<CornerId, Vector3d> points;
-  for (const TargetPoint& point : target_points(board)) points.emplace(point.id, point.position);
+                                        const PointsById& points) {
   std::vector<PanelResidual> result;
   std::vector<PanelCorner> corners;
   for (const Observation& seen : view.observations) {
@@ -127,10 +128,13 @@ double add_corner_error(const std::vector<ViewOfSize>& views,
                         const std::vector<PlacedBoard>& boards) {
   std::vector<Scatter> scatters;
   const std::size_t step = 1 + views.size() / kMostViews;
-  for (std::size_t i = 0; i < views.size(); i += step) {
-    for (const PlacedBoard& placed : boards) {
+  for (const PlacedBoard& placed : boards) {
+    PointsById points;
+    for (const TargetPoint& point : target_points(placed.board))
+      points.emplace(point.id, point.position);
+    for (std::size_t i = 0; i < views.size(); i += step) {
       const std::vector<PanelResidual> corners =
-          residuals_of(*views[i].view, views[i].size, placed.board);
+          residuals_of(*views[i].view, views[i].size, points);
       for (const PanelResidual& corner : corners)
         if (const auto scatter = scatter_of(corner, corners)) scatters.push_back(*scatter);
     }
