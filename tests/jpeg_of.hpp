@@ -12,8 +12,8 @@
 
 namespace tagcal {
 
-// A JPEG file's bytes, of quality 98.
-inline std::string jpeg_of(const Image8& image, bool colour) {
+// A JPEG file's bytes.
+inline std::string jpeg_of(const Image8& image, bool colour, int quality = 98) {
   jpeg_compress_struct jpeg;
   jpeg_error_mgr errors;
   jpeg.err = jpeg_std_error(&errors);
@@ -26,7 +26,7 @@ inline std::string jpeg_of(const Image8& image, bool colour) {
   jpeg.input_components = colour ? 3 : 1;
   jpeg.in_color_space = colour ? JCS_RGB : JCS_GRAYSCALE;
   jpeg_set_defaults(&jpeg);
-  jpeg_set_quality(&jpeg, 98, TRUE);
+  jpeg_set_quality(&jpeg, quality, TRUE);
   jpeg_start_compress(&jpeg, TRUE);
   for (int y = 0; y < image.height(); ++y) {
     std::vector<JSAMPLE> row;

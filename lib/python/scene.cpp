@@ -63,7 +63,8 @@ Scene still_scene(const Camera& camera, const PosesLike& poses, const Sensor& se
 MovingScene scene_of(const Camera& camera, const TargetLike& target, const PosesLike& poses,
                      const std::optional<Sensor>& sensor, const std::vector<Occluder>& occluders,
                      const std::optional<Light>& light, double background_level, double paper_level,
-                     double ink_level, double ink_spread_m, double paper_margin_m) {
+                     double ink_level, double ink_spread_m, double paper_margin_m,
+                     double print_grid_m) {
   const std::vector<PlacedBoard> boards = boards_of(target, "target");
   MovingScene scene;
   scene.settings = still_scene(camera, poses, sensor.value_or(Sensor()),
@@ -72,6 +73,7 @@ MovingScene scene_of(const Camera& camera, const TargetLike& target, const Poses
   if (!(ink_spread_m <= paper_margin_m) || !std::isfinite(ink_spread_m))
     throw Error("ink_spread_m: must not be above paper_margin_m, got " + number(ink_spread_m));
   scene.settings.ink_spread_m = ink_spread_m;
+  scene.settings.print_grid_m = not_negative(print_grid_m, "print_grid_m");
   for (const PlacedBoard& board : boards) scene.boards.push_back({kWorldFrame, board});
   for (const Occluder& occluder : occluders) scene.occluders.push_back({kWorldFrame, occluder});
   return scene;
@@ -134,14 +136,16 @@ void bind_scene(py::module_& m) {
                             "What pictures are rendered of: a camera and its poses, boards, "
                             "occluders, light.");
   scene.representation(&scene_text)
-      .def(py::init(&scene_of), py::arg("camera"), py::arg("target"), py::arg("camera_from_world"),
-           py::arg("sensor") = py::none(), py::arg("occluders") = std::vector<Occluder>(),
-           py::arg("light") = py::none(), py::arg("background_level") = 0.5,
-           py::arg("paper_level") = 0.9, py::arg("ink_level") = 0.1, py::arg("ink_spread_m") = 0.0,
-           py::arg("paper_margin_m") = 0.02,
-           "`camera_from_world`: a pose for each view: a Pose, a list of these, or (N, 4, 4). "
-           "Levels are grey, 0 to 1. `ink_spread_m`: the print has grown into the white at each "
-           "edge. `paper_margin_m`: white paper around the tags.");
+      .def(
+          py::init(&scene_of), py::arg("camera"), py::arg("target"), py::arg("camera_from_world"),
+          py::arg("sensor") = py::none(), py::arg("occluders") = std::vector<Occluder>(),
+          py::arg("light") = py::none(), py::arg("background_level") = 0.5,
+          py::arg("paper_level") = 0.9, py::arg("ink_level") = 0.1, py::arg("ink_spread_m") = 0.0,
+          py::arg("paper_margin_m") = 0.02, py::arg("print_grid_m") = 0.0,
+          "`camera_from_world`: a pose for each view: a Pose, a list of these, or (N, 4, 4). "
+          "Levels are grey, 0 to 1. `ink_spread_m`: the print has grown into the white at each "
+          "edge. `paper_margin_m`: white paper around the tags. `print_grid_m`: side of a pixel of "
+          "the drawing, to whole numbers of which the cells of tags are rounded.");
   define_state(scene);
   bind_render(m);
   bind_paths(m);

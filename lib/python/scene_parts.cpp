@@ -64,7 +64,9 @@ std::optional<Focus> focus_of(const std::optional<double>& distance_m, double ap
 
 Sensor sensor_of(double exposure, double blur_px, double noise_levels, int bits, double gamma,
                  const std::variant<std::string, std::vector<double>>& vignetting,
-                 const std::optional<double>& focus_distance_m, double aperture_m) {
+                 const std::optional<double>& focus_distance_m, double aperture_m,
+                 const std::optional<Mosaic>& mosaic, const std::optional<Denoise>& denoise,
+                 const std::optional<Sharpen>& sharpen, const std::optional<int>& jpeg) {
   if (not_negative(blur_px, "blur_px") > kMostBlurPx)
     throw Error("blur_px: must be at most " + number(kMostBlurPx) + ", got " + number(blur_px));
   if (bits != 8 && bits != 16) throw Error("bits: must be 8 or 16, got " + std::to_string(bits));
@@ -76,6 +78,10 @@ Sensor sensor_of(double exposure, double blur_px, double noise_levels, int bits,
   sensor.gamma = positive(gamma, "gamma");
   sensor.vignetting = vignetting_of(vignetting);
   sensor.focus = focus_of(focus_distance_m, aperture_m);
+  sensor.mosaic = mosaic;
+  sensor.denoise = denoise;
+  sensor.sharpen = sharpen;
+  sensor.jpeg = jpeg;
   return sensor;
 }
 
@@ -114,13 +120,51 @@ PointLamp point_lamp(const ArrayLike& position, double strength) {
 
 using Lamp = std::variant<std::monostate, DirectionalLamp, PointLamp>;
 
+void bind_processing(py::module_& m) {
+  Record<Mosaic>(m, "Mosaic", "Colour filters over the pixels of a grey scene.")
+      .field("pattern", &Mosaic::pattern, "Upper-left 2 x 2 pixels: RGGB, BGGR, GRBG or GBRG.")
+      .field("gains", &Mosaic::gains, "Of red, green and blue.")
+      .field("demosaic", &Mosaic::demosaic, "False: a raw mosaic.")
+      .representation(
+          [](const Mosaic& mosaic) { return mosaic.pattern + (mosaic.demosaic ? "" : ", raw"); })
+      .def(py::init(
+               [](const std::string& pattern, const std::array<double, 3>& gains, bool demosaic) {
+                 return Mosaic{pattern, gains, demosaic};
+               }),
+           py::arg("pattern") = "RGGB", py::arg("gains") = std::array<double, 3>{1, 1, 1},
+           py::arg("demosaic") = true,
+           "The light is multiplied by the `gains` of the filters before noise. Unless the mosaic "
+           "stays raw, they are divided out, colours are interpolated bilinearly, and the picture "
+           "is 0.299 red + 0.587 green + 0.114 blue.");
+  Record<Denoise>(m, "Denoise", "Smoothing that keeps edges: the bilateral filter.")
+      .field("levels", &Denoise::levels, "Standard deviation in level, of an 8-bit picture.")
+      .field("radius_px", &Denoise::radius_px, "Standard deviation of the distance, px.")
+      .representation([](const Denoise& denoise) {
+        return number(denoise.levels) + " levels, " + number(denoise.radius_px) + " px";
+      })
+      .def(py::init([](double levels, double radius_px) {
+             return Denoise{levels, radius_px};
+           }),
+           py::arg("levels"), py::arg("radius_px"));
+  Record<Sharpen>(m, "Sharpen", "Unsharp masking: level + amount * (level - mean).")
+      .field("amount", &Sharpen::amount, "Factor of the difference.")
+      .field("radius_px", &Sharpen::radius_px, "Standard deviation of the mean's Gaussian, px.")
+      .representation([](const Sharpen& sharpen) {
+        return "amount " + number(sharpen.amount) + ", " + number(sharpen.radius_px) + " px";
+      })
+      .def(py::init([](double amount, double radius_px) {
+             return Sharpen{amount, radius_px};
+           }),
+           py::arg("amount"), py::arg("radius_px"));
+}
+
 void bind_sensor(py::module_& m) {
   const auto focus_distance = [](const Sensor& s) {
     return s.focus ? std::optional(s.focus->distance_m) : std::nullopt;
   };
   Record<Sensor>(m, "Sensor",
                  "Conversion of light to grey levels: white * (exposure * level)^gamma, plus "
-                 "noise, clipped.")
+                 "noise, clipped; then what a camera does to its pictures.")
       .field("exposure", &Sensor::exposure, "Factor of the light.")
       .field("blur_px", &Sensor::blur_px, "Standard deviation of a Gaussian blur, px.")
       .field("noise_levels", &Sensor::noise_levels,
@@ -138,6 +182,10 @@ void bind_sensor(py::module_& m) {
       .field(
           "aperture_m", [](const Sensor& s) { return s.focus ? s.focus->aperture_m : 0; },
           "Diameter of the aperture: focal length / f-number.")
+      .field("mosaic", &Sensor::mosaic, "A Mosaic, or None. With it, gamma follows the noise.")
+      .field("denoise", &Sensor::denoise, "A Denoise, or None.")
+      .field("sharpen", &Sensor::sharpen, "A Sharpen, or None: after denoising.")
+      .field("jpeg", &Sensor::jpeg, "Quality of JPEG, or None: after sharpening.")
       .representation([](const Sensor& s) {
         return std::to_string(s.bits) + " bits, blur " + number(s.blur_px) + " px, noise " +
                number(s.noise_levels) + " levels";
@@ -145,10 +193,13 @@ void bind_sensor(py::module_& m) {
       .def(py::init(&sensor_of), py::arg("exposure") = 1.0, py::arg("blur_px") = 0.0,
            py::arg("noise_levels") = 0.0, py::arg("bits") = 8, py::arg("gamma") = 1.0,
            py::arg("vignetting") = std::vector<double>(), py::arg("focus_distance_m") = py::none(),
-           py::arg("aperture_m") = 0.0,
+           py::arg("aperture_m") = 0.0, py::arg("mosaic") = py::none(),
+           py::arg("denoise") = py::none(), py::arg("sharpen") = py::none(),
+           py::arg("jpeg") = py::none(),
            "`blur_px` and `noise_levels` are standard deviations. `vignetting`: \"cos4\" or "
            "coefficients of 1 + a1 r^2 + a2 r^4 + .., r in half diagonals. With a "
-           "`focus_distance_m`, other depths are blurred by the aperture.");
+           "`focus_distance_m`, other depths are blurred by the aperture. `mosaic`, `denoise`, "
+           "`sharpen` and `jpeg` (quality 1 to 100, of 8 bits) follow each other.");
 }
 
 void bind_light(py::module_& m) {
@@ -182,6 +233,7 @@ void bind_light(py::module_& m) {
 }  // namespace
 
 void bind_scene_parts(py::module_& m) {
+  bind_processing(m);
   bind_sensor(m);
   bind_light(m);
   Record<Occluder>(m, "Occluder", "A flat opaque object: a convex polygon in the world.")

@@ -294,6 +294,54 @@ TEST_F(SceneFile, ReadsLightVignettingAndFocus) {
             "scene.yaml: sensor: focus: needs a perspective lens, not a fisheye one");
 }
 
+TEST_F(SceneFile, ReadsWhatTheSensorDoesToItsPictures) {
+  const auto with = [](const std::string& keys) {
+    return replaced(kScene, "bits: 16, gamma: 0.45", "gamma: 0.45" + keys);
+  };
+  Scene scene = read(kScene);
+  EXPECT_FALSE(scene.sensor.mosaic || scene.sensor.denoise || scene.sensor.sharpen ||
+               scene.sensor.jpeg);
+  EXPECT_EQ(scene.print_grid_m, 0);
+  scene = read(with(", mosaic: {pattern: GBRG, gains: [0.5, 1, 0.7], demosaic: false}, denoise: "
+                    "{levels: 6, radius_px: 1.5}, sharpen: {amount: 0.8, radius_px: 2}, jpeg: 75") +
+               "print_grid_m: 0.001\n");
+  EXPECT_EQ(scene.sensor.mosaic->pattern, "GBRG");
+  EXPECT_EQ(scene.sensor.mosaic->gains, (std::array<double, 3>{0.5, 1, 0.7}));
+  EXPECT_FALSE(scene.sensor.mosaic->demosaic);
+  EXPECT_EQ(scene.sensor.denoise->levels, 6);
+  EXPECT_EQ(scene.sensor.denoise->radius_px, 1.5);
+  EXPECT_EQ(scene.sensor.sharpen->amount, 0.8);
+  EXPECT_EQ(scene.sensor.sharpen->radius_px, 2);
+  EXPECT_EQ(scene.sensor.jpeg, 75);
+  EXPECT_EQ(scene.print_grid_m, 0.001);
+  scene = read(with(", mosaic: {pattern: RGGB}"));
+  EXPECT_EQ(scene.sensor.mosaic->gains, (std::array<double, 3>{1, 1, 1}));
+  EXPECT_TRUE(scene.sensor.mosaic->demosaic);
+
+  const std::pair<std::string, std::string> table[] = {
+      {"mosaic: {pattern: RGBG}",
+       "sensor: mosaic: pattern: must be RGGB, BGGR, GRBG or GBRG, got RGBG"},
+      {"mosaic: {gains: [1, 1, 1]}", "sensor.mosaic.pattern: the key is missing"},
+      {"mosaic: {pattern: RGGB, gains: [1, 1]}", "sensor.mosaic.gains: must "},
+      {"mosaic: {pattern: RGGB, gains: [1, -1, 1]}",
+       "sensor: mosaic: gains: must be above 0 and at most 100, got -1"},
+      {"mosaic: {pattern: RGGB, gain: 1}", "sensor.mosaic.gain: unknown key; did you mean gains?"},
+      {"denoise: {levels: 0, radius_px: 1}",
+       "sensor: denoise: levels: must be above 0 and at most 255, got 0"},
+      {"denoise: {levels: 5}", "sensor.denoise.radius_px: the key is missing"},
+      {"sharpen: {amount: 11, radius_px: 1}",
+       "sensor: sharpen: amount: must be from 0 to 10, got 11"},
+      {"sharpen: 1", "sensor.sharpen: must "},
+      {"jpeg: 0", "sensor.jpeg: must be a whole number from 1 to 100, got 0"},
+      {"jpeg: 80, bits: 16", "sensor: jpeg: has 8 bits only; leave out `bits: 16`"}};
+  for (const auto& [keys, start] : table) {
+    const std::string message = error(with(", " + keys)), expected = "scene.yaml: " + start;
+    EXPECT_EQ(message.substr(0, expected.size()), expected) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  EXPECT_EQ(error(kScene + "print_grid_m: -1\n"), "scene.yaml: print_grid_m: must be >= 0, got -1");
+}
+
 TEST_F(SceneFile, TheDeskShowsItsBoardAllOverTheImage) {
   const Scene scene = read_scene(fs::path(TAGCAL_SOURCE_DIR) / "data-synthetic/scenes/desk.yaml");
   EXPECT_EQ(scene.num_views, 24);
@@ -335,7 +383,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 16U);
+  ASSERT_EQ(examples.size(), 17U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);

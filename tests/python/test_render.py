@@ -124,6 +124,31 @@ def test_seeds_and_threads() -> None:
         np.testing.assert_array_equal(images[view], tagcal.render(scene, view, seed=1))
 
 
+def test_a_sensor_processes_its_pictures() -> None:
+    pictures = [
+        tagcal.render(Scene(CAMERA, GRID, POSE, sensor=sensor, print_grid_m=grid), 0)
+        for sensor, grid in [
+            (Sensor(noise_levels=2), 0.0),
+            (Sensor(noise_levels=2), 0.0007),
+            (Sensor(noise_levels=2, mosaic=tagcal.Mosaic(gains=(0.5, 1, 0.7))), 0.0),
+            (Sensor(noise_levels=2, mosaic=tagcal.Mosaic("GRBG", (0.5, 1, 0.7), False)), 0.0),
+            (Sensor(noise_levels=2, denoise=tagcal.Denoise(6, 1)), 0.0),
+            (Sensor(noise_levels=2, sharpen=tagcal.Sharpen(0.8, 1.2)), 0.0),
+            (Sensor(noise_levels=2, jpeg=50), 0.0),
+        ]
+    ]
+    for i, picture in enumerate(pictures):
+        for other in pictures[:i]:
+            assert (picture != other).any()
+    sensor = Sensor(mosaic=tagcal.Mosaic("GBRG"), sharpen=tagcal.Sharpen(0.8, 1.2), jpeg=50)
+    assert sensor.mosaic is not None and repr(sensor.mosaic) == "<Mosaic GBRG>"
+    assert sensor.sharpen is not None and sensor.sharpen.to_dict() == {
+        "amount": 0.8,
+        "radius_px": 1.2,
+    }
+    assert sensor.jpeg == 50 and sensor.denoise is None
+
+
 def test_a_scene_says_what_it_is() -> None:
     light = tagcal.Light(0.5, tagcal.DirectionalLamp([0, 0, -1], 0.6))
     sensor = Sensor(blur_px=0.7, vignetting="cos4", focus_distance_m=0.4, aperture_m=0.002)
@@ -166,6 +191,12 @@ def test_paths_are_where_they_are_asked_for() -> None:
 
 SCENE = Scene(CAMERA, GRID, POSE)
 LINE = [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+
+
+def processed(**settings: Any) -> Scene:
+    return Scene(CAMERA, GRID, POSE, sensor=Sensor(**settings))
+
+
 MISTAKES: list[tuple[Callable[[], Any], str]] = [
     (lambda: tagcal.render(SCENE, 1), "view: must be in 0..0, got 1"),
     (lambda: tagcal.render_depth(SCENE, -1), "view: must be in 0..0, got -1"),
@@ -210,6 +241,10 @@ MISTAKES: list[tuple[Callable[[], Any], str]] = [
     (lambda: Sensor(gamma=0), "gamma: must be > 0, got 0"),
     (lambda: Sensor(exposure=-1), "exposure: must be > 0, got -1"),
     (lambda: Sensor(vignetting="dark"), "vignetting: must be cos4 or a list of coefficients"),
+    (lambda: processed(jpeg=0), "jpeg: must be from 1 to 100, got 0"),
+    (lambda: processed(bits=16, jpeg=90), "jpeg: has 8 bits only; leave out `bits: 16`"),
+    (lambda: processed(mosaic=tagcal.Mosaic("RGB")), "mosaic: pattern: must be RGGB, BGGR"),
+    (lambda: Scene(CAMERA, GRID, POSE, print_grid_m=-1), "print_grid_m: must be >= 0, got -1"),
     (lambda: Sensor(aperture_m=0.01), "aperture_m: needs a focus_distance_m"),
     (lambda: tagcal.Occluder(LINE), "corners: must not lie on a line"),
     (lambda: tagcal.Occluder(LINE[:2]), "corners: must have 3 to 1000 rows, got 2"),

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <set>
 
 #include <algorithm>
 #include <functional>
@@ -241,6 +242,41 @@ TEST(Ink, SpreadsIntoTheWhite) {
       EXPECT_GT(compared, 19900);
     }
   }
+}
+
+// Ten cells in 96 pixels of 0.01; the border has two cells.
+TEST(Ink, CellsAreRoundedToThePixelsOfADrawing) {
+  const Board board = make_board(Tags{"tag36h11", 2, {{0, 0.96, Pose()}}});
+  const BoardPanel panel = board_panels(board, 0.1).front();
+  const TagFamily family = tag36h11_family();
+  std::set<long> from_left, from_above;
+  for (const InkCell& cell : ink_cells(board, panel, family, 0, 0.01)) {
+    for (const Vector3d& corner : cell) {
+      const double x = 100 * (corner.x() + 0.48), y = 100 * (0.48 - corner.y());
+      EXPECT_NEAR(x, std::round(x), 1e-9);
+      EXPECT_NEAR(y, std::round(y), 1e-9);
+      from_left.insert(std::lround(x));
+      from_above.insert(std::lround(y));
+    }
+  }
+  const std::set<long> expected = {0, 19, 29, 38, 48, 58, 67, 77, 96};
+  EXPECT_EQ(from_left, expected);
+  EXPECT_EQ(from_above, expected);
+}
+
+// Also of a tag whose side is no whole number of pixels; and ink spreads from the rounded edges.
+TEST(Ink, RoundingKeepsCornersAndSpread) {
+  const Board board = make_board(Tags{"tag36h11", 2, {{0, 0.955, Pose()}}});
+  const BoardPanel panel = board_panels(board, 0.1).front();
+  const TagFamily family = tag36h11_family();
+  const InkCell border = ink_cells(board, panel, family, 0.002, 0.01).front();  // the upper side
+  EXPECT_NEAR(border[3].x(), -0.4795, 1e-12);
+  EXPECT_NEAR(border[2].x(), 0.4795, 1e-12);
+  EXPECT_NEAR(border[2].y(), 0.4795, 1e-12);
+  for (const double grid : {0.0955, -0.01, std::nan("")})
+    EXPECT_THROW(ink_cells(board, panel, family, 0, grid), Error) << grid;
+  EXPECT_NO_THROW(ink_cells(board, panel, family, 0.042, 0.01));
+  EXPECT_THROW(ink_cells(board, panel, family, 0.043, 0.01), Error);
 }
 
 TEST(Ink, SpreadsNoFurtherThanEdgesMeet) {

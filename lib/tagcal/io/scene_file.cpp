@@ -134,6 +134,7 @@ void read_levels(const YamlValue& top, Scene& scene) {
   scene.paper_margin_m = not_negative_or(top.find("paper_margin_m"), scene.paper_margin_m);
   if (const auto spread = top.find("ink_spread_m"))
     scene.ink_spread_m = read_ink_spread(*spread, scene.paper_margin_m);
+  scene.print_grid_m = not_negative_or(top.find("print_grid_m"), 0);
 }
 
 // Throws, with the file's name, if a part or the camera hangs on a frame that is not rigid.
@@ -153,7 +154,7 @@ MovingScene read_moving_scene(const std::filesystem::path& file,
   const YamlValue top = YamlValue::read(file);
   top.allow_only({"camera", "frames", "motion", "boards", "occluders", "cuboids", "path", "jitter",
                   "views", "sensor", "light", "background_level", "paper_level", "ink_level",
-                  "ink_spread_m", "paper_margin_m"});
+                  "ink_spread_m", "print_grid_m", "paper_margin_m"});
   MovingScene scene;
   scene.frames = read_frames(top);
   read_boards(top.at("boards"), scene, warnings);

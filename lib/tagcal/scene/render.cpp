@@ -6,6 +6,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/internal/text.hpp"
+#include "tagcal/scene/light/processing.hpp"
 #include "tagcal/scene/light/shading.hpp"
 #include "tagcal/scene/raster/depth.hpp"
 #include "tagcal/scene/raster/depth_of_field.hpp"
@@ -35,22 +36,41 @@ void check_focus(const Camera& camera, const Sensor& sensor) {
                 " one");
 }
 
-double encoded(float light, double gamma) {
-  const auto linear = static_cast<double>(light);
-  return gamma == 1 ? linear : std::pow(std::max(0.0, linear), gamma);
+struct Rows {
+  int first = 0, count = 0;
+};
+
+// The values of the pixels of some rows, with noise and before processing. With a mosaic the
+// gamma comes later.
+Levels noisy_rows(const ImageF& light, const Sensor& sensor, double white, std::uint64_t seed,
+                  const Rows& rows) {
+  const double noise = sensor.noise_levels * (white / 255);
+  const double gamma = sensor.mosaic ? 1 : sensor.gamma;
+  Levels levels({light.width(), rows.count});
+  for (int row = 0; row < rows.count; ++row) {
+    const int y = rows.first + row;
+    NormalNoise standard({seed, static_cast<std::uint64_t>(y)});
+    for (int x = 0; x < light.width(); ++x) {
+      double level = white * encoded(static_cast<double>(light(x, y)), gamma);
+      if (sensor.mosaic) level *= filter_gain(*sensor.mosaic, x, y);
+      if (noise > 0) level += noise * standard.next();
+      levels(x, row) = clipped(level, white);
+    }
+  }
+  return levels;
 }
 
 template <typename Level>
 Image<Level> exposed(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
   constexpr double kWhite = std::numeric_limits<Level>::max();
-  const double noise = sensor.noise_levels * (kWhite / 255), gamma = sensor.gamma;
+  check_processing(sensor);
   Image<Level> image(light.size());
-  for (int y = 0; y < light.height(); ++y) {
-    NormalNoise standard({seed, static_cast<std::uint64_t>(y)});
-    std::transform(light.row(y), light.row(y) + light.width(), image.row(y), [&](float linear) {
-      double level = kWhite * encoded(linear, gamma);
-      if (noise > 0) level += noise * standard.next();
-      return static_cast<Level>(std::max(0.0, std::min(level, kWhite)) + 0.5);  // rounds half up
+  const int at_once = is_processed(sensor) ? light.height() : 1;
+  for (int y = 0; y < light.height(); y += at_once) {
+    Levels levels = noisy_rows(light, sensor, kWhite, seed, {y, at_once});
+    process(sensor, kWhite, levels);
+    std::transform(levels.pixels().begin(), levels.pixels().end(), image.row(y), [](double level) {
+      return static_cast<Level>(clipped(level, kWhite) + 0.5);  // rounds half up
     });
   }
   return image;
@@ -73,6 +93,7 @@ ImageF render_light(const Scene& scene, const TagFamilies& families,
 void check_sensor(const Camera& camera, const Sensor& sensor) {
   check_focus(camera, sensor);
   check_vignetting(camera, sensor.vignetting);
+  check_processing(sensor);
 }
 
 ImageF render_depth(const Scene& scene, const Pose& camera_from_world) {
@@ -100,7 +121,9 @@ Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
 }
 
 Image16 expose16(const ImageF& light, const Sensor& sensor, std::uint64_t seed) {
-  return exposed<std::uint16_t>(light, sensor, seed);
+  Sensor of_16_bits = sensor;
+  of_16_bits.bits = 16;
+  return exposed<std::uint16_t>(light, of_16_bits, seed);
 }
 
 }  // namespace tagcal

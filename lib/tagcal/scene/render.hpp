@@ -18,7 +18,8 @@ namespace tagcal {
 ImageF render_light(const Scene& scene, const TagFamilies& families, const Pose& camera_from_world);
 
 // Throws Error if the camera cannot have the sensor's settings: vignetting that is negative in the
-// image or needs rays below 90 degrees to the axis, a focus without a perspective lens.
+// image or needs rays below 90 degrees to the axis, a focus without a perspective lens; and for a
+// mosaic, denoising, sharpening or JPEG quality out of its range, or JPEG of 16 bits.
 void check_sensor(const Camera& camera, const Sensor& sensor);
 
 // The depth of what the centre of each pixel sees: z in the camera, metres; NaN for nothing.
@@ -28,8 +29,9 @@ ImageF render_depth(const Scene& scene, const Pose& camera_from_world);
 // between 1 and 65535 units: `num_beyond` (may be null) counts those.
 Image16 depth_levels(const ImageF& depth, double unit_m, std::size_t* num_beyond);
 
-// Applies the sensor's gamma, noise, clipping and rounding. Equal seeds give equal bytes. The
-// caller chooses between the two functions by `sensor.bits`.
+// Applies the sensor's gamma, noise, processing, clipping and rounding. Equal seeds give equal
+// bytes. The caller chooses between the two functions by `sensor.bits`. Throws Error as
+// check_sensor for processing.
 Image8 expose(const ImageF& light, const Sensor& sensor, std::uint64_t seed);
 
 // The same with 16 bits: white is 65535, and the standard deviation of the noise is

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -90,8 +91,32 @@ struct Focus {
   double aperture_m = 0;  // diameter: focal length / f-number
 };
 
+// Colour filters over the pixels of a grey scene (Bayer 1976). The light of a pixel is multiplied
+// by the gain of its filter. A raw mosaic keeps it so; otherwise the gains are divided out (white
+// balance), each colour is interpolated bilinearly, and the picture is the luma of ITU-R BT.601,
+// 0.299 red + 0.587 green + 0.114 blue, whose noise is correlated between neighbours.
+struct Mosaic {
+  std::string pattern = "RGGB";  // upper-left 2 x 2 pixels, row by row: RGGB, BGGR, GRBG or GBRG
+  std::array<double, 3> gains = {1, 1, 1};  // of red, green and blue, > 0
+  bool demosaic = true;                     // false: a raw mosaic
+};
+
+// The bilateral filter (Tomasi & Manduchi 1998): the mean of the neighbours, weighted by a Gaussian
+// of their distance and one of their difference in level.
+struct Denoise {
+  double levels = 10;    // standard deviation of the latter, > 0, in levels of an 8-bit picture
+  double radius_px = 1;  // standard deviation of the former, in (0, 10]
+};
+
+// Unsharp masking: level + amount * (level - mean), with the mean weighted by a Gaussian.
+struct Sharpen {
+  double amount = 0.5;   // in [0, 10]
+  double radius_px = 1;  // standard deviation of the Gaussian, in (0, 10]
+};
+
 // Conversion of light to grey levels: value = white * (exposure * level)^gamma, plus Gaussian
-// noise, clipped.
+// noise, clipped. With a mosaic the sensor is linear, as in a camera: gains, noise, clipping and
+// interpolation come before the gamma. Then follow `denoise`, `sharpen` and `jpeg`, in this order.
 struct Sensor {
   double exposure = 1;
   double blur_px = 0;       // standard deviation of a Gaussian, before the sampling by pixels
@@ -100,6 +125,10 @@ struct Sensor {
   double gamma = 1;         // > 0; below 1 (0.45 in most consumer pictures) brightens dark parts
   Vignetting vignetting;
   std::optional<Focus> focus;  // of a perspective lens
+  std::optional<Mosaic> mosaic;
+  std::optional<Denoise> denoise;
+  std::optional<Sharpen> sharpen;
+  std::optional<int> jpeg;  // quality, 1 to 100, as libjpeg has it; of 8 bits only
 };
 
 // A lamp with parallel rays: it adds strength * cosine, the cosine of the angle between its light
@@ -139,6 +168,10 @@ struct Scene {
   // Distance by which the print has grown into the white at each edge, in the plane of the paper;
   // negative if it has shrunk. The observed corners are those without the spread.
   double ink_spread_m = 0;
+  // Side of a pixel of the drawing that was printed, which drawing programs give whole numbers of
+  // to the cells of a tag: distances of the cells' edges from the tag's upper-left corner are
+  // rounded to multiples of it. The tag's corners stay. 0: cells of equal size.
+  double print_grid_m = 0;
   double paper_margin_m = 0.02;  // white paper around the tags
   std::optional<Light> light;    // without it, sheets have their own levels
 };

@@ -58,13 +58,13 @@ std::vector<BoardPanel> board_panels(const Board& board, double margin_m);
 // disc's area whose sides lie within 6e-5 radii of the circle. The border width of the
 // family is replaced by that of the board; boards without tags need no family. `spread_m` moves
 // every edge of the print into the white, a negative one into the black; corners stay right angles.
-// Black squares that touch at a corner grow together there, or draw apart. Throws Error if a tag's
-// id is not in the family, the family does not allow the board's border or corner squares, or edges
-// would meet: |spread_m| must be less than half a cell and half the gap between tags, and less than
-// half a square and half the gap between square and marker, or than the radius of a disc and half
-// the gap between discs.
+// Black squares that touch at a corner grow together there, or draw apart. `grid_m` is
+// Scene::print_grid_m, less than a cell. Throws Error if a tag's id is not in the family, the
+// family does not allow the board's border or corner squares, or edges would meet: |spread_m| must
+// be less than half a cell and half the gap between tags, and less than half a square and half the
+// gap between square and marker, or than the radius of a disc and half the gap between discs.
 std::vector<InkCell> ink_cells(const Board& board, const BoardPanel& panel, const TagFamily& family,
-                               double spread_m = 0);
+                               double spread_m = 0, double grid_m = 0);
 
 // The ids of two tags in one plane, squares `outer` of their size wider on each side, that overlap
 // or touch when every side moves outwards by `spread_m`.

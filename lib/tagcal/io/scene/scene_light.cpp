@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tagcal/error.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/text/limits.hpp"
@@ -49,6 +51,33 @@ void read_bits(const YamlValue& value, Sensor& sensor) {
   sensor.bits = static_cast<int>(count);
 }
 
+Mosaic read_mosaic(const YamlValue& value) {
+  value.allow_only({"pattern", "gains", "demosaic"});
+  Mosaic mosaic;
+  mosaic.pattern = value.at("pattern").text();
+  if (const auto gains = value.find("gains"))
+    std::ranges::copy(gains->numbers(3), mosaic.gains.begin());
+  if (const auto demosaic = value.find("demosaic")) mosaic.demosaic = demosaic->truth();
+  return mosaic;
+}
+
+Denoise read_denoise(const YamlValue& value) {
+  value.allow_only({"levels", "radius_px"});
+  return {value.at("levels").number(), value.at("radius_px").number()};
+}
+
+Sharpen read_sharpen(const YamlValue& value) {
+  value.allow_only({"amount", "radius_px"});
+  return {value.at("amount").number(), value.at("radius_px").number()};
+}
+
+void read_processing(const YamlValue& value, Sensor& sensor) {
+  if (const auto mosaic = value.find("mosaic")) sensor.mosaic = read_mosaic(*mosaic);
+  if (const auto denoise = value.find("denoise")) sensor.denoise = read_denoise(*denoise);
+  if (const auto sharpen = value.find("sharpen")) sensor.sharpen = read_sharpen(*sharpen);
+  if (const auto jpeg = value.find("jpeg")) sensor.jpeg = jpeg->whole(1, 100);
+}
+
 }  // namespace
 
 Light read_light(const YamlValue& value) {
@@ -66,7 +95,8 @@ Light read_light(const YamlValue& value) {
 }
 
 Sensor read_sensor(const YamlValue& value, const Camera& camera) {
-  value.allow_only({"exposure", "blur_px", "noise_levels", "bits", "gamma", "vignetting", "focus"});
+  value.allow_only({"exposure", "blur_px", "noise_levels", "bits", "gamma", "vignetting", "focus",
+                    "mosaic", "denoise", "sharpen", "jpeg"});
   Sensor sensor;
   if (const auto exposure = value.find("exposure")) sensor.exposure = exposure->positive();
   if (const auto blur = value.find("blur_px")) sensor.blur_px = blur->number_in(0, 100);
@@ -76,6 +106,7 @@ Sensor read_sensor(const YamlValue& value, const Camera& camera) {
   if (const auto vignetting = value.find("vignetting"))
     sensor.vignetting = read_vignetting(*vignetting);
   if (const auto focus = value.find("focus")) sensor.focus = read_focus(*focus);
+  read_processing(value, sensor);
   try {
     check_sensor(camera, sensor);
   } catch (const Error& error) {

@@ -119,10 +119,21 @@ BoardPanel circles_panel(const Board& board, const CircleGrid& grid, double marg
   return panel;
 }
 
-void add_tag(const Tag& tag, const TagFamily& family, double spread_m,
+// A line between cells, which spread_out() moved by less than half a cell, after rounding to the
+// pixels of a drawing; all in cells. The corners of the tag are not rounded.
+double drawn_line(double line, const TagFamily& family, double pixel) {
+  if (pixel == 0) return line;
+  const double first = 0.5 * (family.total_width - family.width_at_border),
+               last = first + family.width_at_border;
+  const double edge = std::round(line), corner = edge < last ? first : last;
+  return corner + pixel * std::round((edge - corner) / pixel) + (line - edge);
+}
+
+void add_tag(const Tag& tag, const TagFamily& family, double spread_m, double grid_m,
              std::vector<InkCell>& cells) {
   const double side = tag.size / family.width_at_border;
   PrintedTag cell = spread_out(printed_tag(family, tag.id), spread_m / side);
+  for (double& line : cell.lines) line = drawn_line(line, family, grid_m / side);
   const double middle = 0.5 * family.total_width;
   const auto place = [&](int x, int y) {
     return Vector2d((cell.lines[static_cast<std::size_t>(x)] - middle) * side,
@@ -154,12 +165,13 @@ bool has_beyond(const Tag& a, double half_a, const Tag& b, double half_b) {
   return a_from_b.translation().head<2>().cwiseAbs().maxCoeff() > reach;
 }
 
-// Returns true if an edge of the print that moves by `spread_m` (>= 0) could meet another one.
+// Returns true if an edge of the print that moves by `spread_m` (>= 0), and in tags by half of
+// `grid_m`, could meet another one.
 bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& family,
-                double spread_m) {
+                double spread_m, double grid_m) {
   if (!std::isfinite(spread_m)) return true;
   for (const Tag& tag : panel.tags)
-    if (2 * spread_m >= tag.size / family.width_at_border) return true;
+    if (2 * spread_m >= tag.size / family.width_at_border - grid_m) return true;
   const double outer = outer_share(family.name);
   return std::visit(
       Overloaded{
@@ -180,9 +192,19 @@ bool edges_meet(const Board& board, const BoardPanel& panel, const TagFamily& fa
       board.pattern);
 }
 
+void check_grid(const BoardPanel& panel, const TagFamily& family, double grid_m) {
+  const bool fits = std::ranges::all_of(
+      panel.tags, [&](const Tag& tag) { return grid_m < tag.size / family.width_at_border; });
+  if (!(grid_m >= 0) || !fits)
+    throw Error(
+        fmt::format("board: print_grid_m: must be >= 0 and less than a cell of the tags, "
+                    "got {}",
+                    grid_m));
+}
+
 void check_spread(const Board& board, const BoardPanel& panel, const TagFamily& family,
-                  double spread_m) {
-  if (spread_m == 0 || !edges_meet(board, panel, family, std::abs(spread_m))) return;
+                  double spread_m, double grid_m) {
+  if (spread_m == 0 || !edges_meet(board, panel, family, std::abs(spread_m), grid_m)) return;
   throw Error(
       fmt::format("board: ink_spread_m: must be less than half a {} and half "
                   "of what is between them, got {}",
@@ -248,15 +270,16 @@ std::vector<BoardPanel> board_panels(const Board& board, double margin_m) {
 }
 
 std::vector<InkCell> ink_cells(const Board& board, const BoardPanel& panel, const TagFamily& family,
-                               double spread_m) {
+                               double spread_m, double grid_m) {
   const TagFamily bordered = panel.tags.empty() ? TagFamily{} : with_border(family, board);
-  check_spread(board, panel, bordered, spread_m);
+  check_grid(panel, bordered, grid_m);
+  check_spread(board, panel, bordered, spread_m, grid_m);
   if (const auto* const circles = std::get_if<CircleGrid>(&board.pattern))
     return discs(*circles, spread_m, kDiscSides);
   std::vector<InkCell> cells;
   if (!panel.squares.empty())
     for (const Rectangle& square : black_squares(board, spread_m)) cells.push_back(cell_of(square));
-  for (const Tag& tag : panel.tags) add_tag(tag, bordered, spread_m, cells);
+  for (const Tag& tag : panel.tags) add_tag(tag, bordered, spread_m, grid_m, cells);
   return cells;
 }
 

@@ -72,8 +72,9 @@ void Painter::print(std::size_t index, bool whole, std::span<const std::size_t> 
   const Sheet& sheet = shadows_.sheets()[index];
   const PlacedBoard& placed = scene_.boards[sheet.board];
   const Pose camera_from_board = camera_from_world_ * placed.world_from_board;
-  for (const InkCell& cell : ink_cells(placed.board, *sheet.panel,
-                                       family_of(placed.board, families_), scene_.ink_spread_m)) {
+  for (const InkCell& cell :
+       ink_cells(placed.board, *sheet.panel, family_of(placed.board, families_),
+                 scene_.ink_spread_m, scene_.print_grid_m)) {
     const Polygon corners = moved(camera_from_board, cell);
     if (whole)
       tracer_.trace(corners, ink);
