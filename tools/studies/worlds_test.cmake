@@ -80,6 +80,16 @@ if(NOT bent)
   message(FATAL_ERROR "no bent world with sheared rows in ${SCRATCH}/c.csv")
 endif()
 worlds("cp .*target.yaml" scene --index 1 --with bend --out ${SCRATCH}/w1_1b.yaml)
+worlds("1 worlds added, 0 were there" run --with camera:webcam --index 3 --count 1 --out
+       ${SCRATCH}/e.csv)
+worlds("pictures.*webcam . 1 " merge ${SCRATCH}/e.csv)
+foreach(index RANGE 0 11)  # each kind of pictures is read back
+  worlds("tagcal render " scene --with camera --index ${index} --out ${SCRATCH}/p${index}.yaml)
+endforeach()
+worlds("tagcal render " scene --with camera:defocus --index 1 --out ${SCRATCH}/defocus.yaml)
+worlds_fails("unknown kind of pictures" run --with camera:painted --out ${SCRATCH}/d.csv)
+worlds_fails("both have camera:jpeg" run --with camera:jpeg --without camera --out
+             ${SCRATCH}/d.csv)
 worlds_fails("worlds of pixels do not have it" run --with rows --out ${SCRATCH}/d.csv)
 worlds_fails("unknown defect" run --with wind --out ${SCRATCH}/d.csv)
 worlds_fails("both have bend" run --with bend --without bend --out ${SCRATCH}/d.csv)

@@ -1,11 +1,13 @@
 #include "defects.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "picture_kinds.hpp"
 #include "tagcal/error.hpp"
 
 namespace tagcal {
@@ -20,7 +22,8 @@ constexpr DefectKind kKinds[] = {
     {"few", 1.0 / 3, true, true, "one to five views"},
     {"light", 0.3, true, false, "a lamp near the board, and vignetting"},
     {"outliers", 0.2, false, true, "one to three percent of the corners are grossly wrong"},
-    {"bare", 0.25, false, true, "corners without covariances"}};
+    {"bare", 0.25, false, true, "corners without covariances"},
+    {"camera", 0, true, false, "the camera changes its pictures in one of the ways below"}};
 
 // Shares of the board's diagonal or of a length. From what no calibration notices to a sheet of
 // paper that is glued by hand (0.4 %: 2.4 mm of 60 cm) or scaled by a printer's driver.
@@ -32,10 +35,18 @@ constexpr std::size_t kMostFewViews = 5;
 constexpr double kShareSkewed = 0.5;          // of the prints with another aspect
 constexpr std::uint64_t kFirstStream = 1000;  // stream_of: of the defects
 
+// `name` may be that of a defect and a kind of pictures, "camera:jpeg".
 const DefectKind& kind_named(const std::string& name) {
-  const auto* const found = std::ranges::find(kKinds, name, &DefectKind::name);
+  const std::size_t end = std::min(name.find(':'), name.size());
+  const auto* const found = std::ranges::find(kKinds, name.substr(0, end), &DefectKind::name);
   if (found == std::end(kKinds))
     throw Error(fmt::format("{}: unknown defect; they are\n{}", name, help_on_defects()));
+  if (end == name.size()) return *found;
+  const std::vector<std::string> pictures = picture_kinds();
+  if (found != &kind_of(Defect::camera) ||
+      std::ranges::find(pictures, name.substr(end + 1)) == pictures.end())
+    throw Error(fmt::format("{}: unknown kind of pictures; they are camera:{}", name,
+                            fmt::join(pictures, ", camera:")));
   return *found;
 }
 
@@ -77,6 +88,9 @@ void add(Defect defect, Random& random, Defects& d) {
     case Defect::bare:
       d.covariances = false;
       break;
+    case Defect::camera:
+      d.camera = true;
+      break;
   }
 }
 
@@ -92,7 +106,8 @@ std::string_view help_on_defects() {
                            !kind.in_pixels    ? " (only with --corners-only)"
                            : !kind.in_corners ? " (not with --corners-only)"
                                               : "");
-    return lines;
+    return lines + fmt::format("Ways to change pictures, as in --with camera:jpeg:\n  {}\n",
+                               fmt::join(picture_kinds(), ", "));
   }();
   return text;
 }
@@ -104,7 +119,8 @@ std::string switches_text(const std::vector<std::string>& with,
   for (const std::string& name : without) parts.insert("-" + name);
   for (const std::string& name : with) {
     const DefectKind& kind = kind_named(name);
-    if (parts.contains("-" + name)) throw Error("--with and --without: both have " + name);
+    if (parts.contains(fmt::format("-{}", kind.name)))
+      throw Error("--with and --without: both have " + name);
     if (!(mode == kPixels ? kind.in_pixels : kind.in_corners))
       throw Error(fmt::format("--with {}: worlds of {} do not have it", name, mode));
     parts.insert("+" + name);
@@ -112,6 +128,14 @@ std::string switches_text(const std::vector<std::string>& with,
   std::string text;
   for (const std::string& part : parts) text += part;
   return text;
+}
+
+std::string fixed_pictures(const WorldId& id) {
+  constexpr std::string_view kPrefix = "+camera:";
+  const std::size_t start = id.switches.find(kPrefix);
+  if (start == std::string::npos) return "";
+  const std::string rest = id.switches.substr(start + kPrefix.size());
+  return rest.substr(0, rest.find_first_of("+-"));
 }
 
 Random stream_of(const WorldId& id, std::uint64_t part) {

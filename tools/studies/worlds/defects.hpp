@@ -25,7 +25,7 @@ struct WorldId {
   auto operator<=>(const WorldId&) const = default;
 };
 
-enum class Defect { bend, twist, aspect, rows, few, light, outliers, bare };
+enum class Defect { bend, twist, aspect, rows, few, light, outliers, bare, camera };
 
 struct DefectKind {
   std::string_view name;
@@ -37,10 +37,14 @@ struct DefectKind {
 const DefectKind& kind_of(Defect defect);
 std::string_view help_on_defects();  // a line for each kind
 
-// The switches as in WorldId. Throws Error for an unknown name, a defect that is both forced and
+// The switches as in WorldId; "camera:jpeg" fixes the kind of pictures. Throws Error for an unknown
+// name, a defect that is both forced and
 // excluded, and one that is forced in a mode that does not have it.
 std::string switches_text(const std::vector<std::string>& with,
                           const std::vector<std::string>& without, std::string_view mode);
+
+// The kind of pictures that the switches fix; "" without one.
+std::string fixed_pictures(const WorldId& id);
 
 // A stream of random numbers of its own for a part of a world, so that a switch changes nothing but
 // its defect.
@@ -59,6 +63,7 @@ struct Defects {
   bool uneven_light = false;
   bool outliers = false;    // some corners are grossly wrong
   bool covariances = true;  // each corner has a covariance
+  bool camera = false;      // the camera changes its pictures (picture_kinds.hpp)
 
   bool of_board() const { return !bend.isZero(0) || twist != 0 || aspect != 0 || skew != 0; }
 };

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "picture_kinds.hpp"
 #include "tagcal/scene/viewing.hpp"
 
 namespace tagcal {
@@ -16,7 +17,7 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kFewestCorners = 8;  // visible in a view
 constexpr int kMostTries = 30;             // to draw a view with kFewestCorners
-constexpr std::uint64_t kLightStream = 2001;
+constexpr std::uint64_t kLightStream = 2001, kPictureStream = 2002;
 
 // Distribution of the views of a world.
 struct ViewSpread {
@@ -198,6 +199,9 @@ World draw_world(const WorldId& id) {
     draw_light(world);
     adapt_to_bend(world);
     keep_few_views(world);
+    if (!defects.camera) return world;
+    Random of_pictures = stream_of(id, kPictureStream);
+    world.pictures = draw_pictures(fixed_pictures(id), scene, of_pictures);
     return world;
   }
 }

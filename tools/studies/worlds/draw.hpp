@@ -19,6 +19,7 @@ struct World {
   double tag_px = 0;             // a tag's side where it faces the camera, typical of the views
   double coverage = 0;           // area of the board, facing the camera, over that of the image
   double most_tilt_deg = 0;      // between the board's normal and the line of sight
+  std::string pictures;          // one of picture_kinds(); "" without the defect `camera`
   double ink_spread_px = 0;      // by which the print has grown, in a tag of that size
 };
 

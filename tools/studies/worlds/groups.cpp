@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "picture_kinds.hpp"
 #include "tagcal/camera/model.hpp"
 #include "totals.hpp"
 
@@ -76,6 +77,27 @@ std::string table_of(std::string_view heading, const std::vector<Group>& groups)
   return text;
 }
 
+std::string pictures_line(const Group& group) {
+  const Totals t(group.records);
+  const double tags = t.sum(&Record::tags), corners = t.sum(&Record::corners);
+  const double known = corners - t.sum(&Record::corners_without_covariance);
+  double squares = 0;
+  int claims = 0;
+  for (const Record& r : t.records) {
+    if (std::isnan(r.f_ratio)) continue;
+    squares += r.f_ratio * r.f_ratio;
+    ++claims;
+  }
+  std::string text =
+      fmt::format("| {} | {} | {:.0f} | {:.1f} | {:.1f} ", group.name, t.records.size(), corners,
+                  100 * tags / t.sum(&Record::tags_visible), 100 * known / corners);
+  text += fmt::format("| {:.2f} | {:.2f} | {} ", t.quantile(0.5, corner_root_nees),
+                      t.quantile(1, corner_root_nees),
+                      share_text(t.sum(&Record::corners_beyond), known));
+  return text + fmt::format("| {} | {:.2f} | {} |\n", claims, std::sqrt(squares / claims),
+                            t.wrong(Wrong::focal));
+}
+
 // Ordered from the smallest to the largest.
 std::vector<std::string> model_names() {
   std::vector<std::string> names;
@@ -109,6 +131,22 @@ std::string by_light(const std::vector<Record>& records) {
   return table_of("light", grouped(records, {"even", "uneven"}, [](const Record& r) {
                     return std::string(r.uneven_light ? "uneven" : "even");
                   }));
+}
+
+std::string by_pictures(const std::vector<Record>& records) {
+  if (std::ranges::all_of(records, [](const Record& r) { return r.pictures.empty(); })) return "";
+  std::string text =
+      "\n| pictures | worlds | corners | tags found, % | with covariance, % | root NEES of "
+      "corners, "
+      "median world | worst world | beyond 5 sigma, in 10,000 | claims of f | root NEES of f | f "
+      "beyond 5 sd |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+  std::vector<std::string> names = picture_kinds();
+  names.emplace_back("as rendered");
+  const auto name_of = [](const Record& r) -> std::string {
+    return r.pictures.empty() ? "as rendered" : r.pictures;
+  };
+  for (const Group& group : grouped(records, names, name_of)) text += pictures_line(group);
+  return text;
 }
 
 std::string by_views(const std::vector<Record>& records, std::string_view which) {

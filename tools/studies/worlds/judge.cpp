@@ -23,6 +23,7 @@ void describe(const World& world, Record& r) {
   r.noise_levels = scene.sensor.noise_levels;
   r.ink_spread_px = world.ink_spread_px;
   r.gamma = scene.sensor.gamma;
+  r.pictures = world.pictures;
   r.occluders = static_cast<int>(scene.occluders.size());
 }
 

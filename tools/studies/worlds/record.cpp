@@ -44,6 +44,7 @@ const Column kColumns[] = {
     {"ink_spread_px", &Record::ink_spread_px},
     {"gamma", &Record::gamma},
     {"occluders", &Record::occluders},
+    {"pictures", &Record::pictures},
     {"defects", &Record::defects},
     {"bend_x", &Record::bend_x},
     {"bend_y", &Record::bend_y},

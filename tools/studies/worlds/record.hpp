@@ -23,6 +23,7 @@ struct Record : WorldId {
   double tag_px = 0, coverage = 0, most_tilt_deg = 0, blur_px = 0, noise_levels = 0;
   double ink_spread_px = 0, gamma = 1;
   int occluders = 0;
+  std::string pictures;                                            // as in World
   std::string defects;                                             // names_of(Defects)
   double bend_x = 0, bend_y = 0, twist = 0, aspect = 0, skew = 0;  // shares, as in Defects
   double rows_px = 0;

@@ -61,12 +61,31 @@ std::string light_text(const Light& light) {
                      lamp.strength);
 }
 
+std::string processing_text(const Sensor& sensor) {
+  std::string text;
+  if (const auto& focus = sensor.focus)
+    text += fmt::format(", focus: {{distance_m: {}, f_number: 1, focal_mm: {}}}", focus->distance_m,
+                        1000 * focus->aperture_m);
+  if (const auto& mosaic = sensor.mosaic)
+    text += fmt::format(", mosaic: {{pattern: {}, gains: [{}], demosaic: {}}}", mosaic->pattern,
+                        fmt::join(mosaic->gains, ", "), mosaic->demosaic);
+  if (const auto& denoise = sensor.denoise)
+    text += fmt::format(", denoise: {{levels: {}, radius_px: {}}}", denoise->levels,
+                        denoise->radius_px);
+  if (const auto& sharpen = sensor.sharpen)
+    text += fmt::format(", sharpen: {{amount: {}, radius_px: {}}}", sharpen->amount,
+                        sharpen->radius_px);
+  if (sensor.jpeg) text += fmt::format(", jpeg: {}", *sensor.jpeg);
+  return text;
+}
+
 std::string sensor_text(const Sensor& sensor) {
   const std::vector<double>& losses = sensor.vignetting.polynomial;
   return fmt::format(
-      "sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}, gamma: {}{}}}\n",
+      "sensor: {{exposure: {}, blur_px: {}, noise_levels: {}, bits: {}, gamma: {}{}{}}}\n",
       sensor.exposure, sensor.blur_px, sensor.noise_levels, sensor.bits, sensor.gamma,
-      losses.empty() ? "" : fmt::format(", vignetting: [{}]", fmt::join(losses, ", ")));
+      losses.empty() ? "" : fmt::format(", vignetting: [{}]", fmt::join(losses, ", ")),
+      processing_text(sensor));
 }
 
 std::string occluder_text(const Occluder& occluder) {
@@ -91,9 +110,9 @@ std::string scene_text(const Scene& scene) {
   if (scene.light) text += light_text(*scene.light);
   return text + fmt::format(
                     "background_level: {}\npaper_level: {}\nink_level: {}\nink_spread_m: "
-                    "{}\npaper_margin_m: {}\n",
+                    "{}\nprint_grid_m: {}\npaper_margin_m: {}\n",
                     scene.background_level, scene.paper_level, scene.ink_level, scene.ink_spread_m,
-                    scene.paper_margin_m);
+                    scene.print_grid_m, scene.paper_margin_m);
 }
 
 }  // namespace tagcal

@@ -173,7 +173,7 @@ std::string summary_of_mode(std::string_view mode, const std::vector<Record>& re
   std::string text = fmt::format("mode: {}\n\n", mode) + totals_rows(t, right);
   if (mode == kPixels) text += corner_rows(t) + before_rows(t, before);
   text += time_row(t) + by_defect(records);
-  text += mode == kCorners ? by_corners(records) : by_light(records);
+  text += mode == kCorners ? by_corners(records) : by_light(records) + by_pictures(records);
   for (const auto& [which, part] : {std::pair("right data", &right), {"defects", &wrong}})
     text += by_views(*part, which) + by_model(*part, which) + model_confusion(*part, which);
   return text;

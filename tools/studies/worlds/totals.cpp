@@ -75,6 +75,11 @@ double f_claim(const Record& r) { return r.f_sd_px / r.own_f_sd_px; }
 double region_claim(const Record& r) { return r.region_px / r.own_region_px; }
 double image_claim(const Record& r) { return r.image_px / r.own_image_px; }
 
+double corner_root_nees(const Record& r) {
+  const int known = r.corners - r.corners_without_covariance;
+  return known > 0 ? std::sqrt(r.corner_squares / (2 * known)) : kNone;
+}
+
 Totals::Totals(std::vector<Record> all) : records(std::move(all)) {
   for (const Record& r : records) answers += answered(r);
 }

@@ -31,6 +31,10 @@ double f_claim(const Record& r);
 double region_claim(const Record& r);
 double image_claim(const Record& r);
 
+// sqrt(sum d^2 / 2 n) over the corners with a covariance, of their Mahalanobis distances d: 1 if
+// the covariances are right; NaN without such corners.
+double corner_root_nees(const Record& r);
+
 struct Totals {
   explicit Totals(std::vector<Record> all);
 
