@@ -83,10 +83,14 @@ worlds("cp .*target.yaml" scene --index 1 --with bend --out ${SCRATCH}/w1_1b.yam
 worlds("1 worlds added, 0 were there" run --with camera:webcam --index 3 --count 1 --out
        ${SCRATCH}/e.csv)
 worlds("pictures.*webcam . 1 " merge ${SCRATCH}/e.csv)
-foreach(index RANGE 0 11)  # each kind of pictures is read back
-  worlds("tagcal render " scene --with camera --index ${index} --out ${SCRATCH}/p${index}.yaml)
+# `scene` reads its file back.
+foreach(kind clipped mosaic raw denoised sharpened jpeg webcam phone vignetting defocus rounded)
+  worlds("tagcal render " scene --with camera:${kind} --index 1 --out ${SCRATCH}/${kind}.yaml)
 endforeach()
-worlds("tagcal render " scene --with camera:defocus --index 1 --out ${SCRATCH}/defocus.yaml)
+file(STRINGS ${SCRATCH}/defocus.yaml focus REGEX "^sensor: .*focus: {distance_m: ")
+if(NOT focus)
+  message(FATAL_ERROR "no focus in ${SCRATCH}/defocus.yaml")
+endif()
 worlds_fails("unknown kind of pictures" run --with camera:painted --out ${SCRATCH}/d.csv)
 worlds_fails("both have camera:jpeg" run --with camera:jpeg --without camera --out
              ${SCRATCH}/d.csv)
