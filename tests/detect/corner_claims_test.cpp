@@ -36,35 +36,74 @@ Scene near_the_rim() {
   return scene;
 }
 
-TEST(CornerClaims, HoldWhereALensBendsTags) {
-  const Scene scene = near_the_rim();
+// Tags of 150 to 380 px: a part about a corner of theirs does not tell where their borders are from
+// where the corner is, and a lens estimated from some of them is not that of the others.
+Scene close_by() {
+  Scene scene;
+  scene.camera = {Perspective({827, 828, 785, 620, -0.068, 0.019, -0.0008, -0.00035, 0.005}),
+                  {1600, 1200}};
+  scene.boards.push_back({make_board(AprilGrid{6, 4, 0.03, 0.3, 0, "tag36h11", 1, false}), Pose()});
+  DomePath path;
+  path.target = {0.11, 0.07, 0};
+  path.min_distance_m = 0.07;
+  path.max_distance_m = 0.17;
+  path.max_azimuth_rad = 6.28;
+  path.min_elevation_rad = 1;
+  path.max_elevation_rad = 1.57;
+  scene.path = path;
+  scene.jitter = {0.004, 0.02, 3};
+  scene.num_views = 4;
+  scene.sensor = {1, 0.7, 0.6};
+  return scene;
+}
+
+struct Claims {
+  std::size_t corners = 0, beyond_4 = 0, beyond_5 = 0;
+  std::size_t by_sides = 0;  // corners that are found without a fit of the pattern
+  double squares = 0;        // of errors over claims, sum of the mean of both coordinates
+  double worst_px = 0;
+};
+
+Claims claims_of(const Scene& scene) {
   const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
   const auto points = points_in_world(scene.boards);
   const std::vector<Pose> poses = camera_poses(scene, 5);
-  std::size_t corners = 0, beyond_4 = 0, read = 0;
-  double squares = 0;
+  Claims claims;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Image8 picture =
         expose(render_light(scene, families, poses[i]), scene.sensor, Random(5, i).next());
     DetectOptions sides;
     sides.refinement = Refinement::edges;
-    read += detect(picture, scene.boards, sides).view.observations.size();
+    claims.by_sides += detect(picture, scene.boards, sides).view.observations.size();
     for (const Observation& seen : detect(picture, scene.boards).view.observations) {
-      ASSERT_TRUE(seen.covariance_px2.has_value());
       const auto truth = project(scene.camera.lens, poses[i] * points.at(seen.id));
-      ASSERT_TRUE(truth.has_value());
-      const Eigen::Vector2d error = seen.pixel - *truth;
-      const double size = error.dot(Eigen::Matrix2d(*seen.covariance_px2).inverse() * error);
-      EXPECT_LT(size, 5 * 5) << i << " tag " << seen.id.tag_id;
-      beyond_4 += size > 4 * 4;
-      squares += size / 2;
-      ++corners;
+      const Eigen::Vector2d error = seen.pixel - truth.value();
+      const double size = error.dot(Eigen::Matrix2d(seen.covariance_px2.value()).inverse() * error);
+      claims.beyond_4 += size > 4 * 4;
+      claims.beyond_5 += size > 5 * 5;
+      claims.squares += size / 2;
+      claims.worst_px = std::max(claims.worst_px, error.norm());
+      ++claims.corners;
     }
   }
-  EXPECT_GE(corners, 400u);
-  EXPECT_GE(static_cast<double>(corners), 0.97 * static_cast<double>(read));
-  EXPECT_LE(beyond_4, 2u);
-  EXPECT_NEAR(squares / static_cast<double>(corners), 1, 0.15);
+  return claims;
+}
+
+TEST(CornerClaims, HoldWhereALensBendsTags) {
+  const Claims claims = claims_of(near_the_rim());
+  EXPECT_GE(claims.corners, 400u);
+  EXPECT_GE(static_cast<double>(claims.corners), 0.97 * static_cast<double>(claims.by_sides));
+  EXPECT_LE(claims.beyond_4, 2u);
+  EXPECT_EQ(claims.beyond_5, 0u);
+  EXPECT_NEAR(claims.squares / static_cast<double>(claims.corners), 1, 0.15);
+}
+
+TEST(CornerClaims, HoldOfLargeTags) {
+  const Claims claims = claims_of(close_by());
+  EXPECT_GE(claims.corners, 150u);
+  EXPECT_LE(claims.beyond_5, 1u);
+  EXPECT_LT(claims.worst_px, 0.06);
+  EXPECT_LT(claims.squares / static_cast<double>(claims.corners), 1.3);
 }
 
 // Each corner of a tag has a covariance of its own: the near ones of a tilted tag are known better

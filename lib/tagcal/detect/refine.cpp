@@ -41,21 +41,20 @@ void check_camera(const Camera* camera, const ImageSize& size, const std::string
 
 template <typename T>
 TagFit fit_region(const ImageView<T>& image, const TagRegion& region, const TagCorners& start,
-                  const TagFitOptions& options) {
-  TagFitter fitter(region, start, options);
+                  const TagFitOptions& options, const BorderShift* shift = nullptr) {
+  TagFitter fitter(region, start, options, shift);
   return fitter.cut(image) ? fitter.fit() : TagFit();
 }
 
 // Fits each corner of a large tag by itself, from pixels of its own.
 template <typename T>
 TagFit fit_parts(const ImageView<T>& image, const TagPattern& pattern, const TagCorners& start,
-                 const TagFitOptions& options) {
+                 const TagFitOptions& options, const BorderShift& shift) {
   TagFit fit;
   fit.is_by_corner = true;
+  fit.shift_px = shift.px;
   for (std::size_t i = 0; i < 4; ++i) {
-    TagFit part = fit_region(image, part_of_tag(pattern, start, i), start, options);
-    if (options.shift_sd_px > 0 && part.shift_px.norm() > policy::kOutlierSds * options.shift_sd_px)
-      part.status = TagFitStatus::not_converged;
+    TagFit part = fit_region(image, part_of_tag(pattern, start, i), start, options, &shift);
     if (part.status != TagFitStatus::converged) {
       fit.status = part.status;
       return fit;
@@ -74,17 +73,20 @@ TagFit fit_parts(const ImageView<T>& image, const TagPattern& pattern, const Tag
 }
 
 // Fits the corners one by one or, if one of them fails, the whole tag; the unknown bends beyond
-// third order then count in the covariance.
+// third order then count in the covariance. A part about one corner does not tell a shift of the
+// borders from the corner's place: the whole tag gives it.
 template <typename T>
 TagFit fit_strongly_bent(const ImageView<T>& image, const TagPattern& pattern,
                          const TagCorners& start, const TagFitOptions& options) {
-  const TagFit parts = fit_parts(image, pattern, start, options);
-  if (parts.status == TagFitStatus::converged) return parts;
   TagFitOptions whole = options;
   whole.is_whole = true;
   const TagRegion region = whole_tag(pattern, start);
   TagFitter fitter(region, start, whole);
   if (!fitter.cut(image)) return {};
+  if (const auto shift = fitter.border_shift()) {
+    const TagFit parts = fit_parts(image, pattern, start, options, *shift);
+    if (parts.status == TagFitStatus::converged) return parts;
+  }
   TagFit fit = fitter.fit();
   fit.is_by_corner = true;
   fit.covariance_px2.diagonal().array() +=

@@ -27,7 +27,7 @@ constexpr int kMaxRounds = 8;  // of lens and tags in turn, as a limit of work
 struct PanelTag {
   FoundTag* found = nullptr;
   Quad on_panel;
-  bool is_plain = false;    // fitted as a whole without a lens
+  bool is_plain = false;    // fitted without a lens
   bool is_by_lens = false;  // fitted under the lens of the last round
   double last_move = std::numeric_limits<double>::infinity();  // in standard deviations
 };
@@ -55,7 +55,7 @@ class PanelRefinement {
       const auto it = found.find(tag.id);
       if (it == found.end()) continue;
       tags_.push_back({it->second, on_panel(tag, panel_from_board),
-                       it->second->fitted && !it->second->by_corner});
+                       it->second->fitted});
       before_.push_back(*it->second);
     }
   }

@@ -59,10 +59,9 @@ inline constexpr double kTagMaxWrongFixed = 0.1;
 // ---- Fitting a tag's pattern
 
 // Standard deviations. A corner farther from where the lens of the picture projects it is an
-// outlier, and a single corner whose borders are shifted by more is in a second minimum: it hardly
-// tells a shift from its own place. By a normal distribution one coordinate in 1.7 million exceeds
-// it. The claims of corners are too small if the number of corners that scatter by more than the
-// median of their claims exceeds half of them by this many standard deviations.
+// outlier: by a normal distribution one coordinate in 1.7 million exceeds it. The claims of corners
+// are too small if the number of corners that scatter by more than the median of their claims
+// exceeds half of them by this many standard deviations.
 inline constexpr double kOutlierSds = 5;
 // Standard deviations of a corner. A fit has converged if the expected next step is smaller, and
 // is final if the lens of the next round moves it by less: steps and rounds converge at least as

@@ -51,9 +51,11 @@ double window_px(int quarters) { return quarters * policy::kTagInsidePx / 4; }
 
 }  // namespace
 
-TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options)
+TagFitter::TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options,
+                     const BorderShift* known_shift)
     : region_(region),
       options_(options),
+      known_shift_(known_shift),
       start_(start),
       model_(region.grid, region.scale, options.gamma) {}
 
@@ -222,7 +224,11 @@ void TagFitter::set_prior(const TagParameters& start) {
   const double perspective = weight(policy::kTagPerspectiveSd);
   prior_.head<kLogSpread>() << scale, scale, scale, scale, scale, scale, perspective, perspective;
   const double shift_sd = options_.shift_sd_px;
-  prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? 1 / (shift_sd * shift_sd) : kHeld);
+  prior_.segment<2>(kShift).setConstant(shift_sd > 0 ? weight(shift_sd) : kHeld);
+  if (known_shift_) {
+    prior_mean_.segment<2>(kShift) = known_shift_->px;
+    prior_.segment<2>(kShift) = known_shift_->weights;
+  }
   const double bend_sd = options_.bend_sd_per_px * region_.scale / 2;
   const double twist_sd = options_.twist_sd_per_px2 * region_.scale * region_.scale / 6;
   has_bends_ = bend_sd > 0 && twist_sd > 0 && (!view_ || options_.is_rough);
@@ -263,11 +269,33 @@ void TagFitter::smooth() {
   is_smooth_ = true;
 }
 
-TagFit TagFitter::fit() {
+bool TagFitter::start_fit() {
   TagParameters parameters;
-  if (!start_parameters(parameters)) return {};
+  if (!start_parameters(parameters)) return false;
   set_prior(parameters);
+  parameters.segment<2>(kShift) = prior_mean_.segment<2>(kShift);
   model_.set(parameters);
+  return true;
+}
+
+std::optional<BorderShift> TagFitter::border_shift() {
+  if (options_.shift_sd_px <= 0) return BorderShift{Vector2d::Zero(), Vector2d::Constant(kHeld)};
+  if (!start_fit()) return std::nullopt;
+  const int row_step = std::clamp(patch_.height / kFewRows, 1, kMaxRowStep);
+  const StageEnd end =
+      run({.max_steps = 2 * kMaxOnFewRows, .is_rough = true, .row_step = row_step});
+  if (end != StageEnd::reached || last_.move_px > kNearPx) return std::nullopt;
+  TagInformation system = sums_.information / last_.variance;
+  system.diagonal() += prior_;
+  const Eigen::Matrix<double, kCount, 2> columns =
+      system.ldlt().solve(TagInformation::Identity().middleCols<2>(kShift));
+  const Eigen::Matrix2d covariance = columns.middleRows<2>(kShift);
+  return BorderShift{model_.parameters().segment<2>(kShift), covariance.inverse().diagonal()};
+}
+
+TagFit TagFitter::fit() {
+  if (!start_fit()) return {};
+  TagParameters parameters = model_.parameters();
   double window_variance = 1;
   for (const FitStage& stage : rough_stages()) {
     const StageEnd end = run(stage);

@@ -60,6 +60,12 @@ struct FitStage {
   bool is_affine = false;  // perspective, shifts and bends are held
 };
 
+// The shift of a tag's borders (TagFit::shift_px).
+struct BorderShift {
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d weights = Eigen::Vector2d::Zero();  // 1/px^2, of each if the other is known
+};
+
 enum class StageEnd { reached, too_few_pixels, not_finite };
 
 struct FitStep {
@@ -73,14 +79,19 @@ struct FitStep {
 // The fit of one region of a tag, by a list of stages.
 class TagFitter {
  public:
-  // The region and the options must outlive it.
-  TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options);
+  // The region, the options and the shift must outlive it. A known shift of the borders replaces
+  // the prior in the options.
+  TagFitter(const TagRegion& region, const TagCorners& start, const TagFitOptions& options,
+            const BorderShift* known_shift = nullptr);
 
   // Copies the pixels that the pattern reaches; false if the start is no view of a tag.
   template <typename T>
   bool cut(const ImageView<T>& image);
   // If the region is about one corner, the others and their covariance are zero.
   TagFit fit();
+  // The shift of the borders by a few rows of the region; fit() may follow. No value if their
+  // iteration fails.
+  std::optional<BorderShift> border_shift();
   // True if a lens bends the whole tag beyond third order. If few rows showed that already, fit()
   // has ended there, and its corners are only good as a start.
   bool is_for_parts() const { return is_for_parts_; }
@@ -90,6 +101,7 @@ class TagFitter {
  private:
   bool look();
   std::optional<Eigen::AlignedBox2d> box() const;
+  bool start_fit();
   bool start_parameters(TagParameters& parameters) const;
   bool start_levels(TagParameters& parameters) const;
   void set_prior(const TagParameters& start);
@@ -125,6 +137,7 @@ class TagFitter {
 
   const TagRegion& region_;
   const TagFitOptions& options_;
+  const BorderShift* const known_shift_;
   const TagCorners start_;
   TagModel model_;
   std::optional<StraightView> view_;  // only if the lens is known
