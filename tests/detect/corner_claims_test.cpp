@@ -108,38 +108,48 @@ TEST(CornerClaims, HoldOfLargeTags) {
 
 // Each corner of a tag has a covariance of its own: the near ones of a tilted tag are known better
 // or worse than the far ones, and each scatters from picture to picture as it claims.
-TEST(CornerClaims, OfEachCornerAreItsScatter) {
+void expect_scatter_as_claimed(const Sensor& sensor, int num_pictures, double tolerance) {
   Scene scene;
   scene.camera = {pinhole(300, 300, 159.5, 119.5), {320, 240}};
   const Tag tag{5, 0.1, Pose()};
   scene.boards.push_back({make_board(Tags{"tag36h11", 1, {tag}}), Pose()});
-  scene.sensor = {1, 0.8, 4};
+  scene.sensor = sensor;
   const Pose pose =
       camera_from_world_looking_at({0.13, -0.1, 0.09}, {0.005, 0, 0}, Eigen::Vector3d::UnitZ());
   const TagFamilies families = {{"tag36h11", tag_family("tag36h11", 1)}};
   const ImageF light = render_light(scene, families, pose);
-  constexpr int kPictures = 150;
   std::array<Eigen::Matrix2d, 4> seen, claimed;
   std::array<Eigen::Vector2d, 4> truth;
   for (std::size_t k = 0; k < 4; ++k) {
     seen[k] = claimed[k] = Eigen::Matrix2d::Zero();
     truth[k] = project(scene.camera.lens, pose * tag_corners(tag)[k]).value();
   }
-  for (std::uint64_t i = 0; i < kPictures; ++i) {
+  for (int i = 0; i < num_pictures; ++i) {
     DetectOptions options;
     options.camera = &scene.camera;  // else the claims allow for lenses that bend tags
-    const View view = detect(expose(light, scene.sensor, i), scene.boards, options).view;
+    const auto seed = static_cast<std::uint64_t>(i);
+    const View view = detect(expose(light, scene.sensor, seed), scene.boards, options).view;
     ASSERT_EQ(view.observations.size(), 4u);
     for (std::size_t k = 0; k < 4; ++k) {
       const Eigen::Vector2d error = view.observations[k].pixel - truth[k];
-      seen[k] += error * error.transpose() / kPictures;
-      claimed[k] += Eigen::Matrix2d(view.observations[k].covariance_px2.value()) / kPictures;
+      seen[k] += error * error.transpose() / num_pictures;
+      claimed[k] += Eigen::Matrix2d(view.observations[k].covariance_px2.value()) / num_pictures;
     }
   }
-  for (std::size_t k = 0; k < 4; ++k) {
-    // 2 kPictures squares: their mean has a relative standard deviation of 8 %.
-    EXPECT_NEAR((claimed[k].inverse() * seen[k]).trace() / 2, 1, 0.3) << k;
-  }
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_NEAR((claimed[k].inverse() * seen[k]).trace() / 2, 1, tolerance) << k;
+}
+
+TEST(CornerClaims, OfEachCornerAreItsScatter) {
+  // 300 squares: their mean has a relative standard deviation of 8 %.
+  expect_scatter_as_claimed({1, 0.8, 4}, 150, 0.3);
+}
+
+// Colours that are interpolated from their neighbours' share their noise.
+TEST(CornerClaims, CountNoiseThatNeighboursShare) {
+  Sensor sensor{1, 0.8, 4};
+  sensor.mosaic.emplace();
+  expect_scatter_as_claimed(sensor, 60, 0.4);
 }
 
 }  // namespace

@@ -114,8 +114,8 @@ TEST(DetectConditions, DarkAndGlaringPictures) {
     print(std::to_string(exposure).c_str(), o);
     EXPECT_EQ(o.found, o.whole) << exposure;
     EXPECT_EQ(o.others, 0);
-    // White that is cut off at 0.4 of its level swells by the blur, which no picture tells.
-    EXPECT_LT(o.rms_px, exposure > 1 ? 0.8 : 0.1);
+    // White that is cut off at 0.4 of its level seems to swell; 0.023 px if it counts as a level.
+    EXPECT_LT(o.rms_px, exposure > 1 ? 0.01 : 0.1);
   }
 }
 
@@ -133,7 +133,7 @@ TEST(DetectConditions, StrongVignetting) {
   print("vignetted", o);
   EXPECT_EQ(o.found, 36);
   EXPECT_EQ(o.others, 0);
-  EXPECT_LT(o.rms_px, 0.1);
+  EXPECT_LT(o.worst_px, 0.03);  // 0.055 without a shade of second order
 }
 
 TEST(DetectConditions, MotionBlurOfThreePixels) {

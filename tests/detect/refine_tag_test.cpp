@@ -164,6 +164,8 @@ TEST(RefineTag, Profiles) {
   table.per_unit = 1;
   table.gain = 1;
   table.gamma = 1;
+  table.least_level = -1;
+  table.full_level = 2;
   for (TagAxis* axis : {&table.columns, &table.rows}) {
     std::fill(std::begin(axis->lines), std::end(axis->lines), TagLine{1, 0, -1e4F, 0, 1, {}});
     axis->count = 3;

@@ -26,10 +26,10 @@ constexpr int kSurfaceTerms = 6;
 // a quarter.
 constexpr std::size_t kScatterNeighbours = 16;
 // The prediction's largest share of the variance of one residual. It has a third of it amid its
-// neighbours and one beside them; farther out a surface is extrapolated. Source: with 0.4 boards of
-// 6 tags have too few corners left to tell their scatter; with 1.5 it is 0.052, 0.091, 0.0064 px of
-// true 0.055, 0.107, 0.0046.
-constexpr double kMostShare = 1.5;
+// neighbours and one beside them. With 0.4 boards of 6 tags have too few corners left to tell their
+// scatter; with this they and large tags scatter by 0.052, 0.091, 0.0064 px of true 0.055, 0.107,
+// 0.0046.
+constexpr double kMostShare = 1.5;         // numeric: farther out a surface is extrapolated
 constexpr std::size_t kMostViews = 60;     // evenly chosen, as a limit of work
 const double kMedian = 2 * std::log(2.0);  // of a chi-square with two degrees of freedom
 

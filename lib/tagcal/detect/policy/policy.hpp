@@ -107,8 +107,7 @@ inline constexpr double kTagInsidePx = 40;
 inline constexpr double kTagUnknownReach = 3;
 
 // Prior standard deviation of the shift of borders, px, each of ink and of bloom. Source: ink
-// spreads by up to about 0.15 px; whites at 2.5 times the full exposure grow by 0.6 px, beyond this
-// prior (docs/trust/corners.md).
+// spreads by up to about 0.15 px (docs/trust/corners.md).
 inline constexpr double kTagShiftSdPx = 0.1;
 
 // Prior standard deviation of the curvature that a lens gives to a line, in 1 / (longer side of
@@ -161,6 +160,18 @@ inline constexpr double kTagMaxVarianceGrowth = 1.7;
 // x0.7: corners -0.4 %, -12 beyond 5 sd; x1.4: errors +0.2 %, squares over claims +0.2 %, -16
 // beyond 5 sd.
 inline constexpr double kTagMaxNoiseShare = 0.15;
+
+// Twice the log-likelihood ratio by which a shade of second order, and slopes of black and of the
+// spread, must be seen in the residuals. Source: chi-square with seven degrees of freedom,
+// p = 0.001.
+inline constexpr double kLightSure = 24.3;
+// Change of a tag's distance over half its side, as a share, from which on a slope of the spread is
+// tried. Source: chosen by hand; it only saves time.
+inline constexpr double kLightTilt = 0.06;
+
+// Standard deviations of independent residuals by which they must be seen to be correlated, or
+// larger at borders, before covariances grow. Source: a normal distribution, p = 0.001.
+inline constexpr double kNoiseSureSds = 3;
 
 // ---- Fitting a tag's pattern: the gamma of a picture
 

@@ -41,11 +41,6 @@ constexpr double kFilterVariance = 1.0 / 2;  // px^2, of the binomial filter 1 2
 constexpr double kSmoothVariance = 0.78 * 64 / 9;  // numeric: filter's gain, as above
 constexpr double kOtherPixels = 1.5;  // numeric: growth of the mean square by other pixels
 
-// The variance of a pixel's level, at least that of rounding.
-double variance_of(double squares, int num_pixels) {
-  return std::max(kBoxVariance, squares / std::max(1, num_pixels - kCount));
-}
-
 // Half side of the window about a corner in a part of `quarters` quarters of the region.
 double window_px(int quarters) { return quarters * policy::kTagInsidePx / 4; }
 
@@ -138,7 +133,7 @@ double TagFitter::share_left(const TagParameters& change, double move_px) const 
 std::optional<FitStep> TagFitter::step() const {
   const auto& [parameters, information, gradient, squares, num_pixels] = sums_;
   FitStep result;
-  const double variance = variance_of(squares, num_pixels);
+  const double variance = sums_.variance(squares);
   const TagParameters weights = prior_weights();
   TagInformation system = information;
   system.diagonal() *= 1 + damping_;
@@ -170,7 +165,7 @@ std::optional<FitStep> TagFitter::step() const {
                                        std::log(policy::kTagMaxSpreadPx));
   // The linear model predicts the residuals after a whole step.
   const double left = squares - change.dot(2 * gradient - information * change);
-  result.variance = share == 1 ? variance_of(left, num_pixels) : variance;
+  result.variance = share == 1 ? sums_.variance(left) : variance;
   return result;
 }
 
@@ -184,6 +179,12 @@ bool TagFitter::widen_prior_of_bends() {
   prior_.segment<4>(kBend) /= policy::kTagStrongerBends * policy::kTagStrongerBends;
   prior_.segment<8>(kBend + 4) /= std::pow(policy::kTagStrongerBends, 4);
   return true;
+}
+
+Eigen::LDLT<TagInformation> TagFitter::posterior(double times) const {
+  TagInformation system = times * sums_.information / last_.variance;
+  system.diagonal() += prior_;
+  return Eigen::LDLT<TagInformation>(system);
 }
 
 TagFit TagFitter::result(StageEnd end) const {
@@ -204,11 +205,9 @@ TagFit TagFitter::result(StageEnd end) const {
     if (!at) return fit;
     fit.corners[i] = *at;
   }
-  TagInformation system = sums_.information / last_.variance;
-  system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
   fit.covariance_px2 =
-      (is_smooth_ ? kSmoothVariance : 1) * by * system.ldlt().solve(by.transpose());
+      (is_smooth_ ? kSmoothVariance : noise_factor_) * by * posterior(1).solve(by.transpose());
   const bool matches = last_.left_over < kConvergedSize && p[kGain] >= policy::kMinContrast &&
                        fit.noise_levels < policy::kTagMaxNoiseShare * p[kGain];
   if (!matches) return fit;
@@ -240,11 +239,9 @@ void TagFitter::set_prior(const TagParameters& start) {
 
 bool TagFitter::is_bent_beyond_whole() const {
   if (region_.corner || !has_bends_ || view_ || options_.is_whole) return false;
-  // The information of all rows, from that of every row_step-th.
-  TagInformation system = stage_.row_step / last_.variance * sums_.information;
-  system.diagonal() += prior_;
   const TagCornerJacobian by = corner_jacobian();
-  const Eigen::Matrix<double, 8, 8> covariance = by * system.ldlt().solve(by.transpose());
+  const Eigen::Matrix<double, 8, 8> covariance =
+      by * posterior(stage_.row_step).solve(by.transpose());
   return third_order_px() > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
@@ -269,6 +266,21 @@ void TagFitter::smooth() {
   is_smooth_ = true;
 }
 
+TagFit TagFitter::fit_by(const FitStage& stage) {
+  const StageEnd end = run(stage);
+  noise_factor_ = 1;
+  if (end == StageEnd::reached && last_.left_over < kConvergedSize) {
+    if (may_need_light()) admit_light();
+    // The last step may have been one of some standard deviations, which all residuals share.
+    noise_factor_ = noise_factor();
+    if (noise_factor_ > 1 && sums_.at != model_.parameters()) {
+      collect();
+      noise_factor_ = noise_factor();
+    }
+  }
+  return result(end);
+}
+
 bool TagFitter::start_fit() {
   TagParameters parameters;
   if (!start_parameters(parameters)) return false;
@@ -285,10 +297,8 @@ std::optional<BorderShift> TagFitter::border_shift() {
   const StageEnd end =
       run({.max_steps = 2 * kMaxOnFewRows, .is_rough = true, .row_step = row_step});
   if (end != StageEnd::reached || last_.move_px > kNearPx) return std::nullopt;
-  TagInformation system = sums_.information / last_.variance;
-  system.diagonal() += prior_;
   const Eigen::Matrix<double, kCount, 2> columns =
-      system.ldlt().solve(TagInformation::Identity().middleCols<2>(kShift));
+      posterior(1).solve(TagInformation::Identity().middleCols<2>(kShift));
   const Eigen::Matrix2d covariance = columns.middleRows<2>(kShift);
   return BorderShift{model_.parameters().segment<2>(kShift), covariance.inverse().diagonal()};
 }
@@ -315,17 +325,17 @@ TagFit TagFitter::fit() {
   const auto is_like_window = [&] {
     return last_.variance < policy::kTagMaxVarianceGrowth * window_variance;
   };
-  TagFit fit = result(run({.max_steps = options_.max_iterations}));
+  TagFit fit = fit_by({.max_steps = options_.max_iterations});
   // Pixels sample a border of half the usual spread too coarsely: two fifths of its spectrum,
   // exp(-(pi spread)^2 / 2), are left at half the sampling rate.
   if (fit.status == TagFitStatus::not_converged && model_.spread() < policy::kUsualSpreadPx / 2) {
     smooth();
-    fit = result(run({.max_steps = options_.max_iterations}));
+    fit = fit_by({.max_steps = options_.max_iterations});
   }
   // Far from the corner the picture shows something else: fits the largest window alone.
   if (region_.corner && !is_like_window()) {
     model_.set(parameters);
-    fit = result(run({.max_steps = options_.max_iterations, .window_px = window_px(3)}));
+    fit = fit_by({.max_steps = options_.max_iterations, .window_px = window_px(3)});
     if (!is_like_window()) return {};
   }
   // If the bends keep the fit from converging, the decision of the first steps stands.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
@@ -49,6 +50,8 @@ struct TagSums {
   int num_pixels = 0;
 
   double mean_square() const { return squares / num_pixels; }
+  // The variance of a pixel's level, at least that of rounding, if the squares become `left`.
+  double variance(double left) const;
 };
 
 // A stage of the fit: the pixels that it uses, the parameters that are free, and its end.
@@ -64,6 +67,24 @@ struct FitStage {
 struct BorderShift {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
   Eigen::Vector2d weights = Eigen::Vector2d::Zero();  // 1/px^2, of each if the other is known
+};
+
+// Pixels of a row that stand together in a block.
+struct PixelRun {
+  int in_block = 0;  // the first one
+  int in_patch = 0;
+  int count = 0;
+};
+
+// Terms of light beyond the model's (TagFitter::admit_light), and sums over all pixels of their
+// products with each other and with the columns of a block.
+struct LightSums {
+  static constexpr int kTerms = 7;
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  Terms light = Terms::Zero();  // that the residuals are without
+  Eigen::Matrix<double, kTerms, kTerms> own = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+  Eigen::Matrix<double, kTagColumns, kTerms> columns =
+      Eigen::Matrix<double, kTagColumns, kTerms>::Zero();
 };
 
 enum class StageEnd { reached, too_few_pixels, not_finite };
@@ -112,10 +133,16 @@ class TagFitter {
   PixelSpan in_window(int row) const;
   PixelSpan in_picture(int row) const;
   void collect_row(int row);
-  void add_span(TagBlock& block, PixelSpan span);
+  void add_span(TagBlock& block, std::optional<int> row, PixelSpan span);
   void add_block(TagBlock& block);
   void add_flat(bool white);
 
+  TagFit fit_by(const FitStage& stage);
+  bool may_need_light() const;
+  LightSums collect_light(const LightSums::Terms& light);
+  void add_light(TagBlock& block);
+  void admit_light();
+  double noise_factor() const;
   void smooth();
   std::vector<FitStage> rough_stages() const;
   StageEnd run(const FitStage& stage);
@@ -133,6 +160,9 @@ class TagFitter {
   Eigen::Vector2d straight_corner(std::size_t i) const;
   Eigen::Vector2d corner(std::size_t i) const;
   TagCornerJacobian corner_jacobian() const;
+  // The inverse of the parameters' covariance by `times` the pixels of the last sums, and the
+  // prior.
+  Eigen::LDLT<TagInformation> posterior(double times) const;
   TagFit result(StageEnd end) const;
 
   const TagRegion& region_;
@@ -158,6 +188,10 @@ class TagFitter {
   std::array<TagBlock, 2> blocks_{};
   TagProducts products_;
   std::array<TagFlatSums, 2> flat_;
+  std::optional<LightSums> light_;             // if wanted
+  std::array<std::vector<PixelRun>, 2> runs_;  // of the blocks
+  Eigen::VectorXf border_residuals_;           // by pixels of the patch; zero elsewhere
+  double noise_factor_ = 1;
   TagSums sums_;
   double damping_ = 0;  // Levenberg and Marquardt's
   FitStep last_;

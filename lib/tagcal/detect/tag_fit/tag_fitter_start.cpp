@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <variant>
 
 #include "tagcal/detect/policy/policy.hpp"
@@ -68,6 +69,7 @@ bool TagFitter::cut(const ImageView<T>& image) {
   const auto covered = box();
   if (!covered) return false;
   size_ = image.size();
+  model_.set_range(0, std::numeric_limits<T>::max());
   const Vector2d last(image.width() - 1, image.height() - 1);
   const Vector2d low = covered->min().cwiseMax(0.0).cwiseMin(last);
   const Vector2d high = covered->max().cwiseMax(0.0).cwiseMin(last);

@@ -11,12 +11,13 @@ using namespace tag_parameter;
 // Computes the normal equations at the model's parameters.
 void TagFitter::collect() {
   sums_.at = model_.parameters();
-  sums_.num_pixels = 0;
   flat_ = {};
   products_.setZero();
+  if (!stage_.is_rough) border_residuals_.setZero(patch_.width * patch_.height);
   for (TagBlock& block : blocks_) model_.start(block, frees_bends(), places_.has_value());
   for (int row = 0; row < patch_.height; row += stage_.row_step) collect_row(row);
   for (TagBlock& block : blocks_) add_block(block);
+  if (light_) flat_ = {};  // those pixels are in the blocks
   const auto lower = products_.triangularView<Eigen::Lower>();
   const TagProducts sums = lower.toDenseMatrix().selfadjointView<Eigen::Lower>();
   // The residual's column stands between those of the parameters.
@@ -32,13 +33,17 @@ void TagFitter::collect() {
   sums_.gradient.head<kFirst>() = sums.col(kTagResidual).head<kFirst>();
   sums_.gradient.segment(kFirst, num_rest) = sums.col(kTagResidual).segment(kRest, num_rest);
   sums_.squares = sums(kTagResidual, kTagResidual);
+  sums_.num_pixels = static_cast<int>(sums(kBlack, kBlack));  // those that are not clipped
   for (const bool white : {false, true}) add_flat(white);
 }
 
-void TagFitter::add_span(TagBlock& block, PixelSpan span) {
-  sums_.num_pixels += span.end - span.begin;
+// Without a row the pixels are of one colour, and their residuals are of no border.
+void TagFitter::add_span(TagBlock& block, std::optional<int> row, PixelSpan span) {
   while (span.begin < span.end) {
     const int count = std::min(span.end - span.begin, kTagBlock - block.size);
+    if (row && !stage_.is_rough)
+      runs_[static_cast<std::size_t>(&block - blocks_.data())].push_back(
+          {block.size, *row * patch_.width + span.begin, count});
     model_.add(block, span.begin, count);
     span.begin += count;
     if (block.size == kTagBlock) add_block(block);
@@ -49,6 +54,12 @@ void TagFitter::add_block(TagBlock& block) {
   if (block.size == 0) return;
   model_.evaluate(block);
   fastest_tag_kernels().add_products(block, products_.data());
+  if (light_) add_light(block);
+  std::vector<PixelRun>& runs = runs_[static_cast<std::size_t>(&block - blocks_.data())];
+  for (const PixelRun& run : runs)
+    std::copy_n(block.derivatives[kTagResidual] + run.in_block, run.count,
+                border_residuals_.data() + run.in_patch);
+  runs.clear();
   block.size = block.num_felt = 0;
 }
 
@@ -88,8 +99,10 @@ void TagFitter::collect_row(int row) {
   for (PixelSpan same = {span.begin, span.begin}; same.begin < span.end; same.begin = same.end) {
     const std::int32_t seen = model_.seen(same.begin);
     while (same.end < span.end && model_.seen(same.end) == seen) ++same.end;
-    if (seen == kSeenLine) add_span(blocks_[0], same);
-    if (seen == kSeenLines) add_span(blocks_[1], same);
+    const bool is_flat = seen == kSeenBlack || seen == kSeenWhite;
+    if (seen == kSeenLine) add_span(blocks_[0], row, same);
+    if (seen == kSeenLines) add_span(blocks_[1], row, same);
+    if (light_ && is_flat) add_span(blocks_[0], {}, same);
   }
 }
 

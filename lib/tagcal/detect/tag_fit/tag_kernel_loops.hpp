@@ -70,12 +70,23 @@ inline Pack grey_of_light(const TagTable& table, Pack white, Pack& gain) {
   return stretch * (grey - table.black_grey);
 }
 
+// All bits set where a level is at an end of its range and the model beyond it: the pixel says
+// nothing more.
+inline IntPack is_clipped(const TagTable& table, Pack level, Pack model) {
+  return ((level >= table.full_level) & (model > level)) |
+         ((level <= table.least_level) & (model < level));
+}
+
 inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack white,
                             const ByGeometry& by) {
   const Pack x = load<Pack>(&block.raw_x[at]), y = load<Pack>(&block.raw_y[at]);
   const Pack contrast = table.gain + table.gain_by_x * x + table.gain_by_y * y;
   Pack gain = contrast;
   if (table.gamma != 1.0F) white = grey_of_light(table, white, gain);
+  const Pack level = load<Pack>(&block.level[at]), model = table.black + contrast * white;
+  const Pack zero = {}, one = is_clipped(table, level, model) ? zero : splat<Pack>(1.0F);
+  gain *= one;
+  white *= one;
   int column = 0;
   const ByHomography* const parts[2] = {&by.columns, &by.rows};
   for (const ByHomography* part : parts) {
@@ -86,11 +97,11 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   put(block, column++, at, gain * by.by_last_x);
   put(block, column++, at, gain * by.by_last_y);
   put(block, column++, at, gain * by.by_log_spread);
-  put(block, column++, at, splat<Pack>(1.0F));
+  put(block, column++, at, one);
   put(block, column++, at, white);
   put(block, column++, at, white * x);
   put(block, column++, at, white * y);
-  put(block, column++, at, load<Pack>(&block.level[at]) - table.black - contrast * white);
+  put(block, column++, at, one * (level - model));
   put(block, column++, at, gain * table.per_px * by.shifts.by_shift);
   put(block, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
   if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);
@@ -239,13 +250,25 @@ inline void add_flat(IntPack mask, Pack x, Pack y, Pack r, Pack* sums) {
   x = mask ? x : zero;
   y = mask ? y : zero;
   r = mask ? r : zero;
-  const Pack terms[] = {
-      mask ? splat<Pack>(1.0F) : zero, x, y, x * x, x * y, y * y, r, x * r, y * r, r * r};
+  const Pack xx = x * x, xy = x * y, yy = y * y;
+  const Pack terms[] = {mask ? splat<Pack>(1.0F) : zero,
+                        x,
+                        y,
+                        xx,
+                        xy,
+                        yy,
+                        r,
+                        x * r,
+                        y * r,
+                        xx * r,
+                        xy * r,
+                        yy * r,
+                        r * r};
   for (const Pack& term : terms) *sums++ += term;
 }
 
 void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
-  Pack sums[2][12] = {};  // as in TagFlatSums
+  Pack sums[2][16] = {};  // as in TagFlatSums
   IntPack lane;
   for (int i = 0; i < kFloatLanes; ++i) lane[i] = i;
   for (int c = row.from; c < row.to; c += kFloatLanes) {
@@ -268,13 +291,13 @@ void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
     store(row.seen + c, kind);
     const IntPack is_black = kind == kSeenBlack, is_white = kind == kSeenWhite;
     if (!any_set(is_black | is_white)) continue;
-    const Pack above_black = load<Pack>(row.level + c) - table.black;
-    const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
-    add_flat(is_black, raw_x, raw_y, above_black, sums[0]);
-    add_flat(is_white, raw_x, raw_y, above_black - contrast, sums[1]);
+    const Pack level = load<Pack>(row.level + c), black = splat<Pack>(table.black);
+    const Pack white = black + table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
+    add_flat(is_black & ~is_clipped(table, level, black), raw_x, raw_y, level - black, sums[0]);
+    add_flat(is_white & ~is_clipped(table, level, white), raw_x, raw_y, level - white, sums[1]);
   }
   for (int colour = 0; colour < 2; ++colour)
-    for (int i = 0; i < 12; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
+    for (int i = 0; i < 16; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
 }
 
 // Products of two columns with four, in single precision over a block.

@@ -36,6 +36,8 @@ struct TagTable {
   float box;       // fourth cumulant of a pixel's square over 24 spread^4, along a side
   int num_terms;   // of the series for the integral over a quadrant
   float black, gain, gain_by_x, gain_by_y;
+  // The ends of the levels' range: a pixel at one of them is anywhere beyond it.
+  float least_level, full_level;
   // Shifts of the borders between black and white towards black, in spreads: constant in the
   // picture (bloom), and constant on the tag (ink; where one unit of the tag is one of the places).
   float shift, shift_on_tag;
@@ -69,9 +71,9 @@ struct TagPixelRow {
 };
 
 // Sums over pixels of one colour, whose derivatives by the geometry are zero: of 1, x, y, xx, xy,
-// yy, and of the residual r times 1, x, y and r.
+// yy, and of the residual r times 1, x, y, xx, xy, yy and r.
 struct TagFlatSums {
-  double n, x, y, xx, xy, yy, r, xr, yr, rr, unused[2];
+  double n, x, y, xx, xy, yy, r, xr, yr, xxr, xyr, yyr, rr, unused[3];
 };
 
 // Columns of derivatives: by the homography, by the spread's logarithm, by the grey levels (black,

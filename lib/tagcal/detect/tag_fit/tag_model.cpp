@@ -35,11 +35,17 @@ double cosine(const TagLine& a, const TagLine& b, const Eigen::Matrix2d& squares
 
 TagModel::TagModel(const TagGrid& grid, double scale, double gamma)
     : scale_(scale), gamma_(gamma), column_lines_(grid.columns), row_lines_(grid.rows) {
+  set_range(-HUGE_VAL, HUGE_VAL);
   const std::size_t n = grid.columns.size() - 1;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     if (grid.cells[i] == TagPattern::white) table_.cells[i / n] |= 1U << (i % n);
     if (grid.cells[i] == TagPattern::unknown) table_.unknown[i / n] |= 1U << (i % n);
   }
+}
+
+void TagModel::set_range(double least, double full) {
+  table_.least_level = static_cast<float>(least);
+  table_.full_level = static_cast<float>(full);
 }
 
 void TagModel::set(const TagParameters& parameters) {

@@ -61,6 +61,8 @@ class TagModel {
  public:
   // Grey level = light^gamma.
   TagModel(const TagGrid& grid, double scale, double gamma = 1);
+  // The ends of the levels' range, at which they are clipped.
+  void set_range(double least, double full);
 
   void set(const TagParameters& parameters);
   const TagParameters& parameters() const { return parameters_; }

@@ -1,0 +1,140 @@
+// What the residuals of a fit show beyond the model of refine_tag(): uneven light, and noise that
+// is larger at borders or shared by neighbours.
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/tag_fitter.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using namespace tag_parameter;
+
+// px. Between pixels whose noise may be correlated, in x and y: by a filter of 3x3 pixels, as for a
+// mosaic, as a limit of work.
+constexpr int kCorrelatedPx = 2;
+
+}  // namespace
+
+double TagSums::variance(double left) const {
+  return std::max(kBoxVariance, left / std::max(1, num_pixels - kCount));
+}
+
+// A test that costs little, from the residuals of pixels of one colour, and by the tag's tilt: sums
+// of the terms' products with the residuals, squared, over their variances.
+bool TagFitter::may_need_light() const {
+  // Mean squares of x^2 about its mean, and of xy, over that of x, if x and y are uniform.
+  constexpr double kOfSquare = 4.0 / 15, kOfProduct = 1.0 / 3;
+  const TagParameters& p = model_.parameters();
+  if (p.segment<2>(kM3).norm() > policy::kLightTilt) return true;
+  const auto& [black, white] = flat_;
+  const double b = p[kBlack], w = p[kBlack] + p[kGain], n = std::max(1.0, black.n);
+  const double xx = b * b * black.xx + w * w * white.xx, yy = b * b * black.yy + w * w * white.yy;
+  const auto share = [](double sum, double variance) {
+    return variance > 0 ? sum * sum / variance : 0;
+  };
+  const double squares = share(black.xr, black.xx - black.x * black.x / n) +
+                         share(black.yr, black.yy - black.y * black.y / n) +
+                         share(b * black.xxr + w * white.xxr, kOfSquare * xx) +
+                         share(b * black.xyr + w * white.xyr, kOfProduct * (xx + yy) / 2) +
+                         share(b * black.yyr + w * white.yyr, kOfSquare * yy);
+  return squares > policy::kLightSure / 2 * last_.variance;
+}
+
+// Computes the sums at the model's parameters, and those of the terms of light.
+LightSums TagFitter::collect_light(const LightSums::Terms& light) {
+  light_.emplace().light = light;
+  collect();
+  const LightSums sums = *light_;
+  light_.reset();
+  return sums;
+}
+
+// The terms are a slope of black by x and y (white has one in the model), shade of second order, by
+// which light multiplies both, and a slope of the spread: a tilted tag is not in focus everywhere.
+void TagFitter::add_light(TagBlock& block) {
+  const auto column = [&](int k) {
+    return Eigen::Map<Eigen::ArrayXf>(block.derivatives[k], block.size);
+  };
+  const Eigen::Map<const Eigen::ArrayXf> x(block.raw_x, block.size), y(block.raw_y, block.size);
+  const TagParameters& p = model_.parameters();
+  const auto& one = column(kBlack);
+  const auto& spread = column(kLogSpread);
+  const Eigen::ArrayXf level =
+      static_cast<float>(p[kBlack]) * one + static_cast<float>(p[kGain]) * column(kGain);
+  Eigen::Matrix<float, Eigen::Dynamic, LightSums::kTerms> terms(block.size, LightSums::kTerms);
+  terms << x * one, y * one, x * x * level, x * y * level, y * y * level, x * spread, y * spread;
+  column(kTagResidual).matrix() -= terms * light_->light.cast<float>();
+  light_->own += (terms.transpose() * terms).cast<double>();
+  const int num_columns = block.is_bent ? kTagColumns : kTagStraightColumns;
+  const Eigen::Map<const Eigen::MatrixXf, 0, Eigen::OuterStride<kTagBlock>> columns(
+      block.derivatives[0], block.size, num_columns);
+  light_->columns.topRows(num_columns) += (columns.transpose() * terms).cast<double>();
+}
+
+// Makes one more step, with the terms of light, if the residuals show these: few tags need them, so
+// they are no parameters of each step.
+void TagFitter::admit_light() {
+  const LightSums sums = collect_light(LightSums::Terms::Zero());
+  Eigen::Matrix<double, kCount, LightSums::kTerms> cross;
+  cross << sums.columns.topRows<kTagResidual>(), sums.columns.bottomRows<kCount - kTagResidual>();
+  const double variance = sums_.variance(sums_.squares);
+  const TagParameters weights = variance * prior_weights();
+  TagInformation system = sums_.information;
+  system.diagonal() += weights;
+  const Eigen::LDLT<TagInformation> inverse(system);
+  const TagParameters right =
+      sums_.gradient - weights.cwiseProduct(model_.parameters() - prior_mean_);
+  const auto by_light = inverse.solve(cross).eval();
+  const auto own = (sums.own - cross.transpose() * by_light).eval();
+  const auto gradient =
+      (sums.columns.row(kTagResidual).transpose() - by_light.transpose() * right).eval();
+  const auto light = own.ldlt().solve(gradient).eval();
+  const double gain = gradient.dot(light);
+  if (!(gain > policy::kLightSure * variance)) return;
+  model_.set(model_.parameters() + inverse.solve(right - cross * light));
+  last_.variance = sums_.variance(sums_.squares - gain);
+  TagSums with_light = sums_;
+  with_light.at = model_.parameters();
+  with_light.information -= cross * sums.own.ldlt().solve(cross.transpose());
+  collect_light(light);
+  sums_ = with_light;
+}
+
+// The variance of a corner over that by the mean square of all residuals, if these were
+// independent. A corner is a sum of the borders' residuals with weights, which across a border
+// change as its profile's slope does and along it hardly: weights d px apart are correlated by
+// c(d) = exp(-(n d)^2 / (4 spread^2)), n the border's normal.
+double TagFitter::noise_factor() const {
+  const Eigen::VectorXf& r = border_residuals_;
+  const auto n = static_cast<double>((r.array() != 0).count());
+  if (n < 2 * kCount) return 1;
+  const TagParameters& p = model_.parameters();
+  const Eigen::Vector2d across_columns = p.segment<2>(kM1).normalized();
+  const Eigen::Vector2d across_rows = p.segment<2>(kM2).normalized();
+  const double spread2 = std::pow(model_.spread(), 2);
+  // The fit of a homography takes its share of independent residuals' squares, and of their
+  // products as much as the weights are correlated.
+  const double lost = 8 / n;
+  const double square = r.cast<double>().squaredNorm() / (n - 8);
+  double sum = 1, variance = 2 / n;
+  for (int dy = 0; dy <= kCorrelatedPx; ++dy) {
+    for (int dx = dy == 0 ? 1 : -kCorrelatedPx; dx <= kCorrelatedPx; ++dx) {
+      const Eigen::Vector2d d(dx, dy);
+      const double c = (std::exp(-std::pow(across_columns.dot(d), 2) / (4 * spread2)) +
+                        std::exp(-std::pow(across_rows.dot(d), 2) / (4 * spread2))) /
+                       2;
+      const Eigen::Index apart = dy * patch_.width + dx;
+      const double product = r.head(r.size() - apart).dot(r.tail(r.size() - apart));
+      sum += 2 * c * (product / n / square + lost * c);
+      variance += 4 * c * c / n;
+    }
+  }
+  const double factor = sum * square / last_.variance;
+  return factor - 1 > policy::kNoiseSureSds * std::sqrt(variance) ? factor : 1;
+}
+
+}  // namespace tagcal::internal
