@@ -96,12 +96,13 @@ Image8 brightest(const ImageView8& image, int radius) {
 }
 
 Image8 halved(const ImageView8& image) {
-  Image8 result({image.width() / 2, image.height() / 2});
+  const int width = image.width() / 2;  // outside of the image, so that compilers vectorise
+  Image8 result({width, image.height() / 2});
   for (int y = 0; y < result.height(); ++y) {
     const std::uint8_t* above = image.row(2 * y);
     const std::uint8_t* below = image.row(2 * y + 1);
     std::uint8_t* out = result.row(y);
-    for (int x = 0; x < result.width(); ++x) {
+    for (int x = 0; x < width; ++x) {
       const int sum = above[2 * x] + above[2 * x + 1] + below[2 * x] + below[2 * x + 1];
       out[x] = static_cast<std::uint8_t>((sum + 2) / 4);
     }

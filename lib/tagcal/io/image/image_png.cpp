@@ -35,6 +35,7 @@ void ignore_warning(png_structp, png_const_charp) {}
 std::string deflated_pixels(std::string_view png) {
   constexpr std::size_t kSignature = 8, kFrame = 12;  // bytes; of a chunk: length, type, check sum
   std::string pixels;
+  pixels.reserve(png.size());
   bool is_complete = false;
   for (png.remove_prefix(kSignature); png.size() >= kFrame;) {
     const auto number = [&](std::size_t at) {
@@ -59,20 +60,19 @@ std::string deflated_pixels(std::string_view png) {
   return {};
 }
 
-bool inflate_into(std::vector<png_byte>& rows, const std::string& deflated) {
+bool inflate_into(png_byte* rows, std::size_t size, const std::string& deflated) {
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflater(
       libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  return inflater &&
-         libdeflate_zlib_decompress(inflater.get(), deflated.data(), deflated.size(), rows.data(),
-                                    rows.size(), nullptr) == LIBDEFLATE_SUCCESS;
+  return inflater && libdeflate_zlib_decompress(inflater.get(), deflated.data(), deflated.size(),
+                                                rows, size, nullptr) == LIBDEFLATE_SUCCESS;
 }
 
 // Adds to each byte of a row what its filter predicts from the bytes to the left, above, and above
 // to the left (PNG specification, 9.2). False for a filter that does not exist.
-bool undo_filter(int filter, std::size_t pixel_bytes, const std::vector<png_byte>& above,
+bool undo_filter(int filter, std::size_t row_bytes, std::size_t pixel_bytes, const png_byte* above,
                  png_byte* row) {
   const auto add = [&](const auto& predicted) {
-    for (std::size_t i = 0; i < above.size(); ++i) {
+    for (std::size_t i = 0; i < row_bytes; ++i) {
       const bool is_first = i < pixel_bytes;
       row[i] =
           static_cast<png_byte>(row[i] + predicted(is_first ? 0 : row[i - pixel_bytes], above[i],
@@ -138,17 +138,19 @@ class PngDecoder : public ImageDecoder, private PngReader {
     const std::size_t row_bytes = png_get_rowbytes(png_, info_);
     const auto height = static_cast<std::size_t>(header_.height);
     if (row_bytes * height > kMostBytes) return false;
-    std::vector<png_byte> rows((1 + row_bytes) * height);  // each after the number of its filter
-    if (!inflate_into(rows, deflated_pixels(bytes_))) return false;
-    std::vector<png_byte> above(row_bytes, 0);
+    const std::size_t size = (1 + row_bytes) * height;  // each row after the number of its filter
+    const auto rows = std::make_unique_for_overwrite<png_byte[]>(size);
+    if (!inflate_into(rows.get(), size, deflated_pixels(bytes_))) return false;
+    pixels_.assign(row_bytes, 0);
+    const png_byte* above = pixels_.data();
     const std::size_t pixel_bytes = row_bytes / static_cast<std::size_t>(header_.width);
-    for (png_byte* row = rows.data(); row != rows.data() + rows.size(); row += 1 + row_bytes) {
-      if (!undo_filter(*row, pixel_bytes, above, row + 1)) return false;
-      above.assign(row + 1, row + 1 + row_bytes);
+    for (png_byte* row = rows.get(); row != rows.get() + size; row += 1 + row_bytes) {
+      if (!undo_filter(*row, row_bytes, pixel_bytes, above, row + 1)) return false;
+      above = row + 1;
     }
     values_.resize(static_cast<std::size_t>(header_.width * header_.channels));
     for (std::size_t y = 0; y < height; ++y)
-      emit(sink, static_cast<int>(y), rows.data() + y * (1 + row_bytes) + 1);
+      emit(sink, static_cast<int>(y), rows.get() + y * (1 + row_bytes) + 1);
     return true;
   }
 
@@ -237,6 +239,10 @@ class PngDecoder : public ImageDecoder, private PngReader {
 
   void emit(const RowSink& sink, int y, const png_byte* row) {
     const auto channels = static_cast<std::size_t>(header_.channels);
+    if (!header_.sixteen_bit && (channels > 1 || stored_channels_ == 1)) {
+      std::copy_n(row, values_.size(), values_.begin());
+      return sink(y, values_.data());
+    }
     for (std::size_t i = 0; i < values_.size(); ++i) {
       const std::size_t at = channels == 1 ? i * stored_channels_ : i;
       values_[i] = header_.sixteen_bit
