@@ -29,8 +29,9 @@ ImageF smoothed(const ImageView8& image) {
     return (a + e + 4.F * (b + d) + 6.F * c) / 16.F;
   };
   for (int y = 0; y < height; ++y) {
-    for (int x = -2; x < width + 2; ++x)
-      padded[static_cast<std::size_t>(x + 2)] = image(std::clamp(x, 0, width - 1), y);
+    std::fill_n(padded.begin(), 2, image(0, y));
+    std::copy_n(image.row(y), width, padded.begin() + 2);
+    std::fill_n(padded.end() - 2, 2, image(width - 1, y));
     const float* from = padded.data();
     float* to = across.row(y);
     for (int x = 0; x < width; ++x)
