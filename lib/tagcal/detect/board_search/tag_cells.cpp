@@ -36,7 +36,7 @@ constexpr double kLevelInformation = 1e-9;  // numeric: keeps the system regular
 
 using Values = std::vector<double>;
 
-constexpr int kCellsAtOnce = 12;  // numeric: along a row, the width of Kalibr's tags
+constexpr std::size_t kCellsAtOnce = 12;  // numeric: along a row, the width of Kalibr's tags
 using CellValues = std::array<double, kCellsAtOnce>;
 
 // Grey levels between the pixels of a picture, and beyond its edge those of the edge. Simple loops
@@ -92,38 +92,33 @@ std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_bord
 // The samples are placed by the homography's derivative at the centre.
 Values cell_levels(const ImageView8& image, const Matrix3d& pixels, int width, double spread) {
   const LevelsAt levels_at(image);
-  Values levels(static_cast<std::size_t>(width * width));
+  Values levels;
+  levels.reserve(static_cast<std::size_t>(width * width));
   const Vector3d across = pixels.col(0), down = pixels.col(1), middle = pixels.col(2);
   const double first = (1.0 - width) / 2;
-  const int samples = spread == 0 ? 1 : 4;
+  const std::size_t samples = spread == 0 ? 1 : 4;
   std::array<CellValues, 4> x, y;
   for (int row = 0; row < width; ++row) {
-    for (int begin = 0; begin < width; begin += kCellsAtOnce) {
+    for (int begin = 0; begin < width; begin += static_cast<int>(kCellsAtOnce)) {
       const double to_row = first + row, to_column = first + begin;
-      for (int i = 0; i < kCellsAtOnce; ++i) {
-        const auto at = [&](int k) {
-          return (to_column + i) * across[k] + to_row * down[k] + middle[k];
-        };
-        const double scale = 1 / at(2), step = spread * scale;
-        const double at_x = scale * at(0), at_y = scale * at(1);
-        const double u_x = step * (across[0] - across[2] * at_x);
-        const double u_y = step * (across[1] - across[2] * at_y);
-        const double v_x = step * (down[0] - down[2] * at_x);
-        const double v_y = step * (down[1] - down[2] * at_y);
-        const auto k = static_cast<std::size_t>(i);
-        x[0][k] = at_x - u_x - v_x, y[0][k] = at_y - u_y - v_y;
-        x[1][k] = at_x + u_x - v_x, y[1][k] = at_y + u_y - v_y;
-        x[2][k] = at_x - u_x + v_x, y[2][k] = at_y - u_y + v_y;
-        x[3][k] = at_x + u_x + v_x, y[3][k] = at_y + u_y + v_y;
+      for (std::size_t i = 0; i < kCellsAtOnce; ++i) {
+        const double column = to_column + static_cast<double>(i);
+        const auto at = [&](int k) { return column * across[k] + to_row * down[k] + middle[k]; };
+        const double scale = 1 / at(2), at_x = scale * at(0), at_y = scale * at(1);
+        for (std::size_t s = 0; s < 4; ++s) {
+          const double u = (s % 2 == 0 ? -spread : spread) * scale;
+          const double v = (s / 2 == 0 ? -spread : spread) * scale;
+          x[s][i] = at_x + u * (across[0] - across[2] * at_x) + v * (down[0] - down[2] * at_x);
+          y[s][i] = at_y + u * (across[1] - across[2] * at_y) + v * (down[1] - down[2] * at_y);
+        }
       }
-      CellValues sums = levels_at(x[0], y[0]);
-      for (std::size_t s = 1; s < static_cast<std::size_t>(samples); ++s) {
-        const CellValues more = levels_at(x[s], y[s]);
-        for (std::size_t i = 0; i < kCellsAtOnce; ++i) sums[i] += more[i];
+      CellValues sums{};
+      for (std::size_t s = 0; s < samples; ++s) {
+        const CellValues level = levels_at(x[s], y[s]);
+        for (std::size_t i = 0; i < kCellsAtOnce; ++i) sums[i] += level[i];
       }
-      for (int i = 0; i < std::min(kCellsAtOnce, width - begin); ++i)
-        levels[static_cast<std::size_t>(row * width + begin + i)] =
-            sums[static_cast<std::size_t>(i)] / samples;
+      for (std::size_t i = 0; i < kCellsAtOnce && begin + static_cast<int>(i) < width; ++i)
+        levels.push_back(sums[i] / static_cast<double>(samples));
     }
   }
   return levels;
