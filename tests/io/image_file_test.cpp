@@ -48,6 +48,7 @@ struct Format {
   int colour = PNG_COLOR_TYPE_GRAY;
   int bits = 8;
   int interlace = PNG_INTERLACE_NONE;
+  int filters = PNG_ALL_FILTERS;
 };
 
 // Encodes 16-bit values by libpng, the same in all colour channels, with half-transparent alpha.
@@ -65,6 +66,7 @@ std::string png_of(const std::vector<std::uint16_t>& values, int width, const Fo
   png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
                format.bits, format.colour, format.interlace, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
+  png_set_filter(png, PNG_FILTER_TYPE_DEFAULT, format.filters);
   std::vector<png_color> palette(256);
   for (int i = 0; i < 256; ++i) {
     const auto level = static_cast<png_byte>(255 - i);
@@ -158,6 +160,21 @@ TEST_F(ImageFile, EveryKindOfPngGivesTheSameGrey) {
                              PNG_COLOR_TYPE_RGB_ALPHA, PNG_COLOR_TYPE_PALETTE}) {
       const fs::path file = put(png_of(values_of(image, 1), 33, {colour, 8, interlace}));
       EXPECT_EQ(read_image(file).pixels(), image.pixels()) << colour << " " << interlace;
+    }
+  }
+}
+
+TEST_F(ImageFile, EveryFilterOfPngGivesTheSameGrey) {
+  Image8 image = test_picture(33, 21);
+  image(5, 5) = 255;  // 16 bits are scaled to the brightest
+  for (const int filter :
+       {PNG_FILTER_NONE, PNG_FILTER_SUB, PNG_FILTER_UP, PNG_FILTER_AVG, PNG_FILTER_PAETH}) {
+    for (const int bits : {8, 16}) {
+      for (const int colour : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_RGB}) {
+        const Format format{colour, bits, PNG_INTERLACE_NONE, filter};
+        const fs::path file = put(png_of(values_of(image, bits == 8 ? 1 : 257), 33, format));
+        EXPECT_EQ(read_image(file).pixels(), image.pixels()) << filter << " " << colour;
+      }
     }
   }
 }

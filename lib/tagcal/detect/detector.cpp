@@ -39,16 +39,13 @@ class BoardWorker {
                                            kMinPictureSidePx, kMinPictureSidePx));
       return found;
     }
-    const auto gains = mosaic_gains(image);
-    if (!gains) {
-      search(image, name, found);
-      return found;
-    }
-    found.warnings.push_back(fmt::format(
-        "{}: is a raw mosaic (levels of even and odd pixels differ by a factor of {:.1f}): their "
-        "levels were made equal",
-        name, std::ranges::max(*gains)));
-    search(with_gains(image, *gains), name, found);
+    const PictureWithoutMosaic picture(image);
+    if (picture.gain > 1)
+      found.warnings.push_back(fmt::format(
+          "{}: is a raw mosaic (levels of even and odd pixels differ by a factor of {:.1f}): their "
+          "levels were made equal",
+          name, picture.gain));
+    search(picture.pixels, name, found);
     return found;
   }
 
@@ -133,9 +130,7 @@ class TagWorker {
 
   PictureTags find(const ImageView8& image, const std::string& name) {
     check_size(camera_, image.size(), name);
-    const auto gains = mosaic_gains(image);
-    std::vector<FoundTag> found =
-        (gains ? search_.find(with_gains(image, *gains)) : search_.find(image)).tags;
+    std::vector<FoundTag> found = search_.find(PictureWithoutMosaic(image).pixels).tags;
     std::ranges::sort(found, {}, [](const FoundTag& tag) {
       const Eigen::Vector2d centre = centre_of(tag.corners);
       return std::tuple(tag.id, centre.x(), centre.y());

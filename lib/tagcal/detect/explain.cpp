@@ -17,6 +17,7 @@
 #include "tagcal/detect/detector.hpp"
 #include "tagcal/detect/families.hpp"
 #include "tagcal/detect/policy/policy.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/detect/tag_fit/quad.hpp"
 #include "tagcal/internal/overloaded.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
@@ -271,7 +272,7 @@ class Explainer {
 }  // namespace
 
 Explanation explain(const ImageView8& image, const std::vector<PlacedBoard>& boards) {
-  return Explainer(image, boards).run();
+  return Explainer(PictureWithoutMosaic(image).pixels, boards).run();
 }
 
 }  // namespace tagcal

@@ -149,8 +149,9 @@ RefinedViews refine_views(const Dataset& found, const std::vector<ImageSource>& 
         const std::string& name = refined[i].straight.image;
         const auto source = by_name.find(name);
         if (source == by_name.end()) return;
-        Image8 image = source->second->load();
-        if (const auto gains = mosaic_gains(image)) image = with_gains(image, *gains);
+        const Image8 loaded = source->second->load();
+        const PictureWithoutMosaic picture(loaded);
+        const ImageView8 image = picture.pixels;
         check_size(&camera, image.size(), name);
         for (const PlacedBoard& placed : found.boards) {
           const auto* const grid = std::get_if<CircleGrid>(&placed.board.pattern);

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tagcal/detect/policy/policy.hpp"
@@ -19,42 +20,59 @@ using Eigen::Vector3d;
 
 using namespace policy;
 
+using Values = std::vector<double>;
+
 // numeric: Gauss-Legendre's two places of an integral, for the mean level over a cell: 1 / sqrt(12)
 // cells from its centre.
 constexpr double kSampleOffset = 0.2887;
 constexpr double kStepCells = 1.0 / 2;  // of the search for the quad with the highest correlation
 constexpr double kLastStepPx = 0.2;     // numeric: smaller steps are left to the fit
 constexpr int kEnoughCells =
-    8;                      // of border and frame for a plane of levels, which has three numbers
-constexpr int kSweeps = 3;  // over all corners, for each step
+    8;  // of border and frame for a plane of levels, which has three numbers
+constexpr std::size_t kSweeps = 3;  // over all corners, for each step
 // Information about slopes and level of a plane of grey levels that is always there.
 constexpr double kSlopeInformation = 1e-3;  // numeric: holds slopes that the cells do not determine
 constexpr double kLevelInformation = 1e-9;  // numeric: keeps the system regular without cells
 
-// Grey levels between the pixels of a picture, and beyond its edge those of the edge.
-class LevelAt {
+using Values = std::vector<double>;
+
+constexpr std::size_t kCellsAtOnce = 12;  // numeric: along a row, the width of Kalibr's tags
+using CellValues = std::array<double, kCellsAtOnce>;
+
+// Grey levels between the pixels of a picture, and beyond its edge those of the edge. Simple loops
+// of fixed length, which compilers vectorise.
+class LevelsAt {
  public:
-  explicit LevelAt(const ImageView8& image)
-      : first_(image.row(0)),
-        stride_(image.stride()),
+  explicit LevelsAt(const ImageView8& image)
+      : image_(image),
         last_x_(std::nextafter(image.width() - 1.0, 0.0)),
         last_y_(std::nextafter(image.height() - 1.0, 0.0)) {}
 
-  double operator()(const Vector2d& place) const {
-    // In this order of arguments max takes 0 for a NaN.
-    const double x = std::min(std::max(0.0, place.x()), last_x_);
-    const double y = std::min(std::max(0.0, place.y()), last_y_);
-    const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-    const double u = x - x0, v = y - y0;
-    const std::uint8_t* above = first_ + y0 * stride_ + x0;
-    const std::uint8_t* below = above + stride_;
-    const double upper = above[0] + u * (above[1] - above[0]);
-    return upper + v * (below[0] + u * (below[1] - below[0]) - upper);
+  CellValues operator()(const CellValues& x, const CellValues& y) const {
+    CellValues u, v, levels;
+    std::array<int, kCellsAtOnce> column, row, above, right, below, diagonal;
+    for (std::size_t i = 0; i < kCellsAtOnce; ++i) {
+      // In this order of arguments max takes 0 for a NaN.
+      u[i] = std::min(std::max(0.0, x[i]), last_x_);
+      v[i] = std::min(std::max(0.0, y[i]), last_y_);
+      column[i] = static_cast<int>(u[i]), row[i] = static_cast<int>(v[i]);
+    }
+    for (std::size_t i = 0; i < kCellsAtOnce; ++i) {
+      const std::uint8_t* const here = image_.row(row[i]) + column[i];
+      const std::uint8_t* const under = here + image_.stride();
+      above[i] = here[0], right[i] = here[1] - here[0];
+      below[i] = under[0], diagonal[i] = under[1] - under[0];
+    }
+    for (std::size_t i = 0; i < kCellsAtOnce; ++i) {
+      const double along = u[i] - column[i];
+      const double upper = above[i] + along * right[i];
+      levels[i] = upper + (v[i] - row[i]) * (below[i] + along * diagonal[i] - upper);
+    }
+    return levels;
   }
 
  private:
-  const std::uint8_t* first_;
-  std::ptrdiff_t stride_;
+  ImageView8 image_;
   double last_x_, last_y_;
 };
 
@@ -72,33 +90,41 @@ std::optional<Matrix3d> pixels_from_cells(const Quad& quad, double width_at_bord
 
 // The level of each cell: mean of four samples `spread` from its centre, or at its centre for 0.
 // The samples are placed by the homography's derivative at the centre.
-std::vector<double> cell_levels(const ImageView8& image, const Matrix3d& pixels, int width,
-                                double spread) {
-  const LevelAt level_at(image);
-  std::vector<double> levels;
+Values cell_levels(const ImageView8& image, const Matrix3d& pixels, int width, double spread) {
+  const LevelsAt levels_at(image);
+  Values levels;
   levels.reserve(static_cast<std::size_t>(width * width));
+  const Vector3d across = pixels.col(0), down = pixels.col(1), middle = pixels.col(2);
   const double first = (1.0 - width) / 2;
-  const Vector3d across = pixels.col(0), down = pixels.col(1);
+  const std::size_t samples = spread == 0 ? 1 : 4;
+  std::array<CellValues, 4> x, y;
   for (int row = 0; row < width; ++row) {
-    for (int column = 0; column < width; ++column) {
-      const Vector3d p = (first + column) * across + (first + row) * down + pixels.col(2);
-      const double scale = 1 / p.z();
-      const Vector2d at = scale * p.head<2>();
-      if (spread == 0) {
-        levels.push_back(level_at(at));
-        continue;
+    for (int begin = 0; begin < width; begin += static_cast<int>(kCellsAtOnce)) {
+      const double to_row = first + row, to_column = first + begin;
+      for (std::size_t i = 0; i < kCellsAtOnce; ++i) {
+        const double column = to_column + static_cast<double>(i);
+        const auto at = [&](int k) { return column * across[k] + to_row * down[k] + middle[k]; };
+        const double scale = 1 / at(2), at_x = scale * at(0), at_y = scale * at(1);
+        for (std::size_t s = 0; s < 4; ++s) {
+          const double u = (s % 2 == 0 ? -spread : spread) * scale;
+          const double v = (s / 2 == 0 ? -spread : spread) * scale;
+          x[s][i] = at_x + u * (across[0] - across[2] * at_x) + v * (down[0] - down[2] * at_x);
+          y[s][i] = at_y + u * (across[1] - across[2] * at_y) + v * (down[1] - down[2] * at_y);
+        }
       }
-      const Vector2d u = spread * scale * (across.head<2>() - across.z() * at);
-      const Vector2d v = spread * scale * (down.head<2>() - down.z() * at);
-      levels.push_back((level_at(at - u - v) + level_at(at + u - v) + level_at(at - u + v) +
-                        level_at(at + u + v)) /
-                       4);
+      CellValues sums{};
+      for (std::size_t s = 0; s < samples; ++s) {
+        const CellValues level = levels_at(x[s], y[s]);
+        for (std::size_t i = 0; i < kCellsAtOnce; ++i) sums[i] += level[i];
+      }
+      for (std::size_t i = 0; i < kCellsAtOnce && begin + static_cast<int>(i) < width; ++i)
+        levels.push_back(sums[i] / static_cast<double>(samples));
     }
   }
   return levels;
 }
 
-double correlation(const std::vector<double>& levels, const TagCells& pattern) {
+double correlation(const Values& levels, const TagCells& pattern) {
   double n = 0, white = 0, sum = 0, squares = 0, product = 0;
   for (int y = 0; y < pattern.width(); ++y) {
     for (int x = 0; x < pattern.width(); ++x) {
@@ -175,14 +201,16 @@ Quad best_moved_quad(const ImageView8& image, const Quad& start, const TagCells&
   return search.best();
 }
 
-// Moves a corner by one step in the best of four directions, if one is better.
-void improve_corner(std::size_t i, double step_px, QuadSearch& search) {
+// Moves a corner by one step in the best of four directions. False if none is better.
+bool improve_corner(std::size_t i, double step_px, QuadSearch& search) {
   const Quad before = search.best();
+  const double highest = search.highest();
   for (const Vector2d& way : {Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
     Quad there = before;
     there[i] += step_px * way;
     search.try_at(there);
   }
+  return search.highest() > highest;
 }
 
 // A plane of grey levels over the cells, with its origin at the pattern's centre.
@@ -207,8 +235,8 @@ class LevelPlane {
 };
 
 // Each cell's level plus a share of its difference from its neighbours, as AprilTag does.
-std::vector<double> sharpened(const std::vector<double>& levels, int width) {
-  std::vector<double> result = levels;
+Values sharpened(const Values& levels, int width) {
+  Values result = levels;
   for (int y = 0; y < width; ++y) {
     for (int x = 0; x < width; ++x) {
       double sum = 0;
@@ -230,7 +258,7 @@ struct Levels {
   LevelPlane white;
 };
 
-Levels fitted_levels(const std::vector<double>& levels, const TagCells& pattern) {
+Levels fitted_levels(const Values& levels, const TagCells& pattern) {
   Levels result;
   const double middle = (pattern.width() - 1) / 2.0;
   const auto add = [&](TagCells::Part part, bool colour, LevelPlane& plane) {
@@ -283,8 +311,8 @@ TagAnswer read_tag(const ImageView8& image, const Quad& quad, const TagCells& pa
   const auto pixels = pixels_from_cells(quad, pattern.width_at_border());
   if (!pixels) return answer;
   const int width = pattern.width();
-  const std::vector<double> raw = cell_levels(image, *pixels, width, kSampleOffset);
-  const std::vector<double> levels = sharpened(cell_levels(image, *pixels, width, 0), width);
+  const Values raw = cell_levels(image, *pixels, width, kSampleOffset);
+  const Values levels = sharpened(cell_levels(image, *pixels, width, 0), width);
   const Levels planes = fitted_levels(raw, pattern);
   const double middle = (width - 1) / 2.0;
   answer.contrast = planes.white.at(0, 0) - planes.black.at(0, 0);
@@ -318,11 +346,9 @@ Quad best_correlated_quad(const ImageView8& image, const Quad& start, const TagC
     // Smaller steps need samples nearer to the cells' edges, as far as these are sharp.
     const double edge = std::max(step, 1 / cell_px);
     QuadSearch search(image, pattern, std::max(kSampleOffset, 1.0 / 2 - edge), quad);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      const double before = search.highest();
-      for (std::size_t i = 0; i < 4; ++i) improve_corner(i, step * cell_px, search);
-      if (search.highest() == before) break;
-    }
+    int stuck = 0;  // corners that have been tried since the last move
+    for (std::size_t i = 0; i < 4 * kSweeps && stuck < 4; ++i)
+      stuck = improve_corner(i % 4, step * cell_px, search) ? 0 : stuck + 1;
     quad = search.best();
   }
   return quad;

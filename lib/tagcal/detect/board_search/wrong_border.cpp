@@ -6,6 +6,7 @@
 
 #include "tagcal/detect/board_search/tag_cells.hpp"
 #include "tagcal/detect/families.hpp"
+#include "tagcal/detect/tag_fit/image_filters.hpp"
 #include "tagcal/internal/parallel.hpp"
 
 namespace tagcal::internal {
@@ -103,7 +104,7 @@ std::vector<std::string> wrong_border_warnings(const std::vector<ImageSource>& i
     const int num_readers = std::clamp(static_cast<int>(pictures.size()), 1, threads);
     for (int i = 0; i < num_readers; ++i) readers.emplace_back(others);
     parallel_for(pictures.size(), readers, [&](OtherSearch& reader, std::size_t i) {
-      read[pictures[i]] = reader.count(images[pictures[i]].load());
+      read[pictures[i]] = reader.count(PictureWithoutMosaic(images[pictures[i]].load()).pixels);
     });
   };
   const auto shows_other = [&](std::size_t i) {

@@ -33,28 +33,35 @@ constexpr GridCell kSteps[] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 class Bins {
  public:
   explicit Bins(const std::vector<Junction>& junctions) : junctions_(junctions) {
-    for (std::size_t i = 0; i < junctions.size(); ++i) bins_[bin(junctions[i].at)].push_back(i);
+    for (const Junction& junction : junctions) size_ = size_.cwiseMax(bin(junction.at) + ones());
+    bins_.resize(static_cast<std::size_t>(size_.prod()));
+    for (std::size_t i = 0; i < junctions.size(); ++i) {
+      const Eigen::Vector2i place = bin(junctions[i].at);
+      bins_[static_cast<std::size_t>(place.y() * size_.x() + place.x())].push_back(i);
+    }
   }
 
+  // Calls visit(i, distance) for each junction within `radius`.
   template <typename Visit>
   void near(const Vector2d& at, double radius, const Visit& visit) const {
-    const auto low = bin(at - Vector2d::Constant(radius)),
-               high = bin(at + Vector2d::Constant(radius));
-    for (int y = low.second; y <= high.second; ++y)
-      for (int x = low.first; x <= high.first; ++x)
-        if (const auto it = bins_.find({x, y}); it != bins_.end())
-          for (const std::size_t i : it->second)
-            if ((junctions_[i].at - at).norm() <= radius) visit(i);
+    const Eigen::Vector2i low = bin(at - Vector2d::Constant(radius)).cwiseMax(0);
+    const Eigen::Vector2i high = bin(at + Vector2d::Constant(radius)).cwiseMin(size_ - ones());
+    for (int y = low.y(); y <= high.y(); ++y)
+      for (int x = low.x(); x <= high.x(); ++x)
+        for (const std::size_t i : bins_[static_cast<std::size_t>(y * size_.x() + x)])
+          if (const double distance = (junctions_[i].at - at).norm(); distance <= radius)
+            visit(i, distance);
   }
 
  private:
-  static std::pair<int, int> bin(const Vector2d& at) {
+  static Eigen::Vector2i ones() { return {1, 1}; }
+  static Eigen::Vector2i bin(const Vector2d& at) {
     constexpr double kSide = 16;  // px
-    return {static_cast<int>(std::floor(at.x() / kSide)),
-            static_cast<int>(std::floor(at.y() / kSide))};
+    return (at / kSide).array().floor().cast<int>();
   }
   const std::vector<Junction>& junctions_;
-  std::map<std::pair<int, int>, std::vector<std::size_t>> bins_;
+  Eigen::Vector2i size_{0, 0};
+  std::vector<std::vector<std::size_t>> bins_;  // row by row
 };
 
 class Grower {
@@ -99,12 +106,10 @@ class Grower {
     for (double radius = kFirstReachPx; radius < kLastReachPx; radius *= 2) {
       std::optional<std::size_t> best;
       double least = radius;
-      bins_.near(one.at, radius, [&](std::size_t i) {
-        const Vector2d to = junctions_[i].at - one.at;
-        const double distance = to.norm();
-        if (i == from || distance >= least) return;
-        if (to.dot(heading) < least_cos * distance) return;
-        if (!is_opposite(one, junctions_[i]) || is_taken_[i]) return;
+      bins_.near(one.at, radius, [&](std::size_t i, double distance) {
+        if (i == from || distance >= least || is_taken_[i]) return;
+        if ((junctions_[i].at - one.at).dot(heading) < least_cos * distance) return;
+        if (!is_opposite(one, junctions_[i])) return;
         least = distance;
         best = i;
       });
@@ -138,8 +143,7 @@ class Grower {
   std::optional<std::size_t> nearest(const Vector2d& at, double reach, const Test& test) const {
     std::optional<std::size_t> best;
     double least = reach;
-    bins_.near(at, reach, [&](std::size_t i) {
-      const double distance = (junctions_[i].at - at).norm();
+    bins_.near(at, reach, [&](std::size_t i, double distance) {
       if (distance > least || is_taken_[i] || !test(junctions_[i])) return;
       least = distance;
       best = i;

@@ -23,21 +23,25 @@ constexpr double kMinStrength = policy::kMinContrast / (kSpreadPx * kSpreadPx * 
 ImageF smoothed(const ImageView8& image) {
   const int width = image.width(), height = image.height();
   ImageF across(image.size()), result(image.size());
+  std::vector<float> padded(static_cast<std::size_t>(width + 4));
+  // numeric: binomial coefficients
+  const auto weighted = [](float a, float b, float c, float d, float e) {
+    return (a + e + 4.F * (b + d) + 6.F * c) / 16.F;
+  };
   for (int y = 0; y < height; ++y) {
-    const std::uint8_t* from = image.row(y);
+    std::fill_n(padded.begin(), 2, image(0, y));
+    std::copy_n(image.row(y), width, padded.begin() + 2);
+    std::fill_n(padded.end() - 2, 2, image(width - 1, y));
+    const float* from = padded.data();
     float* to = across.row(y);
-    for (int x = 0; x < width; ++x) {
-      const auto at = [&](int i) { return static_cast<float>(from[std::clamp(i, 0, width - 1)]); };
-      // numeric: binomial coefficients
-      to[x] = (at(x - 2) + at(x + 2) + 4.F * (at(x - 1) + at(x + 1)) + 6.F * at(x)) / 16.F;
-    }
+    for (int x = 0; x < width; ++x)
+      to[x] = weighted(from[x], from[x + 1], from[x + 2], from[x + 3], from[x + 4]);
   }
   for (int y = 0; y < height; ++y) {
     const auto row = [&](int i) { return across.row(std::clamp(i, 0, height - 1)); };
     const float *a = row(y - 2), *b = row(y - 1), *c = row(y), *d = row(y + 1), *e = row(y + 2);
     float* to = result.row(y);
-    for (int x = 0; x < width; ++x)
-      to[x] = (a[x] + e[x] + 4.F * (b[x] + d[x]) + 6.F * c[x]) / 16.F;  // numeric: as above
+    for (int x = 0; x < width; ++x) to[x] = weighted(a[x], b[x], c[x], d[x], e[x]);
   }
   return result;
 }
@@ -46,8 +50,8 @@ struct Hessian {
   float xx, xy, yy;
 };
 
-Hessian hessian(const ImageF& image, int x, int y) {
-  const float *a = image.row(y - 1) + x, *b = image.row(y) + x, *c = image.row(y + 1) + x;
+// From the rows above, of and below a pixel.
+inline Hessian hessian(const float* a, const float* b, const float* c) {
   const float two = 2, quarter = 0.25F;  // numeric: second differences
   return {b[-1] - two * b[0] + b[1], quarter * (c[1] - c[-1] - a[1] + a[-1]),
           a[0] - two * b[0] + c[0]};
@@ -57,16 +61,19 @@ Hessian hessian(const ImageF& image, int x, int y) {
 ImageF saddles(const ImageF& image) {
   ImageF result(image.size());
   for (int y = 1; y + 1 < image.height(); ++y) {
+    const float *a = image.row(y - 1), *b = image.row(y), *c = image.row(y + 1);
+    float* to = result.row(y);
     for (int x = 1; x + 1 < image.width(); ++x) {
-      const Hessian h = hessian(image, x, y);
-      result(x, y) = std::max(0.F, h.xy * h.xy - h.xx * h.yy);
+      const Hessian h = hessian(a + x, b + x, c + x);
+      to[x] = std::max(0.F, h.xy * h.xy - h.xx * h.yy);
     }
   }
   return result;
 }
 
-float sample(const ImageF& image, const Vector2d& at) {
-  const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
+// Precondition: the place is in the picture, a pixel from its right and lower edge.
+inline float sample(const ImageF& image, const Vector2d& at) {
+  const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
   const auto u = static_cast<float>(at.x() - x), v = static_cast<float>(at.y() - y);
   const float *a = image.row(y) + x, *b = image.row(y + 1) + x;
   return (1 - v) * ((1 - u) * a[0] + u * a[1]) + v * ((1 - u) * b[0] + u * b[1]);
@@ -84,30 +91,40 @@ bool has_two_colours(const ImageF& image, const Junction& junction, double radiu
   return 2 * (least_white - most_black) > most_white - least_black;
 }
 
+constexpr std::size_t kSamples = 32;  // on a circle
+
+std::array<Vector2d, kSamples> unit_circle() {
+  std::array<Vector2d, kSamples> circle;
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const double angle = 2 * pi * static_cast<double>(i) / kSamples;
+    circle[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return circle;
+}
+
 // The two lines through a place, from the four borders that a circle about it crosses; no value for
 // another number of borders, or borders that are not opposite.
 std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& at, double radius) {
-  constexpr int kSamples = 32;
   const Vector2d reach = Vector2d::Constant(radius + 1);
   const Vector2d last(image.width() - 1, image.height() - 1);
   if (((at - reach).array() < 0).any() || ((at + reach).array() >= last.array()).any())
     return std::nullopt;
+  static const std::array<Vector2d, kSamples> kCircle = unit_circle();
   std::array<float, kSamples> level;
-  for (int i = 0; i < kSamples; ++i) {
-    const double angle = 2 * pi * i / kSamples;
-    level[static_cast<std::size_t>(i)] =
-        sample(image, at + radius * Vector2d(std::cos(angle), std::sin(angle)));
-  }
+  for (std::size_t i = 0; i < kSamples; ++i) level[i] = sample(image, at + radius * kCircle[i]);
   const auto [low, high] = std::ranges::minmax(level);
   if (high - low < policy::kMinContrast) return std::nullopt;
   const float middle = (low + high) / 2;
-  std::vector<double> up, down;  // angles at which white begins and ends
+  std::array<double, 2> up{}, down{};  // angles at which white begins and ends
+  std::size_t num_up = 0, num_down = 0;
   for (std::size_t i = 0; i < kSamples; ++i) {
     const float a = level[i] - middle, b = level[(i + 1) % kSamples] - middle;
     if ((a > 0) == (b > 0)) continue;
-    (b > 0 ? up : down).push_back(2 * pi * (static_cast<double>(i) + a / (a - b)) / kSamples);
+    std::size_t& count = b > 0 ? num_up : num_down;
+    if (count == 2) return std::nullopt;
+    (b > 0 ? up : down)[count++] = 2 * pi * (static_cast<double>(i) + a / (a - b)) / kSamples;
   }
-  if (up.size() != 2 || down.size() != 2) return std::nullopt;
+  if (num_up != 2) return std::nullopt;  // on a circle white ends as often as it begins
   if (std::abs(up[1] - up[0] - pi) > policy::kMaxTurn ||
       std::abs(down[1] - down[0] - pi) > policy::kMaxTurn)
     return std::nullopt;
@@ -122,7 +139,7 @@ std::optional<Junction> junction_on_circle(const ImageF& image, const Vector2d& 
 
 // The saddle point near a pixel: where the gradient vanishes.
 Vector2d saddle_point(const ImageF& image, int x, int y) {
-  const Hessian h = hessian(image, x, y);
+  const Hessian h = hessian(image.row(y - 1) + x, image.row(y) + x, image.row(y + 1) + x);
   const Vector2d gradient(image(x + 1, y) - image(x - 1, y), image(x, y + 1) - image(x, y - 1));
   const double det = h.xx * h.yy - h.xy * h.xy;
   const Vector2d step(-(h.yy * gradient.x() - h.xy * gradient.y()) / (2 * det),

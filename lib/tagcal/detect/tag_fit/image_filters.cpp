@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,61 @@ namespace {
 // A simple loop, which compilers vectorise.
 void raise_to(const std::uint8_t* in, int count, std::uint8_t* out) {
   for (int x = 0; x < count; ++x) out[x] = std::max(out[x], in[x]);
+}
+
+// Gains that bring the four phases of a raw mosaic to one level (even and odd columns of even rows,
+// then of odd rows), all 1 or more. No value for other pictures.
+using MosaicGains = std::array<double, 4>;
+
+std::optional<MosaicGains> mosaic_gains(const ImageView8& image) {
+  // Blocks of 2x2 pixels from the brighter half, which shows paper, without those of which a part
+  // is saturated. Borders and texture have no phase, so medians of the shares are those of filters.
+  struct Block {
+    float sum;
+    std::array<float, 4> share;
+  };
+  constexpr double kBlocks = 4000;  // numeric: a sample of the blocks
+  constexpr float kDarkest = 64;    // numeric: a step of one level is 6 % of a darker pixel
+  const double pixels = static_cast<double>(image.width()) * image.height();
+  const int step = 2 * std::max(3, static_cast<int>(std::sqrt(pixels / kBlocks) / 2));  // px
+  std::vector<Block> blocks;
+  for (int y = 0; y + 1 < image.height(); y += step) {
+    for (int x = 0; x + 1 < image.width(); x += step) {
+      const std::array<std::uint8_t, 4> p = {image(x, y), image(x + 1, y), image(x, y + 1),
+                                             image(x + 1, y + 1)};
+      const auto [least, most] = std::ranges::minmax(p);
+      if (least < 255 && most == 255) continue;
+      const auto sum = static_cast<float>(p[0] + p[1] + p[2] + p[3]);
+      if (sum < kDarkest) continue;
+      blocks.push_back({sum, {p[0] / sum, p[1] / sum, p[2] / sum, p[3] / sum}});
+    }
+  }
+  if (blocks.size() < 2) return std::nullopt;
+  const auto half = static_cast<std::ptrdiff_t>(blocks.size() / 2);
+  std::ranges::nth_element(blocks, blocks.begin() + half, std::ranges::greater(), &Block::sum);
+  std::array<double, 4> shares{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    std::vector<double> all;
+    for (auto block = blocks.begin(); block != blocks.begin() + half; ++block)
+      all.push_back(block->share[k]);
+    shares[k] = median(std::move(all));
+  }
+  const auto [least, most] = std::ranges::minmax(shares);
+  if (!(least > 0) || most < policy::kMosaicRatio * least) return std::nullopt;
+  MosaicGains gains;
+  for (std::size_t k = 0; k < 4; ++k) gains[k] = most / shares[k];
+  return gains;
+}
+
+Image8 with_gains(const ImageView8& image, const MosaicGains& gains) {
+  Image8 result(image.size());
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      const double level = gains[static_cast<std::size_t>(2 * (y % 2) + x % 2)] * image(x, y);
+      result(x, y) = static_cast<std::uint8_t>(std::lround(std::min(level, 255.0)));
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -40,12 +96,13 @@ Image8 brightest(const ImageView8& image, int radius) {
 }
 
 Image8 halved(const ImageView8& image) {
-  Image8 result({image.width() / 2, image.height() / 2});
+  const int width = image.width() / 2;  // outside of the image, so that compilers vectorise
+  Image8 result({width, image.height() / 2});
   for (int y = 0; y < result.height(); ++y) {
     const std::uint8_t* above = image.row(2 * y);
     const std::uint8_t* below = image.row(2 * y + 1);
     std::uint8_t* out = result.row(y);
-    for (int x = 0; x < result.width(); ++x) {
+    for (int x = 0; x < width; ++x) {
       const int sum = above[2 * x] + above[2 * x + 1] + below[2 * x] + below[2 * x + 1];
       out[x] = static_cast<std::uint8_t>((sum + 2) / 4);
     }
@@ -101,53 +158,12 @@ double noise_of(const ImageView8& image) {
   return quantile / (kQuantile * std::sqrt(6.0));
 }
 
-std::optional<MosaicGains> mosaic_gains(const ImageView8& image) {
-  // Blocks of 2x2 pixels from the brighter half, which shows paper, without those of which a part
-  // is saturated. Borders and texture have no phase, so medians of the shares are those of filters.
-  struct Block {
-    float sum;
-    std::array<float, 4> share;
-  };
-  constexpr int kBlockStep = 6;   // numeric: px, a sample of the blocks; even
-  constexpr float kDarkest = 64;  // numeric: a step of one level is 6 % of a darker pixel
-  std::vector<Block> blocks;
-  for (int y = 0; y + 1 < image.height(); y += kBlockStep) {
-    for (int x = 0; x + 1 < image.width(); x += kBlockStep) {
-      const std::array<std::uint8_t, 4> p = {image(x, y), image(x + 1, y), image(x, y + 1),
-                                             image(x + 1, y + 1)};
-      const auto [least, most] = std::ranges::minmax(p);
-      if (least < 255 && most == 255) continue;
-      const auto sum = static_cast<float>(p[0] + p[1] + p[2] + p[3]);
-      if (sum < kDarkest) continue;
-      blocks.push_back({sum, {p[0] / sum, p[1] / sum, p[2] / sum, p[3] / sum}});
-    }
-  }
-  if (blocks.size() < 2) return std::nullopt;
-  const auto half = static_cast<std::ptrdiff_t>(blocks.size() / 2);
-  std::ranges::nth_element(blocks, blocks.begin() + half, std::ranges::greater(), &Block::sum);
-  std::array<double, 4> shares{};
-  for (std::size_t k = 0; k < 4; ++k) {
-    std::vector<double> all;
-    for (auto block = blocks.begin(); block != blocks.begin() + half; ++block)
-      all.push_back(block->share[k]);
-    shares[k] = median(std::move(all));
-  }
-  const auto [least, most] = std::ranges::minmax(shares);
-  if (!(least > 0) || most < policy::kMosaicRatio * least) return std::nullopt;
-  MosaicGains gains;
-  for (std::size_t k = 0; k < 4; ++k) gains[k] = most / shares[k];
-  return gains;
-}
-
-Image8 with_gains(const ImageView8& image, const MosaicGains& gains) {
-  Image8 result(image.size());
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      const double level = gains[static_cast<std::size_t>(2 * (y % 2) + x % 2)] * image(x, y);
-      result(x, y) = static_cast<std::uint8_t>(std::lround(std::min(level, 255.0)));
-    }
-  }
-  return result;
+PictureWithoutMosaic::PictureWithoutMosaic(const ImageView8& image) : pixels(image) {
+  const auto gains = mosaic_gains(image);
+  if (!gains) return;
+  gain = std::ranges::max(*gains);
+  levelled_ = with_gains(image, *gains);
+  pixels = levelled_;
 }
 
 Image8 part_of(const ImageView8& image, const PixelBox& box) {

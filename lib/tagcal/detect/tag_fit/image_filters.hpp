@@ -1,8 +1,5 @@
 #pragma once
 
-#include <array>
-#include <optional>
-
 #include "tagcal/scene/image.hpp"
 
 // Private to detect.
@@ -28,12 +25,20 @@ struct PixelBox {
 
 Image8 part_of(const ImageView8& image, const PixelBox& box);
 
-// Gains that bring the four phases of a raw mosaic to one level (even and odd columns of even rows,
-// then of odd rows), all 1 or more: a Bayer sensor has a green, red or blue filter before each
-// pixel, so bright, grey paper has a level of its own in each phase. No value for other pictures.
-using MosaicGains = std::array<double, 4>;
-std::optional<MosaicGains> mosaic_gains(const ImageView8& image);
-Image8 with_gains(const ImageView8& image, const MosaicGains& gains);
+// A picture to search. The four phases of a raw mosaic are brought to one level: a Bayer sensor has
+// a green, red or blue filter before each pixel, so bright, grey paper has a level of its own in
+// each of them. Other pictures stay.
+struct PictureWithoutMosaic {
+  explicit PictureWithoutMosaic(const ImageView8& image);  // which must outlive it
+  PictureWithoutMosaic(const PictureWithoutMosaic&) = delete;
+  PictureWithoutMosaic& operator=(const PictureWithoutMosaic&) = delete;
+
+  ImageView8 pixels;
+  double gain = 1;  // the largest one of a phase
+
+ private:
+  Image8 levelled_;
+};
 
 // Standard deviation of a pixel's noise in the smooth parts of a picture, grey levels.
 double noise_of(const ImageView8& image);

@@ -1,8 +1,12 @@
+#include <libdeflate.h>
 #include <png.h>
 
 #include <algorithm>
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "tagcal/error.hpp"
@@ -26,6 +30,76 @@ void keep_error(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
+// The data of the IDAT chunks. Empty if they do not follow one another, are damaged, or the file
+// does not end after them as it should.
+std::string deflated_pixels(std::string_view png) {
+  constexpr std::size_t kSignature = 8, kFrame = 12;  // bytes; of a chunk: length, type, check sum
+  std::string pixels;
+  pixels.reserve(png.size());
+  bool is_complete = false;
+  for (png.remove_prefix(kSignature); png.size() >= kFrame;) {
+    const auto number = [&](std::size_t at) {
+      std::uint32_t value = 0;
+      for (std::size_t i = at; i < at + 4; ++i)
+        value = 256 * value + static_cast<unsigned char>(png[i]);
+      return value;
+    };
+    const std::size_t size = number(0);
+    if (size > png.size() - kFrame) break;
+    const std::string_view checked = png.substr(4, 4 + size);
+    if (checked.starts_with("IEND")) return pixels;
+    if (!checked.starts_with("IDAT")) {
+      is_complete = !pixels.empty();
+    } else {
+      if (is_complete || libdeflate_crc32(0, checked.data(), checked.size()) != number(8 + size))
+        break;
+      pixels += checked.substr(4);
+    }
+    png.remove_prefix(kFrame + size);
+  }
+  return {};
+}
+
+bool inflate_into(png_byte* rows, std::size_t size, const std::string& deflated) {
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflater(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  return inflater && libdeflate_zlib_decompress(inflater.get(), deflated.data(), deflated.size(),
+                                                rows, size, nullptr) == LIBDEFLATE_SUCCESS;
+}
+
+// Adds to each byte of a row what its filter predicts from the bytes to the left, above, and above
+// to the left (PNG specification, 9.2). False for a filter that does not exist.
+bool undo_filter(int filter, std::size_t row_bytes, std::size_t pixel_bytes, const png_byte* above,
+                 png_byte* row) {
+  const auto add = [&](const auto& predicted) {
+    for (std::size_t i = 0; i < row_bytes; ++i) {
+      const bool is_first = i < pixel_bytes;
+      row[i] =
+          static_cast<png_byte>(row[i] + predicted(is_first ? 0 : row[i - pixel_bytes], above[i],
+                                                   is_first ? 0 : above[i - pixel_bytes]));
+    }
+    return true;
+  };
+  switch (filter) {
+    case PNG_FILTER_VALUE_NONE:
+      return true;
+    case PNG_FILTER_VALUE_SUB:
+      return add([](int left, int, int) { return left; });
+    case PNG_FILTER_VALUE_UP:
+      return add([](int, int up, int) { return up; });
+    case PNG_FILTER_VALUE_AVG:
+      return add([](int left, int up, int) { return (left + up) / 2; });
+    case PNG_FILTER_VALUE_PAETH:
+      return add([](int left, int up, int corner) {
+        const int a = std::abs(up - corner), b = std::abs(left - corner);
+        const int c = std::abs(left + up - 2 * corner);
+        return a <= b && a <= c ? left : b <= c ? up : corner;
+      });
+    default:
+      return false;
+  }
+}
+
 // A base class, so that it is destroyed if the constructor of the decoder throws.
 struct PngReader {
   PngReader() = default;
@@ -39,7 +113,7 @@ struct PngReader {
 
 class PngDecoder : public ImageDecoder, private PngReader {
  public:
-  explicit PngDecoder(std::string_view bytes) : rest_(bytes) {
+  explicit PngDecoder(std::string_view bytes) : bytes_(bytes), rest_(bytes) {
     png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, &message_, keep_error, ignore_warning);
     info_ = png_ ? png_create_info_struct(png_) : nullptr;
     if (!info_ || !read_header()) throw failure();
@@ -48,6 +122,39 @@ class PngDecoder : public ImageDecoder, private PngReader {
   }
 
   void decode(const RowSink& sink) override {
+    if (!decode_at_once(sink)) decode_by_rows(sink);
+  }
+
+ private:
+  // Pictures of the usual kinds: libdeflate inflates them in less than half of zlib's time. False,
+  // without a row, for others and for damaged ones, for which libpng says what is wrong.
+  bool decode_at_once(const RowSink& sink) {
+    constexpr std::size_t kMostBytes = 1U << 26;  // as a limit of memory
+    const int colour = png_get_color_type(png_, info_);
+    if (png_get_bit_depth(png_, info_) < 8 ||
+        (colour != PNG_COLOR_TYPE_GRAY && colour != PNG_COLOR_TYPE_RGB) ||
+        png_get_interlace_type(png_, info_) != PNG_INTERLACE_NONE)
+      return false;
+    const std::size_t row_bytes = png_get_rowbytes(png_, info_);
+    const auto height = static_cast<std::size_t>(header_.height);
+    if (row_bytes * height > kMostBytes) return false;
+    const std::size_t size = (1 + row_bytes) * height;  // each row after the number of its filter
+    const auto rows = std::make_unique_for_overwrite<png_byte[]>(size);
+    if (!inflate_into(rows.get(), size, deflated_pixels(bytes_))) return false;
+    pixels_.assign(row_bytes, 0);
+    const png_byte* above = pixels_.data();
+    const std::size_t pixel_bytes = row_bytes / static_cast<std::size_t>(header_.width);
+    for (png_byte* row = rows.get(); row != rows.get() + size; row += 1 + row_bytes) {
+      if (!undo_filter(*row, row_bytes, pixel_bytes, above, row + 1)) return false;
+      above = row + 1;
+    }
+    values_.resize(static_cast<std::size_t>(header_.width * header_.channels));
+    for (std::size_t y = 0; y < height; ++y)
+      emit(sink, static_cast<int>(y), rows.get() + y * (1 + row_bytes) + 1);
+    return true;
+  }
+
+  void decode_by_rows(const RowSink& sink) {
     if (!set_transforms()) throw failure();
     const std::size_t row_bytes = png_get_rowbytes(png_, info_);
     const auto height = static_cast<std::size_t>(header_.height);
@@ -66,7 +173,6 @@ class PngDecoder : public ImageDecoder, private PngReader {
     if (!read_end()) throw failure();
   }
 
- private:
   static void next_bytes(png_structp png, png_bytep out, std::size_t count) {
     auto* self = static_cast<PngDecoder*>(png_get_io_ptr(png));
     if (count > self->rest_.size()) png_error(png, "is truncated");
@@ -133,6 +239,10 @@ class PngDecoder : public ImageDecoder, private PngReader {
 
   void emit(const RowSink& sink, int y, const png_byte* row) {
     const auto channels = static_cast<std::size_t>(header_.channels);
+    if (!header_.sixteen_bit && (channels > 1 || stored_channels_ == 1)) {
+      std::copy_n(row, values_.size(), values_.begin());
+      return sink(y, values_.data());
+    }
     for (std::size_t i = 0; i < values_.size(); ++i) {
       const std::size_t at = channels == 1 ? i * stored_channels_ : i;
       values_[i] = header_.sixteen_bit
@@ -142,7 +252,7 @@ class PngDecoder : public ImageDecoder, private PngReader {
     sink(y, values_.data());
   }
 
-  std::string_view rest_;
+  std::string_view bytes_, rest_;  // the file, and what libpng has not read of it
   PngMessage message_;
   int passes_ = 1;
   std::size_t stored_channels_ = 1;  // 3 for a grey palette
