@@ -19,10 +19,12 @@ TagPattern tag_pattern(const TagFamily& family, int id, int border_bits,
 // Each straight-sided quadrant of the pattern has its exact Gaussian integral (bivariate normal);
 // beyond its second moment the pixel's square enters by its fourth cumulant along each edge's
 // normal. Gauss-Newton, damped where it fails, with analytic derivatives, from a start within about
-// half a cell. A lens bends a large tag beyond third order: in a tag longer than 110 px, or
-// strongly bent, each corner is fitted by itself, from the 40 px of both sides next to it, with the
-// shift of borders that the whole tag has. The corners are then uncorrelated. Throws Error for a
-// pattern of another shape, or a camera of another size than the picture.
+// half a cell. What the residuals then show is taken into account: uneven light and focus by one
+// more step, noise that neighbours share by the covariance. Pixels at an end of the levels' range
+// only bound the light. A lens bends a large tag beyond third order: in a tag longer than 110 px,
+// or strongly bent, each corner is fitted by itself, from the 40 px of both sides next to it, with
+// the shift of borders that the whole tag has. The corners are then uncorrelated. Throws Error for
+// a pattern of another shape, or a camera of another size than the picture.
 TagFit refine_tag(const ImageView8& image, const TagPattern& pattern,
                   const std::array<Eigen::Vector2d, 4>& start, const TagFitOptions& options = {});
 TagFit refine_tag(const ImageView16& image, const TagPattern& pattern,
