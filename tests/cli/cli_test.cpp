@@ -120,15 +120,16 @@ TEST_F(Cli, CalibratesWhatItRenderedAndPrintsOneJsonObject) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   const Json json = Json::parse(outcome.out);
   std::size_t last = 0;
-  for (const char* key : {"status", "model", "camera", "sigma", "claim", "rms_px", "sigma_px",
-                          "sigma_of_corners", "model_error_px", "num_views", "num_corners",
-                          "num_outliers", "views", "findings", "warnings", "seconds"}) {
+  for (const char* key :
+       {"status", "model", "camera", "sigma", "claim", "rms_px", "sigma_px", "sigma_of_corners",
+        "corner_error_px", "model_error_px", "num_views", "num_corners", "num_outliers", "views",
+        "findings", "warnings", "seconds"}) {
     EXPECT_TRUE(json.contains(key)) << key;
     const std::size_t at = outcome.out.find("\n  \"" + std::string(key) + "\":");
     EXPECT_GT(at, last) << key;  // in this order
     last = at;
   }
-  EXPECT_EQ(json.size(), 27u);
+  EXPECT_EQ(json.size(), 28u);
   EXPECT_EQ(json["status"], "ok");
   EXPECT_EQ(json["model"], "radial1");
   EXPECT_EQ(json["num_views"], 6);

@@ -96,6 +96,7 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   for (const std::string& warning : input.warnings) add(findings, code::input, warning);
   auto& all = answer.calibration.findings;
   all.insert(all.begin(), findings.begin(), findings.end());
+  answer.corner_error_px = input.corner_error_px;
   if (job.advise) answer.advice = advise(input.dataset, answer.calibration);
   answer.seconds.total = watch.seconds();
   if (used) *used = std::move(input);

@@ -31,6 +31,7 @@ struct CalibrationAnswer {
   Calibration calibration;  // with findings about the input
   std::optional<AdvisedView> advice;
   std::optional<ViewSelection> selection;
+  double corner_error_px = 0;  // as in DetectedPicture; 0 if the corners were read
   CommandSeconds seconds;
 };
 

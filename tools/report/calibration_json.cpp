@@ -199,6 +199,7 @@ std::string calibration_json(const CalibrationAnswer& answer, const std::string&
                {"rms_px", known ? Json(calibration.rms_px) : Json()},
                {"sigma_px", known ? Json(calibration.sigma_px) : Json()},
                {"sigma_of_corners", calibration.sigma_of_corners},
+               {"corner_error_px", answer.corner_error_px},
                {"model_error_px", known ? Json(calibration.model_error_px) : Json()},
                {"variance_inflation", known ? Json(calibration.variance_inflation) : Json()},
                {"num_views", calibration.views.size()},

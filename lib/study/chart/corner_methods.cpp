@@ -1,6 +1,8 @@
 #include "study/chart/corner_methods.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
@@ -104,7 +106,15 @@ CornerBound corner_bound(const Image8& noiseless, const TagPattern& pattern, con
                          const Camera& camera, double noise_levels) {
   TagFitOptions options;
   options.camera = &camera;
-  const TagFit exact = refine_tag(noiseless, pattern, corners, options);
+  // Without noise the residuals are those of rounding, which are not independent: a fit would say
+  // so.
+  Image8 picture = noiseless;
+  Random random(1);
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      picture(x, y) = static_cast<std::uint8_t>(
+          std::clamp(std::round(picture(x, y) + random.normal()), 0.0, 255.0));
+  const TagFit exact = refine_tag(picture, pattern, corners, options);
   if (exact.status != TagFitStatus::converged) return CornerBound::Constant(std::nan(""));
   const double noise = std::hypot(noise_levels, std::sqrt(1.0 / 12));
   return exact.covariance_px2 * (noise / exact.noise_levels) * (noise / exact.noise_levels);

@@ -165,13 +165,11 @@ inline constexpr double kTagMaxNoiseShare = 0.15;
 // spread, must be seen in the residuals. Source: chi-square with seven degrees of freedom,
 // p = 0.001.
 inline constexpr double kLightSure = 24.3;
-// Change of a tag's distance over half its side, as a share, from which on a slope of the spread is
-// tried. Source: chosen by hand; it only saves time.
-inline constexpr double kLightTilt = 0.06;
 
-// Standard deviations of independent residuals by which they must be seen to be correlated, or
-// larger at borders, before covariances grow. Source: a normal distribution, p = 0.001.
-inline constexpr double kNoiseSureSds = 3;
+// Standard deviations that are subtracted from the factor by which residuals that are correlated, or
+// larger at borders, make covariances grow. Source: of independent residuals one factor in six then
+// exceeds 1, all together by 0.08 standard deviations, of 0.05 to 0.15.
+inline constexpr double kNoiseSureSds = 1;
 
 // ---- Fitting a tag's pattern: the gamma of a picture
 

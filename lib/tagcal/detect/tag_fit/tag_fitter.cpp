@@ -34,7 +34,6 @@ constexpr int kFreeIterations = 2;  // in which the set of pixels may change
 constexpr double kWider = 1.05;     // numeric: growth of the spread after which it may change again
 constexpr double kFirstDamping = 0.05;  // numeric: Levenberg-Marquardt's, after a first bad step
 constexpr double kDampingFactor = 5;    // numeric: growth after a bad step, fall after a good one
-constexpr double kFilterVariance = 1.0 / 2;  // px^2, of the binomial filter 1 2 1
 // Variance of a place in a smoothed picture over that by independent residuals: along a border the
 // filter leaves the noise's mean, whereas it takes 1 - (3/8)^2 of a pixel's variance; across, a
 // border of spread 0.9 px keeps 0.78 of its energy.
@@ -245,27 +244,6 @@ bool TagFitter::is_bent_beyond_whole() const {
   return third_order_px() > policy::kTagThirdOrderSds * std::sqrt(covariance.diagonal().maxCoeff());
 }
 
-// Smooths the pixels by the binomial filter 1 2 1 in both directions, and the model with them.
-void TagFitter::smooth() {
-  const int width = patch_.width, height = patch_.height;
-  const auto filtered = [&](auto&& level, int i, int count) {
-    return (level(std::max(0, i - 1)) + 2 * level(i) + level(std::min(count - 1, i + 1))) / 4;
-  };
-  std::vector<float> across = patch_.levels;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      across[static_cast<std::size_t>(y * width + x)] =
-          filtered([&](int i) { return patch_.at(i, y); }, x, width);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      patch_.levels[static_cast<std::size_t>(y * width + x)] = filtered(
-          [&](int i) { return across[static_cast<std::size_t>(i * width + x)]; }, y, height);
-  TagParameters parameters = model_.parameters();
-  parameters[kLogSpread] = std::log(std::hypot(model_.spread(), std::sqrt(kFilterVariance)));
-  model_.set(parameters);
-  is_smooth_ = true;
-}
-
 TagFit TagFitter::fit_by(const FitStage& stage) {
   const StageEnd end = run(stage);
   noise_factor_ = 1;
@@ -281,15 +259,6 @@ TagFit TagFitter::fit_by(const FitStage& stage) {
   return result(end);
 }
 
-bool TagFitter::start_fit() {
-  TagParameters parameters;
-  if (!start_parameters(parameters)) return false;
-  set_prior(parameters);
-  parameters.segment<2>(kShift) = prior_mean_.segment<2>(kShift);
-  model_.set(parameters);
-  return true;
-}
-
 std::optional<BorderShift> TagFitter::border_shift() {
   if (options_.shift_sd_px <= 0) return BorderShift{Vector2d::Zero(), Vector2d::Constant(kHeld)};
   if (!start_fit()) return std::nullopt;
@@ -297,6 +266,7 @@ std::optional<BorderShift> TagFitter::border_shift() {
   const StageEnd end =
       run({.max_steps = 2 * kMaxOnFewRows, .is_rough = true, .row_step = row_step});
   if (end != StageEnd::reached || last_.move_px > kNearPx) return std::nullopt;
+  if (may_need_light()) admit_light();
   const Eigen::Matrix<double, kCount, 2> columns =
       posterior(1).solve(TagInformation::Identity().middleCols<2>(kShift));
   const Eigen::Matrix2d covariance = columns.middleRows<2>(kShift);

@@ -82,6 +82,7 @@ struct LightSums {
   static constexpr int kTerms = 7;
   using Terms = Eigen::Matrix<double, kTerms, 1>;
   Terms light = Terms::Zero();  // that the residuals are without
+  double squares = 0;           // of these
   Eigen::Matrix<double, kTerms, kTerms> own = Eigen::Matrix<double, kTerms, kTerms>::Zero();
   Eigen::Matrix<double, kTagColumns, kTerms> columns =
       Eigen::Matrix<double, kTagColumns, kTerms>::Zero();

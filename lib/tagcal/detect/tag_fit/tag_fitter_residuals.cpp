@@ -16,6 +16,9 @@ using namespace tag_parameter;
 // px. Between pixels whose noise may be correlated, in x and y: by a filter of 3x3 pixels, as for a
 // mosaic, as a limit of work.
 constexpr int kCorrelatedPx = 2;
+// numeric: change of a tag's distance over half its side, as a share, from which on terms of light
+// are tried whatever the residuals are, as a limit of work
+constexpr double kTilted = 0.06;
 
 }  // namespace
 
@@ -23,13 +26,15 @@ double TagSums::variance(double left) const {
   return std::max(kBoxVariance, left / std::max(1, num_pixels - kCount));
 }
 
-// A test that costs little, from the residuals of pixels of one colour, and by the tag's tilt: sums
-// of the terms' products with the residuals, squared, over their variances.
+// A test that costs little, by the tag's tilt and from the residuals of pixels of one colour: sums
+// of their products with the terms, squared, over their variances.
 bool TagFitter::may_need_light() const {
   // Mean squares of x^2 about its mean, and of xy, over that of x, if x and y are uniform.
   constexpr double kOfSquare = 4.0 / 15, kOfProduct = 1.0 / 3;
   const TagParameters& p = model_.parameters();
-  if (p.segment<2>(kM3).norm() > policy::kLightTilt) return true;
+  // What is left of borders that pixels sample too coarsely is no light.
+  if (model_.spread() < policy::kUsualSpreadPx / 2) return false;
+  if (p.segment<2>(kM3).norm() > kTilted) return true;
   const auto& [black, white] = flat_;
   const double b = p[kBlack], w = p[kBlack] + p[kGain], n = std::max(1.0, black.n);
   const double xx = b * b * black.xx + w * w * white.xx, yy = b * b * black.yy + w * w * white.yy;
@@ -68,6 +73,7 @@ void TagFitter::add_light(TagBlock& block) {
   Eigen::Matrix<float, Eigen::Dynamic, LightSums::kTerms> terms(block.size, LightSums::kTerms);
   terms << x * one, y * one, x * x * level, x * y * level, y * y * level, x * spread, y * spread;
   column(kTagResidual).matrix() -= terms * light_->light.cast<float>();
+  light_->squares += static_cast<double>(column(kTagResidual).matrix().squaredNorm());
   light_->own += (terms.transpose() * terms).cast<double>();
   const int num_columns = block.is_bent ? kTagColumns : kTagStraightColumns;
   const Eigen::Map<const Eigen::MatrixXf, 0, Eigen::OuterStride<kTagBlock>> columns(
@@ -94,14 +100,19 @@ void TagFitter::admit_light() {
       (sums.columns.row(kTagResidual).transpose() - by_light.transpose() * right).eval();
   const auto light = own.ldlt().solve(gradient).eval();
   const double gain = gradient.dot(light);
-  if (!(gain > policy::kLightSure * variance)) return;
-  model_.set(model_.parameters() + inverse.solve(right - cross * light));
-  last_.variance = sums_.variance(sums_.squares - gain);
-  TagSums with_light = sums_;
-  with_light.at = model_.parameters();
-  with_light.information -= cross * sums.own.ldlt().solve(cross.transpose());
-  collect_light(light);
-  sums_ = with_light;
+  // Rounding has a structure of its own, so the terms must change levels by more than it does.
+  if (!(gain > std::max(policy::kLightSure * variance, kBoxVariance * sums_.num_pixels))) return;
+  const TagSums before = sums_;
+  model_.set(before.at + inverse.solve(right - cross * light));
+  const double left = collect_light(light).squares;
+  if (before.squares - left < gain / 2) {  // a border sharper than a pixel: far from linear
+    model_.set(before.at);
+    return collect();
+  }
+  sums_ = before;
+  sums_.at = model_.parameters();
+  sums_.information -= cross * sums.own.ldlt().solve(cross.transpose());
+  last_.variance = sums_.variance(left);
 }
 
 // The variance of a corner over that by the mean square of all residuals, if these were
@@ -134,7 +145,7 @@ double TagFitter::noise_factor() const {
     }
   }
   const double factor = sum * square / last_.variance;
-  return factor - 1 > policy::kNoiseSureSds * std::sqrt(variance) ? factor : 1;
+  return std::max(1.0, factor - policy::kNoiseSureSds * std::sqrt(variance));
 }
 
 }  // namespace tagcal::internal

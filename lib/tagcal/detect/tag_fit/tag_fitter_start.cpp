@@ -17,6 +17,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using namespace tag_parameter;
 
+constexpr double kFilterVariance = 1.0 / 2;  // px^2, of the binomial filter 1 2 1
+
 }  // namespace
 
 std::optional<Vector2d> TagFitter::straight_place(const Vector2d& pixel) const {
@@ -126,6 +128,36 @@ bool TagFitter::start_levels(TagParameters& parameters) const {
   parameters[kBlack] = sum[0] / count[0];
   parameters[kGain] = sum[1] / count[1] - parameters[kBlack];
   return parameters[kGain] > 0;
+}
+
+bool TagFitter::start_fit() {
+  TagParameters parameters;
+  if (!start_parameters(parameters)) return false;
+  set_prior(parameters);
+  parameters.segment<2>(kShift) = prior_mean_.segment<2>(kShift);
+  model_.set(parameters);
+  return true;
+}
+
+// Smooths the pixels by the binomial filter 1 2 1 in both directions, and the model with them.
+void TagFitter::smooth() {
+  const int width = patch_.width, height = patch_.height;
+  const auto filtered = [&](auto&& level, int i, int count) {
+    return (level(std::max(0, i - 1)) + 2 * level(i) + level(std::min(count - 1, i + 1))) / 4;
+  };
+  std::vector<float> across = patch_.levels;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      across[static_cast<std::size_t>(y * width + x)] =
+          filtered([&](int i) { return patch_.at(i, y); }, x, width);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      patch_.levels[static_cast<std::size_t>(y * width + x)] = filtered(
+          [&](int i) { return across[static_cast<std::size_t>(i * width + x)]; }, y, height);
+  TagParameters parameters = model_.parameters();
+  parameters[kLogSpread] = std::log(std::hypot(model_.spread(), std::sqrt(kFilterVariance)));
+  model_.set(parameters);
+  is_smooth_ = true;
 }
 
 }  // namespace tagcal::internal

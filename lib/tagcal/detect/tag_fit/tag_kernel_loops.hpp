@@ -101,7 +101,7 @@ inline void put_derivatives(const TagTable& table, TagBlock& block, int at, Pack
   put(block, column++, at, white);
   put(block, column++, at, white * x);
   put(block, column++, at, white * y);
-  put(block, column++, at, one * (level - model));
+  put(block, column++, at, one * (level - table.black - contrast * white));
   put(block, column++, at, gain * table.per_px * by.shifts.by_shift);
   put(block, column, at, gain * table.per_px * by.shifts.by_shift_on_tag);
   if (block.is_bent) put_bends(block, at, gain * by.by_place_x, gain * by.by_place_y);
@@ -292,9 +292,10 @@ void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
     const IntPack is_black = kind == kSeenBlack, is_white = kind == kSeenWhite;
     if (!any_set(is_black | is_white)) continue;
     const Pack level = load<Pack>(row.level + c), black = splat<Pack>(table.black);
-    const Pack white = black + table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
+    const Pack contrast = table.gain + table.gain_by_x * raw_x + table.gain_by_y * raw_y;
     add_flat(is_black & ~is_clipped(table, level, black), raw_x, raw_y, level - black, sums[0]);
-    add_flat(is_white & ~is_clipped(table, level, white), raw_x, raw_y, level - white, sums[1]);
+    add_flat(is_white & ~is_clipped(table, level, black + contrast), raw_x, raw_y,
+             level - black - contrast, sums[1]);
   }
   for (int colour = 0; colour < 2; ++colour)
     for (int i = 0; i < 16; i += 4) add_sums(&sums[colour][i], &flat[colour].n + i);
