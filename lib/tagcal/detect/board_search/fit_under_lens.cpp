@@ -54,8 +54,7 @@ class PanelRefinement {
     for (const Tag& tag : panel.tags) {
       const auto it = found.find(tag.id);
       if (it == found.end()) continue;
-      tags_.push_back({it->second, on_panel(tag, panel_from_board),
-                       it->second->fitted});
+      tags_.push_back({it->second, on_panel(tag, panel_from_board), it->second->fitted});
       before_.push_back(*it->second);
     }
   }
@@ -99,7 +98,7 @@ class PanelRefinement {
 
   // The tag, fitted corner by corner if it only had a start.
   FoundTag without_lens(const FoundTag& tag) const {
-    if (tag.fitted || !tag.by_corner) return tag;
+    if (!tag.by_corner) return tag;
     const auto fitted = detector_.refined(image_, tag.id, tag.corners, false);
     return fitted && is_face(fitted->corners) && is_whole(*fitted, image_.size()) ? *fitted : tag;
   }

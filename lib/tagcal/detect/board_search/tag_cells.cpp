@@ -34,8 +34,6 @@ constexpr std::size_t kSweeps = 3;  // over all corners, for each step
 constexpr double kSlopeInformation = 1e-3;  // numeric: holds slopes that the cells do not determine
 constexpr double kLevelInformation = 1e-9;  // numeric: keeps the system regular without cells
 
-using Values = std::vector<double>;
-
 constexpr std::size_t kCellsAtOnce = 12;  // numeric: along a row, the width of Kalibr's tags
 using CellValues = std::array<double, kCellsAtOnce>;
 

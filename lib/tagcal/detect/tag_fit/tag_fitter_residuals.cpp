@@ -1,5 +1,5 @@
-// What the residuals of a fit show beyond the model of refine_tag(): uneven light, and noise that
-// is larger at borders or shared by neighbours.
+// The residuals of a fit show what the model of refine_tag() lacks: uneven light, and noise that is
+// larger at borders or shared by neighbours.
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -32,7 +32,7 @@ bool TagFitter::may_need_light() const {
   // Mean squares of x^2 about its mean, and of xy, over that of x, if x and y are uniform.
   constexpr double kOfSquare = 4.0 / 15, kOfProduct = 1.0 / 3;
   const TagParameters& p = model_.parameters();
-  // What is left of borders that pixels sample too coarsely is no light.
+  // Pixels sample these borders too coarsely: sampling, not light, makes their residuals.
   if (model_.spread() < policy::kUsualSpreadPx / 2) return false;
   if (p.segment<2>(kM3).norm() > kTilted) return true;
   const auto& [black, white] = flat_;

@@ -19,9 +19,11 @@ using Block = Eigen::Matrix<double, 8, 8, Eigen::RowMajor>;
 
 constexpr std::string_view kPatterns[] = {"RGGB", "BGGR", "GRBG", "GBRG"};
 constexpr double kLuma[] = {0.299, 0.587, 0.114};  // ITU-R BT.601
+// Bounds of what a scene may ask for: sharpening beyond them leaves two levels, and the loops over
+// neighbours grow with the radius.
 constexpr double kMostAmount = 10, kMostRadius_px = 10;
 
-// Of luminance, of quality 50 (ITU-T T.81, Table K.1).
+// Table K.1 of ITU-T T.81 quantizes luminance; it has quality 50.
 constexpr int kQuantization[] = {16, 11, 10, 16, 24,  40,  51,  61,   //
                                  12, 12, 14, 19, 26,  58,  60,  55,   //
                                  14, 13, 16, 24, 40,  57,  69,  56,   //
@@ -157,7 +159,7 @@ Block quantization(int quality) {
   });
 }
 
-// What compression loses: each block of 8 x 8 bytes has the rounded multiples of its quantization.
+// Compression rounds the frequencies of each block of 8 x 8 bytes to multiples of its quantization.
 Levels compressed(const Levels& bytes, int quality) {
   static const Block transform = cosine_transform();
   const Block steps = quantization(quality);
