@@ -15,54 +15,87 @@
 namespace tagcal::internal {
 namespace {
 
-// A pose relative to its start: omega (rad), and tau in units of the start's distance. Rotations
-// and translations then have the same scale for the solver, whatever the unit of length is.
-struct PoseStep {
+// A pose that the solver varies, by a step from its start: omega (rad), and tau in units of the
+// start's distance. Rotations and translations then have the same scale for the solver, whatever
+// the unit of length is.
+struct VariedPose {
   Pose reference;
   double length = 1;
+  Vector6d step = Vector6d::Zero();
 
-  Pose at(const Vector6d& step) const {
+  explicit VariedPose(const Pose& start) : reference(start) {
+    const double distance = start.translation().norm();
+    if (distance > 0) length = distance;
+  }
+
+  Pose value() const {
     Vector6d scaled = step;
     scaled.tail<3>() *= length;
     return retract(reference, scaled);
   }
+
+  // Derivatives by the step, from those by a step of `retract` at its value.
+  template <typename Rows, typename Derived>
+  void by_step(const Eigen::MatrixBase<Rows>& by_pose, Eigen::MatrixBase<Derived>& result) const {
+    result.template leftCols<3>().noalias() =
+        by_pose.template leftCols<3>().lazyProduct(left_jacobian(step.head<3>()));
+    result.template rightCols<3>() = length * by_pose.template rightCols<3>();
+  }
 };
 
-PoseStep step_about(const Pose& pose) {
-  const double distance = pose.translation().norm();
-  return {pose, distance > 0 ? distance : 1.0};
-}
+// The poses of cameras, instants and boards at the solver's current state. Vectors are never
+// reallocated, because Ceres orders parameter blocks by their addresses.
+struct VariedPoses {
+  LinkedPoses& values;
+  std::vector<VariedPose> cameras, instants, boards;
+
+  explicit VariedPoses(LinkedPoses& poses)
+      : values(poses),
+        cameras(poses.camera_from_rig.begin(), poses.camera_from_rig.end()),
+        instants(poses.rig_from_world.begin(), poses.rig_from_world.end()),
+        boards(poses.world_from_board.begin(), poses.world_from_board.end()) {}
+
+  void update() {
+    const auto take = [](const std::vector<VariedPose>& from, std::vector<Pose>& to) {
+      for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i].value();
+    };
+    take(cameras, values.camera_from_rig);
+    take(instants, values.rig_from_world);
+    take(boards, values.world_from_board);
+  }
+};
 
 // The compressed rows [J | r] of a view at the solver's current state. It holds nothing per corner:
 // of ten thousand views that would be most of the memory.
 struct ViewRows {
-  std::size_t view;  // of the bundle
-  PoseStep pose;
-  Vector6d step = Vector6d::Zero();  // what the solver varies
-  bool valid = false;                // no corner is outside of the lens' domain
+  std::size_t camera, view;  // of its bundle
+  LinkedPoses::Link link;
+  bool valid = false;  // no corner is outside of the lens' domain
   Eigen::MatrixXd rows;
 
-  ViewRows(const Bundle& bundle, std::size_t v)
-      : view(v), pose(step_about(bundle.camera_from_target[v])) {}
-
   // Computes the rows for a lens and the shape of the bundle's board.
-  void evaluate(const Bundle& bundle, const Lens& lens) {
+  void evaluate(const Bundle& bundle, const Lens& lens, const LinkedPoses& poses) {
     ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
     Eigen::MatrixXd gram;
-    valid = equations.sums.at(lens, pose.at(step), gram);
+    valid = equations.sums.at(lens, poses.camera_from_board(camera, link), gram);
     if (valid) compressed_rows(gram, 6, rows);
   }
 };
 
-// The cost of all corners of one view; parameter blocks are the pose step (6), the free parameters
-// and the shape of the board (k together). Ceres gets 6 + k + 1 rows instead of two per corner,
-// because copying those took most of its time.
+// The cost of all corners of one view; parameter blocks are the steps (6 each) of the instant, of a
+// camera that is not the reference and of a board that is not the first, the free parameters and
+// the shape of the board (k together). Ceres gets 6 + k + 1 rows instead of two per corner, because
+// copying those took most of its time.
 class ViewCost : public ceres::CostFunction {
  public:
-  ViewCost(const ViewRows& view, const Bundle& bundle) : view_(view) {
+  ViewCost(const ViewRows& view, const Bundle& bundle, const VariedPoses& poses)
+      : view_(view), poses_(poses) {
     set_num_residuals(6 + bundle.num_parameters() + 1);
+    parts_.push_back(&poses.instants[view.link.instant]);
+    if (moves_camera()) parts_.push_back(&poses.cameras[view.camera]);
+    if (view.link.board > 0) parts_.push_back(&poses.boards[view.link.board]);
+    for (std::size_t i = 0; i < parts_.size(); ++i) mutable_parameter_block_sizes()->push_back(6);
     const int num_free = bundle.model->num_free();
-    mutable_parameter_block_sizes()->push_back(6);
     if (num_free > 0) mutable_parameter_block_sizes()->push_back(num_free);
     if (bundle.board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
   }
@@ -73,14 +106,10 @@ class ViewCost : public ceres::CostFunction {
     const Eigen::MatrixXd& rows = view_.rows;
     const Eigen::Index n = rows.rows();
     Eigen::Map<Eigen::VectorXd>(residuals, n) = rows.col(n - 1);
-    if (jacobians && jacobians[0]) {
-      Eigen::Map<RowMajor6> by_step(jacobians[0], n, 6);
-      by_step.leftCols<3>().noalias() =
-          rows.leftCols<3>().lazyProduct(left_jacobian(view_.step.head<3>()));
-      by_step.rightCols<3>() = view_.pose.length * rows.middleCols<3>(3);
-    }
+    if (!jacobians) return true;
+    set_poses(jacobians);
     Eigen::Index column = 6;
-    for (std::size_t b = 1; jacobians && b < parameter_block_sizes().size(); ++b) {
+    for (std::size_t b = parts_.size(); b < parameter_block_sizes().size(); ++b) {
       const int k = parameter_block_sizes()[b];
       if (jacobians[b]) Eigen::Map<RowMajorX>(jacobians[b], n, k) = rows.middleCols(column, k);
       column += k;
@@ -89,24 +118,46 @@ class ViewCost : public ceres::CostFunction {
   }
 
  private:
+  bool moves_camera() const { return view_.camera != poses_.values.reference; }
+
+  void set_poses(double** jacobians) const {
+    const Eigen::MatrixXd& rows = view_.rows;
+    const auto set = [&](std::size_t part, const auto& by_pose) {
+      if (!jacobians[part]) return;
+      Eigen::Map<RowMajor6> by_step(jacobians[part], rows.rows(), 6);
+      parts_[part]->by_step(by_pose, by_step);
+    };
+    if (parts_.size() == 1 && poses_.values.camera_from_rig.size() == 1)
+      return set(0, rows.leftCols<6>());
+    const LinkedSteps steps(poses_.values, view_.camera, view_.link);
+    const auto by = [&](const Matrix6& step) { return RowMajor6(rows.leftCols<6>() * step); };
+    std::size_t part = 0;
+    set(part++, by(steps.by_instant));
+    if (moves_camera()) set(part++, by(steps.by_camera));
+    if (view_.link.board > 0) set(part++, by(steps.by_board));
+  }
+
   const ViewRows& view_;
+  const VariedPoses& poses_;
+  std::vector<const VariedPose*> parts_;  // in the order of the parameter blocks
 };
 
-// The cost of the priors; parameter blocks are the free parameters and the shape of the board.
+// The cost of the priors; parameter blocks are the free parameters and the shape of the board. With
+// several cameras the first one has the board's.
 class PriorCost : public ceres::CostFunction {
  public:
-  explicit PriorCost(const Bundle& bundle) : bundle_(bundle) {
-    set_num_residuals(static_cast<int>(prior_of(bundle).residuals.size()));
+  PriorCost(const Bundle& bundle, bool with_board) : bundle_(bundle), with_board_(with_board) {
+    set_num_residuals(static_cast<int>(prior().residuals.size()));
     if (bundle.model->num_free() > 0)
       mutable_parameter_block_sizes()->push_back(bundle.model->num_free());
-    if (bundle.board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
+    if (with_board) mutable_parameter_block_sizes()->push_back(bundle.num_shapes());
   }
 
   // The parameters are those of the bundle.
   bool Evaluate(const double* const* /*parameters*/, double* residuals,
                 double** jacobians) const override {
     if (!bundle_.model->lens(bundle_.free_values, bundle_.image_size)) return false;
-    const PriorRows rows = prior_of(bundle_);
+    const PriorRows rows = prior();
     const Eigen::Index n = rows.residuals.size();
     Eigen::Map<Eigen::VectorXd>(residuals, n) = bundle_.sigma * rows.residuals;
     Eigen::Index column = 0;
@@ -121,29 +172,40 @@ class PriorCost : public ceres::CostFunction {
   }
 
  private:
+  PriorRows prior() const { return with_board_ ? prior_of(bundle_) : prior_of_lens(bundle_); }
+
   const Bundle& bundle_;
+  bool with_board_;
 };
 
-// Computes the lens and the rows of all views once for each new state of the solver. (Ceres asks
-// for the cost there first, and for the Jacobian if it accepts the step.)
+// Computes the poses, the lenses and the rows of all views once for each new state of the solver.
+// (Ceres asks for the cost there first, and for the Jacobian if it accepts the step.)
 class Evaluation : public ceres::EvaluationCallback {
  public:
-  Evaluation(const Bundle& bundle, std::vector<ViewRows>& views, std::size_t num_threads)
-      : bundle_(bundle), views_(views), num_threads_(num_threads) {}
+  Evaluation(std::span<Bundle> cameras, VariedPoses& poses, std::vector<ViewRows>& views,
+             std::size_t num_threads)
+      : cameras_(cameras), poses_(poses), views_(views), num_threads_(num_threads) {}
 
   void PrepareForEvaluation(bool /*jacobians*/, bool is_new_point) override {
     if (!is_new_point) return;
-    const std::optional<Lens> lens = bundle_.model->lens(bundle_.free_values, bundle_.image_size);
+    poses_.update();
+    std::vector<std::optional<Lens>> lenses;
+    for (Bundle& camera : cameras_) {
+      lenses.push_back(camera.model->lens(camera.free_values, camera.image_size));
+      camera.shape = cameras_.front().shape;
+    }
     parallel_for(views_.size(), threads_for_short_calls(views_.size(), num_threads_),
                  [&](std::size_t i) {
                    ViewRows& view = views_[i];
                    view.valid = false;
-                   if (lens) view.evaluate(bundle_, *lens);
+                   if (const std::optional<Lens>& lens = lenses[view.camera])
+                     view.evaluate(cameras_[view.camera], *lens, poses_.values);
                  });
   }
 
  private:
-  const Bundle& bundle_;
+  std::span<Bundle> cameras_;
+  VariedPoses& poses_;
   std::vector<ViewRows>& views_;
   std::size_t num_threads_;
 };
@@ -198,8 +260,12 @@ Bundle Bundle::without_views() const {
   return {model, image_size, free_values, {}, {}, board, shape, row_sigma, {}, sigma};
 }
 
+PriorRows prior_of_lens(const Bundle& bundle) {
+  return lens_prior(*bundle.model, bundle.free_values, bundle.image_size);
+}
+
 PriorRows prior_of(const Bundle& bundle) {
-  PriorRows rows = lens_prior(*bundle.model, bundle.free_values, bundle.image_size);
+  PriorRows rows = prior_of_lens(bundle);
   if (!bundle.board) return rows;
   const Eigen::Index of_lens = rows.residuals.size(), k = rows.by_parameters.cols();
   const Eigen::Index n = bundle.num_shapes();
@@ -265,44 +331,106 @@ void set_row_terms(Bundle& bundle, BundleSummary& summary, std::size_t num_threa
 
 }  // namespace
 
-BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads) {
+namespace {
+
+// The parameters that views have in common: those of each camera, then those of the boards.
+std::vector<double*> common_blocks(std::span<Bundle> cameras, VariedPoses& poses) {
+  std::vector<double*> blocks;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (cameras[c].model->num_free() > 0) blocks.push_back(cameras[c].free_values.data());
+    if (c != poses.values.reference && !cameras[c].views.empty())
+      blocks.push_back(poses.cameras[c].step.data());
+  }
+  for (std::size_t b = 1; b < poses.boards.size(); ++b)
+    blocks.push_back(poses.boards[b].step.data());
+  if (cameras.front().board) blocks.push_back(cameras.front().shape.data());
+  return blocks;
+}
+
+void add_views(std::span<Bundle> cameras, VariedPoses& poses, std::vector<ViewRows>& views,
+               ceres::Problem& problem) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    Bundle& camera = cameras[c];
+    for (std::size_t v = 0; v < camera.views.size(); ++v) {
+      const LinkedPoses::Link link = poses.values.links[c][v];
+      ViewRows& view = views.emplace_back(ViewRows{c, v, link, false, {}});
+      std::vector<double*> blocks = {poses.instants[link.instant].step.data()};
+      if (c != poses.values.reference) blocks.push_back(poses.cameras[c].step.data());
+      if (link.board > 0) blocks.push_back(poses.boards[link.board].step.data());
+      if (camera.model->num_free() > 0) blocks.push_back(camera.free_values.data());
+      if (camera.board) blocks.push_back(cameras.front().shape.data());
+      problem.AddResidualBlock(new ViewCost(view, camera, poses), nullptr, blocks);
+    }
+  }
+}
+
+void add_priors(std::span<Bundle> cameras, ceres::Problem& problem) {
+  for (Bundle& camera : cameras) {
+    std::vector<double*> blocks;
+    if (camera.model->num_free() > 0) blocks.push_back(camera.free_values.data());
+    const bool with_board = &camera == &cameras.front() && camera.board;
+    if (with_board) blocks.push_back(camera.shape.data());
+    if (!blocks.empty())
+      problem.AddResidualBlock(new PriorCost(camera, with_board), nullptr, blocks);
+  }
+}
+
+// Instants first. Each common block has a group of its own: within one, the order is that of the
+// addresses, and those of heap and stack differ between threads.
+std::shared_ptr<ceres::ParameterBlockOrdering> ordering_of(VariedPoses& poses,
+                                                           const std::vector<double*>& common,
+                                                           const ceres::Problem& problem) {
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (VariedPose& instant : poses.instants)
+    if (problem.HasParameterBlock(instant.step.data()))
+      ordering->AddElementToGroup(instant.step.data(), 0);
+  int group = 0;
+  for (double* block : common)
+    if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, ++group);
+  return ordering;
+}
+
+}  // namespace
+
+BundleSummary solve(std::span<Bundle> cameras, LinkedPoses& poses, int max_iterations,
+                    std::size_t num_threads) {
   silence_logging();
-  // Contiguous and never reallocated, because Ceres orders parameter blocks by their addresses.
+  VariedPoses varied(poses);
   std::vector<ViewRows> views;
-  views.reserve(bundle.views.size());
-  Evaluation evaluation(bundle, views, num_threads);
+  std::size_t num_views = 0;
+  for (const Bundle& camera : cameras) num_views += camera.views.size();
+  views.reserve(num_views);
+  Evaluation evaluation(cameras, varied, views, num_threads);
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &evaluation;
   ceres::Problem problem(problem_options);
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  std::vector<double*> common;
-  if (bundle.model->num_free() > 0) common.push_back(bundle.free_values.data());
-  if (bundle.board) common.push_back(bundle.shape.data());
-  for (std::size_t i = 0; i < bundle.views.size(); ++i) {
-    ViewRows& view = views.emplace_back(bundle, i);
-    std::vector<double*> blocks = {view.step.data()};
-    blocks.insert(blocks.end(), common.begin(), common.end());
-    problem.AddResidualBlock(new ViewCost(view, bundle), nullptr, blocks);
-    ordering->AddElementToGroup(view.step.data(), 0);
-  }
-  if (!common.empty()) problem.AddResidualBlock(new PriorCost(bundle), nullptr, common);
-  // A group of its own each: within one, the order is that of the addresses, and those of heap and
-  // stack differ between threads.
-  for (std::size_t i = 0; i < common.size(); ++i)
-    ordering->AddElementToGroup(common[i], static_cast<int>(i) + 1);
+  add_views(cameras, varied, views, problem);
+  add_priors(cameras, problem);
   ceres::Solver::Options options = solver_options(max_iterations);
-  options.linear_solver_ordering = ordering;
+  options.linear_solver_ordering = ordering_of(varied, common_blocks(cameras, varied), problem);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  for (std::size_t i = 0; i < views.size(); ++i)
-    bundle.camera_from_target[i] = views[i].pose.at(views[i].step);
+  varied.update();
   BundleSummary result;
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.num_iterations = static_cast<int>(summary.iterations.size());
-  result.prior = bundle.sigma * bundle.sigma * prior_of(bundle).residuals.squaredNorm();
-  set_row_terms(bundle, result, num_threads);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    Bundle& camera = cameras[c];
+    camera.shape = cameras.front().shape;
+    for (std::size_t v = 0; v < camera.views.size(); ++v)
+      camera.camera_from_target[v] = poses.camera_from_board(c, poses.links[c][v]);
+    const PriorRows prior = c == 0 ? prior_of(camera) : prior_of_lens(camera);
+    result.prior += camera.sigma * camera.sigma * prior.residuals.squaredNorm();
+    set_row_terms(camera, result, num_threads);
+  }
   result.cost = std::max(0.0, 2 * summary.final_cost - result.prior);
   return result;
+}
+
+BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads) {
+  LinkedPoses poses{{Pose()}, bundle.camera_from_target, {Pose()}, 0, {{}}};
+  for (std::size_t i = 0; i < bundle.views.size(); ++i) poses.links[0].push_back({i, 0});
+  return solve({&bundle, 1}, poses, max_iterations, num_threads);
 }
 
 }  // namespace tagcal::internal

@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "tagcal/estimate/bundle/flat_board.hpp"
 #include "tagcal/estimate/bundle/lens_prior.hpp"
+#include "tagcal/estimate/bundle/linked_poses.hpp"
 #include "tagcal/estimate/pose/reprojection.hpp"
 
 namespace tagcal::internal {
@@ -69,6 +71,8 @@ struct ViewEquations {
 
 // The pseudo-observations of lens and board, by all parameters of the bundle.
 PriorRows prior_of(const Bundle& bundle);
+// The same without those of the board, whose parameters have no rows then.
+PriorRows prior_of_lens(const Bundle& bundle);
 
 // The sum of the squared whitened residuals of all views.
 double cost_of(const Bundle& bundle);
@@ -83,11 +87,17 @@ struct BundleSummary {
   int num_iterations = 0;
 };
 
-// Maximum a posteriori over all poses and free parameters: Ceres, one residual block per view,
-// poses eliminated by the Schur complement, and the pseudo-observations of lens, board and row
-// terms. Equal input gives equal bytes for any number of threads (0: one per core), because threads
-// evaluate views and Ceres sums on one thread. Writes the solution into the bundle. If a point is
-// outside the lens' domain at the start, the bundle stays as it is and `converged` is false.
+// Maximum a posteriori over all poses and free parameters of cameras on one body, which see the
+// same board: Ceres, one residual block per view, the poses of the instants eliminated by the Schur
+// complement, and the pseudo-observations of lenses, board and row terms. The shape of the board is
+// that of the first bundle. Equal input gives equal bytes for any number of threads (0: one per
+// core), because threads evaluate views and Ceres sums on one thread. Writes the solution into the
+// poses and the bundles. If a point is outside a lens' domain at the start, they stay as they are
+// and `converged` is false.
+BundleSummary solve(std::span<Bundle> cameras, LinkedPoses& poses, int max_iterations,
+                    std::size_t num_threads = 1);
+
+// The same for one camera.
 BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads = 1);
 
 }  // namespace tagcal::internal

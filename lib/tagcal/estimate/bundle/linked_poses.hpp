@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "tagcal/geometry/pose.hpp"
+
+namespace tagcal::internal {
+
+// The poses of the views of cameras on one body, before boards that are rigid in one world:
+//   camera_from_board = camera_from_rig[camera] * rig_from_world[instant] *
+//   world_from_board[board].
+// A single camera is such a body: its frame is that of the rig, and each view is an instant.
+struct LinkedPoses {
+  struct Link {
+    std::size_t instant = 0;
+    std::size_t board = 0;
+  };
+
+  std::vector<Pose> camera_from_rig;   // that of the reference camera is held
+  std::vector<Pose> rig_from_world;    // by instant
+  std::vector<Pose> world_from_board;  // that of the first board is held
+  std::size_t reference = 0;
+  std::vector<std::vector<Link>> links;  // by camera, and view of its bundle
+
+  Pose camera_from_board(std::size_t camera, const Link& link) const {
+    return camera_from_rig[camera] * rig_from_world[link.instant] * world_from_board[link.board];
+  }
+};
+
+// The steps (`retract`) of a view's pose by those of its three parts, to first order. The rotations
+// of a part's frame turn the steps of those to its right.
+struct LinkedSteps {
+  Matrix6 by_camera, by_instant, by_board;
+
+  LinkedSteps(const LinkedPoses& poses, std::size_t camera, const LinkedPoses::Link& link);
+};
+
+}  // namespace tagcal::internal
