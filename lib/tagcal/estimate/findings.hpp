@@ -30,6 +30,14 @@ inline constexpr FindingCode focal_not_observable{"focal_not_observable", Severi
 inline constexpr FindingCode not_observable{"not_observable", Severity::refusal,
                                             Status::not_observable};
 inline constexpr FindingCode target_unseen{"target_unseen", Severity::refusal, Status::degenerate};
+inline constexpr FindingCode not_connected{"not_connected", Severity::refusal,
+                                           Status::not_connected};
+inline constexpr FindingCode not_synchronous{"not_synchronous", Severity::refusal,
+                                             Status::not_synchronous};
+inline constexpr FindingCode pair_contradicts{"pair_contradicts", Severity::refusal,
+                                              Status::no_consensus};
+inline constexpr FindingCode camera_without_answer{"camera_without_answer", Severity::refusal,
+                                                   Status::not_observable};
 
 // The data.
 inline constexpr FindingCode input{"input", Severity::warning};  // from a reader or the detector
@@ -44,6 +52,10 @@ inline constexpr FindingCode covariance_missing{"covariance_missing", Severity::
 inline constexpr FindingCode noise_assumed{"noise_assumed", Severity::note};
 inline constexpr FindingCode noise_understated{"noise_understated", Severity::warning};
 inline constexpr FindingCode rows_displaced{"rows_displaced", Severity::warning};
+inline constexpr FindingCode instants_rejected{"instants_rejected", Severity::warning};
+inline constexpr FindingCode camera_moved{"camera_moved", Severity::warning};
+inline constexpr FindingCode corner_order_differs{"corner_order_differs", Severity::warning};
+inline constexpr FindingCode single_instant{"single_instant", Severity::warning};
 
 // The target.
 inline constexpr FindingCode tags_misplaced{"tags_misplaced", Severity::warning};

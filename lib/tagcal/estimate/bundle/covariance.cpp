@@ -57,24 +57,6 @@ Spread spread_of_views(const BundleInformation& information, const MatrixXd& w, 
   return spread;
 }
 
-std::optional<ViewInformation> eliminated(const MatrixXd& gram) {
-  const Index n = gram.cols() - 7;
-  const Matrix6 by_pose = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
-  const std::optional<MatrixXd> inverse = exact_inverse(by_pose);
-  if (!inverse) return std::nullopt;
-  // Triangular rows [J | r] with the same products. The rows below those of the pose are free of
-  // it; S as their square stays positive semidefinite, which a difference would not.
-  MatrixXd rows;
-  compressed_rows(gram, 6, rows);
-  const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
-  ViewInformation result;
-  result.pose_inverse = *inverse;
-  result.pose_by_parameters = *inverse * gram.block(0, 6, 6, n);
-  result.schur = rest.leftCols(n).transpose() * rest.leftCols(n);
-  result.gradient = rest.leftCols(n).transpose() * rest.col(n);
-  return result;
-}
-
 // Log evidence of row terms of a standard deviation, against none.
 double row_evidence(std::span<const ParameterSums::RowEquations> views, double variance,
                     double row_sigma) {
@@ -114,12 +96,30 @@ std::optional<MatrixXd> exact_inverse(const MatrixXd& information) {
   return root ? std::optional(MatrixXd(root->transpose() * *root)) : std::nullopt;
 }
 
+std::optional<ViewInformation> eliminate_pose(const MatrixXd& gram) {
+  const Index n = gram.cols() - 7;
+  const Matrix6 by_pose = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+  const std::optional<MatrixXd> inverse = exact_inverse(by_pose);
+  if (!inverse) return std::nullopt;
+  // Triangular rows [J | r] with the same products. The rows below those of the pose are free of
+  // it; S as their square stays positive semidefinite, which a difference would not.
+  MatrixXd rows;
+  compressed_rows(gram, 6, rows);
+  const auto rest = rows.bottomRows(n + 1).rightCols(n + 1);
+  ViewInformation result;
+  result.pose_inverse = *inverse;
+  result.pose_by_parameters = *inverse * gram.block(0, 6, 6, n);
+  result.schur = rest.leftCols(n).transpose() * rest.leftCols(n);
+  result.gradient = rest.leftCols(n).transpose() * rest.col(n);
+  return result;
+}
+
 std::optional<ViewInformation> information_of(const Bundle& bundle, std::size_t view,
                                               const Lens& lens) {
   ViewEquations equations(bundle, view, bundle.model->free(), bundle.row_prior());
   MatrixXd gram;
   if (!equations.sums.at(lens, bundle.camera_from_target[view], gram)) return std::nullopt;
-  return eliminated(gram);
+  return eliminate_pose(gram);
 }
 
 std::optional<ViewInformation> information_of(const ViewProblem& view, const Lens& lens,
@@ -129,7 +129,7 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
   ParameterSums sums(arrays.view(), model.free(), {}, rows);
   MatrixXd gram;
   if (!sums.at(lens, camera_from_target, gram)) return std::nullopt;
-  return eliminated(gram);
+  return eliminate_pose(gram);
 }
 
 MatrixXd BundleInformation::data() const {
@@ -163,33 +163,37 @@ std::optional<BundleInformation> bundle_information(const Bundle& bundle, std::s
   return result;
 }
 
+std::optional<BundleCovariance> covariance_of(const BundleInformation& information, double sigma,
+                                              double prior_sigma, double independent) {
+  BundleCovariance covariance;
+  const Index n = information.prior.cols();
+  if (n == 0) return covariance;
+  const std::optional<MatrixXd> w = inverse_root(information.total(sigma));
+  if (!w) return std::nullopt;
+  covariance.decrement = (*w * information.gradient(prior_sigma)).squaredNorm();
+  const Spread spread = spread_of_views(information, *w, sigma * sigma, independent);
+  covariance.overdispersion = spread.overdispersion;
+  const auto count = static_cast<double>(information.views.size());
+  const double share = count / (count + policy::kSpreadViews);
+  const MatrixXd prior = *w * information.prior * w->transpose();
+  const MatrixXd scaled = spread.overdispersion * (MatrixXd::Identity(n, n) - prior);
+  covariance.all = w->transpose() * (share * spread.covariance + (1 - share) * scaled + prior) * *w;
+  return covariance;
+}
+
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
                                               const BundleInformation& information, double sigma,
                                               double independent) {
-  const double variance = sigma * sigma;
-  BundleCovariance covariance;
-  const Index n = information.prior.cols();
-  if (n > 0) {
-    const std::optional<MatrixXd> w = inverse_root(information.total(sigma));
-    if (!w) return std::nullopt;
-    // The gradient by the noise that weighed the priors of the solution.
-    covariance.decrement = (*w * information.gradient(bundle.sigma)).squaredNorm();
-    const Spread spread = spread_of_views(information, *w, variance, independent);
-    covariance.overdispersion = spread.overdispersion;
-    const auto count = static_cast<double>(information.views.size());
-    const double share = count / (count + policy::kSpreadViews);
-    const MatrixXd prior = *w * information.prior * w->transpose();
-    const MatrixXd scaled = spread.overdispersion * (MatrixXd::Identity(n, n) - prior);
-    covariance.all =
-        w->transpose() * (share * spread.covariance + (1 - share) * scaled + prior) * *w;
-  }
+  auto covariance = covariance_of(information, sigma, bundle.sigma, independent);
+  if (!covariance) return std::nullopt;
   for (const ViewInformation& view : information.views) {
-    MatrixXd c = variance * view.pose_inverse;
-    if (n > 0) c += view.pose_by_parameters * covariance.all * view.pose_by_parameters.transpose();
-    covariance.poses.emplace_back(c);
+    MatrixXd c = sigma * sigma * view.pose_inverse;
+    if (information.prior.cols() > 0)
+      c += view.pose_by_parameters * covariance->all * view.pose_by_parameters.transpose();
+    covariance->poses.emplace_back(c);
   }
   const Index k = bundle.model->num_free();
-  covariance.parameters = covariance.all.topLeftCorner(k, k);
+  covariance->parameters = covariance->all.topLeftCorner(k, k);
   return covariance;
 }
 

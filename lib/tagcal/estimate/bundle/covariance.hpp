@@ -28,11 +28,15 @@ std::optional<ViewInformation> information_of(const ViewProblem& view, const Len
                                               const Model& model, const Pose& camera_from_target,
                                               const ViewRowTerms& rows);
 
+// The same from the products [J | r]'[J | r] (upper triangle) of rows by a pose (6) and by
+// parameters. No value if they do not determine the pose.
+std::optional<ViewInformation> eliminate_pose(const Eigen::MatrixXd& gram);
+
 // The information of all views and of the pseudo-observations.
 struct BundleInformation {
-  std::vector<ViewInformation> views;
-  Eigen::MatrixXd prior;           // J'J of lens_prior and the board
-  Eigen::VectorXd prior_gradient;  // J'r
+  std::vector<ViewInformation> views;  // independent samples, each with a pose of its own
+  Eigen::MatrixXd prior;               // J'J of lens_prior and the board
+  Eigen::VectorXd prior_gradient;      // J'r
 
   Eigen::MatrixXd data() const;  // sum of S_v
   // H = data / sigma^2 + prior, for noise of this standard deviation.
@@ -68,6 +72,10 @@ struct BundleCovariance {
 std::optional<BundleCovariance> covariance_of(const Bundle& bundle,
                                               const BundleInformation& information, double sigma,
                                               double independent);
+// The same for any parameters, of which `all` has the covariance, without poses. `prior_sigma`:
+// the noise that weighed the priors of the solution.
+std::optional<BundleCovariance> covariance_of(const BundleInformation& information, double sigma,
+                                              double prior_sigma, double independent);
 
 // The shape of the board, with its uncertainty. Precondition: the bundle has a board.
 BoardWarp board_warp(const Bundle& bundle, const BundleCovariance& covariance);

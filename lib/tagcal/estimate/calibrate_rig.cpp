@@ -1,0 +1,329 @@
+#include "tagcal/estimate/calibrate_rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/findings.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/pose.hpp"
+#include "tagcal/estimate/rig/rig_report.hpp"
+#include "tagcal/internal/stopwatch.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+void check_rig(const RigDataset& rig, const RigOptions& options) {
+  const std::size_t n = rig.cameras.size();
+  if (n == 0) throw Error("rig: has no cameras");
+  if (options.reference >= n)
+    throw Error(fmt::format("reference: must be below {}, the number of cameras, got {}", n,
+                            options.reference));
+  const bool fixed = options.lenses == RigLenses::fixed;
+  if (options.known.size() != (fixed ? n : 0))
+    throw Error(
+        fmt::format("known: must have {} cameras, got {}", fixed ? n : 0, options.known.size()));
+  for (std::size_t c = 0; fixed && c < n; ++c)
+    if (options.known[c].camera.camera.image_size != rig.cameras[c].data.image_size)
+      throw Error(rig.cameras[c].name + ": the known camera must have its image size");
+  for (const Instant& instant : rig.instants) {
+    if (instant.view.size() != n)
+      throw Error(fmt::format("instants: must have {} views, got {}", n, instant.view.size()));
+    for (std::size_t c = 0; c < n; ++c)
+      if (instant.view[c] && *instant.view[c] >= rig.cameras[c].data.views.size())
+        throw Error(rig.cameras[c].name + ": an instant names a view that it does not have");
+  }
+  const auto points = points_in_world(rig.cameras.front().data.boards);
+  for (const RigCamera& camera : rig.cameras)
+    if (points_in_world(camera.data.boards) != points)
+      throw Error(camera.name + ": its boards must be those of " + rig.cameras.front().name);
+}
+
+// The poses of all views under a lens that is known, in place of a calibration.
+Calibration poses_of_views(const Dataset& data, const RigOptions::KnownCamera& known) {
+  Calibration own;
+  own.camera = known.camera.camera;
+  if (known.camera.model) own.claim = known.camera;
+  own.model_error_px = known.error_px;
+  std::vector<double> sigmas;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    const auto seen = view_correspondences(data.views[v], data.boards, known.error_px);
+    const PoseEstimate pose = estimate_pose(seen, known.camera.camera);
+    if (!is_answer(pose.status)) continue;
+    own.sigma_of_corners = !seen.covariance_px2.empty();
+    sigmas.push_back(pose.sigma_px);
+    CalibratedView view;
+    view.image = data.views[v].image;
+    view.camera_from_world = pose.camera_from_target();
+    view.view = v;
+    own.views.push_back(view);
+    for (const std::size_t i : pose.outliers)
+      for (std::size_t k = 0; k < data.views[v].observations.size(); ++k)
+        if (data.views[v].observations[k].id == seen.ids[i])
+          own.outliers.push_back({view.image, seen.ids[i], 0, v, k});
+  }
+  own.status = own.views.empty() ? Status::degenerate : Status::ok;
+  if (!sigmas.empty()) own.sigma_px = median(sigmas);
+  return own;
+}
+
+std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOptions& options) {
+  std::vector<Calibration> own;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    own.push_back(options.lenses == RigLenses::fixed
+                      ? poses_of_views(rig.cameras[c].data, options.known[c])
+                      : calibrate(rig.cameras[c].data, options.camera));
+  return own;
+}
+
+// Cameras whose own pictures give no answer: then the rig has none.
+void require_answers(const RigDataset& rig, RigCalibration& answer) {
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const Calibration& own = answer.cameras[c].own;
+    const bool has_lens = is_answer(own.status) && own.camera && own.model != "weak";
+    if (has_lens) continue;
+    const auto reason = std::ranges::find_if(own.findings, is_refusal);
+    add(answer.findings, code::camera_without_answer,
+        fmt::format(
+            "{}: its own pictures do not calibrate it ({}): take more views with it, or give "
+            "its camera file",
+            rig.cameras[c].name,
+            reason == own.findings.end() ? std::string(status_name(own.status))
+                                         : reason->sentence));
+  }
+}
+
+std::string names_of(const RigDataset& rig, const std::vector<std::size_t>& cameras) {
+  std::string names;
+  for (const std::size_t c : cameras)
+    names += (names.empty() ? "" : c == cameras.back() ? " and " : ", ") + rig.cameras[c].name;
+  return names;
+}
+
+// The state under the models of the claims, solved from the answer; with known lenses, the answer
+// itself with their models.
+RigState state_of_claims(const RigState& answer, const RigCalibration& rig,
+                         const RigOptions& options) {
+  RigState state = answer;
+  bool differs = false;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
+    if (!claim || !claim->model) continue;
+    Bundle& bundle = state.cameras[c];
+    const Lens lens = bundle.lens();
+    differs = differs || bundle.model->num_free() != claim->model->num_free();
+    bundle.model = claim->model;
+    bundle.free_values = claim->model->free_values(lens);
+  }
+  if (differs && options.lenses == RigLenses::joint)
+    solve(state.cameras, state.poses, options.camera.max_iterations, options.camera.num_threads);
+  return state;
+}
+
+// Removes the parameters [first, first + count) from the information.
+void hold(BundleInformation& information, Index first, Index count) {
+  const Index n = information.prior.cols(), rest = n - first - count;
+  std::vector<Index> kept;
+  for (Index i = 0; i < n; ++i)
+    if (i < first || i >= first + count) kept.push_back(i);
+  (void)rest;
+  for (ViewInformation& sample : information.views) {
+    sample.schur = MatrixXd(sample.schur(kept, kept));
+    sample.gradient = Eigen::VectorXd(sample.gradient(kept));
+  }
+  information.prior = MatrixXd(information.prior(kept, kept));
+  information.prior_gradient = Eigen::VectorXd(information.prior_gradient(kept));
+}
+
+// The covariance of a camera's lens by its own views alone.
+std::optional<MatrixXd> covariance_of_lens(const Bundle& bundle) {
+  const auto information = bundle_information(bundle);
+  if (!information) return std::nullopt;
+  const auto covariance =
+      covariance_of(bundle, *information, 1, overdispersion_of_neighbours(bundle));
+  if (!covariance) return std::nullopt;
+  return covariance->parameters;
+}
+
+// The joint covariance: of the data, and of what the claims of the lenses have beyond them.
+std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout& layout,
+                                         const RigCalibration& rig, const RigOptions& options) {
+  auto information = rig_information(state, layout);
+  if (!information) return std::nullopt;
+  const MatrixXd total = information->total(1);
+  const bool fixed = options.lenses == RigLenses::fixed;
+  const Index extrinsics = layout.lens.front();
+  const Index lenses = (layout.shape ? *layout.shape : layout.size) - extrinsics;
+  if (fixed) hold(*information, extrinsics, lenses);
+  const auto of_data = covariance_of(*information, 1, 1, overdispersion_of_rig(state));
+  if (!of_data) return std::nullopt;
+  MatrixXd covariance = MatrixXd::Zero(layout.size, layout.size);
+  if (fixed) {
+    const Index shapes = layout.size - extrinsics - lenses;
+    covariance.topLeftCorner(extrinsics, extrinsics) =
+        of_data->all.topLeftCorner(extrinsics, extrinsics);
+    covariance.bottomRightCorner(shapes, shapes) = of_data->all.bottomRightCorner(shapes, shapes);
+  } else {
+    covariance = of_data->all;
+  }
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
+    if (!claim || !claim->model) continue;
+    const std::optional<MatrixXd> own =
+        fixed ? MatrixXd(MatrixXd::Zero(claim->covariance.rows(), claim->covariance.cols()))
+              : covariance_of_lens(state.cameras[c]);
+    if (own) add_claim(covariance, layout, total, c, excess_of(claim->covariance, *own));
+  }
+  return covariance;
+}
+
+void report_moves(const RigDataset& rig, const std::vector<CameraMove>& moves,
+                  RigCalibration& answer) {
+  for (const CameraMove& move : moves)
+    add(answer.findings, code::camera_moved,
+        fmt::format(
+            "{} moved against the others at instant {}, by {:.2g} mm and {:.2g} degrees: the "
+            "answer is of the longer part; fasten it and calibrate again",
+            rig.cameras[move.camera].name, move.instant, 1e3 * move.step.tail<3>().norm(),
+            move.step.head<3>().norm() * 180 / M_PI));
+}
+
+void report_clocks(const RigDataset& rig, const RigOptions& options, const RigStart& start,
+                   std::vector<ClockOffset> clocks, RigCalibration& answer) {
+  for (const InstantShift& shift : start.shifts)
+    add(answer.findings, code::not_synchronous,
+        fmt::format(
+            "{} fits the others {} instants {}: the pictures of an instant were not taken at "
+            "the same time; check the pairing, or record with a common trigger",
+            rig.cameras[shift.camera].name, std::abs(shift.instants),
+            shift.instants > 0 ? "later" : "earlier"));
+  for (const ClockOffset& clock : clocks) {
+    const double period = options.period_s;
+    const std::string amount =
+        period > 0 ? fmt::format("{:.3g} +- {:.2g} ms", 1e3 * period * clock.instants,
+                                 1e3 * period * clock.sigma_instants)
+                   : fmt::format("{:.3g} +- {:.2g} instants", clock.instants, clock.sigma_instants);
+    add(answer.findings, code::not_synchronous,
+        fmt::format(
+            "{} took its pictures {} after the others: record with a common trigger, or hold "
+            "the board still for each picture",
+            rig.cameras[clock.camera].name, amount));
+  }
+  answer.clocks = std::move(clocks);
+}
+
+void report_groups(const RigDataset& rig, RigCalibration& answer) {
+  if (answer.groups.size() < 2) return;
+  std::string sentence = names_of(rig, answer.groups.front());
+  for (std::size_t g = 1; g < answer.groups.size(); ++g)
+    sentence += fmt::format(" and {}", names_of(rig, answer.groups[g]));
+  add(answer.findings, code::not_connected,
+      fmt::format(
+          "no picture connects {}: show the board to a camera of each group at the same time",
+          sentence));
+}
+
+// The rig contradicts a camera: more than a third of its instants are rejected, or the rig moves
+// its corners by more than their noise.
+void report_contradictions(const RigDataset& rig, const RigState& state,
+                           const RigSolution& solution, RigCalibration& answer) {
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const RigCameraEstimate& camera = answer.cameras[c];
+    const int rejected = solution.num_rejected[c];
+    if (rejected > 0 && policy::is_above(rejected, policy::kMinority, rejected + camera.num_views))
+      add(answer.findings, code::pair_contradicts,
+          fmt::format("{} of {} instants of {} contradict the others: its pictures were taken at "
+                      "other times, or belong to another rig",
+                      rejected, rejected + camera.num_views, camera.name));
+    else if (camera.excess > 1)
+      add(answer.findings, code::pair_contradicts,
+          fmt::format(
+              "the rig moves the corners of {} by {:.2g} times their noise: its pictures were "
+              "taken at other times than those of the others, or the cameras are not rigid",
+              camera.name, camera.excess));
+  }
+  if (!answer.rejected_instants.empty())
+    add(answer.findings, code::instants_rejected,
+        fmt::format("{} of {} instants contradict the rig and are not used: the board or a camera "
+                    "moved between the pictures",
+                    answer.rejected_instants.size(), state.num_instants));
+}
+
+}  // namespace
+
+RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
+  const Stopwatch stopwatch;
+  check_rig(rig, options);
+  RigCalibration answer;
+  std::vector<Calibration> own = own_calibrations(rig, options);
+  for (std::size_t c = 0; c < own.size(); ++c) {
+    answer.cameras.push_back({rig.cameras[c].name});
+    answer.cameras[c].own = own[c];
+  }
+  require_answers(rig, answer);
+  answer.status = judge(answer.findings);
+  if (!is_answer(answer.status)) return answer;
+
+  RigState state = rig_state(rig, own, options.lenses);
+  state.poses.reference = options.reference;
+  answer.groups = connected_groups(state);
+  report_groups(rig, answer);
+  const RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    for (std::size_t v = 0; !start.is_connected[c] && v < state.instant[c].size(); ++v)
+      state.set_alone(c, v);
+  if (!start.turned.empty())
+    add(answer.findings, code::corner_order_differs,
+        fmt::format("the corners of {} views have the order of the board turned by half a turn and "
+                    "were exchanged",
+                    start.turned.size()));
+  report_moves(rig, separate_moves(state, start), answer);
+  report_clocks(rig, options, start, clocks_off(state, start), answer);
+  RigSolution solution = solve_robustly(state, options.camera);
+  answer.num_iterations = solution.num_iterations;
+  answer.rejected_instants = solution.rejected;
+  if (!solution.summary.converged)
+    add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");
+
+  const RigState of_claims = state_of_claims(state, answer, options);
+  SolvedRig solved{
+      &rig, &options, &state, start, solution, RigLayout(of_claims, start.is_connected), {}};
+  const auto covariance = joint_covariance(of_claims, solved.layout, answer, options);
+  if (!covariance) {
+    add(answer.findings, code::not_observable,
+        "the instants do not determine the places of the cameras");
+    solved.covariance = MatrixXd::Zero(solved.layout.size, solved.layout.size);
+  } else {
+    solved.covariance = *covariance;
+  }
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const Bundle& bundle = state.cameras[c];
+    UncertainCamera& camera = answer.cameras[c].camera;
+    camera.camera = {bundle.lens(), bundle.image_size};
+    const Index k = of_claims.cameras[c].model->num_free();
+    if (k == 0) continue;
+    camera.model = of_claims.cameras[c].model;
+    camera.covariance = solved.covariance.block(solved.layout.lens[c], solved.layout.lens[c], k, k);
+  }
+  report_rig(solved, answer);
+  const Index lenses = solved.layout.shape.value_or(solved.layout.size);
+  answer.covariance = solved.covariance.topLeftCorner(lenses, lenses);
+  report_contradictions(rig, state, solution, answer);
+  for (const RigPair& pair : answer.pairs)
+    if (pair.num_instants == 1 && rig.cameras.size() == 2)
+      add(answer.findings, code::single_instant,
+          "one instant connects the cameras: nothing tests the answer; take more");
+  answer.status = judge(answer.findings);
+  answer.seconds = stopwatch.seconds();
+  return answer;
+}
+
+}  // namespace tagcal

@@ -1,0 +1,177 @@
+#include "tagcal/estimate/rig/rig_checks.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/solvers/numeric/statistics.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Least squares of disagreements by parameters: minimises the sum of |e + A x|^2 in units of the
+// covariances.
+struct LinearFit {
+  MatrixXd information;
+  VectorXd gradient;
+  double square = 0;  // of e
+  int num_rows = 0;
+
+  explicit LinearFit(Eigen::Index n)
+      : information(MatrixXd::Zero(n, n)), gradient(VectorXd::Zero(n)) {}
+
+  void add(const Disagreement& d, const MatrixXd& by_parameters) {
+    const Eigen::Matrix<double, 6, 6> c = d.covariance;
+    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> ldlt(c);
+    const MatrixXd weighted = ldlt.solve(by_parameters);
+    information += by_parameters.transpose() * weighted;
+    gradient += weighted.transpose() * d.step;
+    square += d.step.dot(ldlt.solve(d.step));
+    num_rows += 6;
+  }
+  void add(const LinearFit& other) {
+    information += other.information;
+    gradient += other.gradient;
+    square += other.square;
+    num_rows += other.num_rows;
+  }
+
+  VectorXd solution() const { return -Eigen::LDLT<MatrixXd>(information).solve(gradient); }
+  double gain() const { return -gradient.dot(solution()); }
+  double rest() const { return std::max(0.0, square - gain()); }
+};
+
+// The change of a disagreement by a step of the camera's place.
+Matrix6 by_place(const RigState& state, std::size_t camera, std::size_t view) {
+  const OwnPose& own = state.own[camera][view];
+  Matrix6 step = Matrix6::Identity();
+  step.bottomLeftCorner<3, 3>() = -cross_matrix(own.camera_from_world.translation() -
+                                                state.poses.camera_from_rig[camera].translation());
+  return step;
+}
+
+// The change of a disagreement by a step of the world in the rig, times that step from the instant
+// before to the one after, halved. No value without both.
+std::optional<Vector6d> by_time(const RigState& state, std::size_t camera, const Disagreement& d,
+                                const Trajectory& trajectory) {
+  if (d.instant == 0 || d.instant + 1 >= trajectory.size()) return std::nullopt;
+  const std::optional<Sight>& before = trajectory[d.instant - 1];
+  const std::optional<Sight>& after = trajectory[d.instant + 1];
+  if (!before || !after || !trajectory[d.instant]) return std::nullopt;
+  const Vector6d velocity = minus(after->rig_from_world, before->rig_from_world) / 2;
+  const Eigen::Matrix3d turn = state.poses.camera_from_rig[camera].rotation_matrix();
+  Vector6d step;
+  step << turn * velocity.head<3>(), turn * velocity.tail<3>();
+  return step;
+}
+
+// Without those that are far from most: their squares exceed the median by the square of
+// policy::kOutlierSigmas.
+std::vector<Disagreement> consistent(std::vector<Disagreement> all, const VectorXd& x,
+                                     const std::vector<MatrixXd>& by_parameters) {
+  std::vector<double> squares;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Disagreement moved = all[i];
+    moved.step += by_parameters[i] * x;
+    squares.push_back(moved.square());
+  }
+  const double most = policy::kOutlierSigmas * policy::kOutlierSigmas * median(squares);
+  std::vector<Disagreement> kept;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (squares[i] <= most) kept.push_back(all[i]);
+  return kept;
+}
+
+// The normal score of the part of the squares that more parameters explain.
+double score(double gain, int num_more, double rest, int freedom) {
+  if (freedom < 1 || !(rest > 0)) return 0;
+  return variance_ratio_score(gain / num_more / (rest / freedom), num_more, freedom);
+}
+
+}  // namespace
+
+std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camera,
+                                        const Trajectory& trajectory) {
+  std::vector<Disagreement> all =
+      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory);
+  std::erase_if(all, [&](const Disagreement& d) { return !by_time(state, camera, d, trajectory); });
+  constexpr int kRounds = 3;  // numeric: the members are stable after two
+  VectorXd x = VectorXd::Zero(7);
+  std::optional<ClockOffset> offset;
+  std::vector<Disagreement> kept = all;
+  for (int round = 0; round < kRounds; ++round) {
+    LinearFit with(7), without(6);
+    const auto columns = [&](const Disagreement& d) {
+      MatrixXd a(6, 7);
+      a.leftCols<6>() = by_place(state, camera, d.view);
+      a.col(6) = *by_time(state, camera, d, trajectory);
+      return a;
+    };
+    for (const Disagreement& d : kept) {
+      const MatrixXd a = columns(d);
+      with.add(d, a);
+      without.add(d, a.leftCols<6>());
+    }
+    if (with.num_rows < 7 + policy::kFewestDegreesOfFreedom) return std::nullopt;
+    x = with.solution();
+    const double rest = with.rest();
+    const int freedom = with.num_rows - 7;
+    offset.reset();
+    if (score(with.gain() - without.gain(), 1, rest, freedom) > policy::kOutlierSigmas) {
+      const double variance =
+          MatrixXd(with.information.ldlt().solve(MatrixXd::Identity(7, 7)))(6, 6);
+      offset = ClockOffset{camera, x[6], std::sqrt(variance * rest / freedom)};
+    }
+    std::vector<MatrixXd> by_parameters;
+    for (const Disagreement& d : all) by_parameters.push_back(columns(d));
+    kept = consistent(all, x, by_parameters);
+  }
+  return offset;
+}
+
+std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
+                                      const Trajectory& trajectory) {
+  std::vector<Disagreement> all =
+      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory);
+  std::ranges::sort(all, {}, &Disagreement::instant);
+  constexpr std::size_t kFewest = 3;  // numeric: on each side, so that the split has freedom
+  if (all.size() < 2 * kFewest) return std::nullopt;
+  std::vector<LinearFit> before(1, LinearFit(6));
+  for (const Disagreement& d : all) {
+    LinearFit sum = before.back();
+    sum.add(d, by_place(state, camera, d.view));
+    before.push_back(sum);
+  }
+  const LinearFit& whole = before.back();
+  std::optional<CameraMove> best;
+  double most = policy::kOutlierSigmas;
+  for (std::size_t i = kFewest; i + kFewest <= all.size(); ++i) {
+    LinearFit after = whole;
+    after.information -= before[i].information;
+    after.gradient -= before[i].gradient;
+    const double gain = before[i].gain() + after.gain();
+    const double s = score(gain - whole.gain(), 6, whole.square - gain, whole.num_rows - 12);
+    if (s <= most) continue;
+    most = s;
+    best = CameraMove{camera, all[i].instant, after.solution() - before[i].solution()};
+  }
+  return best;
+}
+
+std::optional<PlaceOfPair> place_of(std::span<const Disagreement> disagreements,
+                                    const RigState& state, std::size_t camera) {
+  LinearFit fit(6);
+  for (const Disagreement& d : disagreements) fit.add(d, by_place(state, camera, d.view));
+  if (fit.num_rows < 6 + 6) return std::nullopt;  // numeric: two views leave a residual
+  PlaceOfPair place;
+  place.step = fit.solution();
+  const double variance = std::max(1.0, fit.rest() / (fit.num_rows - 6));
+  place.covariance = variance * fit.information.ldlt().solve(MatrixXd::Identity(6, 6));
+  return place;
+}
+
+}  // namespace tagcal::internal

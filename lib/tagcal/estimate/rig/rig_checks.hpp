@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "tagcal/estimate/rig/rig_start.hpp"
+
+namespace tagcal::internal {
+
+// A shift of a camera's clock that explains its disagreements with a trajectory: of the first
+// order, by the velocity of the world in the rig from the instants before and after. No value
+// unless it is significant (policy::kOutlierSigmas, by the disagreements that remain).
+std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camera,
+                                        const Trajectory& trajectory);
+
+// The instant from which on a camera is at another place, and by how much: the split of its
+// disagreements into two places that explains them best, if it is significant, as above.
+struct CameraMove {
+  std::size_t camera = 0;
+  std::size_t instant = 0;           // the first one at the new place
+  Vector6d step = Vector6d::Zero();  // from the old place to the new one (`retract`)
+};
+std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
+                                      const Trajectory& trajectory);
+
+// The place of a camera by a linear fit of its disagreements alone, as a step from its place, and
+// the covariance of that by what remains.
+struct PlaceOfPair {
+  Vector6d step = Vector6d::Zero();
+  Matrix6 covariance = Matrix6::Zero();
+};
+std::optional<PlaceOfPair> place_of(std::span<const Disagreement> disagreements,
+                                    const RigState& state, std::size_t camera);
+
+}  // namespace tagcal::internal

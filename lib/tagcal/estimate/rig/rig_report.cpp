@@ -1,0 +1,232 @@
+#include "tagcal/estimate/rig/rig_report.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "tagcal/estimate/policy/policy.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kDepths[] = {1, 3, 10, 30};  // numeric: metres, as users ask for them
+
+// The step of b_from_a = b_from_rig * a_from_rig^-1 by those of the two poses (6 x 12).
+Eigen::Matrix<double, 6, 12> pair_by_cameras(const Pose& a_from_rig, const Pose& b_from_rig) {
+  const Pose b_from_a = b_from_rig * a_from_rig.inverse();
+  const Eigen::Matrix3d turn = b_from_a.rotation_matrix();
+  const Eigen::Matrix3d arm = cross_matrix(turn * a_from_rig.translation());
+  Eigen::Matrix<double, 6, 12> by = Eigen::Matrix<double, 6, 12>::Zero();
+  by.block<3, 3>(0, 0) = -turn;
+  by.block<3, 3>(3, 0) = -arm * turn;
+  by.block<3, 3>(3, 3) = -turn;
+  by.block<3, 3>(0, 6).setIdentity();
+  by.block<3, 3>(3, 6) = arm;
+  by.block<3, 3>(3, 9).setIdentity();
+  return by;
+}
+
+// A pair of cameras as functions of the parameters of the rig.
+struct PairModel {
+  const SolvedRig& rig;
+  const RigCameraEstimate &a, &b;
+  std::size_t index_a, index_b;
+
+  Pose b_from_a() const { return b.camera_from_rig * a.camera_from_rig.inverse(); }
+
+  // Steps of b_from_a by all parameters of the rig (6 x n).
+  MatrixXd by_parameters() const {
+    const auto by = pair_by_cameras(a.camera_from_rig, b.camera_from_rig);
+    MatrixXd all = MatrixXd::Zero(6, rig.layout.size);
+    if (const auto at = rig.layout.pose[index_a]) all.middleCols<6>(*at) = by.leftCols<6>();
+    if (const auto at = rig.layout.pose[index_b]) all.middleCols<6>(*at) = by.rightCols<6>();
+    return all;
+  }
+};
+
+// The derivative of a function of a lens by its free parameters, by central differences.
+template <typename Function>
+MatrixXd by_lens(const UncertainCamera& camera, const Function& of_lens) {
+  if (!camera.model) return MatrixXd(of_lens(camera.camera.lens).size(), 0);
+  const std::vector<double> values = camera.model->free_values(camera.camera.lens);
+  MatrixXd by(of_lens(camera.camera.lens).size(), std::ssize(values));
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double h = 1e-6 * std::max(1.0, std::abs(values[k]));  // numeric: between both roundings
+    const auto at = [&](double value) {
+      std::vector<double> moved = values;
+      moved[k] = value;
+      return of_lens(*camera.model->lens(moved, camera.camera.image_size));
+    };
+    by.col(static_cast<Index>(k)) = (at(values[k] + h) - at(values[k] - h)) / (2 * h);
+  }
+  return by;
+}
+
+// The uncertainty of the depth of a point at `distance` on the axis of the first camera, as its
+// second pixel tells it. No value if the second camera does not see the point.
+std::optional<DepthUncertainty> depth_uncertainty(const PairModel& pair, double distance) {
+  const Pose b_from_a = pair.b_from_a();
+  const Vector3d axis = Vector3d::UnitZ(), point = b_from_a * Vector3d(distance * axis);
+  PointJacobian by_point;
+  const auto pixel = std::visit(
+      [&](const auto& lens) { return lens.project(point, &by_point, nullptr); },
+      pair.b.camera.camera.lens);
+  const auto centre = project(pair.a.camera.camera.lens, Vector3d(distance * axis));
+  if (!pixel || !centre) return std::nullopt;
+  const Eigen::Vector2d by_depth = by_point * (b_from_a.rotation() * axis);
+  if (!(by_depth.squaredNorm() > 0)) return std::nullopt;
+  MatrixXd by_point_in_b(3, pair.rig.layout.size);
+  by_point_in_b = pair.by_parameters().bottomRows<3>() -
+                  cross_matrix(b_from_a.rotation() * Vector3d(distance * axis)) *
+                      pair.by_parameters().topRows<3>();
+  MatrixXd of_pixel = by_point * by_point_in_b;
+  const auto add = [&](std::size_t camera, const MatrixXd& by) {
+    if (by.cols() > 0) of_pixel.middleCols(pair.rig.layout.lens[camera], by.cols()) += by;
+  };
+  add(pair.index_b, by_lens(pair.b.camera, [&](const Lens& lens) {
+        return project(lens, point).value_or(*pixel);
+      }));
+  add(pair.index_a, by_lens(pair.a.camera, [&](const Lens& lens) -> Eigen::Vector2d {
+        const auto ray = ray_in_camera(lens, *centre);
+        const Vector3d direction = ray ? ray->direction : axis;
+        return by_point * (b_from_a.rotation() * Vector3d(distance * direction));
+      }));
+  const VectorXd depth = -of_pixel.transpose() * by_depth / by_depth.squaredNorm();
+  const Index first_lens = pair.rig.layout.lens.front();
+  const Index rest = pair.rig.layout.size - first_lens;
+  const MatrixXd& c = pair.rig.covariance;
+  const double all = depth.dot(c * depth);
+  // What is left if the lenses were known: the extrinsics' conditional covariance.
+  const MatrixXd of_lenses = c.bottomRightCorner(rest, rest);
+  double part = all;
+  if (rest > 0) {
+    const VectorXd cross = c.bottomRows(rest) * depth;
+    part = cross.dot(of_lenses.completeOrthogonalDecomposition().solve(cross));
+  }
+  return DepthUncertainty{distance, std::sqrt(std::max(0.0, all)),
+                          std::sqrt(std::clamp(part, 0.0, all))};
+}
+
+// Corners that both cameras see at an instant: sums of their distances from the epipolar curves.
+void add_epipolar(const PairModel& pair, std::size_t view_a, std::size_t view_b, RigPair& result,
+                  double& sum) {
+  const auto& state = *pair.rig.state;
+  const auto corners_of = [&](std::size_t camera, std::size_t view) -> const View& {
+    return pair.rig.data->cameras[camera].data.views[state.index_of_view[camera][view]];
+  };
+  const Pose b_from_a = pair.b_from_a();
+  const Lens &lens_a = pair.a.camera.camera.lens, &lens_b = pair.b.camera.camera.lens;
+  std::map<CornerId, Eigen::Vector2d> in_a;
+  for (const Observation& o : corners_of(pair.index_a, view_a).observations) in_a[o.id] = o.pixel;
+  for (const Observation& o : corners_of(pair.index_b, view_b).observations) {
+    const auto other = in_a.find(o.id);
+    if (other == in_a.end()) continue;
+    const auto ray_a = ray_in_camera(lens_a, other->second), ray_b = ray_in_camera(lens_b, o.pixel);
+    if (!ray_a || !ray_b) continue;
+    const Vector3d normal =
+        b_from_a.translation().cross(b_from_a.rotation() * ray_a->direction).normalized();
+    // The nearest ray of the epipolar plane, and its pixel.
+    const Vector3d on_plane = ray_b->direction - normal * normal.dot(ray_b->direction);
+    const auto pixel = project(lens_b, on_plane);
+    if (!pixel) continue;
+    sum += (*pixel - o.pixel).squaredNorm();
+    ++result.num_corners;
+  }
+}
+
+RigPair report_pair(const PairModel& pair) {
+  RigPair result;
+  result.a = pair.index_a;
+  result.b = pair.index_b;
+  result.b_from_a = pair.b_from_a();
+  const MatrixXd by = pair.by_parameters();
+  result.covariance = by * pair.rig.covariance * by.transpose();
+  const Vector3d t = result.b_from_a.translation();
+  result.baseline_m = t.norm();
+  const Eigen::Matrix3d of_t = result.covariance.bottomRightCorner<3, 3>();
+  if (result.baseline_m > 0)
+    result.sigma_baseline_m = std::sqrt(std::max(0.0, t.dot(of_t * t))) / result.baseline_m;
+  const auto of_a = pair.rig.state->views_at(pair.index_a);
+  const auto of_b = pair.rig.state->views_at(pair.index_b);
+  double sum = 0;
+  for (std::size_t i = 0; i < of_a.size(); ++i) {
+    if (!of_a[i] || !of_b[i]) continue;
+    ++result.num_instants;
+    add_epipolar(pair, *of_a[i], *of_b[i], result, sum);
+  }
+  if (result.num_corners > 0) result.epipolar_px = std::sqrt(sum / result.num_corners);
+  for (const double distance : kDepths)
+    if (const auto depth = depth_uncertainty(pair, distance)) result.depths.push_back(*depth);
+  return result;
+}
+
+// The disagreement of a pair alone with the rig, in standard deviations.
+double disagreement_of(const SolvedRig& rig, std::size_t a, std::size_t b) {
+  std::vector<std::uint8_t> only_a(rig.state->cameras.size(), 0);
+  only_a[a] = 1;
+  const Trajectory trajectory = trajectory_of(*rig.state, only_a);
+  const auto all = disagreements(*rig.state, b, rig.state->poses.camera_from_rig[b], trajectory);
+  const auto place = place_of(all, *rig.state, b);
+  if (!place) return 0;
+  const Eigen::Matrix<double, 6, 6> c = place->covariance;
+  return std::sqrt(place->step.dot(c.ldlt().solve(place->step)) / 6);
+}
+
+void report_camera(const SolvedRig& solved, std::size_t c, RigCameraEstimate& camera) {
+  const RigState& state = *solved.state;
+  const Bundle& bundle = state.cameras[c];
+  camera.is_connected = solved.start.is_connected[c];
+  camera.camera_from_rig = state.poses.camera_from_rig[c];
+  if (const auto at = solved.layout.pose[c])
+    camera.covariance = solved.covariance.block<6, 6>(*at, *at);
+  double sum = 0;
+  ViewProblem buffer;
+  for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+    if (!state.instant[c][v]) continue;
+    ++camera.num_views;
+    const ViewProblem& view = bundle.corrected(v, buffer);
+    for (const auto& r :
+         residuals_px(view.correspondences, bundle.lens(), bundle.camera_from_target[v])) {
+      sum += r.squaredNorm();
+      ++camera.num_corners;
+    }
+  }
+  if (camera.num_corners > 0) camera.rms_px = std::sqrt(sum / camera.num_corners);
+}
+
+}  // namespace
+
+void report_rig(const SolvedRig& solved, RigCalibration& answer) {
+  const RigState& state = *solved.state;
+  const std::vector<ViewExcess> excess = excesses(state);
+  double sum = 0;
+  for (std::size_t c = 0; c < answer.cameras.size(); ++c) {
+    RigCameraEstimate& camera = answer.cameras[c];
+    report_camera(solved, c, camera);
+    camera.excess = excess_of_camera(excess, c);
+    answer.num_corners += camera.num_corners;
+    sum += camera.rms_px * camera.rms_px * camera.num_corners;
+  }
+  if (answer.num_corners > 0) answer.rms_px = std::sqrt(sum / answer.num_corners);
+  for (std::size_t a = 0; a < answer.cameras.size(); ++a)
+    for (std::size_t b = a + 1; b < answer.cameras.size(); ++b) {
+      if (common_instants(state, a, b) == 0 || !answer.cameras[a].is_connected) continue;
+      RigPair pair = report_pair({solved, answer.cameras[a], answer.cameras[b], a, b});
+      if (answer.cameras.size() > 2) pair.disagreement = disagreement_of(solved, a, b);
+      answer.pairs.push_back(std::move(pair));
+    }
+  std::vector<int> num_views(state.num_instants, 0);
+  for (const auto& camera : state.instant)
+    for (const auto& t : camera)
+      if (t) ++num_views[*t];
+  for (std::size_t t = 0; t < num_views.size(); ++t)
+    if (num_views[t] > 0)
+      answer.instants.push_back({t, state.poses.rig_from_world[t], num_views[t]});
+}
+
+}  // namespace tagcal::internal

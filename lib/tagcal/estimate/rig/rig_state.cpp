@@ -1,0 +1,188 @@
+#include "tagcal/estimate/rig/rig_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "tagcal/estimate/bundle/covariance.hpp"
+#include "tagcal/estimate/calibration/calibration_fit.hpp"
+#include "tagcal/estimate/pose/corner_noise.hpp"
+
+namespace tagcal::internal {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+using RejectedCorners = std::set<std::pair<std::size_t, std::size_t>>;  // view and corner
+
+Matrix2 whitening_in_rig(const Observation& corner, const Calibration& own) {
+  if (!own.sigma_of_corners) return Matrix2::Identity() / std::max(own.sigma_px, kLeastNoisePx);
+  const double error = own.model_error_px;
+  return whitening_of(covariance_or_assumed(corner) + error * error * Matrix2::Identity());
+}
+
+ViewProblem problem_of(const View& seen, std::size_t index,
+                       const std::map<CornerId, Vector3d>& points, const Calibration& own,
+                       const RejectedCorners& rejected) {
+  ViewProblem problem;
+  for (std::size_t i = 0; i < seen.observations.size(); ++i) {
+    const Observation& corner = seen.observations[i];
+    const auto point = points.find(corner.id);
+    if (point == points.end() || rejected.contains({index, i})) continue;
+    problem.correspondences.push_back({point->second, corner.pixel});
+    problem.whitening.push_back(whitening_in_rig(corner, own));
+  }
+  return problem;
+}
+
+// The model of the bundle: that of the own calibration, or one that holds the whole lens.
+const Model& model_in_rig(const Calibration& own, RigLenses lenses, RigState& state) {
+  const Lens& lens = own.camera->lens;
+  const LensKind& kind = kind_of(lens);
+  std::map<std::string, double> values = own.fixed;
+  if (lenses == RigLenses::fixed)
+    for (std::size_t k = 0; k < kind.parameters.size(); ++k)
+      values[std::string(kind.parameters[k].name)] = parameters(lens)[k];
+  else if (values.empty())
+    return Model::named(own.model);
+  state.held.push_back(std::make_shared<const HeldModels>(values, kind));
+  return lenses == RigLenses::fixed ? state.held.back()->of(kind, ModelRole::largest)
+                                    : state.held.back()->named(own.model);
+}
+
+Bundle bundle_of(const Dataset& data, const Calibration& own, const Model& model) {
+  Bundle bundle;
+  bundle.model = &model;
+  bundle.image_size = data.image_size;
+  bundle.free_values = model.free_values(own.camera->lens);
+  bundle.row_sigma = own.row_sigma;
+  bundle.board = flat_board(data);
+  if (bundle.board && own.board_warp) {
+    const BoardWarp& warp = *own.board_warp;
+    bundle.shape << warp.bend_mm / 1e3, warp.twist_mm / 1e3, warp.aspect;
+  }
+  RejectedCorners rejected;
+  for (const Outlier& outlier : own.outliers) rejected.insert({outlier.view, outlier.corner});
+  const std::map<CornerId, Vector3d> points = points_in_world(data.boards);
+  for (const CalibratedView& view : own.views) {
+    bundle.views.push_back(problem_of(data.views[view.view], view.view, points, own, rejected));
+    bundle.camera_from_target.push_back(view.camera_from_world);
+  }
+  bundle.row_terms.assign(bundle.views.size(), Eigen::Vector2d::Zero());
+  return bundle;
+}
+
+// The products of a view's rows [J by pose | r].
+MatrixXd gram_at(const Bundle& bundle, std::size_t view, const Lens& lens, const Pose& pose) {
+  ViewEquations equations(bundle, view, {}, bundle.row_prior());
+  MatrixXd gram;
+  if (!equations.sums.at(lens, pose, gram)) gram.resize(0, 0);
+  return gram;
+}
+
+std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Lens& lens) {
+  const Pose& pose = bundle.camera_from_target[view];
+  const MatrixXd gram = gram_at(bundle, view, lens, pose);
+  if (gram.size() == 0) return std::nullopt;
+  const Matrix6 information = gram.topLeftCorner<6, 6>().selfadjointView<Eigen::Upper>();
+  const auto covariance = exact_inverse(information);
+  if (!covariance) return std::nullopt;
+  return OwnPose{pose, *covariance, gram(gram.rows() - 1, gram.cols() - 1)};
+}
+
+// By view of the data set: the instant at which it was taken.
+std::vector<std::optional<std::size_t>> instants_of_views(const RigDataset& rig,
+                                                          std::size_t camera) {
+  std::vector<std::optional<std::size_t>> instants(rig.cameras[camera].data.views.size());
+  for (std::size_t t = 0; t < rig.instants.size(); ++t)
+    if (const auto& view = rig.instants[t].view[camera]) instants[*view] = t;
+  return instants;
+}
+
+}  // namespace
+
+std::vector<std::optional<std::size_t>> RigState::views_at(std::size_t camera) const {
+  std::vector<std::optional<std::size_t>> views(num_instants);
+  for (std::size_t v = 0; v < instant[camera].size(); ++v)
+    if (const auto& t = instant[camera][v]) views[*t] = v;
+  return views;
+}
+
+void RigState::set_alone(std::size_t camera, std::size_t view) {
+  instant[camera][view].reset();
+  poses.links[camera][view].instant = poses.rig_from_world.size();
+  poses.rig_from_world.push_back(poses.camera_from_rig[camera].inverse() *
+                                 own[camera][view].camera_from_world);
+}
+
+RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, RigLenses lenses) {
+  RigState state;
+  state.num_instants = rig.instants.size();
+  state.poses.camera_from_rig.resize(rig.cameras.size());
+  state.poses.rig_from_world.resize(rig.instants.size());
+  state.poses.world_from_board.resize(1);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    Bundle bundle = bundle_of(rig.cameras[c].data, own[c], model_in_rig(own[c], lenses, state));
+    const Lens lens = bundle.lens();
+    const auto instants = instants_of_views(rig, c);
+    state.index_of_view.emplace_back();
+    state.own.emplace_back();
+    state.instant.emplace_back();
+    std::vector<ViewProblem> views;
+    std::vector<LinkedPoses::Link> links;
+    for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+      const std::optional<OwnPose> pose = own_pose(bundle, v, lens);
+      if (!pose) continue;
+      const std::size_t index = own[c].views[v].view;
+      state.index_of_view[c].push_back(index);
+      state.own[c].push_back(*pose);
+      state.instant[c].push_back(instants[index]);
+      views.push_back(std::move(bundle.views[v]));
+      links.push_back({instants[index].value_or(0), 0});
+    }
+    bundle.views = std::move(views);
+    bundle.camera_from_target.resize(bundle.views.size());
+    bundle.row_terms.resize(bundle.views.size());
+    state.cameras.push_back(std::move(bundle));
+    state.poses.links.push_back(std::move(links));
+  }
+  return state;
+}
+
+std::optional<Pose> half_turn_of(const std::vector<PlacedBoard>& boards) {
+  if (boards.size() != 1) return std::nullopt;
+  const Board& board = boards.front().board;
+  if (!point_grid(board) || !tags_of(board).empty()) return std::nullopt;
+  const std::vector<TargetPoint> points = target_points(board);
+  Vector3d centre = Vector3d::Zero();
+  for (const TargetPoint& p : points) centre += p.position / static_cast<double>(points.size());
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitZ()));
+  const Pose half_turn(turn, 2 * Vector3d(centre.x(), centre.y(), 0));
+  // The last point is the first one turned: grids count row by row.
+  const double error = (half_turn * points.front().position - points.back().position).norm();
+  if (error >
+      1e-6 * (points.front().position - points.back().position).norm())  // numeric: rounding
+    return std::nullopt;
+  const Pose& place = boards.front().world_from_board;
+  return place * half_turn * place.inverse();
+}
+
+void turn_view(RigState& state, std::size_t camera, std::size_t view, const Pose& half_turn) {
+  for (Correspondence& c : state.cameras[camera].views[view].correspondences.own())
+    c.point = half_turn * c.point;
+  Pose& pose = state.own[camera][view].camera_from_world;
+  pose = pose * half_turn;
+}
+
+double cost_of_view(const RigState& state, std::size_t camera, std::size_t view) {
+  const Bundle& bundle = state.cameras[camera];
+  const Pose pose = state.poses.camera_from_board(camera, state.poses.links[camera][view]);
+  const MatrixXd gram = gram_at(bundle, view, bundle.lens(), pose);
+  return gram.size() == 0 ? std::numeric_limits<double>::infinity()
+                          : gram(gram.rows() - 1, gram.cols() - 1);
+}
+
+}  // namespace tagcal::internal

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "tagcal/estimate/bundle/bundle_adjustment.hpp"
+#include "tagcal/estimate/rig_types.hpp"
+
+namespace tagcal::internal {
+
+// The pose of a view by its own corners, under its camera's own lens.
+struct OwnPose {
+  Pose camera_from_world;
+  Matrix6 covariance = Matrix6::Zero();  // of (omega, tau): `retract`; for noise 1 and a known lens
+  double cost = 0;                       // sum of squared whitened residuals
+};
+
+// A rig as the solvers see it, and its state. All residuals are whitened to a noise of 1.
+struct RigState {
+  std::vector<Bundle> cameras;  // inliers of each camera's own calibration
+  LinkedPoses poses;
+  // By camera and view of its bundle.
+  std::vector<std::vector<std::size_t>> index_of_view;  // index in the camera's data set
+  std::vector<std::vector<OwnPose>> own;
+  std::vector<std::vector<std::optional<std::size_t>>>
+      instant;                                          // in the data set; none: a view alone
+  std::size_t num_instants = 0;                         // of the data set
+  std::vector<std::shared_ptr<const HeldModels>> held;  // models that the bundles point to
+
+  // The view of a camera's bundle at each instant of the data set.
+  std::vector<std::optional<std::size_t>> views_at(std::size_t camera) const;
+  // Takes a view out of its instant: from then on it only informs its camera's lens.
+  void set_alone(std::size_t camera, std::size_t view);
+};
+
+// The state at the cameras' own calibrations, which are answers. Of the poses only the links are
+// set, those of the boards and of views that are alone.
+RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, RigLenses lenses);
+
+// The half turn of the world that maps the points of the boards onto themselves, if their ids do
+// not tell it: of one checkerboard or grid of circles.
+std::optional<Pose> half_turn_of(const std::vector<PlacedBoard>& boards);
+
+// Exchanges the points of a view by the half turn.
+void turn_view(RigState& state, std::size_t camera, std::size_t view, const Pose& half_turn);
+
+// The squared whitened residuals of a view at the state of the rig, summed.
+double cost_of_view(const RigState& state, std::size_t camera, std::size_t view);
+
+}  // namespace tagcal::internal

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/types.hpp"
+#include "tagcal/scene/rig.hpp"
+
+// Options and results of calibrate_rig (calibrate_rig.hpp).
+
+namespace tagcal {
+
+// What the lenses of a rig's cameras are taken as.
+enum class RigLenses {
+  joint,  // estimated from the rig's pictures, with the extrinsics
+  fixed,  // as the calibrations that are given; their covariances enter the claims
+};
+
+struct RigOptions {
+  CalibrateOptions camera;  // of each camera's own calibration
+  RigLenses lenses = RigLenses::joint;
+  // By camera, with RigLenses::fixed: what is known of its lens, and the error of a projection by
+  // it besides the corners' noise (CalibrationFile::camera_error_px).
+  struct KnownCamera {
+    UncertainCamera camera;
+    double error_px = 0;
+  };
+  std::vector<KnownCamera> known;
+  std::size_t reference = 0;  // the camera whose frame is that of the rig
+  double period_s = 0;  // between neighbouring instants, if they follow one another; 0: unknown
+};
+
+// One camera of a calibrated rig.
+struct RigCameraEstimate {
+  std::string name;
+  Calibration own;                       // from its own pictures alone
+  UncertainCamera camera;                // the rig's answer, with its claim
+  Pose camera_from_rig;                  // identity for the reference
+  Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
+  bool is_connected = false;             // false: the extrinsics have no value
+  int num_views = 0;                     // that take part
+  int num_corners = 0;
+  double rms_px = 0;  // sqrt(sum |r|^2 / corners)
+  // By how much the rig moves the corners beyond what the camera's own poses leave, over the noise
+  // of a coordinate (RMS). Below 1 the rig agrees with the camera.
+  double excess = 0;
+};
+
+// The depth of a point that a pair of cameras sees on the optical axis of the first one.
+struct DepthUncertainty {
+  double distance_m = 0;
+  double sigma_m = 0;      // by the claims of lenses and extrinsics; without noise of the pixels
+  double of_lenses_m = 0;  // the part that the lenses cause
+};
+
+// Two cameras that have instants in common.
+struct RigPair {
+  std::size_t a = 0, b = 0;  // cameras, a < b
+  int num_instants = 0;      // in common, that take part
+  int num_corners = 0;       // seen by both at the same instant
+  Pose b_from_a;
+  Matrix6 covariance = Matrix6::Zero();
+  double baseline_m = 0;
+  double sigma_baseline_m = 0;
+  // Disagreement of this pair alone with the rig, in standard deviations: the root of the mean
+  // square over the six parameters; 0 for two cameras.
+  double disagreement = 0;
+  double epipolar_px = 0;  // RMS distance of a corner from its epipolar curve
+  std::vector<DepthUncertainty> depths;
+};
+
+// A camera's clock against the others: its pictures were taken this much later than those of the
+// same instants.
+struct ClockOffset {
+  std::size_t camera = 0;
+  double instants = 0;  // in distances of neighbouring instants
+  double sigma_instants = 0;
+};
+
+struct RigInstant {
+  std::size_t index = 0;  // in RigDataset::instants
+  Pose rig_from_world;
+  int num_views = 0;
+};
+
+struct RigCalibration {
+  Status status = Status::degenerate;
+  std::vector<RigCameraEstimate> cameras;
+  std::vector<RigPair> pairs;
+  std::vector<RigInstant> instants;              // that take part
+  std::vector<std::size_t> rejected_instants;    // whose views contradict the rig, ascending
+  std::vector<std::vector<std::size_t>> groups;  // of connected cameras; one if all are connected
+  std::vector<ClockOffset> clocks;               // that are significantly off
+  // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, then of
+  // the lenses' free parameters (by the model of each `camera`), in the order of the cameras.
+  MatrixX covariance;
+  std::optional<BoardWarp> board_warp;
+  double rms_px = 0;
+  int num_corners = 0;
+  int num_iterations = 0;
+  std::vector<Finding> findings;  // of the rig; those of a camera are in its own calibration
+  double seconds = 0;
+};
+
+}  // namespace tagcal

@@ -1,0 +1,141 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "tagcal/estimate/rig_types.hpp"
+#include "worlds.hpp"
+
+// Random rigs: cameras on one body, a board that moves before them, and the truth.
+
+namespace tagcal {
+
+struct RigWorldOptions {
+  int num_cameras = 2;
+  int num_instants = 30;
+  double sigma_px = 0.2;
+  bool with_covariances = false;  // of the corners
+  bool smooth = false;            // the board moves steadily from instant to instant
+  double seen_share = 1;          // of the instants that a camera has a picture of
+  std::vector<double> offset;     // by camera, in instants (smooth motion); empty: none
+  int moved_camera = -1;          // that is somewhere else from the middle of the instants on
+  double moved_m = 0.02;
+  double turned_share = 0;  // of the views, whose corners have the board's other order
+  bool shuffled = false;    // the last camera's pictures are of other instants
+};
+
+inline Vector6d random_step(Random& random, double rad, double m) {
+  Vector6d step;
+  for (int i = 0; i < 6; ++i) step[i] = random.uniform(-1, 1) * (i < 3 ? rad : m);
+  return step;
+}
+
+// The board before the rig at a time in instants: where it is, and how it is turned.
+inline std::function<Pose(double)> board_motion(const RigWorldOptions& options,
+                                                const Eigen::Vector3d& centre, Random& random) {
+  std::vector<Pose> stills;
+  for (int i = 0; i < options.num_instants; ++i)
+    stills.push_back(looking_at_board(
+        centre + Eigen::Vector3d(random.uniform(-0.25, 0.25), random.uniform(-0.25, 0.25), 0),
+        random.uniform(0, 0.8), random.uniform(0.8, 1.5), random));
+  if (!options.smooth)
+    return [stills](double t) { return stills[static_cast<std::size_t>(std::lround(t))]; };
+  // Sums of slow waves of the six coordinates, about a place in the middle.
+  const Pose middle = looking_at_board(centre, 0.3, 1.1, random);
+  std::vector<Vector6d> amplitude, phase, rate;
+  for (int k = 0; k < 3; ++k) {
+    amplitude.push_back(random_step(random, 0.35, 0.12));
+    phase.push_back(random_step(random, std::numbers::pi, std::numbers::pi));
+    rate.push_back(random_step(random, 0.35, 0.35));
+  }
+  return [=](double t) {
+    Vector6d step = Vector6d::Zero();
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 6; ++i)
+        step[i] += amplitude[k][i] * std::sin(rate[k][i] * t + phase[k][i]);
+    // About the board's centre.
+    const Pose at_centre({1, 0, 0, 0}, centre);
+    return middle * at_centre * exp_pose(step) * at_centre.inverse();
+  };
+}
+
+inline Lens random_rig_lens(int kind, Random& random) {
+  const double f = random.uniform(800, 1000);
+  if (kind == 1)
+    return Fisheye({0.45 * f, 0.45 * f, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
+                    0.02, -0.01, 0.003, -0.0005});
+  return Perspective({f, f * 1.001, 640 + random.uniform(-9, 9), 400 + random.uniform(-9, 9),
+                      random.uniform(-0.2, 0), 0.05, 0, 0, 0});
+}
+
+inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& options = {},
+                                 const Board& board = usual_board()) {
+  Random random(seed);
+  RigDataset rig;
+  rig.truth.emplace();
+  const auto points = target_points(board);
+  const Eigen::Vector3d centre = (points.front().position + points.back().position) / 2;
+  const auto rig_from_world = board_motion(options, centre, random);
+  WorldOptions corners;
+  corners.sigma_px = options.sigma_px;
+  rig.instants.resize(static_cast<std::size_t>(options.num_instants));
+  for (int c = 0; c < options.num_cameras; ++c) {
+    RigCamera camera;
+    camera.name = "cam" + std::to_string(c);
+    camera.data.image_size = {1280, 800};
+    camera.data.boards = {{board, Pose()}};
+    const Lens lens = random_rig_lens(c % 2 == 1 && random.uniform() < 0.3 ? 1 : 0, random);
+    camera.data.truth = Truth{{lens, camera.data.image_size}, "", {}};
+    const Pose camera_from_rig = c == 0 ? Pose() : retract(Pose(), random_step(random, 0.2, 0.2));
+    rig.truth->camera_from_rig.push_back(camera_from_rig);
+    rig.truth->time_offset_s.push_back(0);
+    const Pose moved = retract(camera_from_rig, random_step(random, 0.02, options.moved_m));
+    for (int t = 0; t < options.num_instants; ++t) {
+      auto& instant = rig.instants[static_cast<std::size_t>(t)];
+      instant.view.resize(static_cast<std::size_t>(options.num_cameras));
+      if (random.uniform() > options.seen_share) continue;
+      const bool other = options.shuffled && c + 1 == options.num_cameras;
+      const int at = other ? (t * 7 + 3) % options.num_instants : t;
+      const double offset =
+          options.offset.empty() ? 0 : options.offset[static_cast<std::size_t>(c)];
+      const Pose& place =
+          c == options.moved_camera && t >= options.num_instants / 2 ? moved : camera_from_rig;
+      View view = observe({lens, camera.data.image_size}, place * rig_from_world(at + offset),
+                          points, corners, random);
+      if (view.observations.size() < 8) continue;
+      if (random.uniform() < options.turned_share)
+        for (Observation& o : view.observations)
+          o.id.tag_id = points.front().id.tag_id + points.back().id.tag_id - o.id.tag_id;
+      if (options.with_covariances)
+        for (Observation& o : view.observations)
+          o.covariance_px2 = options.sigma_px * options.sigma_px * Matrix2::Identity();
+      view.image = std::to_string(t);
+      instant.view[static_cast<std::size_t>(c)] = camera.data.views.size();
+      camera.data.views.push_back(std::move(view));
+    }
+    rig.cameras.push_back(std::move(camera));
+  }
+  return rig;
+}
+
+// The squared error of all extrinsics in units of their joint covariance, over their number.
+inline double nees_of_extrinsics(const RigDataset& rig, const RigCalibration& answer,
+                                 std::size_t reference = 0) {
+  const auto& truth = rig.truth->camera_from_rig;
+  std::vector<Vector6d> errors;
+  for (std::size_t c = 0; c < answer.cameras.size(); ++c)
+    if (c != reference)
+      errors.push_back(
+          minus(truth[c] * truth[reference].inverse(), answer.cameras[c].camera_from_rig));
+  Eigen::VectorXd error(6 * std::ssize(errors));
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    error.segment<6>(6 * static_cast<Eigen::Index>(i)) = errors[i];
+  const Eigen::MatrixXd c = answer.covariance.topLeftCorner(error.size(), error.size());
+  return error.dot(c.ldlt().solve(error)) / static_cast<double>(error.size());
+}
+
+}  // namespace tagcal
