@@ -97,7 +97,8 @@ std::vector<Instant> pair_by_file(const std::filesystem::path& file,
                                   std::vector<std::string>* notes) {
   const CsvRows rows(file);
   const auto columns = cameras_of_columns(file.string(), rows.header(), cameras);
-  std::vector<Instant> instants(rows.rows().size(), {{cameras.size(), std::nullopt}});
+  const Instant none{std::vector<std::optional<std::size_t>>(cameras.size())};
+  std::vector<Instant> instants(rows.rows().size(), none);
   for (std::size_t column = 0; column < columns.size(); ++column) {
     const std::size_t c = columns[column];
     check_names(file.string(), rows, column, cameras[c], notes);

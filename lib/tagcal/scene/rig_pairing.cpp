@@ -17,7 +17,9 @@ void check_cameras(const std::vector<RigCamera>& cameras) {
   if (cameras.empty()) throw Error("rig: has no cameras");
 }
 
-Instant instant_of(std::size_t num_cameras) { return {{num_cameras, std::nullopt}}; }
+Instant instant_of(std::size_t num_cameras) {
+  return {std::vector<std::optional<std::size_t>>(num_cameras)};
+}
 
 // ---- Names
 
