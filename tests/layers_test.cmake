@@ -26,10 +26,12 @@ set(rooms_detect types policy tag_fit opencv apriltag board_search checker_searc
 set(types_in_detect types)
 set(tag_fit_in_detect refine)
 set(apriltag_in_detect families)
-set(rooms_io types text yaml image formats scene facade)
+set(rooms_io types text yaml image formats scene dataset facade)
 set(types_in_io types)
 set(text_in_io text_file)
-set(most_public_headers 59)
+set(yaml_in_io target_file)
+set(image_in_io image_file)
+set(most_public_headers 63)
 # `studies` is tagcal-study.
 set(rooms_tools job draw report page_data watch commands studies)
 

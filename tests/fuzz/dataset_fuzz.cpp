@@ -1,10 +1,12 @@
 // dataset.yaml, in a folder with the files that it may name: a target, corners, a truth and a
-// picture. What follows a line `--8<--` is the truth. What was read is written and read again.
+// picture. What follows a line `--8<--` is the truth. What was read is written and read again. With
+// the key `rig` it is the data set of a rig.
 #include <algorithm>
 
 #include "fuzz/fuzz.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/rig_file.hpp"
 
 namespace {
 
@@ -21,10 +23,25 @@ class Folder : public fuzz::Scratch {
     write("board.yaml",
           "target_type: aprilgrid\ntagCols: 2\ntagRows: 2\ntagSize: 0.1\ntagSpacing: 0.3\n");
     write("corners.csv", "image,tag_id,corner,x_px,y_px\na.png,0,0,10,12\na.png,0,1,30,12.5\n");
+    write("times.csv", "image,time_s\na.png,0.5\n");
     std::filesystem::create_directories(folder() / "images");
     write_png(folder() / "images" / "a.png", Image8({64, 48}, 128));
   }
 };
+
+void check_rig(const RigFolder& read) {
+  const auto& cameras = read.rig.cameras;
+  fuzz::require(!cameras.empty() && read.files.size() == cameras.size(), "a rig has cameras");
+  for (const Instant& instant : read.rig.instants) {
+    fuzz::require(instant.view.size() == cameras.size(), "an instant has a place for each camera");
+    for (std::size_t c = 0; c < cameras.size(); ++c)
+      fuzz::require(!instant.view[c] || *instant.view[c] < cameras[c].data.views.size(),
+                    "an instant has views of the cameras");
+  }
+  if (!read.rig.truth) return;
+  for (const Pose& pose : read.rig.truth->camera_from_rig)
+    fuzz::require(pose.matrix().allFinite(), "poses are finite");
+}
 
 // A data set that was read can be written and read again, and is the same.
 void check_copy(const fuzz::Scratch& scratch, const Dataset& dataset) {
@@ -54,6 +71,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto [text, truth] = fuzz::two_files(fuzz::text_of(data, size));
   scratch.write("dataset.yaml", text);
   scratch.write("truth.yaml", truth.empty() ? kTruth : truth);
+  if (is_rig_folder(scratch.folder())) {
+    fuzz::is_accepted([&] { check_rig(read_rig_folder(scratch.folder())); });
+    return 0;
+  }
   fuzz::is_accepted([&] {
     const DatasetFolder read = read_dataset(scratch.folder());
     fuzz::require(!read.dataset.boards.empty(), "a data set has a board");

@@ -173,6 +173,7 @@ TEST(LimitsPage, StatesEachLimit) {
       {"kMaxMatrixSide", limits::kMaxMatrixSide},
       {"kMaxBoards", limits::kMaxBoards},
       {"kMaxViews", limits::kMaxViews},
+      {"kMaxRigCameras", limits::kMaxRigCameras},
       {"kMaxSheets", limits::kMaxSheets},
       {"kMaxFrames", limits::kMaxFrames},
       {"kMaxSteps", limits::kMaxSteps},

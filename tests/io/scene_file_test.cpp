@@ -383,7 +383,7 @@ std::vector<std::pair<std::string, std::string>> documented_examples() {
 TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
   int num_targets = 0;
   const auto examples = documented_examples();
-  ASSERT_EQ(examples.size(), 17U);
+  ASSERT_EQ(examples.size(), 18U);
   const std::vector<PlacedBoard> boards = {{read_target(folder_ / "target.yaml"), {}}};
   for (const auto& [name, text] : examples) {
     SCOPED_TRACE(name);
@@ -397,6 +397,11 @@ TEST_F(SceneFile, TheDocumentedExamplesAreRead) {
       EXPECT_EQ(read_truth(file).camera_from_world.size(), 1U);
     } else if (name == "scene") {
       EXPECT_EQ(read_scene(file).num_views, 20);
+    } else if (name == "scene rig") {
+      const RigDataset rig =
+          exact_rig_dataset(std::get<RigScene>(read_any_scene(file)), 1, nullptr);
+      for (const RigCamera& camera : rig.cameras)
+        for (const View& view : camera.data.views) EXPECT_FALSE(view.observations.empty());
     } else if (name.starts_with("scene ")) {
       const MovingScene scene = read_moving_scene(file);
       const Dataset dataset = exact_dataset(scene, camera_poses(scene, 1), nullptr);

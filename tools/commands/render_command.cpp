@@ -20,6 +20,7 @@
 #include "tagcal/internal/parallel.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/io/image_file.hpp"
+#include "tagcal/io/rig_file.hpp"
 #include "tagcal/io/scene_file.hpp"
 #include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
@@ -34,6 +35,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kImages = "images";
 constexpr const char* kDepths = "depth";
+constexpr const char* kCorners = "observations_exact.csv";
 constexpr const char* kNothingSeen =
     "no corner of a board is visible in any picture: see tagcal view SCENE.yaml --svg";
 
@@ -49,16 +51,29 @@ struct Arguments {
   double depth_unit_m = 0;  // 0: a millimetre
 };
 
-MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>* warnings) {
-  if (arguments.views > scene_limits().views)
-    throw Error(
-        fmt::format("--views: must be {} at most, got {}", scene_limits().views, arguments.views));
-  MovingScene scene = read_moving_scene(arguments.scene, warnings);
-  const ImageSize& size = scene.settings.camera.image_size;
+// What a camera of the scene makes of it.
+struct SeenByCamera {
+  std::string folder;  // in that of the command; "": itself, for a scene with one camera
+  MovingScene scene;
+  std::vector<Pose> camera_from_world;
+  Dataset dataset;
+  std::uint64_t noise_seed = 0;
+};
+
+struct Work {
+  std::vector<SeenByCamera> cameras;
+  std::optional<RigDataset> rig;
+};
+
+void check_pixels(const Arguments& arguments, const ImageSize& size) {
   if (std::int64_t{size.width} * size.height > scene_limits().pixels)
     throw Error(fmt::format("{}: camera: a picture must have at most {} pixels, got {}x{}",
                             arguments.scene, scene_limits().pixels, size.width, size.height));
-  if (arguments.views == 0) return scene;
+}
+
+// Replaces the scene's number of views by that of the arguments.
+void set_views(const Arguments& arguments, MovingScene& scene) {
+  if (arguments.views == 0) return;
   if (auto* path = std::get_if<ExplicitPath>(&scene.settings.path)) {
     const int poses = static_cast<int>(path->camera_from_world.size());
     if (arguments.views > poses) {
@@ -68,7 +83,51 @@ MovingScene scene_to_render(const Arguments& arguments, std::vector<std::string>
     path->camera_from_world.resize(arguments.views);
   }
   scene.settings.num_views = arguments.views;
-  return scene;
+}
+
+Work work_with_camera(const Arguments& arguments, MovingScene scene,
+                      std::vector<std::string>* warnings) {
+  const auto seed = static_cast<std::uint64_t>(arguments.seed);
+  const std::vector<Pose> poses = camera_poses(scene, seed);
+  Dataset dataset = exact_dataset(scene, poses, warnings);
+  if (num_corners(dataset.views) == 0) warnings->emplace_back(kNothingSeen);
+  return {{{"", std::move(scene), poses, std::move(dataset), seed}}, {}};
+}
+
+Work work_with_rig(const Arguments& arguments, const RigScene& rig,
+                   std::vector<std::string>* warnings) {
+  const auto seed = static_cast<std::uint64_t>(arguments.seed);
+  Work work;
+  work.rig = exact_rig_dataset(rig, seed, warnings);
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    MovingScene scene = scene_of_camera(rig, c, seed);
+    const std::vector<Pose> poses = camera_poses(scene, seed);
+    const Dataset& dataset = work.rig->cameras[c].data;
+    if (num_corners(dataset.views) == 0)
+      warnings->push_back(fmt::format("no corner of a board is visible in any picture of camera {}",
+                                      rig.cameras[c].name));
+    work.cameras.push_back(
+        {rig.cameras[c].name, std::move(scene), poses, dataset, camera_seed(seed, c)});
+  }
+  return work;
+}
+
+Work work_to_do(const Arguments& arguments, std::vector<std::string>* warnings) {
+  if (arguments.views > scene_limits().views)
+    throw Error(
+        fmt::format("--views: must be {} at most, got {}", scene_limits().views, arguments.views));
+  AnyScene scene = read_any_scene(arguments.scene, warnings);
+  auto* rig = std::get_if<RigScene>(&scene);
+  MovingScene& moving = rig ? rig->scene : std::get<MovingScene>(scene);
+  check_pixels(arguments, moving.settings.camera.image_size);
+  if (rig)
+    for (const RigSceneCamera& camera : rig->cameras)
+      check_pixels(arguments, camera.camera.image_size);
+  set_views(arguments, moving);
+  return naming(arguments.scene, [&] {
+    return rig ? work_with_rig(arguments, *rig, warnings)
+               : work_with_camera(arguments, std::move(moving), warnings);
+  });
 }
 
 std::optional<DepthFolder> depth_folder(const Arguments& arguments) {
@@ -108,40 +167,42 @@ void warn_of_depths(std::size_t num_beyond, double unit_m, std::vector<std::stri
 
 // What a resumed render must have in common with the one that it goes on with: the version, the
 // scene, all files that were read for it, and the options that change a picture.
-std::string work_of(const Arguments& arguments, const MovingScene& scene, const Dataset& dataset,
+std::string text_of(const Work& work, const Arguments& arguments,
                     const std::optional<DepthFolder>& depth) {
   if (!fs::is_regular_file(arguments.scene))
     throw Error(fmt::format("--resume: needs the scene in a file, got {}", arguments.scene));
-  std::string boards;
-  for (const PlacedBoard& placed : scene_in_view(scene, 0).boards)
+  std::string boards, corners;
+  for (const PlacedBoard& placed : scene_in_view(work.cameras.front().scene, 0).boards)
     boards += target_yaml(placed.board);
+  for (const SeenByCamera& camera : work.cameras) corners += observations_csv(camera.dataset.views);
   return fmt::format("tagcal {}\nscene {}\nboards {}\ncorners {}\nviews {}\nseed {}\ndepth {}\n",
                      TAGCAL_VERSION, digest_of_file(arguments.scene), digest_of(boards),
-                     digest_of(observations_csv(dataset.views)), dataset.views.size(),
+                     digest_of(corners), work.cameras.front().camera_from_world.size(),
                      arguments.seed, depth ? depth->unit_m : 0);
 }
 
 // Writes the pictures that are not there yet, and the depths of all. Returns the number of pixels
 // whose depth is beyond the range.
-std::size_t write_pictures(const fs::path& folder, const MovingScene& scene,
-                           const std::vector<Pose>& poses, const Arguments& arguments,
-                           const std::optional<DepthFolder>& depth) {
+std::size_t write_pictures(const fs::path& folder, const SeenByCamera& camera,
+                           const Arguments& arguments, const std::optional<DepthFolder>& depth) {
+  const std::vector<Pose>& poses = camera.camera_from_world;
   const TagFamilies families =
-      naming(arguments.scene, [&] { return tag_families(scene_in_view(scene, 0).boards); });
-  fs::create_directory(folder / kImages);
+      naming(arguments.scene, [&] { return tag_families(scene_in_view(camera.scene, 0).boards); });
+  fs::create_directories(folder / kImages);
   if (depth) fs::create_directory(folder / kDepths);
   std::atomic<std::size_t> num_beyond = 0;
-  Progress progress("rendering", static_cast<int>(poses.size()));
+  Progress progress(camera.folder.empty() ? "rendering" : "rendering " + camera.folder,
+                    static_cast<int>(poses.size()));
   parallel_for(
       poses.size(), arguments.threads,
       [&](std::size_t i) {
         const int view = static_cast<int>(i);
         const std::string name = image_name(view);
-        const Scene in_view = scene_in_view(scene, view);
+        const Scene in_view = scene_in_view(camera.scene, view);
         const auto picture_by = [&](auto expose_light) {
           return naming(arguments.scene, [&] {
             return expose_light(render_light(in_view, families, poses[i]), in_view.sensor,
-                                noise_seed(arguments.seed, view));
+                                noise_seed(camera.noise_seed, view));
           });
         };
         if (!fs::exists(folder / kImages / name))
@@ -153,28 +214,43 @@ std::size_t write_pictures(const fs::path& folder, const MovingScene& scene,
   return num_beyond;
 }
 
+// Writes the data set of each camera, and that of the rig. Returns as write_pictures.
+std::size_t write_all(const fs::path& out, const Work& work, const Arguments& arguments,
+                      const std::optional<DepthFolder>& depth) {
+  std::size_t num_beyond = 0;
+  for (const SeenByCamera& camera : work.cameras) {
+    const fs::path folder = camera.folder.empty() ? out : out / camera.folder;
+    num_beyond += write_pictures(folder, camera, arguments, depth);
+    write_dataset(folder, camera.dataset, kImages, "", depth);
+    write_whole(folder / kCorners, observations_csv(camera.dataset.views));
+  }
+  if (work.rig) write_rig_dataset(out, *work.rig, {kImages, kCorners, "truth.yaml"});
+  return num_beyond;
+}
+
+std::string amount_of(const Work& work) {
+  std::size_t corners = 0;
+  for (const SeenByCamera& camera : work.cameras) corners += num_corners(camera.dataset.views);
+  const std::size_t images = work.cameras.front().camera_from_world.size();
+  if (!work.rig) return fmt::format("{} images, {} exact corners", images, corners);
+  return fmt::format("{} images of each of {} cameras, {} exact corners", images,
+                     work.cameras.size(), corners);
+}
+
 int run(const Arguments& arguments) {
   const std::optional<DepthFolder> depth = depth_folder(arguments);
   std::vector<std::string> warnings;
-  const MovingScene scene = scene_to_render(arguments, &warnings);
-  const std::vector<Pose> poses =
-      naming(arguments.scene, [&] { return camera_poses(scene, arguments.seed); });
-  const Dataset dataset =
-      naming(arguments.scene, [&] { return exact_dataset(scene, poses, &warnings); });
-  if (num_corners(dataset.views) == 0) warnings.emplace_back(kNothingSeen);
+  const Work work = work_to_do(arguments, &warnings);
   using Taken = OutputFolder::Taken;
   const Taken taken = arguments.force ? Taken::by_earlier_render : Taken::by_nothing;
-  OutputFolder folder = arguments.resume ? OutputFolder(arguments.out, taken,
-                                                        work_of(arguments, scene, dataset, depth))
-                                         : OutputFolder(arguments.out, taken);
-  const std::size_t num_beyond = write_pictures(folder.path(), scene, poses, arguments, depth);
-  write_dataset(folder.path(), dataset, kImages, "", depth);
-  write_whole(folder.path() / "observations_exact.csv", observations_csv(dataset.views));
+  OutputFolder folder = arguments.resume
+                            ? OutputFolder(arguments.out, taken, text_of(work, arguments, depth))
+                            : OutputFolder(arguments.out, taken);
+  const std::size_t num_beyond = write_all(folder.path(), work, arguments, depth);
   folder.publish();
   if (depth) warn_of_depths(num_beyond, depth->unit_m, warnings);
   print_warnings(warnings);
-  say_wrote(arguments.out,
-            fmt::format("{} images, {} exact corners", poses.size(), num_corners(dataset.views)));
+  say_wrote(arguments.out, amount_of(work));
   return kAnswer;
 }
 
@@ -186,7 +262,8 @@ Command add_render(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "SCENE.yaml", arguments->scene, "the scene").text(" ").required();
   add_option(*command, "--out", arguments->out,
-             "folder to write: images, dataset.yaml, targets, truth.yaml")
+             "folder to write: images, dataset.yaml, targets, truth.yaml; for a rig, one for each "
+             "camera in it")
       .text("DIR REQUIRED")
       .required();
   add_flag(*command, "--force", arguments->force, "replace an earlier render in that folder");

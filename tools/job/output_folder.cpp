@@ -14,6 +14,7 @@
 
 #include "tagcal/error.hpp"
 #include "tagcal/io/dataset_file.hpp"
+#include "tagcal/io/rig_file.hpp"
 #include "tagcal/io/text_file.hpp"
 
 namespace tagcal::tools {
@@ -44,14 +45,23 @@ bool is_target_file(std::string_view name) {
                           name.find_first_not_of("0123456789", 1) == std::string_view::npos);
 }
 
-// The files of a render: those that truth.yaml names, and the fixed names.
+// A name with a folder in it is no file of a render, and may be anywhere.
+bool is_plain_name(const std::string& name) {
+  return fs::path(name).filename() == name && name != "." && name != "..";
+}
+
+// The files of a render: those that truth.yaml names, and the fixed names; of a rig, also those of
+// the folders of its cameras.
 std::set<fs::path> files_of_render(const fs::path& folder) {
-  std::set<fs::path> files = {"dataset.yaml", "truth.yaml", "observations_exact.csv"};
-  for (const auto& [image, pose] : read_truth(folder / "truth.yaml").camera_from_world) {
-    // A name with a folder in it is no file of a render, and may be anywhere.
-    if (fs::path(image).filename() == image && image != "." && image != "..")
-      files.insert(fs::path("images") / image);
-  }
+  std::set<fs::path> files = {"dataset.yaml", "truth.yaml", "observations_exact.csv", "times.csv"};
+  const std::vector<std::string> cameras = cameras_of_rig_truth(folder / "truth.yaml");
+  for (const std::string& camera : cameras)
+    if (is_plain_name(camera) && fs::exists(folder / camera / "truth.yaml"))
+      for (const fs::path& file : files_of_render(folder / camera))
+        files.insert(fs::path(camera) / file);
+  if (cameras.empty())
+    for (const auto& [image, pose] : read_truth(folder / "truth.yaml").camera_from_world)
+      if (is_plain_name(image)) files.insert(fs::path("images") / image);
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (is_target_file(name)) files.insert(name);

@@ -11,6 +11,7 @@
 #include "tagcal/io/scene/scene_frames.hpp"
 #include "tagcal/io/scene/scene_light.hpp"
 #include "tagcal/io/scene/scene_path.hpp"
+#include "tagcal/io/scene/scene_rig.hpp"
 #include "tagcal/io/scene/scene_values.hpp"
 #include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
@@ -108,17 +109,15 @@ void read_surfaces(const YamlValue& top, MovingScene& scene) {
       read_cuboid(item, fmt::format("cuboid {}", num_cuboids++), scene);
 }
 
-void read_camera_and_path(const YamlValue& top, MovingScene& moving) {
+// The path of the camera, or of the rig's frame.
+void read_views(const YamlValue& top, bool behind_window, MovingScene& moving) {
   Scene& scene = moving.settings;
-  const SceneCamera camera = read_camera(top.at("camera"));
   const YamlValue path = top.at("path");
-  scene.camera = camera.camera;
-  scene.model = camera.model;
-  scene.path = read_path(path, camera.camera.image_size);
+  scene.path = read_path(path, scene.camera.image_size);
   moving.camera_frame = read_frame_of(path, moving.frames);
   scene.num_views = read_num_views(top, scene.path);
   const bool window = path.at("type").text() == "window";
-  if (window != camera.behind_window)
+  if (window != behind_window)
     path.fail_plainly("type window and the camera's model window need each other");
   if (const auto jitter = top.find("jitter")) {
     if (window) jitter->fail_plainly("does not go with a window");
@@ -127,7 +126,6 @@ void read_camera_and_path(const YamlValue& top, MovingScene& moving) {
 }
 
 void read_levels(const YamlValue& top, Scene& scene) {
-  if (const auto sensor = top.find("sensor")) scene.sensor = read_sensor(*sensor, scene.camera);
   scene.background_level = level_or(top.find("background_level"), scene.background_level);
   scene.paper_level = level_or(top.find("paper_level"), scene.paper_level);
   scene.ink_level = level_or(top.find("ink_level"), scene.ink_level);
@@ -147,26 +145,49 @@ void check_first_view(const YamlValue& top, const MovingScene& scene) {
   }
 }
 
-}  // namespace
-
-MovingScene read_moving_scene(const std::filesystem::path& file,
-                              std::vector<std::string>* warnings) {
-  const YamlValue top = YamlValue::read(file);
-  top.allow_only({"camera", "frames", "motion", "boards", "occluders", "cuboids", "path", "jitter",
-                  "views", "sensor", "light", "background_level", "paper_level", "ink_level",
-                  "ink_spread_m", "print_grid_m", "paper_margin_m"});
-  MovingScene scene;
+void read_all_but_cameras(const YamlValue& top, bool behind_window, MovingScene& scene,
+                          std::vector<std::string>* warnings) {
   scene.frames = read_frames(top);
   read_boards(top.at("boards"), scene, warnings);
   read_surfaces(top, scene);
-  read_camera_and_path(top, scene);
+  read_views(top, behind_window, scene);
   read_levels(top, scene.settings);
   if (const auto light = top.find("light")) {
     scene.settings.light = read_light(*light);
     scene.light_frame = read_frame_of(*light, scene.frames);
   }
   check_first_view(top, scene);
-  return scene;
+}
+
+}  // namespace
+
+AnyScene read_any_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {
+  const YamlValue top = YamlValue::read(file);
+  top.allow_only({"camera", "rig", "frames", "motion", "boards", "occluders", "cuboids", "path",
+                  "jitter", "views", "sensor", "light", "background_level", "paper_level",
+                  "ink_level", "ink_spread_m", "print_grid_m", "paper_margin_m"});
+  if (!top.find("rig")) {
+    const SceneCamera camera = read_camera(top.at("camera"));
+    MovingScene scene;
+    scene.settings.camera = camera.camera;
+    scene.settings.model = camera.model;
+    if (const auto sensor = top.find("sensor"))
+      scene.settings.sensor = read_sensor(*sensor, camera.camera);
+    read_all_but_cameras(top, camera.behind_window, scene, warnings);
+    return scene;
+  }
+  RigScene rig;
+  read_rig(top, rig);
+  rig.scene.settings.camera = rig.cameras.front().camera;
+  read_all_but_cameras(top, false, rig.scene, warnings);
+  return rig;
+}
+
+MovingScene read_moving_scene(const std::filesystem::path& file,
+                              std::vector<std::string>* warnings) {
+  AnyScene scene = read_any_scene(file, warnings);
+  if (auto* moving = std::get_if<MovingScene>(&scene)) return std::move(*moving);
+  throw Error(file.string() + ": rig: only tagcal render draws a rig: give the scene one camera");
 }
 
 Scene read_scene(const std::filesystem::path& file, std::vector<std::string>* warnings) {

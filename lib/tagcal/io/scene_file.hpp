@@ -5,16 +5,23 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "tagcal/scene/moving_scene.hpp"
+#include "tagcal/scene/rig_scene.hpp"
 
 namespace tagcal {
 
-// A scene recipe (docs/reference/formats.md): camera, frames, boards, occluders, path, sensor.
-// Angles in the file are degrees (keys end in _deg). Throws Error: unknown or missing keys, wrong
-// types, values out of range. Unknown keys in the aprilgrid files of its boards go to `warnings`
-// (may be null).
+// A scene recipe (docs/reference/formats.md): camera, frames, boards, occluders, path, sensor; or a
+// rig in place of the camera. Angles in the file are degrees (keys end in _deg). Throws Error:
+// unknown or missing keys, wrong types, values out of range. Unknown keys in the aprilgrid files of
+// its boards go to `warnings` (may be null).
+using AnyScene = std::variant<MovingScene, RigScene>;
+AnyScene read_any_scene(const std::filesystem::path& file,
+                        std::vector<std::string>* warnings = nullptr);
+
+// The same for a scene with one camera; throws Error for a rig.
 MovingScene read_moving_scene(const std::filesystem::path& file,
                               std::vector<std::string>* warnings = nullptr);
 

@@ -112,6 +112,29 @@ const FunctionPath* path_with_lens(const MovingScene& scene) {
   return path && path->lens ? path : nullptr;
 }
 
+// Without the boards.
+Dataset exact_dataset_of(const MovingScene& moving, const std::vector<Pose>& camera_from_world,
+                         const StillBoards& boards) {
+  const Scene first = scene_in_view(moving, 0);
+  Dataset dataset{first.camera.image_size, {}, {}, {}};
+  Truth truth{first.camera, first.model, {}, {}, {}};
+  const std::set<CornerId> ids = boards.ids();
+  for (int view = 0; view < static_cast<int>(camera_from_world.size()); ++view) {
+    const Scene scene = moves(moving) ? scene_in_view(moving, view) : first;
+    const Pose& pose = camera_from_world[static_cast<std::size_t>(view)];
+    const std::string name = image_name(view);
+    View seen{name, visible_corners(scene, pose)};
+    std::erase_if(seen.observations, [&](const Observation& o) { return !ids.contains(o.id); });
+    dataset.views.push_back(std::move(seen));
+    truth.camera_from_world[name] = pose * boards.dataset_from_world(scene).inverse();
+    if (!moving.frames.empty())
+      truth.hierarchy[name] = hierarchy_truth(frames_in_view(moving, view), scene, pose);
+    if (path_with_lens(moving)) truth.lenses.emplace(name, scene.camera.lens);
+  }
+  dataset.truth = std::move(truth);
+  return dataset;
+}
+
 }  // namespace
 
 bool moves(const MovingScene& scene) {
@@ -161,31 +184,25 @@ std::vector<Pose> camera_poses(const MovingScene& scene, std::uint64_t seed) {
   return poses;
 }
 
-Dataset exact_dataset(const MovingScene& moving, const std::vector<Pose>& camera_from_world,
+Dataset exact_dataset(const MovingScene& scene, const std::vector<Pose>& camera_from_world,
                       std::vector<std::string>* warnings) {
-  const Scene first = scene_in_view(moving, 0);
-  const int num_views = static_cast<int>(camera_from_world.size());
-  StillBoards boards(first);
-  for (int view = 1; moves(moving) && view < num_views; ++view)
-    boards.add(scene_in_view(moving, view));
+  return std::move(exact_datasets({scene}, {camera_from_world}, warnings).front());
+}
 
-  Dataset dataset{first.camera.image_size, boards.boards(warnings), {}, {}};
-  Truth truth{first.camera, first.model, {}, {}, {}};
-  const std::set<CornerId> ids = boards.ids();
-  for (int view = 0; view < num_views; ++view) {
-    const Scene scene = moves(moving) ? scene_in_view(moving, view) : first;
-    const Pose& pose = camera_from_world[static_cast<std::size_t>(view)];
-    const std::string name = image_name(view);
-    View seen{name, visible_corners(scene, pose)};
-    std::erase_if(seen.observations, [&](const Observation& o) { return !ids.contains(o.id); });
-    dataset.views.push_back(std::move(seen));
-    truth.camera_from_world[name] = pose * boards.dataset_from_world(scene).inverse();
-    if (!moving.frames.empty())
-      truth.hierarchy[name] = hierarchy_truth(frames_in_view(moving, view), scene, pose);
-    if (path_with_lens(moving)) truth.lenses.emplace(name, scene.camera.lens);
-  }
-  dataset.truth = std::move(truth);
-  return dataset;
+std::vector<Dataset> exact_datasets(const std::vector<MovingScene>& scenes,
+                                    const std::vector<std::vector<Pose>>& camera_from_world,
+                                    std::vector<std::string>* warnings) {
+  const Scene first = scene_in_view(scenes.front(), 0);
+  StillBoards boards(first);
+  for (std::size_t c = 0; c < scenes.size(); ++c)
+    for (std::size_t view = 0; moves(scenes[c]) && view < camera_from_world[c].size(); ++view)
+      boards.add(scene_in_view(scenes[c], static_cast<int>(view)));
+  std::vector<Dataset> datasets;
+  for (std::size_t c = 0; c < scenes.size(); ++c)
+    datasets.push_back(exact_dataset_of(scenes[c], camera_from_world[c], boards));
+  const std::vector<PlacedBoard> placed = boards.boards(warnings);
+  for (Dataset& dataset : datasets) dataset.boards = placed;
+  return datasets;
 }
 
 std::vector<Occluder> cuboid(const Vector3d& size_m, double level) {

@@ -70,6 +70,13 @@ std::vector<Pose> camera_poses(const MovingScene& scene, std::uint64_t seed);
 Dataset exact_dataset(const MovingScene& scene, const std::vector<Pose>& camera_from_world,
                       std::vector<std::string>* warnings);
 
+// The data sets of several cameras in one scene, whose scenes differ in the camera and its times
+// only. Boards and world are common: those of exact_dataset for the first camera, without boards
+// that move relative to the first board for any camera. `camera_from_world`: by camera and view.
+std::vector<Dataset> exact_datasets(const std::vector<MovingScene>& scenes,
+                                    const std::vector<std::vector<Pose>>& camera_from_world,
+                                    std::vector<std::string>* warnings);
+
 // A box as six faces: its centre is the origin, its sides are along the axes. All sizes > 0, else
 // Error.
 std::vector<Occluder> cuboid(const Eigen::Vector3d& size_m, double level);

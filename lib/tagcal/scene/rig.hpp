@@ -26,7 +26,8 @@ struct Instant {
 // The true extrinsics of a synthetic rig: the camera frames in one frame of the rig.
 struct RigTruth {
   std::vector<Pose> camera_from_rig;  // by camera
-  std::vector<double> time_offset_s;  // by camera: its clock is that much ahead of the rig's
+  // By camera: its pictures were taken that much later than their stamps say on the rig's clock.
+  std::vector<double> time_offset_s;
 };
 
 // Cameras on one rigid body that see the same boards.

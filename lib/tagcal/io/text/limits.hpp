@@ -24,6 +24,7 @@ inline constexpr int kMaxSidePx = 100'000;  // a side of an image that a file st
 inline constexpr int kMaxMatrixSide = 100'000;
 inline constexpr std::size_t kMaxBoards = 10'000;  // of a file, with kMaxBoardParts parts in all
 inline constexpr int kMaxViews = 100'000;          // of a scene
+inline constexpr std::size_t kMaxRigCameras = 64;
 inline constexpr std::size_t kMaxSheets = 10'000;  // occluders, and as many cuboids
 inline constexpr std::size_t kMaxFrames = 10'000;
 inline constexpr std::size_t kMaxSteps = 100;          // of a frame's pose or motion
