@@ -9,6 +9,7 @@ namespace tagcal::tools {
 Command add_render(CLI::App& app);
 Command add_detect(CLI::App& app);
 Command add_calibrate(CLI::App& app);
+Command add_rig(CLI::App& app);
 Command add_watch(CLI::App& app);
 Command add_validate(CLI::App& app);
 Command add_report(CLI::App& app);

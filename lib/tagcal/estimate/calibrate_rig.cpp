@@ -27,6 +27,9 @@ void check_rig(const RigDataset& rig, const RigOptions& options) {
   if (options.reference >= n)
     throw Error(fmt::format("reference: must be below {}, the number of cameras, got {}", n,
                             options.reference));
+  if (options.calibrate.size() != 1 && options.calibrate.size() != n)
+    throw Error(fmt::format("calibrate: must have options for one camera or for {}, got {}", n,
+                            options.calibrate.size()));
   const bool fixed = options.lenses == RigLenses::fixed;
   if (options.known.size() != (fixed ? n : 0))
     throw Error(
@@ -53,13 +56,14 @@ Calibration poses_of_views(const Dataset& data, const RigOptions::KnownCamera& k
   own.camera = known.camera.camera;
   if (known.camera.model) own.claim = known.camera;
   own.model_error_px = known.error_px;
-  std::vector<double> sigmas;
+  std::vector<double> sigmas, rms;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     const auto seen = view_correspondences(data.views[v], data.boards, known.error_px);
     const PoseEstimate pose = estimate_pose(seen, known.camera.camera);
     if (!is_answer(pose.status)) continue;
     own.sigma_of_corners = !seen.covariance_px2.empty();
     sigmas.push_back(pose.sigma_px);
+    rms.push_back(pose.hypotheses.front().rms_px);
     CalibratedView view;
     view.image = data.views[v].image;
     view.camera_from_world = pose.camera_from_target();
@@ -72,7 +76,12 @@ Calibration poses_of_views(const Dataset& data, const RigOptions::KnownCamera& k
   }
   own.status = own.views.empty() ? Status::degenerate : Status::ok;
   if (!sigmas.empty()) own.sigma_px = median(sigmas);
+  if (!rms.empty()) own.rms_px = median(rms);
   return own;
+}
+
+const CalibrateOptions& options_of(const RigOptions& options, std::size_t camera) {
+  return options.calibrate[options.calibrate.size() == 1 ? 0 : camera];
 }
 
 std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOptions& options) {
@@ -80,7 +89,7 @@ std::vector<Calibration> own_calibrations(const RigDataset& rig, const RigOption
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     own.push_back(options.lenses == RigLenses::fixed
                       ? poses_of_views(rig.cameras[c].data, options.known[c])
-                      : calibrate(rig.cameras[c].data, options.camera));
+                      : calibrate(rig.cameras[c].data, options_of(options, c)));
   return own;
 }
 
@@ -124,65 +133,21 @@ RigState state_of_claims(const RigState& answer, const RigCalibration& rig,
     bundle.free_values = claim->model->free_values(lens);
   }
   if (differs && options.lenses == RigLenses::joint)
-    solve(state.cameras, state.poses, options.camera.max_iterations, options.camera.num_threads);
+    solve(state.cameras, state.poses, options.calibrate.front().max_iterations,
+          options.calibrate.front().num_threads);
   return state;
 }
 
-// Removes the parameters [first, first + count) from the information.
-void hold(BundleInformation& information, Index first, Index count) {
-  const Index n = information.prior.cols(), rest = n - first - count;
-  std::vector<Index> kept;
-  for (Index i = 0; i < n; ++i)
-    if (i < first || i >= first + count) kept.push_back(i);
-  (void)rest;
-  for (ViewInformation& sample : information.views) {
-    sample.schur = MatrixXd(sample.schur(kept, kept));
-    sample.gradient = Eigen::VectorXd(sample.gradient(kept));
-  }
-  information.prior = MatrixXd(information.prior(kept, kept));
-  information.prior_gradient = Eigen::VectorXd(information.prior_gradient(kept));
-}
-
-// The covariance of a camera's lens by its own views alone.
-std::optional<MatrixXd> covariance_of_lens(const Bundle& bundle) {
-  const auto information = bundle_information(bundle);
-  if (!information) return std::nullopt;
-  const auto covariance =
-      covariance_of(bundle, *information, 1, overdispersion_of_neighbours(bundle));
-  if (!covariance) return std::nullopt;
-  return covariance->parameters;
-}
-
-// The joint covariance: of the data, and of what the claims of the lenses have beyond them.
+// The joint covariance of extrinsics and lenses.
 std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout& layout,
                                          const RigCalibration& rig, const RigOptions& options) {
-  auto information = rig_information(state, layout);
-  if (!information) return std::nullopt;
-  const MatrixXd total = information->total(1);
-  const bool fixed = options.lenses == RigLenses::fixed;
-  const Index extrinsics = layout.lens.front();
-  const Index lenses = (layout.shape ? *layout.shape : layout.size) - extrinsics;
-  if (fixed) hold(*information, extrinsics, lenses);
-  const auto of_data = covariance_of(*information, 1, 1, overdispersion_of_rig(state));
-  if (!of_data) return std::nullopt;
-  MatrixXd covariance = MatrixXd::Zero(layout.size, layout.size);
-  if (fixed) {
-    const Index shapes = layout.size - extrinsics - lenses;
-    covariance.topLeftCorner(extrinsics, extrinsics) =
-        of_data->all.topLeftCorner(extrinsics, extrinsics);
-    covariance.bottomRightCorner(shapes, shapes) = of_data->all.bottomRightCorner(shapes, shapes);
-  } else {
-    covariance = of_data->all;
-  }
+  std::vector<MatrixXd> claims;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
-    if (!claim || !claim->model) continue;
-    const std::optional<MatrixXd> own =
-        fixed ? MatrixXd(MatrixXd::Zero(claim->covariance.rows(), claim->covariance.cols()))
-              : covariance_of_lens(state.cameras[c]);
-    if (own) add_claim(covariance, layout, total, c, excess_of(claim->covariance, *own));
+    claims.push_back(claim && claim->model ? MatrixXd(claim->covariance) : MatrixXd());
   }
-  return covariance;
+  return options.lenses == RigLenses::fixed ? covariance_of_extrinsics(state, layout, claims)
+                                            : covariance_of_rig(state, layout, claims);
 }
 
 void report_moves(const RigDataset& rig, const std::vector<CameraMove>& moves,
@@ -267,6 +232,8 @@ RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
   for (std::size_t c = 0; c < own.size(); ++c) {
     answer.cameras.push_back({rig.cameras[c].name});
     answer.cameras[c].own = own[c];
+    answer.cameras[c].error_px =
+        options.lenses == RigLenses::fixed ? options.known[c].error_px : camera_error_px(own[c]);
   }
   require_answers(rig, answer);
   answer.status = judge(answer.findings);
@@ -287,19 +254,15 @@ RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
                     start.turned.size()));
   report_moves(rig, separate_moves(state, start), answer);
   report_clocks(rig, options, start, clocks_off(state, start), answer);
-  RigSolution solution = solve_robustly(state, options.camera);
+  RigSolution solution = solve_robustly(state, options.calibrate.front());
   answer.num_iterations = solution.num_iterations;
   answer.rejected_instants = solution.rejected;
-  if (!solution.summary.converged)
-    add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");
 
   const RigState of_claims = state_of_claims(state, answer, options);
   SolvedRig solved{
       &rig, &options, &state, start, solution, RigLayout(of_claims, start.is_connected), {}};
   const auto covariance = joint_covariance(of_claims, solved.layout, answer, options);
   if (!covariance) {
-    add(answer.findings, code::not_observable,
-        "the instants do not determine the places of the cameras");
     solved.covariance = MatrixXd::Zero(solved.layout.size, solved.layout.size);
   } else {
     solved.covariance = *covariance;
@@ -314,9 +277,13 @@ RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
     camera.covariance = solved.covariance.block(solved.layout.lens[c], solved.layout.lens[c], k, k);
   }
   report_rig(solved, answer);
-  const Index lenses = solved.layout.shape.value_or(solved.layout.size);
-  answer.covariance = solved.covariance.topLeftCorner(lenses, lenses);
+  answer.covariance = solved.covariance;
   report_contradictions(rig, state, solution, answer);
+  if (!covariance)
+    add(answer.findings, code::not_observable,
+        "the instants do not determine the places of the cameras: take more, with tilted boards");
+  if (!solution.summary.converged)
+    add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");
   for (const RigPair& pair : answer.pairs)
     if (pair.num_instants == 1 && rig.cameras.size() == 2)
       add(answer.findings, code::single_instant,

@@ -19,7 +19,8 @@ enum class RigLenses {
 };
 
 struct RigOptions {
-  CalibrateOptions camera;  // of each camera's own calibration
+  // Of each camera's own calibration: one for all, or one for each.
+  std::vector<CalibrateOptions> calibrate = {CalibrateOptions()};
   RigLenses lenses = RigLenses::joint;
   // By camera, with RigLenses::fixed: what is known of its lens, and the error of a projection by
   // it besides the corners' noise (CalibrationFile::camera_error_px).
@@ -37,6 +38,7 @@ struct RigCameraEstimate {
   std::string name;
   Calibration own;                       // from its own pictures alone
   UncertainCamera camera;                // the rig's answer, with its claim
+  double error_px = 0;                   // as CalibrationFile::camera_error_px
   Pose camera_from_rig;                  // identity for the reference
   Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the camera frame: `retract`
   bool is_connected = false;             // false: the extrinsics have no value
@@ -96,7 +98,6 @@ struct RigCalibration {
   // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, then of
   // the lenses' free parameters (by the model of each `camera`), in the order of the cameras.
   MatrixX covariance;
-  std::optional<BoardWarp> board_warp;
   double rms_px = 0;
   int num_corners = 0;
   int num_iterations = 0;

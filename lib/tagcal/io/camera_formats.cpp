@@ -65,12 +65,14 @@ FormatOutput by_content(const CameraFile& file, const fs::path& /*out*/) {
 // The files of tagcal, OpenCV and ROS have the same keys, and one reader, in the row of OpenCV.
 constexpr FormatRow kRows[] = {
     {.format = {.name = "tagcal",
-                .program = "tagcal's calibration; truth.yaml is read too",
+                .program = "tagcal's calibration, of a camera or a rig; truth.yaml is read too",
                 .lenses = "all of tagcal",
+                .several = true,
                 .file = "camera.yaml"},
      .key = "camera",
      .readers = {{{.has_keys = is_truth,
-                   .read = [](const CameraText& file) { return read_truth_camera(file.path); }}}},
+                   .read = [](const CameraText& file) { return read_truth_camera(file.path); }},
+                  {.has_keys = has_rig_keys, .read = by_keys<read_rig_cameras>}}},
      .write = by_content<write_tagcal>},
     {.format =
          {.name = "opencv",

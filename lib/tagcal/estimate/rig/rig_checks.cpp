@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
@@ -92,6 +93,22 @@ double score(double gain, int num_more, double rest, int freedom) {
   return variance_ratio_score(gain / num_more / (rest / freedom), num_more, freedom);
 }
 
+// The displacement of the corners of views by changes of their disagreements, RMS in px per
+// coordinate, is that of a good corner's noise or more. A smaller one is no finding.
+bool is_visible(const RigState& state, std::size_t camera, std::span<const Disagreement> views,
+                const std::function<Vector6d(const Disagreement&)>& change) {
+  double square = 0;
+  std::size_t count = 0;
+  for (const Disagreement& d : views) {
+    const Eigen::Matrix<double, 6, 6> c = state.own[camera][d.view].covariance;
+    const Vector6d step = change(d);
+    square += step.dot(c.ldlt().solve(step));
+    count += 2 * state.cameras[camera].views[d.view].correspondences.size();
+  }
+  const double rms = count > 0 ? std::sqrt(square / static_cast<double>(count)) : 0;
+  return rms * state.noise_px[camera] > policy::kGoodCornerPx;
+}
+
 }  // namespace
 
 std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camera,
@@ -130,6 +147,10 @@ std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camer
     for (const Disagreement& d : all) by_parameters.push_back(columns(d));
     kept = consistent(all, x, by_parameters);
   }
+  const auto by_offset = [&](const Disagreement& d) {
+    return Vector6d(offset->instants * *by_time(state, camera, d, trajectory));
+  };
+  if (offset && !is_visible(state, camera, kept, by_offset)) offset.reset();
   return offset;
 }
 
@@ -159,6 +180,10 @@ std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
     most = s;
     best = CameraMove{camera, all[i].instant, after.solution() - before[i].solution()};
   }
+  const auto by_move = [&](const Disagreement& d) {
+    return Vector6d(by_place(state, camera, d.view) * best->step);
+  };
+  if (best && !is_visible(state, camera, all, by_move)) best.reset();
   return best;
 }
 

@@ -9,7 +9,8 @@ namespace tagcal::internal {
 
 // A shift of a camera's clock that explains its disagreements with a trajectory: of the first
 // order, by the velocity of the world in the rig from the instants before and after. No value
-// unless it is significant (policy::kOutlierSigmas, by the disagreements that remain).
+// unless it is significant (policy::kOutlierSigmas, by the disagreements that remain) and moves the
+// corners by more than policy::kGoodCornerPx.
 std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camera,
                                         const Trajectory& trajectory);
 

@@ -12,7 +12,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// Adds a view's products to those of its instant, [pose of the instant (6) | parameters | r].
+// Adds a view's products to those of its instant, [pose of the instant (6) | parameters | shape of
+// the board | r].
 void add_view(const RigState& state, const RigLayout& layout, std::size_t camera,
               const LinkedPoses::Link& link, const MatrixXd& view_gram, MatrixXd& gram) {
   const Bundle& bundle = state.cameras[camera];
@@ -24,7 +25,7 @@ void add_view(const RigState& state, const RigLayout& layout, std::size_t camera
   onto.topLeftCorner<6, 6>() = steps.by_instant;
   if (layout.pose[camera]) onto.block<6, 6>(0, 6 + *layout.pose[camera]) = steps.by_camera;
   onto.block(6, 6 + layout.lens[camera], k, k).setIdentity();
-  if (shapes > 0) onto.block(6 + k, 6 + *layout.shape, shapes, shapes).setIdentity();
+  if (shapes > 0) onto.block(6 + k, 6 + layout.size, shapes, shapes).setIdentity();
   onto(width - 1, gram.cols() - 1) = 1;
   gram += onto.transpose() * full * onto;
 }
@@ -68,8 +69,9 @@ void add_sample(const ViewInformation& instant, std::size_t number, std::size_t 
 
 void add_priors_of_rig(const RigState& state, const RigLayout& layout,
                        BundleInformation& information) {
-  information.prior = MatrixXd::Zero(layout.size, layout.size);
-  information.prior_gradient = Eigen::VectorXd::Zero(layout.size);
+  const Index n = layout.size + state.cameras.front().num_shapes();
+  information.prior = MatrixXd::Zero(n, n);
+  information.prior_gradient = Eigen::VectorXd::Zero(n);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const Bundle& bundle = state.cameras[c];
     const Index k = bundle.model->num_free();
@@ -80,10 +82,65 @@ void add_priors_of_rig(const RigState& state, const RigLayout& layout,
     information.prior_gradient.segment(layout.lens[c], k) += gradient.head(k);
     const Index shapes = c == 0 ? bundle.num_shapes() : 0;
     if (shapes == 0) continue;
-    information.prior.block(*layout.shape, *layout.shape, shapes, shapes) +=
+    information.prior.block(layout.size, layout.size, shapes, shapes) +=
         square.bottomRightCorner(shapes, shapes);
-    information.prior_gradient.segment(*layout.shape, shapes) += gradient.tail(shapes);
+    information.prior_gradient.segment(layout.size, shapes) += gradient.tail(shapes);
   }
+}
+
+// The information of a rig by its parameters and the shape of its board.
+std::optional<BundleInformation> rig_information(const RigState& solved, const RigLayout& layout) {
+  std::vector<Lens> lenses;
+  for (const Bundle& camera : solved.cameras) lenses.push_back(camera.lens());
+  const auto by_instant = views_by_instant(solved);
+  const Index n = layout.size + solved.cameras.front().num_shapes();
+  const std::size_t per_sample = instants_per_sample(by_instant.size(), n);
+  BundleInformation information;
+  std::size_t number = 0;
+  for (const auto& views : by_instant) {
+    if (views.empty()) continue;
+    MatrixXd gram = MatrixXd::Zero(6 + n + 1, 6 + n + 1);
+    for (const auto& [c, v] : views) {
+      const MatrixXd of_view = gram_of_view(solved.cameras[c], v, lenses[c]);
+      if (of_view.size() == 0) return std::nullopt;
+      add_view(solved, layout, c, solved.poses.links[c][v], of_view, gram);
+    }
+    const auto eliminated = eliminate_pose(gram);
+    if (!eliminated) return std::nullopt;
+    add_sample(*eliminated, number++, per_sample, information.views);
+  }
+  add_priors_of_rig(solved, layout, information);
+  return information;
+}
+
+// The overdispersion that neighbouring residuals suggest: that of the worst camera.
+double overdispersion_of_rig(const RigState& solved) {
+  double most = 1;
+  for (const Bundle& camera : solved.cameras)
+    if (!camera.views.empty()) most = std::max(most, overdispersion_of_neighbours(camera));
+  return most;
+}
+
+// The information of the first n parameters, with the rest free but for their prior.
+MatrixXd without_shape(const MatrixXd& information, const MatrixXd& prior, Index n) {
+  const Index shapes = information.cols() - n;
+  if (shapes == 0) return information;
+  const MatrixXd of_shape =
+      information.bottomRightCorner(shapes, shapes) + prior.bottomRightCorner(shapes, shapes);
+  const MatrixXd cross = information.topRightCorner(n, shapes);
+  return information.topLeftCorner(n, n) - cross * of_shape.ldlt().solve(cross.transpose()).eval();
+}
+
+// The positive part of a symmetric matrix, in units of the roots of the diagonal of `unit`, so that
+// parameters of any scale count alike.
+MatrixXd positive_part(const MatrixXd& matrix, const MatrixXd& unit) {
+  const Eigen::VectorXd scale = unit.diagonal().cwiseMax(1e-300).cwiseSqrt();  // numeric: no zero
+  const MatrixXd scaled =
+      scale.cwiseInverse().asDiagonal() * matrix * scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+  const MatrixXd root = scale.asDiagonal() * eigen.eigenvectors() *
+                        eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  return root * root.transpose();
 }
 
 }  // namespace
@@ -99,64 +156,54 @@ RigLayout::RigLayout(const RigState& state, const std::vector<std::uint8_t>& is_
     lens.push_back(size);
     size += camera.model->num_free();
   }
-  if (!state.cameras.front().board) return;
-  shape = size;
-  size += state.cameras.front().num_shapes();
 }
 
-std::optional<BundleInformation> rig_information(const RigState& solved, const RigLayout& layout) {
-  std::vector<Lens> lenses;
-  for (const Bundle& camera : solved.cameras) lenses.push_back(camera.lens());
-  const auto by_instant = views_by_instant(solved);
-  const std::size_t per_sample = instants_per_sample(by_instant.size(), layout.size);
-  BundleInformation information;
-  std::size_t number = 0;
-  for (const auto& views : by_instant) {
-    if (views.empty()) continue;
-    MatrixXd gram = MatrixXd::Zero(6 + layout.size + 1, 6 + layout.size + 1);
-    for (const auto& [c, v] : views) {
-      const MatrixXd of_view = gram_of_view(solved.cameras[c], v, lenses[c]);
-      if (of_view.size() == 0) return std::nullopt;
-      add_view(solved, layout, c, solved.poses.links[c][v], of_view, gram);
-    }
-    const auto eliminated = eliminate_pose(gram);
-    if (!eliminated) return std::nullopt;
-    add_sample(*eliminated, number++, per_sample, information.views);
+std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
+                                          const std::vector<MatrixXd>& claims) {
+  const auto information = rig_information(solved, layout);
+  if (!information) return std::nullopt;
+  const auto spread = covariance_of(*information, 1, 1, overdispersion_of_rig(solved));
+  if (!spread) return std::nullopt;
+  const MatrixXd all = without_shape(information->data(), information->prior, layout.size);
+  MatrixXd more = all, known = MatrixXd::Zero(layout.size, layout.size);
+  for (std::size_t c = 0; c < solved.cameras.size(); ++c) {
+    const Bundle& bundle = solved.cameras[c];
+    const Index k = bundle.model->num_free();
+    const auto own = bundle_information(bundle);
+    const auto of_claim = exact_inverse(claims[c]);
+    if (!own || !of_claim) return std::nullopt;
+    more.block(layout.lens[c], layout.lens[c], k, k) -= without_shape(own->data(), own->prior, k);
+    known.block(layout.lens[c], layout.lens[c], k, k) = *of_claim;
   }
-  add_priors_of_rig(solved, layout, information);
-  return information;
+  return exact_inverse(positive_part(more, all) / spread->overdispersion + known);
 }
 
-double overdispersion_of_rig(const RigState& solved) {
-  double most = 1;
-  for (const Bundle& camera : solved.cameras)
-    if (!camera.views.empty()) most = std::max(most, overdispersion_of_neighbours(camera));
-  return most;
-}
-
-MatrixXd excess_of(const MatrixXd& claim, const MatrixXd& own) {
-  if (claim.size() == 0) return claim;
-  // In units of the claim's standard deviations, so that parameters of any scale count alike.
-  const Eigen::VectorXd unit = claim.diagonal().cwiseMax(1e-300).cwiseSqrt();  // numeric: no zero
-  const MatrixXd scaled =
-      unit.cwiseInverse().asDiagonal() * (claim - own) * unit.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
-  const MatrixXd root = unit.asDiagonal() * eigen.eigenvectors() *
-                        eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-  return root * root.transpose();
-}
-
-void add_claim(MatrixXd& covariance, const RigLayout& layout, const MatrixXd& information,
-               std::size_t camera, const MatrixXd& excess) {
-  const Index k = excess.cols(), extrinsics = layout.lens.front();
-  if (k == 0) return;
-  MatrixXd response = MatrixXd::Zero(layout.size, k);
-  response.middleRows(layout.lens[camera], k).setIdentity();
-  if (extrinsics > 0)
-    if (const auto inverse = exact_inverse(information.topLeftCorner(extrinsics, extrinsics)))
-      response.topRows(extrinsics) =
-          -*inverse * information.block(0, layout.lens[camera], extrinsics, k);
-  covariance += response * excess * response.transpose();
+std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const RigLayout& layout,
+                                                 const std::vector<MatrixXd>& claims) {
+  auto information = rig_information(solved, layout);
+  const Index n = layout.num_extrinsics();
+  if (!information || n == 0) return std::nullopt;
+  const MatrixXd all = without_shape(information->data(), information->prior, layout.size);
+  const auto of_extrinsics = exact_inverse(all.topLeftCorner(n, n));
+  if (!of_extrinsics) return std::nullopt;
+  for (ViewInformation& sample : information->views) {
+    sample.schur = MatrixXd(sample.schur.topLeftCorner(n, n));
+    sample.gradient = Eigen::VectorXd(sample.gradient.head(n));
+  }
+  information->prior = MatrixXd::Zero(n, n);
+  information->prior_gradient = Eigen::VectorXd::Zero(n);
+  const auto spread = covariance_of(*information, 1, 1, overdispersion_of_rig(solved));
+  if (!spread) return std::nullopt;
+  MatrixXd covariance = MatrixXd::Zero(layout.size, layout.size);
+  covariance.topLeftCorner(n, n) = spread->overdispersion * *of_extrinsics;
+  for (std::size_t c = 0; c < solved.cameras.size(); ++c) {
+    const Index k = claims[c].cols();
+    MatrixXd response = MatrixXd::Zero(layout.size, k);
+    response.middleRows(layout.lens[c], k).setIdentity();
+    response.topRows(n) = -*of_extrinsics * all.block(0, layout.lens[c], n, k);
+    covariance += response * claims[c] * response.transpose();
+  }
+  return covariance;
 }
 
 }  // namespace tagcal::internal

@@ -10,30 +10,31 @@
 namespace tagcal::internal {
 
 // The place of the parameters of a rig in one vector: the extrinsics of each connected camera but
-// the reference (six each), the free parameters of each lens, the shape of the board.
+// the reference (six each), then the free parameters of each lens.
 struct RigLayout {
   std::vector<std::optional<Eigen::Index>> pose;  // by camera
   std::vector<Eigen::Index> lens;                 // by camera
-  std::optional<Eigen::Index> shape;
   Eigen::Index size = 0;
 
   RigLayout(const RigState& state, const std::vector<std::uint8_t>& is_connected);
+
+  Eigen::Index num_extrinsics() const { return lens.front(); }
 };
 
-// The information of a solved rig. An instant is one sample, because its views share the pose of
-// the boards. No value if a view does not determine its pose.
-std::optional<BundleInformation> rig_information(const RigState& solved, const RigLayout& layout);
+// The covariance of lenses that were estimated with the extrinsics. The pictures of a camera alone
+// give its lens the information S_c; what is known of it is its own calibration's claim (by the
+// parameters of its bundle's model), which includes the choice of the model. With H the information
+// of the rig, an instant being one sample, the rig adds H - diag(S_c) to the claims:
+//   C = ((H - diag(S_c)) / phi + diag(claim_c^-1))^-1,
+// with phi the overdispersion between the instants. No value if the instants do not determine the
+// extrinsics.
+std::optional<Eigen::MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
+                                                 const std::vector<Eigen::MatrixXd>& claims);
 
-// The overdispersion that neighbouring residuals suggest: that of the worst camera.
-double overdispersion_of_rig(const RigState& solved);
-
-// The positive part of the difference of two covariances of the same parameters.
-Eigen::MatrixXd excess_of(const Eigen::MatrixXd& claim, const Eigen::MatrixXd& own);
-
-// Adds the covariance of an error of one lens, by the free parameters of its bundle's model, and
-// its effect on the extrinsics: their response is -H_ee^-1 H_el, with `information` H.
-void add_claim(Eigen::MatrixXd& covariance, const RigLayout& layout,
-               const Eigen::MatrixXd& information, std::size_t camera,
-               const Eigen::MatrixXd& excess);
+// The same for lenses that were held: phi H_ee^-1, and the response to their errors, -H_ee^-1 H_el.
+// A claim may be empty: a lens that is exact.
+std::optional<Eigen::MatrixXd> covariance_of_extrinsics(const RigState& solved,
+                                                        const RigLayout& layout,
+                                                        const std::vector<Eigen::MatrixXd>& claims);
 
 }  // namespace tagcal::internal

@@ -73,9 +73,9 @@ std::optional<DepthUncertainty> depth_uncertainty(const PairModel& pair, double 
   const Pose b_from_a = pair.b_from_a();
   const Vector3d axis = Vector3d::UnitZ(), point = b_from_a * Vector3d(distance * axis);
   PointJacobian by_point;
-  const auto pixel = std::visit(
-      [&](const auto& lens) { return lens.project(point, &by_point, nullptr); },
-      pair.b.camera.camera.lens);
+  const auto pixel =
+      std::visit([&](const auto& lens) { return lens.project(point, &by_point, nullptr); },
+                 pair.b.camera.camera.lens);
   const auto centre = project(pair.a.camera.camera.lens, Vector3d(distance * axis));
   if (!pixel || !centre) return std::nullopt;
   const Eigen::Vector2d by_depth = by_point * (b_from_a.rotation() * axis);

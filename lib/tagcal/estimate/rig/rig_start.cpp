@@ -155,7 +155,8 @@ std::optional<CameraStart> camera_start(const RigState& state, std::size_t camer
                                         const Trajectory& trajectory,
                                         const std::optional<Pose>& half_turn, int shift) {
   const std::vector<CommonView> common = common_views(state, camera, trajectory, shift);
-  if (common.empty()) return std::nullopt;
+  if (common.empty() || (shift != 0 && common.size() < policy::kEnoughForMedian))
+    return std::nullopt;
   const auto own = [&](std::size_t i) -> const OwnPose& {
     return state.own[camera][common[i].view];
   };

@@ -128,6 +128,7 @@ RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, R
     Bundle bundle = bundle_of(rig.cameras[c].data, own[c], model_in_rig(own[c], lenses, state));
     const Lens lens = bundle.lens();
     const auto instants = instants_of_views(rig, c);
+    state.noise_px.push_back(own[c].rms_px / std::numbers::sqrt2);
     state.index_of_view.emplace_back();
     state.own.emplace_back();
     state.instant.emplace_back();

@@ -25,6 +25,7 @@ struct RigState {
   std::vector<std::vector<OwnPose>> own;
   std::vector<std::vector<std::optional<std::size_t>>>
       instant;                                          // in the data set; none: a view alone
+  std::vector<double> noise_px;                         // per coordinate, by camera
   std::size_t num_instants = 0;                         // of the data set
   std::vector<std::shared_ptr<const HeldModels>> held;  // models that the bundles point to
 

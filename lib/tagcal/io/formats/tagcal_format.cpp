@@ -5,6 +5,8 @@
 #include "tagcal/error.hpp"
 #include "tagcal/io/formats/corner_order.hpp"
 #include "tagcal/io/formats/number_format.hpp"
+#include "tagcal/io/formats/opencv_camera.hpp"
+#include "tagcal/io/text/limits.hpp"
 #include "tagcal/io/text/number_text.hpp"
 #include "tagcal/io/yaml/yaml_parts.hpp"
 
@@ -85,27 +87,81 @@ std::string pose_lines(const Pose& pose, std::string_view prefix) {
       prefix, q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
 }
 
-// A camera of another program has no name of a model: it gets that of the smallest with all its
-// coefficients and a free focal length and principal point.
-FormatOutput write_tagcal(const CameraFile& file) {
-  const FileCamera& camera = only_camera(file, "tagcal");
-  CalibrationFile calibration = camera.calibration;
+namespace {
+
+// The keys of a camera. One of another program has no name of a model: it gets that of the smallest
+// with all its coefficients and a free focal length and principal point.
+std::string calibration_keys(CalibrationFile calibration) {
   const Lens& lens = calibration.camera.lens;
   if (!kind_of(lens).is_central)
     throw Error("a parallel camera has no focal length: a calibration file cannot hold it");
   if (calibration.model.empty()) calibration.model = full_model(lens).name();
-  FormatOutput output;
-  std::string text = "%YAML:1.0\n---\n" + camera_yaml(calibration.camera, calibration.model) +
+  std::string text = camera_yaml(calibration.camera, calibration.model) +
                      fmt::format("model: {}\n", text_yaml(calibration.model));
   if (calibration.camera_error_px)
     text += fmt::format("camera_error_px: {}\n", number_yaml(*calibration.camera_error_px));
-  text += uncertainty_yaml(calibration) + seen_yaml(calibration.seen);
+  return text + uncertainty_yaml(calibration) + seen_yaml(calibration.seen);
+}
+
+// Lines as one item of a list.
+std::string as_item(const std::string& lines) {
+  std::string text;
+  for (std::size_t at = 0; at < lines.size();) {
+    const std::size_t end = lines.find('\n', at) + 1;
+    text += (at == 0 ? "   - " : "     ") + lines.substr(at, end - at);
+    at = end;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string cameras_yaml(const std::vector<FileCamera>& cameras) {
+  std::string text = "cameras:\n";
+  for (const FileCamera& camera : cameras) {
+    std::string lines = fmt::format("name: {}\n", text_yaml(camera.name));
+    if (camera.camera_from_rig)
+      lines += fmt::format("camera_from_rig: {}\n", pose_yaml(*camera.camera_from_rig));
+    text += as_item(lines + calibration_keys(camera.calibration));
+  }
+  return text;
+}
+
+bool has_rig_keys(const YamlValue& top) {
+  const auto cameras = top.find("cameras");
+  if (!cameras || !cameras->is_list()) return false;
+  const auto items = cameras->items(0, limits::kMaxRigCameras);
+  return !items.empty() && items.front().is_map() && items.front().find("name") &&
+         items.front().find("camera_matrix");
+}
+
+CameraFile read_rig_cameras(const YamlValue& top) {
+  CameraFile file;
+  file.format = "tagcal";
+  std::set<std::string> names;
+  for (const YamlValue& item : top.at("cameras").items(1, limits::kMaxRigCameras)) {
+    FileCamera camera;
+    camera.name = item.at("name").text();
+    if (!names.insert(camera.name).second) item.at("name").fail("must differ between cameras");
+    camera.calibration = read_opencv_camera(item, {}, file.notes);
+    if (const auto pose = item.find("camera_from_rig")) camera.camera_from_rig = read_pose(*pose);
+    file.cameras.push_back(std::move(camera));
+  }
+  return file;
+}
+
+FormatOutput write_tagcal(const CameraFile& file) {
+  FormatOutput output;
+  const bool is_rig = file.cameras.size() > 1;
+  std::string text =
+      "%YAML:1.0\n---\n" +
+      (is_rig ? cameras_yaml(file.cameras) : calibration_keys(file.cameras.front().calibration));
   if (!file.poses.empty()) text += "views:\n";
   std::set<std::string> names;
   for (std::size_t i = 0; i < file.poses.size(); ++i)
     text +=
         image_line(file.poses[i].image, i, names) + pose_lines(file.poses[i].camera_from_world, "");
-  note_no_rig(file, output.notes);
+  if (!is_rig) note_no_rig(file, output.notes);
   output.files = {{"", text}};
   return output;
 }

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "tagcal/io/formats/lens_numbers.hpp"
+#include "tagcal/io/yaml/yaml_reader.hpp"
 
 // tagcal's own calibration file: OpenCV's keys and further ones. Parts of it, which
 // calibration_yaml writes with the results of an estimate, and a whole file without them.
@@ -24,6 +25,13 @@ std::string seen_yaml(const SeenRegion& seen);
 std::string image_line(const std::string& image, std::size_t view, std::set<std::string>& names);
 std::string pose_lines(const Pose& pose, std::string_view prefix);
 
+// The key `cameras` of a rig: each with `name`, the keys of a camera's own file and
+// camera_from_rig.
+std::string cameras_yaml(const std::vector<FileCamera>& cameras);
+bool has_rig_keys(const YamlValue& top);
+CameraFile read_rig_cameras(const YamlValue& top);
+
+// A file of one camera, or a rig.
 FormatOutput write_tagcal(const CameraFile& file);
 
 }  // namespace tagcal::internal

@@ -1,0 +1,57 @@
+#include "tagcal/io/rig_calibration_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cassert>
+
+#include "tagcal/io/calibration_file.hpp"
+#include "tagcal/io/formats/tagcal_format.hpp"
+#include "tagcal/io/text/number_text.hpp"
+#include "tagcal/io/yaml/yaml_parts.hpp"
+
+namespace tagcal {
+using namespace internal;
+namespace {
+
+// A camera of the rig as in a file of its own: what the rig says of its lens.
+FileCamera file_camera_of(const RigCameraEstimate& camera) {
+  FileCamera file;
+  file.name = camera.name;
+  file.camera_from_rig = camera.camera_from_rig;
+  file.calibration.camera = camera.camera.camera;
+  file.calibration.model = camera.own.model.empty()
+                               ? std::string(full_model(camera.camera.camera.lens).name())
+                               : camera.own.model;
+  file.calibration.fixed = camera.own.fixed;
+  file.calibration.seen = camera.own.seen;
+  if (is_answer(camera.own.status)) file.calibration.camera_error_px = camera.error_px;
+  if (camera.camera.model) {
+    file.calibration.claim_model = camera.camera.model->name();
+    file.calibration.claim_covariance = camera.camera.covariance;
+  }
+  return file;
+}
+
+std::string findings_lines(const std::vector<Finding>& findings) {
+  if (findings.empty()) return "";
+  std::string text = "findings:\n";
+  for (const Finding& f : findings)
+    text += fmt::format("   - code: {}\n     severity: {}\n     sentence: {}\n", text_yaml(f.code),
+                        text_yaml(severity_name(f.severity)), text_yaml(f.sentence));
+  return text;
+}
+
+}  // namespace
+
+std::string rig_yaml(const RigCalibration& rig) {
+  assert(is_answer(rig.status));
+  std::vector<FileCamera> cameras;
+  for (const RigCameraEstimate& camera : rig.cameras) cameras.push_back(file_camera_of(camera));
+  std::string text = "%YAML:1.0\n---\n" + cameras_yaml(cameras);
+  text += fmt::format("status: {}\nrms_px: {}\nnum_instants: {}\nnum_rejected_instants: {}\n",
+                      text_yaml(status_name(rig.status)), number_yaml(rig.rms_px),
+                      rig.instants.size(), rig.rejected_instants.size());
+  return text + matrix_yaml("joint_covariance", rig.covariance) + findings_lines(rig.findings);
+}
+
+}  // namespace tagcal

@@ -1,0 +1,283 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "job/arguments.hpp"
+#include "job/camera_input.hpp"
+#include "job/find_corners.hpp"
+#include "job/messages.hpp"
+#include "job/outputs.hpp"
+#include "report/rig_report.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/io/rig_calibration_file.hpp"
+#include "tagcal/io/rig_file.hpp"
+#include "tagcal/io/text_file.hpp"
+#include "tagcal/scene/rig_pairing.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  InputArguments input;              // with the folders of all cameras
+  std::vector<std::string> corners;  // files of observations, one a camera
+  std::string pair = "name";
+  std::string lenses = "joint";
+  std::vector<std::string> cameras;  // NAME=FILE
+  std::vector<std::string> models;   // M, or NAME=M
+  std::string reference;
+  std::string out;
+  int threads = 0;
+  bool json = false;
+};
+
+// The input of one camera: a folder of pictures, or a data set; with observations or without.
+Input camera_input(const Arguments& arguments, std::size_t camera) {
+  InputArguments input = arguments.input;
+  input.inputs = {arguments.input.inputs[camera]};
+  if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
+  input.out = "";
+  return read_input(input);
+}
+
+// Names of the cameras: the last part of the paths that differs, without what a pattern leaves
+// open.
+std::vector<std::string> camera_names(const std::vector<std::string>& inputs) {
+  std::vector<fs::path> paths;
+  for (const std::string& input : inputs) {
+    const fs::path path = fs::path(input).lexically_normal();
+    paths.push_back(path.filename().empty() ? path.parent_path() : path);
+  }
+  const auto equal = [&] {
+    return std::ranges::all_of(paths, [&](const fs::path& path) {
+      return path.has_parent_path() && path.filename() == paths.front().filename();
+    });
+  };
+  while (equal())
+    for (fs::path& path : paths) path = path.parent_path();
+  std::vector<std::string> names;
+  for (const fs::path& path : paths) {
+    const std::string name = path.filename().string();
+    const std::size_t open = name.find_first_of("*?[");
+    names.push_back(open == std::string::npos || open == 0 ? name : name.substr(0, open));
+  }
+  return names;
+}
+
+void check_folders(const std::vector<std::string>& folders) {
+  if (folders.size() < 2)
+    throw Error("rig: needs the folders of two cameras or more, or a data set with the key rig");
+  std::vector<fs::path> seen;
+  for (const std::string& folder : folders) {
+    std::error_code error;
+    const fs::path path = fs::weakly_canonical(folder, error);
+    if (std::ranges::find(seen, path) != seen.end())
+      throw Error(folder + ": is given twice: each camera needs a folder of its own");
+    seen.push_back(path);
+  }
+}
+
+// Two cameras whose first pictures have equal corners are one camera, given twice.
+void check_different(const RigDataset& rig) {
+  const auto same = [](const View& a, const View& b) {
+    return !a.observations.empty() &&
+           std::ranges::equal(a.observations, b.observations,
+                              [](const Observation& x, const Observation& y) {
+                                return x.id == y.id && x.pixel == y.pixel;
+                              });
+  };
+  for (std::size_t a = 0; a < rig.cameras.size(); ++a)
+    for (std::size_t b = a + 1; b < rig.cameras.size(); ++b)
+      for (const View& view : rig.cameras[a].data.views)
+        for (const View& other : rig.cameras[b].data.views)
+          if (same(view, other))
+            throw Error(
+                fmt::format("{} and {}: {} and {} are the same picture: each camera needs "
+                            "its own pictures",
+                            rig.cameras[a].name, rig.cameras[b].name, view.image, other.image));
+}
+
+std::vector<Instant> paired(const Arguments& arguments, const std::vector<RigCamera>& cameras) {
+  const std::string& pair = arguments.pair;
+  if (pair == "name") return pair_by_name(cameras);
+  if (pair == "index") return pair_by_index(cameras);
+  if (pair.starts_with("time:")) {
+    std::string number = pair.substr(5);
+    if (number.ends_with("ms")) number.resize(number.size() - 2);
+    double tolerance_ms = 0;
+    const auto [end, error] =
+        std::from_chars(number.data(), number.data() + number.size(), tolerance_ms);
+    if (error != std::errc() || end != number.data() + number.size() || !(tolerance_ms > 0))
+      throw Error("--pair: must be time:5ms or another number of milliseconds, got " + pair);
+    return pair_by_time(cameras, tolerance_ms / 1e3);
+  }
+  std::vector<std::string> notes;
+  std::vector<Instant> instants = pair_by_file(pair, cameras, &notes);
+  print_warnings(notes);
+  return instants;
+}
+
+// The data set of a rig, with views.
+RigDataset read_rig(const Arguments& arguments) {
+  const std::vector<std::string>& inputs = arguments.input.inputs;
+  if (inputs.size() == 1 && is_rig_folder(inputs.front())) {
+    RigFolder folder = read_rig_folder(inputs.front());
+    print_warnings(folder.warnings);
+    for (std::size_t c = 0; c < folder.rig.cameras.size(); ++c) {
+      RigCamera& camera = folder.rig.cameras[c];
+      if (!folder.files[c].observations.empty()) continue;
+      InputArguments input = arguments.input;
+      input.inputs = {(fs::path(inputs.front()) / camera.name).string()};
+      Input read = read_input(input);
+      find_views(read, arguments.threads);
+      print_warnings(read.warnings);
+      camera.data.views = std::move(read.dataset.views);
+      if (!folder.files[c].times_s.empty())
+        camera.times_s = times_of(camera.data.views, folder.files[c]);
+    }
+    if (folder.rig.instants.empty() || arguments.pair != "name")
+      folder.rig.instants = paired(arguments, folder.rig.cameras);
+    return std::move(folder.rig);
+  }
+  check_folders(inputs);
+  if (!arguments.corners.empty() && arguments.corners.size() != inputs.size())
+    throw Error(fmt::format("--observations: needs a file for each of the {} cameras, got {}",
+                            inputs.size(), arguments.corners.size()));
+  RigDataset rig;
+  const std::vector<std::string> names = camera_names(inputs);
+  for (std::size_t c = 0; c < inputs.size(); ++c) {
+    Input input = camera_input(arguments, c);
+    find_views(input, arguments.threads);
+    print_warnings(input.warnings);
+    if (num_corners(input.dataset.views) == 0)
+      throw Error(inputs[c] + ": no picture shows the board; see tagcal detect --explain");
+    rig.cameras.push_back({names[c], std::move(input.dataset), {}});
+  }
+  rig.instants = paired(arguments, rig.cameras);
+  return rig;
+}
+
+// "NAME=VALUE": the index of the camera, and the value.
+std::pair<std::size_t, std::string> camera_value(const RigDataset& rig, const std::string& text,
+                                                 const std::string& option) {
+  const std::size_t sign = text.find('=');
+  const std::string name = text.substr(0, sign);
+  const auto camera = std::ranges::find(rig.cameras, name, &RigCamera::name);
+  if (sign == std::string::npos || camera == rig.cameras.end()) {
+    std::string names;
+    for (const RigCamera& c : rig.cameras) names += (names.empty() ? "" : ", ") + c.name;
+    throw Error(
+        fmt::format("{}: must be NAME=VALUE with a camera of {}, got {}", option, names, text));
+  }
+  return {static_cast<std::size_t>(camera - rig.cameras.begin()), text.substr(sign + 1)};
+}
+
+RigOptions rig_options(const Arguments& arguments, const RigDataset& rig) {
+  RigOptions options;
+  options.calibrate.assign(rig.cameras.size(), {});
+  for (CalibrateOptions& o : options.calibrate)
+    o.num_threads = static_cast<std::size_t>(arguments.threads);
+  for (const std::string& text : arguments.models) {
+    if (text.find('=') == std::string::npos) {
+      for (CalibrateOptions& o : options.calibrate) o.model = text;
+      continue;
+    }
+    const auto [camera, model] = camera_value(rig, text, "--model");
+    options.calibrate[camera].model = model;
+  }
+  for (const CalibrateOptions& o : options.calibrate) naming_options([&] { check_options(o); });
+  options.lenses = arguments.lenses == "fixed" ? RigLenses::fixed : RigLenses::joint;
+  if (arguments.lenses != "joint") {
+    std::vector<std::optional<CalibrationFile>> files(rig.cameras.size());
+    for (const std::string& text : arguments.cameras) {
+      const auto [camera, file] = camera_value(rig, text, "--camera");
+      files[camera] = read_camera(file);
+    }
+    for (std::size_t c = 0; c < files.size(); ++c) {
+      if (!files[c])
+        throw Error(fmt::format("--cameras {}: needs --camera {}=FILE", arguments.lenses,
+                                rig.cameras[c].name));
+      if (options.lenses == RigLenses::fixed)
+        options.known.push_back(
+            {uncertain_camera(*files[c]), files[c]->camera_error_px.value_or(0)});
+      else
+        options.calibrate[c].start = files[c]->camera;
+    }
+  } else if (!arguments.cameras.empty()) {
+    throw Error("--camera: needs --cameras fixed or --cameras start");
+  }
+  if (!arguments.reference.empty())
+    options.reference = camera_value(rig, arguments.reference + "=", "--reference").first;
+  return options;
+}
+
+int run(const Arguments& arguments) {
+  check_text_writable(arguments.out);
+  const RigDataset rig = read_rig(arguments);
+  check_different(rig);
+  const RigOptions options = rig_options(arguments, rig);
+  const RigCalibration answer = calibrate_rig(rig, options);
+  const bool answered = is_answer(answer.status);
+  if (answered && !arguments.out.empty()) {
+    write_whole(arguments.out, rig_yaml(answer));
+    say_wrote(arguments.out);
+  }
+  print_result(arguments.json ? rig_json(rig, answer, options.reference)
+                              : rig_summary(rig, answer, options.reference));
+  if (!answered && !arguments.out.empty())
+    print_to_stderr("tagcal: {}: not written, there is no answer\n", arguments.out);
+  return answered ? kAnswer : kNoAnswer;
+}
+
+}  // namespace
+
+Command add_rig(CLI::App& app) {
+  CLI::App* command =
+      add_command(app, "rig", "several cameras on one body: their lenses and where they are");
+  const auto arguments = std::make_shared<Arguments>();
+  add_input(*command, arguments->input);
+  add_option(*command, "--observations", arguments->corners,
+             "files with the corners of each camera, in the order of the folders")
+      .separated_by(',')
+      .text("CSV,CSV");
+  add_no_cache(*command, arguments->input.no_cache);
+  add_option(*command, "--pair", arguments->pair,
+             "which pictures belong together: name (equal names, but for the camera's own part), "
+             "index, time:5ms (with the stamps of a data set), or a table of pictures")
+      .text("name|index|time:Tms|FILE");
+  add_option(*command, "--cameras", arguments->lenses,
+             "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "
+             "standard deviations; start: estimated from there")
+      .one_of({"joint", "fixed", "start"});
+  add_option(*command, "--camera", arguments->cameras,
+             "a camera's file of any format, for --cameras fixed or start")
+      .text("NAME=FILE")
+      .repeatable();
+  add_option(*command, "--model", arguments->models,
+             "model of all cameras, or of one: auto, " + model_names())
+      .text("M|NAME=M")
+      .repeatable();
+  add_option(*command, "--reference", arguments->reference,
+             "the camera whose frame is that of the rig; default: the first")
+      .text("NAME");
+  add_option(*command, "--out", arguments->out, "file for the rig, written if there is an answer")
+      .text("FILE");
+  add_flag(*command, "--json", arguments->json, "one JSON object on stdout");
+  add_threads(*command, arguments->threads);
+  add_footer(*command,
+             "Example: tagcal rig left right --target board.yaml --out rig.yaml\n"
+             "         tagcal rig stereo --cameras fixed --camera left=l.yaml --camera "
+             "right=r.yaml");
+  return {command, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace tagcal::tools

@@ -1,0 +1,189 @@
+#include "report/rig_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "job/terminal.hpp"
+#include "report/findings.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Eigen::Vector3d;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+std::string with_sigma(double value, double sigma) {
+  const Measured m = measured(value, sigma);
+  return m.sigma.empty() ? m.value : m.value + " +- " + m.sigma;
+}
+
+double sigma_of(const Matrix6& covariance, int i) {
+  return std::sqrt(std::max(0.0, covariance(i, i)));
+}
+
+std::string verdict_of(const RigCalibration& rig) {
+  if (!is_answer(rig.status)) {
+    const Finding* const reason = reason_of(rig.findings);
+    return wrapped(toned(Tone::bad, "NO ANSWER:") + " ",
+                   reason ? reason->sentence : std::string(status_name(rig.status)), 2);
+  }
+  const auto warnings = std::ranges::count(rig.findings, Severity::warning, &Finding::severity);
+  const std::string extent = fmt::format(
+      "{}, {}, {}, rms {} px", counted(rig.cameras.size(), "camera"),
+      counted(rig.instants.size(), "instant"),
+      counted(static_cast<std::size_t>(rig.num_corners), "corner"), two_digits(rig.rms_px));
+  const std::string ok =
+      warnings == 0 ? "OK: "
+                    : "OK, " + counted(static_cast<std::size_t>(warnings), "warning") + ": ";
+  return wrapped(toned(warnings == 0 ? Tone::good : Tone::caution, ok), extent, 2);
+}
+
+std::size_t name_width(const RigCalibration& rig) {
+  std::size_t width = 6;
+  for (const RigCameraEstimate& camera : rig.cameras) width = std::max(width, camera.name.size());
+  return width;
+}
+
+std::string camera_rows(const RigCalibration& rig) {
+  const std::size_t width = name_width(rig);
+  std::string text = fmt::format("\n{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7}\n", "camera", width,
+                                 "model", "views", "corners", "rms px", "excess");
+  for (const RigCameraEstimate& camera : rig.cameras)
+    text += fmt::format("{:<{}}  {:<9} {:>6} {:>8} {:>7} {:>7.2f}\n", camera.name, width,
+                        camera.own.model.empty() ? "known" : camera.own.model, camera.num_views,
+                        camera.num_corners, two_digits(camera.rms_px), camera.excess);
+  return text;
+}
+
+// The place of a camera, seen from the reference.
+std::string place_lines(const RigCameraEstimate& camera, const std::string& reference) {
+  const Vector3d t = 1e3 * camera.camera_from_rig.translation();
+  const Vector3d r = kDegrees * log_rotation(camera.camera_from_rig.rotation());
+  const auto of = [&](const Vector3d& v, int first, double unit) {
+    std::string text;
+    for (int i = 0; i < 3; ++i)
+      text +=
+          fmt::format("  {:>18}", with_sigma(v[i], unit * sigma_of(camera.covariance, first + i)));
+    return text;
+  };
+  return fmt::format("\n{} from {}\n  translation mm {}\n  rotation deg   {}\n", camera.name,
+                     reference, of(t, 3, 1e3), of(r, 0, kDegrees));
+}
+
+std::string length_text(double metres) {
+  return metres < 0.1 ? two_digits(1e3 * metres) + " mm" : two_digits(metres) + " m";
+}
+
+std::string pair_lines(const RigCalibration& rig, const RigPair& pair) {
+  std::string text = fmt::format("\n{} - {}: baseline {} mm, {}, epipolar error {} px",
+                                 rig.cameras[pair.a].name, rig.cameras[pair.b].name,
+                                 with_sigma(1e3 * pair.baseline_m, 1e3 * pair.sigma_baseline_m),
+                                 counted(static_cast<std::size_t>(pair.num_instants), "instant"),
+                                 two_digits(pair.epipolar_px));
+  if (rig.cameras.size() > 2)
+    text += fmt::format(", disagrees with the rig by {:.1f} sd", pair.disagreement);
+  std::string depths;
+  for (const DepthUncertainty& d : pair.depths)
+    depths += fmt::format("{}at {:g} m +- {} ({} of it by the lenses)", depths.empty() ? "" : ", ",
+                          d.distance_m, length_text(d.sigma_m), length_text(d.of_lenses_m));
+  text += "\n";
+  if (!depths.empty()) text += wrapped("  depth ", depths, 8);
+  return text;
+}
+
+Json pose_json(const Pose& pose) {
+  const Eigen::Quaterniond q = pose.rotation();
+  const Vector3d& t = pose.translation();
+  return {{"rotation", {q.w(), q.x(), q.y(), q.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}};
+}
+
+Json matrix_json(const MatrixX& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < matrix.cols(); ++k) row.push_back(matrix(i, k));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json camera_json(const RigCameraEstimate& camera) {
+  Json json = {{"name", camera.name},
+               {"model", camera.own.model},
+               {"own_status", status_name(camera.own.status)},
+               {"connected", camera.is_connected},
+               {"num_views", camera.num_views},
+               {"num_corners", camera.num_corners},
+               {"rms_px", camera.rms_px},
+               {"excess", camera.excess}};
+  if (!camera.is_connected) return json;
+  json["camera_from_rig"] = pose_json(camera.camera_from_rig);
+  json["camera_from_rig_covariance"] = matrix_json(camera.covariance);
+  Json lens;
+  const auto names = parameter_names(camera.camera.camera.lens);
+  const auto values = parameters(camera.camera.camera.lens);
+  const std::vector<double> sigmas = lens_sigmas(camera.camera);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    lens[std::string(names[i])] = {{"value", values[i]}, {"sigma", sigmas[i]}};
+  json["lens"] = lens;
+  return json;
+}
+
+Json rig_pair_json(const RigCalibration& rig, const RigPair& pair) {
+  Json depths = Json::array();
+  for (const DepthUncertainty& d : pair.depths)
+    depths.push_back(
+        {{"distance_m", d.distance_m}, {"sigma_m", d.sigma_m}, {"of_lenses_m", d.of_lenses_m}});
+  return {{"a", rig.cameras[pair.a].name},
+          {"b", rig.cameras[pair.b].name},
+          {"num_instants", pair.num_instants},
+          {"num_corners", pair.num_corners},
+          {"b_from_a", pose_json(pair.b_from_a)},
+          {"covariance", matrix_json(pair.covariance)},
+          {"baseline_m", pair.baseline_m},
+          {"sigma_baseline_m", pair.sigma_baseline_m},
+          {"disagreement_sd", pair.disagreement},
+          {"epipolar_px", pair.epipolar_px},
+          {"depths", depths}};
+}
+
+}  // namespace
+
+std::string rig_summary(const RigDataset& /*data*/, const RigCalibration& rig,
+                        std::size_t reference) {
+  std::string text = verdict_of(rig) + findings_text(without_reason(rig.findings), "");
+  const bool has_rig = !rig.groups.empty();
+  if (has_rig) text += camera_rows(rig);
+  if (!is_answer(rig.status)) return text;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+    if (c != reference) text += place_lines(rig.cameras[c], rig.cameras[reference].name);
+  for (const RigPair& pair : rig.pairs) text += pair_lines(rig, pair);
+  return text;
+}
+
+std::string rig_json(const RigDataset& data, const RigCalibration& rig, std::size_t reference) {
+  Json json = {{"status", status_name(rig.status)},
+               {"reference", rig.cameras[reference].name},
+               {"num_instants", rig.instants.size()},
+               {"num_paired", data.instants.size()},
+               {"rejected_instants", rig.rejected_instants},
+               {"num_corners", rig.num_corners},
+               {"rms_px", rig.rms_px},
+               {"findings", findings_json(rig.findings)}};
+  json["cameras"] = Json::array();
+  for (const RigCameraEstimate& camera : rig.cameras)
+    json["cameras"].push_back(camera_json(camera));
+  json["pairs"] = Json::array();
+  for (const RigPair& pair : rig.pairs) json["pairs"].push_back(rig_pair_json(rig, pair));
+  json["covariance"] = matrix_json(rig.covariance);
+  json["seconds"] = rig.seconds;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace tagcal::tools
