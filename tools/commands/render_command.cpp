@@ -261,9 +261,10 @@ Command add_render(CLI::App& app) {
       add_command(app, "render", "images and exact corners of a scene, as a data set");
   const auto arguments = std::make_shared<Arguments>();
   add_option(*command, "SCENE.yaml", arguments->scene, "the scene").text(" ").required();
-  add_option(*command, "--out", arguments->out,
-             "folder to write: images, dataset.yaml, targets, truth.yaml; for a rig, one for each "
-             "camera in it")
+  add_option(
+      *command, "--out", arguments->out,
+      "folder to write: images, dataset.yaml, targets, truth.yaml; of a rig, a folder of these for "
+      "each camera")
       .text("DIR REQUIRED")
       .required();
   add_flag(*command, "--force", arguments->force, "replace an earlier render in that folder");
