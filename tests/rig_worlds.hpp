@@ -19,6 +19,8 @@ struct RigWorldOptions {
   int num_instants = 30;
   double sigma_px = 0.2;
   bool with_covariances = false;  // of the corners
+  double period_s = 0;            // between the stamps of the instants; 0: no stamps
+  bool fisheyes = true;           // some of the cameras have one
   bool smooth = false;            // the board moves steadily from instant to instant
   double seen_share = 1;          // of the instants that a camera has a picture of
   std::vector<double> offset;     // by camera, in instants (smooth motion); empty: none
@@ -88,7 +90,8 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
     camera.name = "cam" + std::to_string(c);
     camera.data.image_size = {1280, 800};
     camera.data.boards = {{board, Pose()}};
-    const Lens lens = random_rig_lens(c % 2 == 1 && random.uniform() < 0.3 ? 1 : 0, random);
+    const Lens lens =
+        random_rig_lens(options.fisheyes && c % 2 == 1 && random.uniform() < 0.3 ? 1 : 0, random);
     camera.data.truth = Truth{{lens, camera.data.image_size}, "", {}};
     const Pose camera_from_rig = c == 0 ? Pose() : retract(Pose(), random_step(random, 0.2, 0.2));
     rig.truth->camera_from_rig.push_back(camera_from_rig);
@@ -116,6 +119,7 @@ inline RigDataset make_rig_world(std::uint64_t seed, const RigWorldOptions& opti
       view.image = std::to_string(t);
       instant.view[static_cast<std::size_t>(c)] = camera.data.views.size();
       camera.data.views.push_back(std::move(view));
+      if (options.period_s > 0) camera.times_s.push_back(t * options.period_s);
     }
     rig.cameras.push_back(std::move(camera));
   }

@@ -48,6 +48,7 @@ PYBIND11_MODULE(_core, m) {
   bind_detect(m);
   bind_pose(m);
   bind_calibrate(m);
+  bind_rig(m);
   bind_uncertainty(m);
   bind_reproject(m);
   bind_files(m);

@@ -27,6 +27,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// ms, of time:find: half of the longest time between instants that is interpolated.
+constexpr const char* kFindTolerance = "50";
+
 struct Arguments {
   InputArguments input;              // with the folders of all cameras
   std::vector<std::string> corners;  // files of observations, one a camera
@@ -113,11 +116,13 @@ std::vector<Instant> paired(const Arguments& arguments, const std::vector<RigCam
   if (pair.starts_with("time:")) {
     std::string number = pair.substr(5);
     if (number.ends_with("ms")) number.resize(number.size() - 2);
+    if (number == "find") number = kFindTolerance;
     double tolerance_ms = 0;
     const auto [end, error] =
         std::from_chars(number.data(), number.data() + number.size(), tolerance_ms);
     if (error != std::errc() || end != number.data() + number.size() || !(tolerance_ms > 0))
-      throw Error("--pair: must be time:5ms or another number of milliseconds, got " + pair);
+      throw Error("--pair: must be time:find, or time:5ms or another number of milliseconds, got " +
+                  pair);
     return pair_by_time(cameras, tolerance_ms / 1e3);
   }
   std::vector<std::string> notes;
@@ -195,6 +200,7 @@ RigOptions rig_options(const Arguments& arguments, const RigDataset& rig) {
     options.calibrate[camera].model = model;
   }
   for (const CalibrateOptions& o : options.calibrate) naming_options([&] { check_options(o); });
+  options.find_clocks = arguments.pair == "time:find";
   options.lenses = arguments.lenses == "fixed" ? RigLenses::fixed : RigLenses::joint;
   if (arguments.lenses != "joint") {
     std::vector<std::optional<CalibrationFile>> files(rig.cameras.size());
@@ -250,10 +256,12 @@ Command add_rig(CLI::App& app) {
       .separated_by(',')
       .text("CSV,CSV");
   add_no_cache(*command, arguments->input.no_cache);
-  add_option(*command, "--pair", arguments->pair,
-             "which pictures belong together: name (equal names, but for the camera's own part), "
-             "index, time:5ms (with the stamps of a data set), or a table of pictures")
-      .text("name|index|time:Tms|FILE");
+  add_option(
+      *command, "--pair", arguments->pair,
+      "which pictures belong together: name (equal names, but for the camera's own part), "
+      "index, time:5ms (with the stamps of a data set), time:find (the same, and each picture is "
+      "moved to the time of its instant, with one offset a camera), or a table of pictures")
+      .text("name|index|time:Tms|time:find|FILE");
   add_option(*command, "--cameras", arguments->lenses,
              "joint: lenses are estimated with the extrinsics; fixed: as --camera says, with its "
              "standard deviations; start: estimated from there")

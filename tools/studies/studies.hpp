@@ -18,7 +18,9 @@ study::Study halves_study();
 study::Study model_confusion_study();
 study::Study python_numbers_study();
 study::Study reproject_speed_study();
+study::Study rigs_study();
 study::Study single_views_study();
+study::Study stereo_study();
 study::Study visibility_study();
 study::Study warnings_study();
 

@@ -30,6 +30,12 @@ void check_rig(const RigDataset& rig, const RigOptions& options) {
   if (options.calibrate.size() != 1 && options.calibrate.size() != n)
     throw Error(fmt::format("calibrate: must have options for one camera or for {}, got {}", n,
                             options.calibrate.size()));
+  for (const RigCamera& camera : rig.cameras) {
+    const std::size_t stamps = camera.times_s.size();
+    if (stamps != camera.data.views.size() && (stamps > 0 || options.find_clocks))
+      throw Error(fmt::format("{}: needs a stamp for each of its {} views, got {}", camera.name,
+                              camera.data.views.size(), stamps));
+  }
   const bool fixed = options.lenses == RigLenses::fixed;
   if (options.known.size() != (fixed ? n : 0))
     throw Error(
@@ -138,6 +144,25 @@ RigState state_of_claims(const RigState& answer, const RigCalibration& rig,
   return state;
 }
 
+// // The standard deviation of the board's scale, which no picture shows: lengths of a print err
+// along x and y alike, so it is that of their difference (the prior's, and what was found) over
+// root 2. 0 for measured points and for several boards, whose places are measured.
+double sigma_of_scale(const RigState& state) {
+  const Bundle& bundle = state.cameras.front();
+  if (!bundle.board) return 0;
+  return std::hypot(bundle.board->prior_sigma[3], bundle.shape[3]) / std::sqrt(2.0);
+}
+
+// Adds an error of the scale of all translations.
+void add_scale(const RigState& state, const RigLayout& layout, MatrixXd& covariance) {
+  Eigen::VectorXd by_scale = Eigen::VectorXd::Zero(layout.size);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c)
+    if (const auto at = layout.pose[c])
+      by_scale.segment<3>(*at + 3) = state.poses.camera_from_rig[c].translation();
+  by_scale *= sigma_of_scale(state);
+  covariance += by_scale * by_scale.transpose();
+}
+
 // The joint covariance of extrinsics and lenses.
 std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout& layout,
                                          const RigCalibration& rig, const RigOptions& options) {
@@ -146,8 +171,11 @@ std::optional<MatrixXd> joint_covariance(const RigState& state, const RigLayout&
     const std::optional<UncertainCamera>& claim = rig.cameras[c].own.claim;
     claims.push_back(claim && claim->model ? MatrixXd(claim->covariance) : MatrixXd());
   }
-  return options.lenses == RigLenses::fixed ? covariance_of_extrinsics(state, layout, claims)
-                                            : covariance_of_rig(state, layout, claims);
+  auto covariance = options.lenses == RigLenses::fixed
+                        ? covariance_of_extrinsics(state, layout, claims)
+                        : covariance_of_rig(state, layout, claims);
+  if (covariance) add_scale(state, layout, *covariance);
+  return covariance;
 }
 
 void report_moves(const RigDataset& rig, const std::vector<CameraMove>& moves,
@@ -161,39 +189,47 @@ void report_moves(const RigDataset& rig, const std::vector<CameraMove>& moves,
             move.step.head<3>().norm() * 180 / M_PI));
 }
 
-void report_clocks(const RigDataset& rig, const RigOptions& options, const RigStart& start,
-                   std::vector<ClockOffset> clocks, RigCalibration& answer) {
+void report_shifts(const RigDataset& rig, const RigStart& start, RigCalibration& answer) {
   for (const InstantShift& shift : start.shifts)
     add(answer.findings, code::not_synchronous,
-        fmt::format(
-            "{} fits the others {} instants {}: the pictures of an instant were not taken at "
-            "the same time; check the pairing, or record with a common trigger",
-            rig.cameras[shift.camera].name, std::abs(shift.instants),
-            shift.instants > 0 ? "later" : "earlier"));
-  for (const ClockOffset& clock : clocks) {
-    const double period = options.period_s;
-    const std::string amount =
-        period > 0 ? fmt::format("{:.3g} +- {:.2g} ms", 1e3 * period * clock.instants,
-                                 1e3 * period * clock.sigma_instants)
-                   : fmt::format("{:.3g} +- {:.2g} instants", clock.instants, clock.sigma_instants);
-    add(answer.findings, code::not_synchronous,
-        fmt::format(
-            "{} took its pictures {} after the others: record with a common trigger, or hold "
-            "the board still for each picture",
-            rig.cameras[clock.camera].name, amount));
+        fmt::format("{} fits the others {} instants {}: the pictures of an instant were not taken "
+                    "at the same time; check the pairing, or record with a common trigger",
+                    rig.cameras[shift.camera].name, std::abs(shift.instants),
+                    shift.instants > 0 ? "later" : "earlier"));
+}
+
+// "cam1: 12.3 +- 0.5 ms"
+std::string offset_text(const RigDataset& rig, const ClockOffset& clock) {
+  const std::string& name = rig.cameras[clock.camera].name;
+  return clock.in_seconds
+             ? fmt::format("{}: {:.3g} +- {:.2g} ms", name, 1e3 * clock.offset, 1e3 * clock.sigma)
+             : fmt::format("{}: {:.3g} +- {:.2g} instants", name, clock.offset, clock.sigma);
+}
+
+void report_clocks(const RigDataset& rig, bool corrected, RigCalibration& answer) {
+  for (const ClockOffset& clock : answer.clocks) {
+    if (corrected)
+      add(answer.findings, code::clock_corrected,
+          fmt::format("{} later than its stamps say; corrected", offset_text(rig, clock)));
+    else
+      add(answer.findings, code::not_synchronous,
+          fmt::format(
+              "{} later than the others of the same instants: record with a common trigger, "
+              "hold the board still for each picture, or have stamps corrected (--pair "
+              "time:find)",
+              offset_text(rig, clock)));
   }
-  answer.clocks = std::move(clocks);
 }
 
 void report_groups(const RigDataset& rig, RigCalibration& answer) {
   if (answer.groups.size() < 2) return;
-  std::string sentence = names_of(rig, answer.groups.front());
+  std::string others;
   for (std::size_t g = 1; g < answer.groups.size(); ++g)
-    sentence += fmt::format(" and {}", names_of(rig, answer.groups[g]));
+    others += (g == 1 ? "" : ", nor with ") + names_of(rig, answer.groups[g]);
   add(answer.findings, code::not_connected,
-      fmt::format(
-          "no picture connects {}: show the board to a camera of each group at the same time",
-          sentence));
+      fmt::format("no instant connects {} with {}: show the board to a camera of each group at the "
+                  "same time",
+                  names_of(rig, answer.groups.front()), others));
 }
 
 // The rig contradicts a camera: more than a third of its instants are rejected, or the rig moves
@@ -243,7 +279,7 @@ RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
   state.poses.reference = options.reference;
   answer.groups = connected_groups(state);
   report_groups(rig, answer);
-  const RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
+  RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     for (std::size_t v = 0; !start.is_connected[c] && v < state.instant[c].size(); ++v)
       state.set_alone(c, v);
@@ -252,8 +288,14 @@ RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
         fmt::format("the corners of {} views have the order of the board turned by half a turn and "
                     "were exchanged",
                     start.turned.size()));
-  report_moves(rig, separate_moves(state, start), answer);
-  report_clocks(rig, options, start, clocks_off(state, start), answer);
+  if (options.find_clocks)
+    answer.clocks = correct_clocks(state, start, rig);
+  else
+    answer.clocks = clocks_off(state, start);
+  report_shifts(rig, start, answer);
+  report_clocks(rig, options.find_clocks, answer);
+  // Cameras that are not synchronous seem to move.
+  if (is_answer(judge(answer.findings))) report_moves(rig, separate_moves(state, start), answer);
   RigSolution solution = solve_robustly(state, options.calibrate.front());
   answer.num_iterations = solution.num_iterations;
   answer.rejected_instants = solution.rejected;

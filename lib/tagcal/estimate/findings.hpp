@@ -32,6 +32,8 @@ inline constexpr FindingCode not_observable{"not_observable", Severity::refusal,
 inline constexpr FindingCode target_unseen{"target_unseen", Severity::refusal, Status::degenerate};
 inline constexpr FindingCode not_connected{"not_connected", Severity::refusal,
                                            Status::not_connected};
+inline constexpr FindingCode extrinsic_not_observable{"extrinsic_not_observable", Severity::refusal,
+                                                      Status::extrinsic_not_observable};
 inline constexpr FindingCode not_synchronous{"not_synchronous", Severity::refusal,
                                              Status::not_synchronous};
 inline constexpr FindingCode pair_contradicts{"pair_contradicts", Severity::refusal,
@@ -55,6 +57,7 @@ inline constexpr FindingCode rows_displaced{"rows_displaced", Severity::warning}
 inline constexpr FindingCode instants_rejected{"instants_rejected", Severity::warning};
 inline constexpr FindingCode camera_moved{"camera_moved", Severity::warning};
 inline constexpr FindingCode corner_order_differs{"corner_order_differs", Severity::warning};
+inline constexpr FindingCode clock_corrected{"clock_corrected", Severity::note};
 inline constexpr FindingCode single_instant{"single_instant", Severity::warning};
 
 // The target.

@@ -30,7 +30,9 @@ struct RigOptions {
   };
   std::vector<KnownCamera> known;
   std::size_t reference = 0;  // the camera whose frame is that of the rig
-  double period_s = 0;  // between neighbouring instants, if they follow one another; 0: unknown
+  // Corrects each view for the time between its stamp and its instant, and estimates one offset a
+  // camera for its clock. Needs stamps.
+  bool find_clocks = false;
 };
 
 // One camera of a calibrated rig.
@@ -73,12 +75,13 @@ struct RigPair {
   std::vector<DepthUncertainty> depths;
 };
 
-// A camera's clock against the others: its pictures were taken this much later than those of the
-// same instants.
+// // A camera's clock against that of the reference: its pictures were taken this much later than
+// their stamps say, or than the others of the same instants, without stamps.
 struct ClockOffset {
   std::size_t camera = 0;
-  double instants = 0;  // in distances of neighbouring instants
-  double sigma_instants = 0;
+  double offset = 0;  // s; without stamps in distances of neighbouring instants
+  double sigma = 0;
+  bool in_seconds = false;
 };
 
 struct RigInstant {
@@ -94,7 +97,9 @@ struct RigCalibration {
   std::vector<RigInstant> instants;              // that take part
   std::vector<std::size_t> rejected_instants;    // whose views contradict the rig, ascending
   std::vector<std::vector<std::size_t>> groups;  // of connected cameras; one if all are connected
-  std::vector<ClockOffset> clocks;               // that are significantly off
+  // With RigOptions::find_clocks those of all cameras but the reference, which were corrected; else
+  // those that are significantly off.
+  std::vector<ClockOffset> clocks;
   // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, then of
   // the lenses' free parameters (by the model of each `camera`), in the order of the cameras.
   MatrixX covariance;

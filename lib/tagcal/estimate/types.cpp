@@ -22,6 +22,8 @@ std::string_view status_name(Status status) {
       return "not_converged";
     case Status::not_connected:
       return "not_connected";
+    case Status::extrinsic_not_observable:
+      return "extrinsic_not_observable";
     case Status::not_synchronous:
       return "not_synchronous";
   }

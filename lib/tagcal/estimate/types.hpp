@@ -29,8 +29,9 @@ enum class Status {
   no_consensus,          // too many outliers for one common answer
   not_converged,         // the solver stopped at no minimum
   // Of rigs alone:
-  not_connected,    // no instants connect the cameras
-  not_synchronous,  // the pictures of an instant were taken at different times
+  not_connected,             // no instants connect the cameras
+  extrinsic_not_observable,  // the data do not determine the place of a camera; a finding says what
+  not_synchronous,           // the pictures of an instant were taken at different times
 };
 
 std::string_view status_name(Status status);  // as in the enum

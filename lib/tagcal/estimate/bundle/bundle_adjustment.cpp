@@ -429,7 +429,7 @@ BundleSummary solve(std::span<Bundle> cameras, LinkedPoses& poses, int max_itera
 
 BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads) {
   LinkedPoses poses{{Pose()}, bundle.camera_from_target, {Pose()}, 0, {{}}};
-  for (std::size_t i = 0; i < bundle.views.size(); ++i) poses.links[0].push_back({i, 0});
+  for (std::size_t i = 0; i < bundle.views.size(); ++i) poses.links[0].push_back({i, 0, {}});
   return solve({&bundle, 1}, poses, max_iterations, num_threads);
 }
 

@@ -15,8 +15,8 @@ Matrix6 step_by(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& arm) {
 
 }  // namespace
 
-// With P = X Y Z the origin of the board is at t_X + R_X (t_Y + R_Y t_Z): a rotation omega of a
-// part moves it by omega x (the part of that sum that it turns).
+// // With P = X M Y Z the origin of the board is at t_X + R_X (t_M + R_M (t_Y + R_Y t_Z)): a
+// rotation omega of a part moves it by omega x (the part of that sum that it turns).
 LinkedSteps::LinkedSteps(const LinkedPoses& poses, std::size_t camera,
                          const LinkedPoses::Link& link) {
   const Pose& x = poses.camera_from_rig[camera];
@@ -24,9 +24,10 @@ LinkedSteps::LinkedSteps(const LinkedPoses& poses, std::size_t camera,
   const Pose& z = poses.world_from_board[link.board];
   const Eigen::Vector3d board_in_rig = y * z.translation();
   const Eigen::Matrix3d camera_from_rig = x.rotation_matrix();
-  by_camera = step_by(Eigen::Matrix3d::Identity(), camera_from_rig * board_in_rig);
-  by_instant = step_by(camera_from_rig, board_in_rig - y.translation());
-  by_board = step_by(camera_from_rig * y.rotation_matrix(), Eigen::Vector3d::Zero());
+  const Eigen::Matrix3d camera_from_moved = camera_from_rig * link.motion.rotation_matrix();
+  by_camera = step_by(Eigen::Matrix3d::Identity(), camera_from_rig * (link.motion * board_in_rig));
+  by_instant = step_by(camera_from_moved, board_in_rig - y.translation());
+  by_board = step_by(camera_from_moved * y.rotation_matrix(), Eigen::Vector3d::Zero());
 }
 
 }  // namespace tagcal::internal

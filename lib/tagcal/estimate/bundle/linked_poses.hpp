@@ -8,13 +8,15 @@
 namespace tagcal::internal {
 
 // The poses of the views of cameras on one body, before boards that are rigid in one world:
-//   camera_from_board = camera_from_rig[camera] * rig_from_world[instant] *
-//   world_from_board[board].
+//   camera_from_board = camera_from_rig[camera] * motion * rig_from_world[instant] *
+//                       world_from_board[board].
 // A single camera is such a body: its frame is that of the rig, and each view is an instant.
 struct LinkedPoses {
   struct Link {
     std::size_t instant = 0;
     std::size_t board = 0;
+    // Of the world in the rig, from the instant to the time of the view, if they differ; held.
+    Pose motion = {};
   };
 
   std::vector<Pose> camera_from_rig;   // that of the reference camera is held
@@ -24,7 +26,8 @@ struct LinkedPoses {
   std::vector<std::vector<Link>> links;  // by camera, and view of its bundle
 
   Pose camera_from_board(std::size_t camera, const Link& link) const {
-    return camera_from_rig[camera] * rig_from_world[link.instant] * world_from_board[link.board];
+    return camera_from_rig[camera] * link.motion * rig_from_world[link.instant] *
+           world_from_board[link.board];
   }
 };
 

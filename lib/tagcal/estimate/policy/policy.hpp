@@ -55,6 +55,12 @@ inline constexpr double kProjectionWeakPx = 2;
 // 1 / sqrt(2 * 10) = 22 %. Chosen by hand.
 inline constexpr int kFewestDegreesOfFreedom = 10;
 
+// // ---- Rigs (rig/)
+
+// s. Instants further apart do not tell how the board moves between them: a board in the hand turns
+// back within a few tenths of a second. Chosen by hand.
+inline constexpr double kLongestGap = 0.1;
+
 // ---- Poses of single views (pose/)
 
 // Costs are sums of squared whitened residuals, in sigma^2 where the text says so: then the

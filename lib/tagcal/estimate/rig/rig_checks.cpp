@@ -55,24 +55,20 @@ Matrix6 by_place(const RigState& state, std::size_t camera, std::size_t view) {
   return step;
 }
 
-// The change of a disagreement by a step of the world in the rig, times that step from the instant
-// before to the one after, halved. No value without both.
+// The change of a disagreement by the unit of time.
 std::optional<Vector6d> by_time(const RigState& state, std::size_t camera, const Disagreement& d,
                                 const Trajectory& trajectory) {
-  if (d.instant == 0 || d.instant + 1 >= trajectory.size()) return std::nullopt;
-  const std::optional<Sight>& before = trajectory[d.instant - 1];
-  const std::optional<Sight>& after = trajectory[d.instant + 1];
-  if (!before || !after || !trajectory[d.instant]) return std::nullopt;
-  const Vector6d velocity = minus(after->rig_from_world, before->rig_from_world) / 2;
+  const std::optional<Vector6d> v = velocity(state, d.instant, trajectory);
+  if (!v) return std::nullopt;
   const Eigen::Matrix3d turn = state.poses.camera_from_rig[camera].rotation_matrix();
   Vector6d step;
-  step << turn * velocity.head<3>(), turn * velocity.tail<3>();
+  step << turn * v->head<3>(), turn * v->tail<3>();
   return step;
 }
 
-// Without those that are far from most: their squares exceed the median by the square of
+// 1 for those that are not far from most: their squares are within the median by the square of
 // policy::kOutlierSigmas.
-std::vector<Disagreement> consistent(std::vector<Disagreement> all, const VectorXd& x,
+std::vector<std::uint8_t> consistent(const std::vector<Disagreement>& all, const VectorXd& x,
                                      const std::vector<MatrixXd>& by_parameters) {
   std::vector<double> squares;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -81,9 +77,8 @@ std::vector<Disagreement> consistent(std::vector<Disagreement> all, const Vector
     squares.push_back(moved.square());
   }
   const double most = policy::kOutlierSigmas * policy::kOutlierSigmas * median(squares);
-  std::vector<Disagreement> kept;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (squares[i] <= most) kept.push_back(all[i]);
+  std::vector<std::uint8_t> kept;
+  for (const double square : squares) kept.push_back(square <= most);
   return kept;
 }
 
@@ -111,47 +106,53 @@ bool is_visible(const RigState& state, std::size_t camera, std::span<const Disag
 
 }  // namespace
 
-std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camera,
-                                        const Trajectory& trajectory) {
+std::optional<Vector6d> velocity(const RigState& state, std::size_t instant,
+                                 const Trajectory& trajectory) {
+  if (instant == 0 || instant + 1 >= trajectory.size()) return std::nullopt;
+  const std::optional<Sight>& before = trajectory[instant - 1];
+  const std::optional<Sight>& after = trajectory[instant + 1];
+  if (!before || !after || !trajectory[instant]) return std::nullopt;
+  const double duration = state.time[instant + 1] - state.time[instant - 1];
+  if (!(duration > 0) || (state.has_stamps && duration > 2 * policy::kLongestGap))
+    return std::nullopt;
+  return minus(after->rig_from_world, before->rig_from_world) / duration;
+}
+
+std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
+                                  const Trajectory& trajectory) {
   std::vector<Disagreement> all =
       disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory);
   std::erase_if(all, [&](const Disagreement& d) { return !by_time(state, camera, d, trajectory); });
+  std::vector<MatrixXd> columns;
+  for (const Disagreement& d : all) {
+    columns.emplace_back(6, 7);
+    columns.back() << by_place(state, camera, d.view), *by_time(state, camera, d, trajectory);
+  }
   constexpr int kRounds = 3;  // numeric: the members are stable after two
-  VectorXd x = VectorXd::Zero(7);
-  std::optional<ClockOffset> offset;
-  std::vector<Disagreement> kept = all;
+  std::vector<std::uint8_t> kept(all.size(), 1);
+  std::optional<ClockFit> result;
   for (int round = 0; round < kRounds; ++round) {
     LinearFit with(7), without(6);
-    const auto columns = [&](const Disagreement& d) {
-      MatrixXd a(6, 7);
-      a.leftCols<6>() = by_place(state, camera, d.view);
-      a.col(6) = *by_time(state, camera, d, trajectory);
-      return a;
-    };
-    for (const Disagreement& d : kept) {
-      const MatrixXd a = columns(d);
-      with.add(d, a);
-      without.add(d, a.leftCols<6>());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!kept[i]) continue;
+      with.add(all[i], columns[i]);
+      without.add(all[i], columns[i].leftCols<6>());
     }
-    if (with.num_rows < 7 + policy::kFewestDegreesOfFreedom) return std::nullopt;
-    x = with.solution();
-    const double rest = with.rest();
     const int freedom = with.num_rows - 7;
-    offset.reset();
-    if (score(with.gain() - without.gain(), 1, rest, freedom) > policy::kOutlierSigmas) {
-      const double variance =
-          MatrixXd(with.information.ldlt().solve(MatrixXd::Identity(7, 7)))(6, 6);
-      offset = ClockOffset{camera, x[6], std::sqrt(variance * rest / freedom)};
-    }
-    std::vector<MatrixXd> by_parameters;
-    for (const Disagreement& d : all) by_parameters.push_back(columns(d));
-    kept = consistent(all, x, by_parameters);
+    if (freedom < policy::kFewestDegreesOfFreedom) return std::nullopt;
+    const VectorXd x = with.solution();
+    const double rest = with.rest();
+    const double variance = MatrixXd(with.information.ldlt().solve(MatrixXd::Identity(7, 7)))(6, 6);
+    result =
+        ClockFit{{camera, x[6], std::sqrt(variance * rest / freedom), state.has_stamps}, false};
+    result->is_off = score(with.gain() - without.gain(), 1, rest, freedom) > policy::kOutlierSigmas;
+    kept = consistent(all, x, columns);
   }
   const auto by_offset = [&](const Disagreement& d) {
-    return Vector6d(offset->instants * *by_time(state, camera, d, trajectory));
+    return Vector6d(result->clock.offset * *by_time(state, camera, d, trajectory));
   };
-  if (offset && !is_visible(state, camera, kept, by_offset)) offset.reset();
-  return offset;
+  result->is_off = result->is_off && is_visible(state, camera, all, by_offset);
+  return result;
 }
 
 std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,

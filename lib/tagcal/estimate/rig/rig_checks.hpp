@@ -7,12 +7,22 @@
 
 namespace tagcal::internal {
 
-// A shift of a camera's clock that explains its disagreements with a trajectory: of the first
-// order, by the velocity of the world in the rig from the instants before and after. No value
-// unless it is significant (policy::kOutlierSigmas, by the disagreements that remain) and moves the
-// corners by more than policy::kGoodCornerPx.
-std::optional<ClockOffset> clock_offset(const RigState& state, std::size_t camera,
-                                        const Trajectory& trajectory);
+// The step of the world in the rig (`retract`) in the unit of RigState::time at an instant, from
+// the instants before and after. No value without them, or if they are further apart than
+// policy::kLongestGap.
+std::optional<Vector6d> velocity(const RigState& state, std::size_t instant,
+                                 const Trajectory& trajectory);
+
+// The offset of a camera's clock that explains its disagreements with a trajectory best, to first
+// order. It is off if that is significant (policy::kOutlierSigmas, by the disagreements that
+// remain) and moves the corners by more than policy::kGoodCornerPx. No value if too few instants
+// have a velocity.
+struct ClockFit {
+  ClockOffset clock;
+  bool is_off = false;
+};
+std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
+                                  const Trajectory& trajectory);
 
 // The instant from which on a camera is at another place, and by how much: the split of its
 // disagreements into two places that explains them best, if it is significant, as above.

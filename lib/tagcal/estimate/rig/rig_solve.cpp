@@ -78,28 +78,69 @@ std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start) {
   return moves;
 }
 
-std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start) {
-  std::vector<ClockOffset> clocks;
-  std::vector<double> offsets = {0};  // that of the reference
+std::vector<ClockFit> fit_clocks(const RigState& state, const RigStart& start) {
+  std::vector<ClockFit> clocks;
+  std::vector<std::uint8_t> reference(state.cameras.size(), 0);
+  reference[state.poses.reference] = 1;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (!start.is_connected[c] || c == state.poses.reference) continue;
-    std::vector<std::uint8_t> reference(state.cameras.size(), 0);
-    reference[state.poses.reference] = 1;
-    auto trajectory = trajectory_of(state, reference);
+    Trajectory trajectory = trajectory_of(state, reference);
     if (disagreements(state, c, {}, trajectory).empty())
       trajectory = trajectory_of(state, others(start, c));
-    const auto offset = clock_offset(state, c, trajectory);
-    if (offset) clocks.push_back(*offset);
-    offsets.push_back(offset ? offset->instants : 0);
+    if (const auto clock = fit_clock(state, c, trajectory)) clocks.push_back(*clock);
   }
-  if (clocks.empty() || state.cameras.size() < 3) return clocks;
+  return clocks;
+}
+
+std::vector<ClockOffset> clocks_off(const RigState& state, const RigStart& start) {
+  std::vector<ClockOffset> off;
+  std::vector<double> offsets = {0};  // that of the reference
+  for (const ClockFit& fit : fit_clocks(state, start)) {
+    if (fit.is_off) off.push_back(fit.clock);
+    offsets.push_back(fit.is_off ? fit.clock.offset : 0);
+  }
   const double middle = median(offsets);
-  if (middle == 0) return clocks;
+  if (off.empty() || state.cameras.size() < 3 || middle == 0) return off;
   // Most clocks agree with one another: the reference is off.
-  ClockOffset reference = clocks.front();
+  ClockOffset reference = off.front();
   reference.camera = state.poses.reference;
-  reference.instants = -middle;
+  reference.offset = -middle;
   return {reference};
+}
+
+std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const RigDataset& rig) {
+  constexpr int kRounds = 5;  // numeric: each is a step of Newton's method
+  std::vector<ClockOffset> clocks;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) clocks.push_back({c, 0, 0, true});
+  for (int round = 0; round < kRounds; ++round) {
+    const Trajectory trajectory = trajectory_of(state, start.is_connected);
+    for (std::size_t c = 0; c < state.cameras.size(); ++c)
+      for (std::size_t v = 0; v < state.own[c].size(); ++v) {
+        const auto& t = state.instant[c][v];
+        if (!t) continue;
+        const std::optional<Vector6d> speed = velocity(state, *t, trajectory);
+        const double stamp = rig.cameras[c].times_s[state.index_of_view[c][v]];
+        Pose& motion = state.poses.links[c][v].motion;
+        motion = {};
+        if (!speed) continue;
+        const Pose& at = trajectory[*t]->rig_from_world;
+        motion = retract(at, *speed * (stamp + clocks[c].offset - state.time[*t])) * at.inverse();
+      }
+    start = start_rig(state, {});
+    for (const ClockFit& fit : fit_clocks(state, start)) {
+      clocks[fit.clock.camera].offset += fit.clock.offset;
+      clocks[fit.clock.camera].sigma = fit.clock.sigma;
+    }
+  }
+  // Views whose time cannot be corrected do not place the cameras.
+  const Trajectory trajectory = trajectory_of(state, start.is_connected);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c)
+    for (std::size_t v = 0; v < state.own[c].size(); ++v)
+      if (const auto& t = state.instant[c][v]; t && !velocity(state, *t, trajectory))
+        state.set_alone(c, v);
+  std::erase_if(clocks,
+                [&](const ClockOffset& clock) { return clock.camera == state.poses.reference; });
+  return clocks;
 }
 
 std::vector<ViewExcess> excesses(const RigState& state) {

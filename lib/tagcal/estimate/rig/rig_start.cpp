@@ -26,7 +26,7 @@ Matrix6 turned_covariance(const Matrix6& covariance, const Eigen::Matrix3d& rota
 // A view of a camera at an instant of the trajectory.
 struct CommonView {
   std::size_t view;
-  Sight sight;
+  Sight sight;  // at the time of the view
   std::size_t instant;
 };
 
@@ -38,8 +38,10 @@ std::vector<CommonView> common_views(const RigState& state, std::size_t camera,
     if (!t) continue;
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(*t) + shift;
     if (at < 0 || at >= std::ssize(trajectory)) continue;
-    if (const auto& sight = trajectory[static_cast<std::size_t>(at)])
-      common.push_back({v, *sight, *t});
+    if (const auto& sight = trajectory[static_cast<std::size_t>(at)]) {
+      const Pose& motion = state.poses.links[camera][v].motion;
+      common.push_back({v, {motion * sight->rig_from_world, sight->covariance}, *t});
+    }
   }
   return common;
 }
@@ -128,12 +130,13 @@ Trajectory trajectory_of(const RigState& state, const std::vector<std::uint8_t>&
   Trajectory trajectory(state.num_instants);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (!is_connected[c]) continue;
-    const Pose rig_from_camera = state.poses.camera_from_rig[c].inverse();
     for (std::size_t v = 0; v < state.own[c].size(); ++v) {
       if (!state.instant[c][v]) continue;
       std::optional<Sight>& sight = trajectory[*state.instant[c][v]];
       const OwnPose& own = state.own[c][v];
       if (sight && sight->covariance.trace() <= own.covariance.trace()) continue;
+      const Pose rig_from_camera =
+          (state.poses.camera_from_rig[c] * state.poses.links[c][v].motion).inverse();
       sight = Sight{rig_from_camera * own.camera_from_world,
                     turned_covariance(own.covariance, rig_from_camera.rotation_matrix())};
     }

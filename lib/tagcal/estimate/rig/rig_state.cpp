@@ -102,6 +102,22 @@ std::vector<std::optional<std::size_t>> instants_of_views(const RigDataset& rig,
   return instants;
 }
 
+// The means of the stamps at each instant, or its number.
+void set_times(const RigDataset& rig, RigState& state) {
+  state.has_stamps = std::ranges::all_of(
+      rig.cameras, [](const RigCamera& c) { return c.times_s.size() == c.data.views.size(); });
+  for (std::size_t t = 0; t < rig.instants.size(); ++t) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t c = 0; state.has_stamps && c < rig.cameras.size(); ++c)
+      if (const auto& view = rig.instants[t].view[c]) {
+        sum += rig.cameras[c].times_s[*view];
+        ++count;
+      }
+    state.time.push_back(count > 0 ? sum / count : static_cast<double>(t));
+  }
+}
+
 }  // namespace
 
 std::vector<std::optional<std::size_t>> RigState::views_at(std::size_t camera) const {
@@ -113,6 +129,7 @@ std::vector<std::optional<std::size_t>> RigState::views_at(std::size_t camera) c
 
 void RigState::set_alone(std::size_t camera, std::size_t view) {
   instant[camera][view].reset();
+  poses.links[camera][view].motion = {};
   poses.links[camera][view].instant = poses.rig_from_world.size();
   poses.rig_from_world.push_back(poses.camera_from_rig[camera].inverse() *
                                  own[camera][view].camera_from_world);
@@ -124,6 +141,7 @@ RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, R
   state.poses.camera_from_rig.resize(rig.cameras.size());
   state.poses.rig_from_world.resize(rig.instants.size());
   state.poses.world_from_board.resize(1);
+  set_times(rig, state);
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     Bundle bundle = bundle_of(rig.cameras[c].data, own[c], model_in_rig(own[c], lenses, state));
     const Lens lens = bundle.lens();
@@ -142,7 +160,7 @@ RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, R
       state.own[c].push_back(*pose);
       state.instant[c].push_back(instants[index]);
       views.push_back(std::move(bundle.views[v]));
-      links.push_back({instants[index].value_or(0), 0});
+      links.push_back({instants[index].value_or(0), 0, {}});
     }
     bundle.views = std::move(views);
     bundle.camera_from_target.resize(bundle.views.size());

@@ -24,8 +24,10 @@ struct RigState {
   std::vector<std::vector<std::size_t>> index_of_view;  // index in the camera's data set
   std::vector<std::vector<OwnPose>> own;
   std::vector<std::vector<std::optional<std::size_t>>>
-      instant;                                          // in the data set; none: a view alone
-  std::vector<double> noise_px;                         // per coordinate, by camera
+      instant;                   // in the data set; none: a view alone
+  std::vector<double> noise_px;  // per coordinate, by camera
+  std::vector<double> time;      // of the instants: s by the stamps, or their number without stamps
+  bool has_stamps = false;
   std::size_t num_instants = 0;                         // of the data set
   std::vector<std::shared_ptr<const HeldModels>> held;  // models that the bundles point to
 

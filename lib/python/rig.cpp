@@ -1,0 +1,179 @@
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <cmath>
+
+#include "python/arrays.hpp"
+#include "python/bindings.hpp"
+#include "python/calibration.hpp"
+#include "python/findings.hpp"
+#include "python/records.hpp"
+#include "tagcal/error.hpp"
+#include "tagcal/estimate/calibrate_rig.hpp"
+#include "tagcal/io/rig_calibration_file.hpp"
+#include "tagcal/scene/rig_pairing.hpp"
+
+// Several cameras on one body.
+
+namespace tagcal::python {
+namespace {
+
+using Names = std::optional<std::vector<std::string>>;
+using Known = std::optional<std::vector<UncertainCamera>>;
+using Times = std::optional<std::vector<std::vector<double>>>;
+
+std::vector<Instant> paired(const std::string& pair, double tolerance_s,
+                            const std::vector<RigCamera>& cameras) {
+  if (pair == "name") return pair_by_name(cameras);
+  if (pair == "index") return pair_by_index(cameras);
+  if (pair == "time") return pair_by_time(cameras, tolerance_s);
+  throw Error("pair: must be \"name\", \"index\" or \"time\", got \"" + pair + "\"");
+}
+
+template <typename List>
+void check_count(const std::optional<List>& list, std::size_t count, const std::string& name) {
+  if (list && list->size() != count)
+    throw Error(name + ": must have " + std::to_string(count) + " items, one a camera, got " +
+                std::to_string(list->size()));
+}
+
+RigCalibration calibrate_datasets(const std::vector<Dataset>& datasets, const std::string& model,
+                                  const Names& names, const std::string& pair, const Times& times_s,
+                                  double tolerance_s, const Known& cameras, int reference,
+                                  bool find_clocks, int threads) {
+  const std::size_t n = datasets.size();
+  check_count(names, n, "names");
+  check_count(times_s, n, "times_s");
+  check_count(cameras, n, "cameras");
+  if (reference < 0) throw Error("reference: must be >= 0, got " + std::to_string(reference));
+  if (threads < 0)
+    throw Error("threads: must be >= 0 (0: one per core), got " + std::to_string(threads));
+  RigDataset rig;
+  for (std::size_t c = 0; c < n; ++c)
+    rig.cameras.push_back({names ? (*names)[c] : "cam" + std::to_string(c), datasets[c],
+                           times_s ? (*times_s)[c] : std::vector<double>()});
+  rig.instants = paired(pair, tolerance_s, rig.cameras);
+  RigOptions options;
+  options.calibrate.front().model = model;
+  options.calibrate.front().num_threads = static_cast<std::size_t>(threads);
+  options.reference = static_cast<std::size_t>(reference);
+  options.find_clocks = find_clocks;
+  if (cameras) {
+    options.lenses = RigLenses::fixed;
+    for (const UncertainCamera& camera : *cameras) options.known.push_back({camera, 0});
+  }
+  py::gil_scoped_release release;
+  return calibrate_rig(rig, options);
+}
+
+std::string rig_text(const RigCalibration& rig) {
+  if (!is_answer(rig.status)) return refusal(rig.status, rig.findings);
+  return std::string(status_name(rig.status)) + ", " + counted(rig.cameras.size(), "camera") +
+         ", " + counted(rig.instants.size(), "instant") + ", rms " + number(rig.rms_px, 3) + " px" +
+         warnings_text(rig.findings);
+}
+
+void bind_pairs(py::module_& m) {
+  Record<DepthUncertainty> depth(m, "DepthUncertainty",
+                                 "The depth of a point on the first camera's optical axis.");
+  depth.field("distance_m", &DepthUncertainty::distance_m, "Where the point is.");
+  depth.field("sigma_m", &DepthUncertainty::sigma_m,
+              "Its standard deviation by lenses and extrinsics, without noise of the pixels.");
+  depth.field("of_lenses_m", &DepthUncertainty::of_lenses_m, "The part that the lenses cause.");
+  Record<RigPair> pair(m, "RigPair", "Two cameras that have instants in common.");
+  pair.field("a", &RigPair::a, "Index of a camera.");
+  pair.field("b", &RigPair::b, "Index of the other one.");
+  pair.field("num_instants", &RigPair::num_instants, "In common, that take part.");
+  pair.field("num_corners", &RigPair::num_corners, "Seen by both at the same instant.");
+  pair.field("b_from_a", &RigPair::b_from_a, "Pose.");
+  pair.field(
+      "covariance", [](const RigPair& p) { return matrix_array(p.covariance); },
+      "(6, 6), of (omega rad, tau m) of b_from_a.");
+  pair.field("baseline_m", &RigPair::baseline_m, "Distance of the cameras' centres.");
+  pair.field("sigma_baseline_m", &RigPair::sigma_baseline_m, "Its standard deviation.");
+  pair.field("disagreement", &RigPair::disagreement,
+             "Of this pair alone with the rig, in standard deviations; 0 for two cameras.");
+  pair.field("epipolar_px", &RigPair::epipolar_px,
+             "RMS distance of a corner from its epipolar curve.");
+  pair.field("depths", &RigPair::depths, "How far a triangulated point would be off.");
+}
+
+void bind_cameras(py::module_& m) {
+  Record<RigCameraEstimate> camera(m, "RigCamera", "One camera of a calibrated rig.");
+  camera.field("name", &RigCameraEstimate::name, "Its name.");
+  camera.field("calibration", &RigCameraEstimate::own, "Calibration, from its own pictures alone.");
+  camera.field("uncertain_camera", &RigCameraEstimate::camera, "The rig's answer, with its claim.");
+  camera.field("camera_from_rig", &RigCameraEstimate::camera_from_rig,
+               "Pose; the rig's frame is that of the reference camera.");
+  camera.field(
+      "covariance", [](const RigCameraEstimate& c) { return matrix_array(c.covariance); },
+      "(6, 6), of (omega rad, tau m) of camera_from_rig; zero for the reference.");
+  camera.field("is_connected", &RigCameraEstimate::is_connected,
+               "False: camera_from_rig has no value.");
+  camera.field("num_views", &RigCameraEstimate::num_views, "That take part.");
+  camera.field("num_corners", &RigCameraEstimate::num_corners, "That take part.");
+  camera.field("rms_px", &RigCameraEstimate::rms_px, "sqrt(sum |r|^2 / corners).");
+  camera.field("excess", &RigCameraEstimate::excess,
+               "By how much the rig moves the corners beyond what the camera's own poses leave, "
+               "over their noise. Below 1 the camera agrees with the others.");
+}
+
+void bind_answer(py::module_& m) {
+  Record<RigCalibration> rig(m, "RigCalibration", "Cameras on one body, and how sure that is.");
+  rig.field(
+      "status", [](const RigCalibration& r) { return std::string(status_name(r.status)); },
+      "\"ok\" is an answer; \"not_connected\", \"not_synchronous\", "
+      "\"extrinsic_not_observable\" and those of a Calibration are none.");
+  rig.field("cameras", &RigCalibration::cameras, "In the order of the data sets.");
+  rig.field("pairs", &RigCalibration::pairs, "All with common instants.");
+  rig.field("rejected_instants", &RigCalibration::rejected_instants,
+            "Those whose views contradict the rig, by index.");
+  rig.field("groups", &RigCalibration::groups, "Of connected cameras, by index.");
+  rig.field(
+      "covariance", [](const RigCalibration& r) { return matrix_array(r.covariance); },
+      "Joint: of camera_from_rig of all cameras but the reference (six each), then of the free "
+      "parameters of each lens.");
+  rig.field("rms_px", &RigCalibration::rms_px, "sqrt(sum |r|^2 / corners).");
+  rig.field("num_corners", &RigCalibration::num_corners, "That take part.");
+  rig.field("findings", &RigCalibration::findings, "What the estimate found out about its data.");
+  rig.field("seconds", &RigCalibration::seconds, "Wall-clock time.");
+  rig.def_property_readonly(
+      "is_answer", [](const RigCalibration& r) { return is_answer(r.status); },
+      "True if the status is \"ok\".");
+  rig.def(
+      "to_yaml",
+      [](const RigCalibration& r) {
+        if (!is_answer(r.status)) throw Error("to_yaml: there is no answer: " + rig_text(r));
+        return rig_yaml(r);
+      },
+      "The text of a rig file, as `tagcal rig --out` writes it. Raises Error without an answer.");
+  rig.representation(&rig_text);
+}
+
+}  // namespace
+
+void bind_rig(py::module_& m) {
+  bind_pairs(m);
+  bind_cameras(m);
+  bind_answer(m);
+  m.def(
+      "calibrate_rig", &calibrate_datasets, py::arg("datasets"), py::arg("model") = "auto",
+      py::kw_only(), py::arg("names") = py::none(), py::arg("pair") = "name",
+      py::arg("times_s") = py::none(), py::arg("tolerance_s") = 0.005,
+      py::arg("cameras") = py::none(), py::arg("reference") = 0, py::arg("find_clocks") = false,
+      py::arg("threads") = 1,
+      "Cameras on one body that see the same boards: their lenses and places, from one Dataset "
+      "a camera.\n\n"
+      "model: of all cameras, as in `calibrate`.\n"
+      "pair: which views belong together: equal names of pictures, but for a part that is the "
+      "camera's own (\"name\"), \"index\", or the nearest of the stamps times_s, at most "
+      "tolerance_s apart (\"time\").\n"
+      "cameras: an UncertainCamera each, to hold the lenses; their covariances enter the answer.\n"
+      "reference: the camera whose frame is that of the rig.\n"
+      "find_clocks: correct each view for the time between its stamp and its instant, with one "
+      "offset a camera.\n"
+      "threads: 0: one per core; the answer does not depend on it.");
+}
+
+}  // namespace tagcal::python

@@ -1,0 +1,123 @@
+// tagcal rig, from outside.
+#include <nlohmann/json.hpp>
+
+#include "cli_fixture.hpp"
+
+namespace tagcal::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+class CliRig : public Cli {
+ protected:
+  // Corners of the scene's exact observations, with 0.1 px of noise that a seed makes.
+  void render(const std::string& name, const std::string& scene) {
+    spill(root() / (name + ".yaml"), scene);
+    const Outcome rendered = run("render " + path(name + ".yaml") + " --out " + path(name));
+    ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  }
+};
+
+std::string scene_of(const std::string& right, const std::string& views = "12") {
+  return "rig:\n"
+         "  period_ms: 40\n"
+         "  cameras:\n"
+         "    - {name: left, camera: {image_size: [480, 360], model: pinhole, f: 400}}\n"
+         "    - name: right\n"
+         "      camera: {image_size: [400, 300], model: pinhole, f: 330}\n" +
+         right +
+         "boards:\n"
+         "  - target: {target_type: aprilgrid, tagCols: 4, tagRows: 4, tagSize: 0.08, tagSpacing: "
+         "0.3}\n"
+         "    world_from_board: {translation_m: [-0.2, -0.2, 0]}\n"
+         "path: {type: dome, min_distance_m: 0.6, max_distance_m: 0.9, min_elevation_deg: 50}\n"
+         "jitter: {target_m: 0.05, roll_deg: 180}\n"
+         "views: " +
+         views +
+         "\n"
+         "sensor: {blur_px: 0.6, noise_levels: 2}\n";
+}
+
+const char* const kPlace =
+    "      rig_from_camera: {translation_m: [0.08, 0.002, 0.001], roll_pitch_yaw_deg: [1, 2, 3]}\n";
+
+TEST_F(CliRig, PicturesToARigFile) {
+  render("rig", scene_of(kPlace));
+  const Outcome out =
+      run("rig " + path("rig/left/images") + " " + path("rig/right/images") + " --target " +
+          path("rig/target.yaml") + " --out " + path("rig.yaml") + " --json");
+  ASSERT_EQ(out.exit_code, 0) << out.err << out.out;
+  const Json answer = Json::parse(out.out);
+  EXPECT_EQ(answer["cameras"][0]["name"], "left");
+  const Json& pair = answer["pairs"][0];
+  const double truth = std::sqrt(0.08 * 0.08 + 0.002 * 0.002 + 0.001 * 0.001);
+  EXPECT_NEAR(pair["baseline_m"].get<double>(), truth, 4 * pair["sigma_baseline_m"].get<double>());
+  EXPECT_LT(pair["sigma_baseline_m"].get<double>(), 0.001);
+
+  // Other commands take a camera of the file, and other programs' formats its places.
+  EXPECT_EQ(run("diff " + path("rig.yaml") + ":left " + path("rig.yaml") + ":left").exit_code, 0);
+  ASSERT_EQ(
+      run("convert " + path("rig.yaml") + " " + path("chain.yaml") + " --to kalibr").exit_code, 0);
+  EXPECT_NE(slurp(root() / "chain.yaml").find("T_cn_cnm1"), std::string::npos);
+}
+
+TEST_F(CliRig, ADataSetOfARigAndLensesThatAreKnown) {
+  render("rig", scene_of(kPlace));
+  for (const std::string name : {"left", "right"})
+    ASSERT_EQ(run("calibrate " + path("rig/" + name) + " --out " + path(name + ".yaml")).exit_code,
+              0);
+  const Outcome out =
+      run("rig " + path("rig") + " --cameras fixed --camera left=" + path("left.yaml") +
+          " --camera right=" + path("right.yaml"));
+  EXPECT_EQ(out.exit_code, 0) << out.err << out.out;
+  EXPECT_NE(out.out.find("right from left"), std::string::npos) << out.out;
+  const Outcome missing =
+      run("rig " + path("rig") + " --cameras fixed --camera left=" + path("left.yaml"));
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("--camera right=FILE"), std::string::npos) << missing.err;
+}
+
+TEST_F(CliRig, BadInputIsOneLine) {
+  render("rig", scene_of(kPlace));
+  const std::string left = path("rig/left/images"), right = path("rig/right/images");
+  const std::string target = " --target " + path("rig/target.yaml") + " --out " + path("no.yaml");
+  const auto refused = [&](const std::string& command, const std::string& says) {
+    const Outcome out = run("rig " + command);
+    EXPECT_EQ(out.exit_code, 2) << command << out.out;
+    EXPECT_NE(out.err.find(says), std::string::npos) << out.err;
+    EXPECT_FALSE(fs::exists(root() / "no.yaml"));
+  };
+  refused(left + " " + left + target, "is given twice");
+  refused(left + target, "two cameras or more");
+  fs::copy(root() / "rig/left/images", root() / "again");
+  refused(left + " " + path("again") + target, "are the same picture");
+  refused(left + " " + right + target + " --pair time:0", "time:5ms");
+  refused(left + " " + right + target + " --pair time:5ms", "stamp");
+  refused(left + " " + right + target + " --model middle=f", "left, right");
+}
+
+TEST_F(CliRig, NoCommonInstantIsNoAnswer) {
+  render("rig", scene_of(kPlace));
+  fs::create_directory(root() / "a");
+  fs::create_directory(root() / "b");
+  for (int i = 0; i < 12; ++i) {
+    const std::string name = (i < 10 ? "00" : "0") + std::to_string(i) + ".png";
+    if (i % 2 == 0) fs::copy(root() / "rig/left/images" / name, root() / "a" / name);
+    if (i % 2 == 1 || i == 0) fs::copy(root() / "rig/right/images" / name, root() / "b" / name);
+  }
+  const std::string command = "rig " + path("a") + " " + path("b") + " --target " +
+                              path("rig/target.yaml") + " --out " + path("no.yaml");
+  const Outcome single = run(command);
+  EXPECT_EQ(single.exit_code, 0) << single.err;
+  EXPECT_NE(single.out.find("nothing tests the answer"), std::string::npos) << single.out;
+  fs::remove(root() / "no.yaml");
+  fs::remove(root() / "b/000.png");
+  spill(root() / "pairs.csv", "a,b\n000.png,\n,001.png\n002.png,\n");
+  const Outcome none = run(command + " --pair " + path("pairs.csv"));
+  EXPECT_EQ(none.exit_code, 3) << none.err;
+  EXPECT_NE(none.out.find("no instant connects a with b"), std::string::npos) << none.out;
+  EXPECT_FALSE(fs::exists(root() / "no.yaml"));
+}
+
+}  // namespace
+}  // namespace tagcal::tools
