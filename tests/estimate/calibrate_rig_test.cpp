@@ -8,6 +8,7 @@
 #include "rig_worlds.hpp"
 #include "tagcal/error.hpp"
 #include "tagcal/estimate/calibrate.hpp"
+#include "tagcal/estimate/pose.hpp"
 #include "tagcal/io/dataset_file.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
 
@@ -174,6 +175,116 @@ TEST(CalibrateRig, AnyReferenceAndAnyNumberOfThreads) {
   const Pose pair = other.cameras[1].camera_from_rig * other.cameras[0].camera_from_rig.inverse();
   EXPECT_LT(minus(pair, first.cameras[1].camera_from_rig).norm(), 1e-6);
   EXPECT_NEAR(other.pairs[0].sigma_baseline_m / first.pairs[0].sigma_baseline_m, 1, 0.02);
+}
+
+// Two cameras back to back before a board each, on a body that turns about `axes` directions.
+RigDataset back_to_back(int num_axes, std::uint64_t seed) {
+  Random random(seed);
+  const Board first = make_board(AprilGrid{6, 6, 0.088, 0.3, 0});
+  const Board second = make_board(AprilGrid{6, 6, 0.088, 0.3, 100});
+  const Pose half_turn(exp_rotation({0, std::numbers::pi, 0}), {0.1, 0.02, 0.15});
+  const Pose seen = looking_at_board({0.33, 0.33, 0}, 0.2, 1.0, random);
+  // In the frame of the first board; the second one is where the other camera looks at first.
+  const std::vector<PlacedBoard> boards = {
+      {first, Pose()},
+      {second,
+       seen.inverse() * half_turn.inverse() * retract(seen, random_step(random, 0.1, 0.05))}};
+  RigDataset rig;
+  rig.truth.emplace();
+  rig.instants.resize(30);
+  WorldOptions corners;
+  corners.sigma_px = 0.1;
+  std::vector<Pose> rig_from_world;
+  for (int t = 0; t < 30; ++t) {
+    Vector6d step = Vector6d::Zero();
+    for (int i = 0; i < num_axes; ++i) step[i] = random.uniform(-0.5, 0.5);
+    step.tail<3>() =
+        0.15 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    if (num_axes == 1) step[3] = 0;  // a wheel does not move along its axis
+    // About a point before the first camera, so that both boards stay in view.
+    rig_from_world.push_back(exp_pose(step) * seen);
+  }
+  for (std::size_t c = 0; c < 2; ++c) {
+    RigCamera camera;
+    camera.name = c == 0 ? "front" : "back";
+    camera.data.image_size = {1280, 800};
+    camera.data.boards = boards;
+    const Pose camera_from_rig = c == 0 ? Pose() : half_turn;
+    rig.truth->camera_from_rig.push_back(camera_from_rig);
+    std::vector<TargetPoint> points = target_points(boards[c].board);
+    for (TargetPoint& p : points) p.position = boards[c].world_from_board * p.position;
+    for (std::size_t t = 0; t < rig.instants.size(); ++t) {
+      View view = observe({opencv5_lens(), camera.data.image_size},
+                          camera_from_rig * rig_from_world[t], points, corners, random);
+      view.image = std::to_string(t);
+      rig.instants[t].view.resize(2);
+      if (view.observations.size() < 30) continue;
+      rig.instants[t].view[c] = camera.data.views.size();
+      camera.data.views.push_back(view);
+    }
+    rig.cameras.push_back(camera);
+  }
+  return rig;
+}
+
+TEST(CalibrateRig, CamerasWithoutACommonViewAreConnectedByTheirMotions) {
+  RigOptions options = named("opencv5");
+  options.find_boards = true;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const RigDataset rig = back_to_back(3, seed);
+    const RigCalibration answer = calibrate_rig(rig, options);
+    ASSERT_EQ(answer.status, Status::ok) << seed << all_sentences(answer);
+    EXPECT_LT(nees_of_extrinsics(rig, answer), 4) << seed;
+    ASSERT_EQ(answer.boards.size(), 2U);
+    const std::vector<PlacedBoard>& truth = rig.cameras[0].data.boards;
+    EXPECT_LT(distance_between_m(truth[1].world_from_board, answer.boards[1].world_from_board),
+              0.01);
+  }
+}
+
+TEST(CalibrateRig, AWheelDoesNotTellThePlaceAlongItsAxis) {
+  RigOptions options = named("opencv5");
+  options.find_boards = true;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const RigCalibration answer = calibrate_rig(back_to_back(1, seed), options);
+    EXPECT_EQ(answer.status, Status::extrinsic_not_observable) << seed << all_sentences(answer);
+  }
+}
+
+TEST(CalibrateRig, BoardsOfUnknownPlacesArePlaced) {
+  // The second board is turned by 40 degrees beside the first one; both are seen together.
+  RigWorldOptions world;
+  world.num_cameras = 2;
+  RigDataset rig = make_rig_world(21, world);
+  const Board second = make_board(AprilGrid{4, 4, 0.05, 0.3, 200});
+  const Pose place(exp_rotation({0, 0.7, 0}), {0.75, 0.1, 0.05});
+  std::vector<TargetPoint> points = target_points(second);
+  for (TargetPoint& p : points) p.position = place * p.position;
+  Random random(5);
+  WorldOptions corners;
+  corners.sigma_px = world.sigma_px;
+  for (std::size_t c = 0; c < 2; ++c) {
+    Dataset& data = rig.cameras[c].data;
+    data.boards.push_back({second, Pose()});  // unknown
+    for (View& view : data.views) {
+      // The pose by the first board's corners.
+      Dataset only = data;
+      only.boards.pop_back();
+      const PoseEstimate pose =
+          estimate_pose(view_correspondences(view, only.boards), data.truth->camera);
+      ASSERT_TRUE(is_answer(pose.status));
+      const View more =
+          observe(data.truth->camera, pose.camera_from_target(), points, corners, random);
+      view.observations.insert(view.observations.end(), more.observations.begin(),
+                               more.observations.end());
+    }
+  }
+  RigOptions options = named("opencv5");
+  options.find_boards = true;
+  const RigCalibration answer = calibrate_rig(rig, options);
+  ASSERT_EQ(answer.status, Status::ok) << all_sentences(answer);
+  EXPECT_LT(distance_between_m(place, answer.boards[1].world_from_board), 0.002);
+  EXPECT_LT(angle_between_rad(place, answer.boards[1].world_from_board), 0.003);
 }
 
 TEST(CalibrateRig, BadInputThrows) {

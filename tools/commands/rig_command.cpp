@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "tagcal/estimate/calibrate_rig.hpp"
 #include "tagcal/io/rig_calibration_file.hpp"
 #include "tagcal/io/rig_file.hpp"
+#include "tagcal/io/target_file.hpp"
 #include "tagcal/io/text_file.hpp"
 #include "tagcal/scene/rig_pairing.hpp"
 
@@ -32,6 +34,8 @@ constexpr const char* kFindTolerance = "50";
 
 struct Arguments {
   InputArguments input;              // with the folders of all cameras
+  std::vector<std::string> targets;  // boards; of several, the places are unknown
+  bool find_boards = false;
   std::vector<std::string> corners;  // files of observations, one a camera
   std::string pair = "name";
   std::string lenses = "joint";
@@ -49,7 +53,12 @@ Input camera_input(const Arguments& arguments, std::size_t camera) {
   input.inputs = {arguments.input.inputs[camera]};
   if (!arguments.corners.empty()) input.observations = arguments.corners[camera];
   input.out = "";
-  return read_input(input);
+  Input read = read_input(input);
+  for (std::size_t b = 1; b < arguments.targets.size(); ++b)
+    read.dataset.boards.push_back(
+        {read_target(arguments.targets[b], {}, &read.warnings),
+         Pose()});
+  return read;
 }
 
 // Names of the cameras: the last part of the paths that differs, without what a pattern leaves
@@ -200,6 +209,7 @@ RigOptions rig_options(const Arguments& arguments, const RigDataset& rig) {
     options.calibrate[camera].model = model;
   }
   for (const CalibrateOptions& o : options.calibrate) naming_options([&] { check_options(o); });
+  options.find_boards = arguments.find_boards || arguments.targets.size() > 1;
   options.find_clocks = arguments.pair == "time:find";
   options.lenses = arguments.lenses == "fixed" ? RigLenses::fixed : RigLenses::joint;
   if (arguments.lenses != "joint") {
@@ -226,10 +236,23 @@ RigOptions rig_options(const Arguments& arguments, const RigDataset& rig) {
   return options;
 }
 
-int run(const Arguments& arguments) {
+void check_ids(const RigDataset& rig, const std::vector<std::string>& targets) {
+  std::map<CornerId, std::size_t> board_of;
+  const std::vector<PlacedBoard>& boards = rig.cameras.front().data.boards;
+  for (std::size_t b = 0; b < targets.size() && targets.size() > 1; ++b)
+    for (const TargetPoint& p : target_points(boards[b].board))
+      if (const auto [at, is_new] = board_of.emplace(p.id, b); !is_new)
+        throw Error(fmt::format("{}: has the id {} of {}: the ids of boards must differ (first_id)",
+                                targets[b], p.id.tag_id, targets[at->second]));
+}
+
+int run(const Arguments& given) {
+  Arguments arguments = given;
+  if (!arguments.targets.empty()) arguments.input.target = arguments.targets.front();
   check_text_writable(arguments.out);
   const RigDataset rig = read_rig(arguments);
   check_different(rig);
+  check_ids(rig, arguments.targets);
   const RigOptions options = rig_options(arguments, rig);
   const RigCalibration answer = calibrate_rig(rig, options);
   const bool answered = is_answer(answer.status);
@@ -250,7 +273,20 @@ Command add_rig(CLI::App& app) {
   CLI::App* command =
       add_command(app, "rig", "several cameras on one body: their lenses and where they are");
   const auto arguments = std::make_shared<Arguments>();
-  add_input(*command, arguments->input);
+  add_option(*command, "FOLDER", arguments->input.inputs,
+             "a data set with the key rig, or for each camera a folder of pictures, a pattern "
+             "('left*.png') or a data set")
+      .text(" ")
+      .required();
+  add_option(*command, "--target", arguments->targets,
+             "a board in the pictures: a target file. Of several, the places in one another are "
+             "estimated")
+      .text("T.yaml")
+      .repeatable();
+  add_picture_options(*command, arguments->input);
+  add_flag(*command, "--find-boards", arguments->find_boards,
+           "the boards of the data set stand still, but not at the places that it says: estimate "
+           "these");
   add_option(*command, "--observations", arguments->corners,
              "files with the corners of each camera, in the order of the folders")
       .separated_by(',')

@@ -97,6 +97,16 @@ std::string pair_lines(const RigCalibration& rig, const RigPair& pair) {
   return text;
 }
 
+// The place of a board, in the frame of the board that the reference sees most.
+std::string board_lines(std::size_t index, const RigBoard& board) {
+  const Vector3d t = 1e3 * board.world_from_board.translation();
+  std::string text = fmt::format("{}board {} at", index == 0 ? "\n" : "", index + 1);
+  if (!board.is_connected) return text + " an unknown place: no camera sees it with another\n";
+  for (int i = 0; i < 3; ++i)
+    text += fmt::format("  {:>16}", with_sigma(t[i], 1e3 * sigma_of(board.covariance, 3 + i)));
+  return text + " mm\n";
+}
+
 Json pose_json(const Pose& pose) {
   const Eigen::Quaterniond q = pose.rotation();
   const Vector3d& t = pose.translation();
@@ -164,6 +174,8 @@ std::string rig_summary(const RigDataset& /*data*/, const RigCalibration& rig,
   for (std::size_t c = 0; c < rig.cameras.size(); ++c)
     if (c != reference) text += place_lines(rig.cameras[c], rig.cameras[reference].name);
   for (const RigPair& pair : rig.pairs) text += pair_lines(rig, pair);
+  for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
+    text += board_lines(b, rig.boards[b]);
   return text;
 }
 
@@ -181,6 +193,11 @@ std::string rig_json(const RigDataset& data, const RigCalibration& rig, std::siz
     json["cameras"].push_back(camera_json(camera));
   json["pairs"] = Json::array();
   for (const RigPair& pair : rig.pairs) json["pairs"].push_back(rig_pair_json(rig, pair));
+  json["boards"] = Json::array();
+  for (const RigBoard& board : rig.boards)
+    json["boards"].push_back({{"world_from_board", pose_json(board.world_from_board)},
+                              {"covariance", matrix_json(board.covariance)},
+                              {"connected", board.is_connected}});
   json["covariance"] = matrix_json(rig.covariance);
   json["seconds"] = rig.seconds;
   return json.dump(2) + "\n";

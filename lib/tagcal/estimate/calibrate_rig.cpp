@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -206,7 +207,9 @@ std::string offset_text(const RigDataset& rig, const ClockOffset& clock) {
              : fmt::format("{}: {:.3g} +- {:.2g} instants", name, clock.offset, clock.sigma);
 }
 
-void report_clocks(const RigDataset& rig, bool corrected, RigCalibration& answer) {
+// `tells_offset`: the instants are near enough to one another for a number.
+void report_clocks(const RigDataset& rig, bool corrected, bool tells_offset,
+                   RigCalibration& answer) {
   for (const ClockOffset& clock : answer.clocks) {
     if (corrected)
       add(answer.findings, code::clock_corrected,
@@ -217,7 +220,9 @@ void report_clocks(const RigDataset& rig, bool corrected, RigCalibration& answer
               "{} later than the others of the same instants: record with a common trigger, "
               "hold the board still for each picture, or have stamps corrected (--pair "
               "time:find)",
-              offset_text(rig, clock)));
+              tells_offset
+                  ? offset_text(rig, clock) + " later than"
+                  : rig.cameras[clock.camera].name + " took its pictures at other times than"));
   }
 }
 
@@ -258,13 +263,95 @@ void report_contradictions(const RigDataset& rig, const RigState& state,
                     answer.rejected_instants.size(), state.num_instants));
 }
 
+// The median distance of a camera from the boards.
+double distance_of_boards(const std::vector<OwnPose>& own) {
+  std::vector<double> distances;
+  for (const OwnPose& pose : own) distances.push_back(pose.camera_from_world.translation().norm());
+  return median(std::move(distances));
+}
+
+// Cameras whose place is unknown: by more than a tenth of the distance of the boards, or of a
+// radian, as a focal length is refused.
+void report_unobservable(const RigState& state, RigCalibration& answer) {
+  for (std::size_t c = 0; c < answer.cameras.size(); ++c) {
+    const RigCameraEstimate& camera = answer.cameras[c];
+    if (!camera.is_connected || c == state.poses.reference || state.own[c].empty()) continue;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> of_turn(
+        Eigen::Matrix3d(camera.covariance.topLeftCorner<3, 3>()));
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> of_shift(
+        Eigen::Matrix3d(camera.covariance.bottomRightCorner<3, 3>()));
+    const double turn = std::sqrt(std::max(0.0, of_turn.eigenvalues()[2]));
+    const double shift = std::sqrt(std::max(0.0, of_shift.eigenvalues()[2]));
+    const bool is_turn = turn > policy::kFocalRefused;
+    if (!is_turn && shift <= policy::kFocalRefused * distance_of_boards(state.own[c])) continue;
+    const Eigen::Vector3d axis = (is_turn ? of_turn : of_shift).eigenvectors().col(2);
+    add(answer.findings, code::extrinsic_not_observable,
+        fmt::format(
+            "the {} of {} {} the axis ({:.2f}, {:.2f}, {:.2f}) of its frame is not known (its "
+            "standard deviation is {}): no view is common that tells it, or the rig turned "
+            "about one axis only",
+            is_turn ? "rotation" : "place", camera.name, is_turn ? "about" : "along", axis.x(),
+            axis.y(), axis.z(),
+            is_turn ? fmt::format("{:.2g} degrees", turn * 180 / M_PI)
+                    : fmt::format("{:.2g} m", shift)));
+  }
+}
+
+void report_turned(const RigStart& start, RigCalibration& answer) {
+  if (start.turned.empty()) return;
+  add(answer.findings, code::corner_order_differs,
+      fmt::format("the corners of {} views have the order of the board turned by half a turn and "
+                  "were exchanged",
+                  start.turned.size()));
+}
+
+// Views of cameras and boards that nothing connects with the reference inform their lens only.
+void set_unconnected_alone(RigState& state, const RigStart& start) {
+  for (std::size_t c = 0; c < state.cameras.size(); ++c)
+    for (std::size_t v = 0; v < state.instant[c].size(); ++v)
+      if (!start.has(c) || !start.connected.boards[state.poses.links[c][v].board])
+        state.set_alone(c, v);
+}
+
+void set_cameras(const RigState& state, const RigState& of_claims, const SolvedRig& solved,
+                 RigCalibration& answer) {
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const Bundle& bundle = state.cameras[c];
+    UncertainCamera& camera = answer.cameras[c].camera;
+    camera.camera = {bundle.lens(), bundle.image_size};
+    const Index k = of_claims.cameras[c].model->num_free();
+    if (k == 0) continue;
+    camera.model = of_claims.cameras[c].model;
+    camera.covariance = solved.covariance.block(solved.layout.lens[c], solved.layout.lens[c], k, k);
+  }
+}
+
+// Places the cameras, and tests their clocks and places.
+RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigState& state,
+                       RigCalibration& answer) {
+  RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
+  answer.groups = groups_of(state, start);
+  report_groups(rig, answer);
+  set_unconnected_alone(state, start);
+  report_turned(start, answer);
+  answer.clocks =
+      options.find_clocks ? correct_clocks(state, start, rig) : clocks_off(state, start);
+  report_shifts(rig, start, answer);
+  report_clocks(rig, options.find_clocks, tells_offset(state), answer);
+  // Cameras that are not synchronous seem to move.
+  if (is_answer(judge(answer.findings))) report_moves(rig, separate_moves(state, start), answer);
+  return start;
+}
+
 }  // namespace
 
-RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
+RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options) {
   const Stopwatch stopwatch;
-  check_rig(rig, options);
+  check_rig(given, options);
+  const PlacedViews views = options.find_boards ? views_of_boards(given) : views_of_world(given);
+  const RigDataset& rig = views.data;
   RigCalibration answer;
-  std::vector<Calibration> own = own_calibrations(rig, options);
+  const std::vector<Calibration> own = own_calibrations(rig, options);
   for (std::size_t c = 0; c < own.size(); ++c) {
     answer.cameras.push_back({rig.cameras[c].name});
     answer.cameras[c].own = own[c];
@@ -275,61 +362,32 @@ RigCalibration calibrate_rig(const RigDataset& rig, const RigOptions& options) {
   answer.status = judge(answer.findings);
   if (!is_answer(answer.status)) return answer;
 
-  RigState state = rig_state(rig, own, options.lenses);
+  RigState state = rig_state(views, own, options.lenses);
   state.poses.reference = options.reference;
-  answer.groups = connected_groups(state);
-  report_groups(rig, answer);
-  RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c)
-    for (std::size_t v = 0; !start.is_connected[c] && v < state.instant[c].size(); ++v)
-      state.set_alone(c, v);
-  if (!start.turned.empty())
-    add(answer.findings, code::corner_order_differs,
-        fmt::format("the corners of {} views have the order of the board turned by half a turn and "
-                    "were exchanged",
-                    start.turned.size()));
-  if (options.find_clocks)
-    answer.clocks = correct_clocks(state, start, rig);
-  else
-    answer.clocks = clocks_off(state, start);
-  report_shifts(rig, start, answer);
-  report_clocks(rig, options.find_clocks, answer);
-  // Cameras that are not synchronous seem to move.
-  if (is_answer(judge(answer.findings))) report_moves(rig, separate_moves(state, start), answer);
-  RigSolution solution = solve_robustly(state, options.calibrate.front());
+  const RigStart start = place_cameras(rig, options, state, answer);
+  const RigSolution solution = solve_robustly(state, options.calibrate.front());
   answer.num_iterations = solution.num_iterations;
   answer.rejected_instants = solution.rejected;
 
   const RigState of_claims = state_of_claims(state, answer, options);
   SolvedRig solved{
-      &rig, &options, &state, start, solution, RigLayout(of_claims, start.is_connected), {}};
+      &rig, &options, &state, start, solution, RigLayout(of_claims, start.connected), MatrixXd()};
   const auto covariance = joint_covariance(of_claims, solved.layout, answer, options);
-  if (!covariance) {
-    solved.covariance = MatrixXd::Zero(solved.layout.size, solved.layout.size);
-  } else {
-    solved.covariance = *covariance;
-  }
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const Bundle& bundle = state.cameras[c];
-    UncertainCamera& camera = answer.cameras[c].camera;
-    camera.camera = {bundle.lens(), bundle.image_size};
-    const Index k = of_claims.cameras[c].model->num_free();
-    if (k == 0) continue;
-    camera.model = of_claims.cameras[c].model;
-    camera.covariance = solved.covariance.block(solved.layout.lens[c], solved.layout.lens[c], k, k);
-  }
+  solved.covariance = covariance.value_or(MatrixXd::Zero(solved.layout.size, solved.layout.size));
+  set_cameras(state, of_claims, solved, answer);
   report_rig(solved, answer);
   answer.covariance = solved.covariance;
   report_contradictions(rig, state, solution, answer);
-  if (!covariance)
+  if (covariance)
+    report_unobservable(state, answer);
+  else
     add(answer.findings, code::not_observable,
         "the instants do not determine the places of the cameras: take more, with tilted boards");
   if (!solution.summary.converged)
     add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");
-  for (const RigPair& pair : answer.pairs)
-    if (pair.num_instants == 1 && rig.cameras.size() == 2)
-      add(answer.findings, code::single_instant,
-          "one instant connects the cameras: nothing tests the answer; take more");
+  if (answer.pairs.size() == 1 && answer.pairs.front().num_instants == 1)
+    add(answer.findings, code::single_instant,
+        "one instant connects the cameras: nothing tests the answer; take more");
   answer.status = judge(answer.findings);
   answer.seconds = stopwatch.seconds();
   return answer;

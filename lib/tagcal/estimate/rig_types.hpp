@@ -30,6 +30,9 @@ struct RigOptions {
   };
   std::vector<KnownCamera> known;
   std::size_t reference = 0;  // the camera whose frame is that of the rig
+  // // The boards stand still, but their places relative to one another are unknown: the data set's
+  // are not used. Each board alone must determine a pose.
+  bool find_boards = false;
   // Corrects each view for the time between its stamp and its instant, and estimates one offset a
   // camera for its clock. Needs stamps.
   bool find_clocks = false;
@@ -84,6 +87,14 @@ struct ClockOffset {
   bool in_seconds = false;
 };
 
+// A board in the world, which is the frame of the board that the reference sees most; or, if the
+// places of the boards are known, the world as it is.
+struct RigBoard {
+  Pose world_from_board;
+  Matrix6 covariance = Matrix6::Zero();  // of (omega rad, tau m) in the world: `retract`
+  bool is_connected = true;              // false: the pose has no value
+};
+
 struct RigInstant {
   std::size_t index = 0;  // in RigDataset::instants
   Pose rig_from_world;
@@ -94,14 +105,16 @@ struct RigCalibration {
   Status status = Status::degenerate;
   std::vector<RigCameraEstimate> cameras;
   std::vector<RigPair> pairs;
-  std::vector<RigInstant> instants;              // that take part
-  std::vector<std::size_t> rejected_instants;    // whose views contradict the rig, ascending
+  std::vector<RigBoard> boards;                // with RigOptions::find_boards: all; else the world
+  std::vector<RigInstant> instants;            // that take part
+  std::vector<std::size_t> rejected_instants;  // whose views contradict the rig, ascending
   std::vector<std::vector<std::size_t>> groups;  // of connected cameras; one if all are connected
   // With RigOptions::find_clocks those of all cameras but the reference, which were corrected; else
   // those that are significantly off.
   std::vector<ClockOffset> clocks;
-  // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, then of
-  // the lenses' free parameters (by the model of each `camera`), in the order of the cameras.
+  // // Of all extrinsics but the reference's, (omega, tau) each, in the order of the cameras, of
+  // the boards that were placed, and of the lenses' free parameters (by the model of each
+  // `camera`), in the order of the cameras.
   MatrixX covariance;
   double rms_px = 0;
   int num_corners = 0;

@@ -51,6 +51,9 @@ std::string rig_yaml(const RigCalibration& rig) {
   text += fmt::format("status: {}\nrms_px: {}\nnum_instants: {}\nnum_rejected_instants: {}\n",
                       text_yaml(status_name(rig.status)), number_yaml(rig.rms_px),
                       rig.instants.size(), rig.rejected_instants.size());
+  if (rig.boards.size() > 1) text += "boards:\n";
+  for (std::size_t b = 0; b < rig.boards.size() && rig.boards.size() > 1; ++b)
+    text += fmt::format("   - world_from_board: {}\n", pose_yaml(rig.boards[b].world_from_board));
   return text + matrix_yaml("joint_covariance", rig.covariance) + findings_lines(rig.findings);
 }
 

@@ -83,7 +83,7 @@ struct ViewRows {
 };
 
 // The cost of all corners of one view; parameter blocks are the steps (6 each) of the instant, of a
-// camera that is not the reference and of a board that is not the first, the free parameters and
+// camera that is not the reference and of a board that is not the held one, the free parameters and
 // the shape of the board (k together). Ceres gets 6 + k + 1 rows instead of two per corner, because
 // copying those took most of its time.
 class ViewCost : public ceres::CostFunction {
@@ -93,7 +93,7 @@ class ViewCost : public ceres::CostFunction {
     set_num_residuals(6 + bundle.num_parameters() + 1);
     parts_.push_back(&poses.instants[view.link.instant]);
     if (moves_camera()) parts_.push_back(&poses.cameras[view.camera]);
-    if (view.link.board > 0) parts_.push_back(&poses.boards[view.link.board]);
+    if (moves_board()) parts_.push_back(&poses.boards[view.link.board]);
     for (std::size_t i = 0; i < parts_.size(); ++i) mutable_parameter_block_sizes()->push_back(6);
     const int num_free = bundle.model->num_free();
     if (num_free > 0) mutable_parameter_block_sizes()->push_back(num_free);
@@ -119,6 +119,7 @@ class ViewCost : public ceres::CostFunction {
 
  private:
   bool moves_camera() const { return view_.camera != poses_.values.reference; }
+  bool moves_board() const { return view_.link.board != poses_.values.first_board; }
 
   void set_poses(double** jacobians) const {
     const Eigen::MatrixXd& rows = view_.rows;
@@ -134,7 +135,7 @@ class ViewCost : public ceres::CostFunction {
     std::size_t part = 0;
     set(part++, by(steps.by_instant));
     if (moves_camera()) set(part++, by(steps.by_camera));
-    if (view_.link.board > 0) set(part++, by(steps.by_board));
+    if (moves_board()) set(part++, by(steps.by_board));
   }
 
   const ViewRows& view_;
@@ -341,8 +342,8 @@ std::vector<double*> common_blocks(std::span<Bundle> cameras, VariedPoses& poses
     if (c != poses.values.reference && !cameras[c].views.empty())
       blocks.push_back(poses.cameras[c].step.data());
   }
-  for (std::size_t b = 1; b < poses.boards.size(); ++b)
-    blocks.push_back(poses.boards[b].step.data());
+  for (std::size_t b = 0; b < poses.boards.size(); ++b)
+    if (b != poses.values.first_board) blocks.push_back(poses.boards[b].step.data());
   if (cameras.front().board) blocks.push_back(cameras.front().shape.data());
   return blocks;
 }
@@ -356,7 +357,8 @@ void add_views(std::span<Bundle> cameras, VariedPoses& poses, std::vector<ViewRo
       ViewRows& view = views.emplace_back(ViewRows{c, v, link, false, {}});
       std::vector<double*> blocks = {poses.instants[link.instant].step.data()};
       if (c != poses.values.reference) blocks.push_back(poses.cameras[c].step.data());
-      if (link.board > 0) blocks.push_back(poses.boards[link.board].step.data());
+      if (link.board != poses.values.first_board)
+        blocks.push_back(poses.boards[link.board].step.data());
       if (camera.model->num_free() > 0) blocks.push_back(camera.free_values.data());
       if (camera.board) blocks.push_back(cameras.front().shape.data());
       problem.AddResidualBlock(new ViewCost(view, camera, poses), nullptr, blocks);
@@ -428,7 +430,7 @@ BundleSummary solve(std::span<Bundle> cameras, LinkedPoses& poses, int max_itera
 }
 
 BundleSummary solve(Bundle& bundle, int max_iterations, std::size_t num_threads) {
-  LinkedPoses poses{{Pose()}, bundle.camera_from_target, {Pose()}, 0, {{}}};
+  LinkedPoses poses{{Pose()}, bundle.camera_from_target, {Pose()}, 0, 0, {{}}};
   for (std::size_t i = 0; i < bundle.views.size(); ++i) poses.links[0].push_back({i, 0, {}});
   return solve({&bundle, 1}, poses, max_iterations, num_threads);
 }

@@ -1,10 +1,7 @@
 #include "tagcal/estimate/bundle/linked_poses.hpp"
 
 namespace tagcal::internal {
-namespace {
 
-// The step of target_from_source by that of a pose whose target frame is turned by `rotation`
-// against that target, and whose rotation displaces the source's origin, at `arm` of its target.
 Matrix6 step_by(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& arm) {
   Matrix6 step = Matrix6::Zero();
   step.topLeftCorner<3, 3>() = rotation;
@@ -12,8 +9,6 @@ Matrix6 step_by(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& arm) {
   step.bottomLeftCorner<3, 3>() = -rotation * cross_matrix(arm);
   return step;
 }
-
-}  // namespace
 
 // // With P = X M Y Z the origin of the board is at t_X + R_X (t_M + R_M (t_Y + R_Y t_Z)): a
 // rotation omega of a part moves it by omega x (the part of that sum that it turns).

@@ -21,8 +21,9 @@ struct LinkedPoses {
 
   std::vector<Pose> camera_from_rig;   // that of the reference camera is held
   std::vector<Pose> rig_from_world;    // by instant
-  std::vector<Pose> world_from_board;  // that of the first board is held
+  std::vector<Pose> world_from_board;  // that of `first_board` is held
   std::size_t reference = 0;
+  std::size_t first_board = 0;
   std::vector<std::vector<Link>> links;  // by camera, and view of its bundle
 
   Pose camera_from_board(std::size_t camera, const Link& link) const {
@@ -30,6 +31,10 @@ struct LinkedPoses {
            world_from_board[link.board];
   }
 };
+
+// // The step (`retract`) of a pose A B C by that of B, with A's rotation and C's translation in
+// the target frame of B, less that of B: the point that a rotation of B moves.
+Matrix6 step_by(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& arm);
 
 // The steps (`retract`) of a view's pose by those of its three parts, to first order. The rotations
 // of a part's frame turn the steps of those to its right.

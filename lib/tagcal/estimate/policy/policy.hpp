@@ -57,9 +57,11 @@ inline constexpr int kFewestDegreesOfFreedom = 10;
 
 // // ---- Rigs (rig/)
 
-// s. Instants further apart do not tell how the board moves between them: a board in the hand turns
-// back within a few tenths of a second. Chosen by hand.
-inline constexpr double kLongestGap = 0.1;
+// s. Between instants further apart the motion of the board is not interpolated, and by instants
+// further apart than the second number no offset of a clock is told: a board in the hand turns back
+// within a few tenths of a second. Chosen by hand.
+inline constexpr double kLongestGap = 0.2;
+inline constexpr double kOffsetGap = 0.1;
 
 // ---- Poses of single views (pose/)
 

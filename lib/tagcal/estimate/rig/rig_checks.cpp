@@ -58,12 +58,15 @@ Matrix6 by_place(const RigState& state, std::size_t camera, std::size_t view) {
 // The change of a disagreement by the unit of time.
 std::optional<Vector6d> by_time(const RigState& state, std::size_t camera, const Disagreement& d,
                                 const Trajectory& trajectory) {
-  const std::optional<Vector6d> v = velocity(state, d.instant, trajectory);
-  if (!v) return std::nullopt;
-  const Eigen::Matrix3d turn = state.poses.camera_from_rig[camera].rotation_matrix();
-  Vector6d step;
-  step << turn * v->head<3>(), turn * v->tail<3>();
-  return step;
+  const std::optional<WorldMotion> motion = motion_at(state, d.instant, trajectory);
+  if (!motion) return std::nullopt;
+  // As LinkedSteps::by_instant has it at the trajectory.
+  const LinkedPoses::Link& link = state.poses.links[camera][d.view];
+  const Pose& world = trajectory[d.instant]->rig_from_world;
+  const Matrix6 by_world = step_by(
+      (state.poses.camera_from_rig[camera].rotation() * link.motion.rotation()).toRotationMatrix(),
+      world.rotation() * state.poses.world_from_board[link.board].translation());
+  return Vector6d(by_world * motion->velocity);
 }
 
 // 1 for those that are not far from most: their squares are within the median by the square of
@@ -106,22 +109,35 @@ bool is_visible(const RigState& state, std::size_t camera, std::span<const Disag
 
 }  // namespace
 
-std::optional<Vector6d> velocity(const RigState& state, std::size_t instant,
-                                 const Trajectory& trajectory) {
+std::optional<WorldMotion> motion_at(const RigState& state, std::size_t instant,
+                                     const Trajectory& trajectory) {
   if (instant == 0 || instant + 1 >= trajectory.size()) return std::nullopt;
   const std::optional<Sight>& before = trajectory[instant - 1];
+  const std::optional<Sight>& at = trajectory[instant];
   const std::optional<Sight>& after = trajectory[instant + 1];
-  if (!before || !after || !trajectory[instant]) return std::nullopt;
-  const double duration = state.time[instant + 1] - state.time[instant - 1];
-  if (!(duration > 0) || (state.has_stamps && duration > 2 * policy::kLongestGap))
-    return std::nullopt;
-  return minus(after->rig_from_world, before->rig_from_world) / duration;
+  if (!before || !at || !after) return std::nullopt;
+  const double back = state.time[instant] - state.time[instant - 1];
+  const double ahead = state.time[instant + 1] - state.time[instant];
+  if (!(back > 0 && ahead > 0)) return std::nullopt;
+  if (state.has_stamps && std::max(back, ahead) > policy::kLongestGap) return std::nullopt;
+  const Vector6d last = minus(before->rig_from_world, at->rig_from_world) / back;
+  const Vector6d next = minus(after->rig_from_world, at->rig_from_world) / ahead;
+  return WorldMotion{(next * back - last * ahead) / (back + ahead),
+                     2 * (next + last) / (back + ahead)};
+}
+
+bool tells_offset(const RigState& state) {
+  if (!state.has_stamps || state.time.size() < 2) return true;
+  std::vector<double> gaps;
+  for (std::size_t t = 1; t < state.time.size(); ++t)
+    gaps.push_back(state.time[t] - state.time[t - 1]);
+  return median(std::move(gaps)) <= policy::kOffsetGap;
 }
 
 std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory) {
+                                  const Trajectory& trajectory, const Connected& connected) {
   std::vector<Disagreement> all =
-      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory);
+      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory, connected);
   std::erase_if(all, [&](const Disagreement& d) { return !by_time(state, camera, d, trajectory); });
   std::vector<MatrixXd> columns;
   for (const Disagreement& d : all) {
@@ -156,9 +172,9 @@ std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
 }
 
 std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
-                                      const Trajectory& trajectory) {
+                                      const Trajectory& trajectory, const Connected& connected) {
   std::vector<Disagreement> all =
-      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory);
+      disagreements(state, camera, state.poses.camera_from_rig[camera], trajectory, connected);
   std::ranges::sort(all, {}, &Disagreement::instant);
   constexpr std::size_t kFewest = 3;  // numeric: on each side, so that the split has freedom
   if (all.size() < 2 * kFewest) return std::nullopt;

@@ -7,11 +7,21 @@
 
 namespace tagcal::internal {
 
-// The step of the world in the rig (`retract`) in the unit of RigState::time at an instant, from
+// How the world moves in the rig at an instant, in the unit of RigState::time: the parabola through
 // the instants before and after. No value without them, or if they are further apart than
 // policy::kLongestGap.
-std::optional<Vector6d> velocity(const RigState& state, std::size_t instant,
-                                 const Trajectory& trajectory);
+struct WorldMotion {
+  Vector6d velocity, acceleration;
+
+  // The step (`retract`) after a time.
+  Vector6d after(double time) const { return time * velocity + time * time / 2 * acceleration; }
+};
+std::optional<WorldMotion> motion_at(const RigState& state, std::size_t instant,
+                                     const Trajectory& trajectory);
+
+// The instants of most neighbours are near enough to one another to tell an offset by a number
+// (policy::kOffsetGap), or have no stamps.
+bool tells_offset(const RigState& state);
 
 // The offset of a camera's clock that explains its disagreements with a trajectory best, to first
 // order. It is off if that is significant (policy::kOutlierSigmas, by the disagreements that
@@ -22,7 +32,7 @@ struct ClockFit {
   bool is_off = false;
 };
 std::optional<ClockFit> fit_clock(const RigState& state, std::size_t camera,
-                                  const Trajectory& trajectory);
+                                  const Trajectory& trajectory, const Connected& connected);
 
 // The instant from which on a camera is at another place, and by how much: the split of its
 // disagreements into two places that explains them best, if it is significant, as above.
@@ -32,7 +42,7 @@ struct CameraMove {
   Vector6d step = Vector6d::Zero();  // from the old place to the new one (`retract`)
 };
 std::optional<CameraMove> camera_move(const RigState& state, std::size_t camera,
-                                      const Trajectory& trajectory);
+                                      const Trajectory& trajectory, const Connected& connected);
 
 // The place of a camera by a linear fit of its disagreements alone, as a step from its place, and
 // the covariance of that by what remains.

@@ -24,6 +24,7 @@ void add_view(const RigState& state, const RigLayout& layout, std::size_t camera
   MatrixXd onto = MatrixXd::Zero(width, gram.cols());
   onto.topLeftCorner<6, 6>() = steps.by_instant;
   if (layout.pose[camera]) onto.block<6, 6>(0, 6 + *layout.pose[camera]) = steps.by_camera;
+  if (const auto at = layout.board[link.board]) onto.block<6, 6>(0, 6 + *at) = steps.by_board;
   onto.block(6, 6 + layout.lens[camera], k, k).setIdentity();
   if (shapes > 0) onto.block(6 + k, 6 + layout.size, shapes, shapes).setIdentity();
   onto(width - 1, gram.cols() - 1) = 1;
@@ -145,13 +146,15 @@ MatrixXd positive_part(const MatrixXd& matrix, const MatrixXd& unit) {
 
 }  // namespace
 
-RigLayout::RigLayout(const RigState& state, const std::vector<std::uint8_t>& is_connected) {
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    pose.emplace_back();
-    if (c == state.poses.reference || !is_connected[c]) continue;
-    pose.back() = size;
-    size += 6;
-  }
+RigLayout::RigLayout(const RigState& state, const Connected& connected) {
+  const auto add = [&](std::vector<std::optional<Index>>& places, bool is_free) {
+    places.push_back(is_free ? std::optional(size) : std::nullopt);
+    if (is_free) size += 6;
+  };
+  for (std::size_t c = 0; c < connected.cameras.size(); ++c)
+    add(pose, connected.cameras[c] && c != state.poses.reference);
+  for (std::size_t b = 0; b < connected.boards.size(); ++b)
+    add(board, connected.boards[b] && b != state.poses.first_board);
   for (const Bundle& camera : state.cameras) {
     lens.push_back(size);
     size += camera.model->num_free();
@@ -175,7 +178,10 @@ std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayou
     more.block(layout.lens[c], layout.lens[c], k, k) -= without_shape(own->data(), own->prior, k);
     known.block(layout.lens[c], layout.lens[c], k, k) = *of_claim;
   }
-  return exact_inverse(positive_part(more, all) / spread->overdispersion + known);
+  // So little that only what is not determined gets its variance from it.
+  const Eigen::VectorXd least = 1e-12 * all.diagonal();  // numeric: see above
+  return exact_inverse(positive_part(more, all) / spread->overdispersion + known +
+                       MatrixXd(least.asDiagonal()));
 }
 
 std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const RigLayout& layout,

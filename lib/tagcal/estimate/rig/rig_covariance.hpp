@@ -5,19 +5,22 @@
 #include <vector>
 
 #include "tagcal/estimate/bundle/covariance.hpp"
-#include "tagcal/estimate/rig/rig_state.hpp"
+#include "tagcal/estimate/rig/rig_start.hpp"
 
 namespace tagcal::internal {
 
 // The place of the parameters of a rig in one vector: the extrinsics of each connected camera but
-// the reference (six each), then the free parameters of each lens.
+// // the reference (six each), the places of connected boards but the held one (six each), then the
+// free parameters of each lens.
 struct RigLayout {
   std::vector<std::optional<Eigen::Index>> pose;  // by camera
-  std::vector<Eigen::Index> lens;                 // by camera
+  std::vector<std::optional<Eigen::Index>> board;
+  std::vector<Eigen::Index> lens;  // by camera
   Eigen::Index size = 0;
 
-  RigLayout(const RigState& state, const std::vector<std::uint8_t>& is_connected);
+  RigLayout(const RigState& state, const Connected& connected);
 
+  // Of cameras and boards.
   Eigen::Index num_extrinsics() const { return lens.front(); }
 };
 
@@ -26,8 +29,8 @@ struct RigLayout {
 // parameters of its bundle's model), which includes the choice of the model. With H the information
 // of the rig, an instant being one sample, the rig adds H - diag(S_c) to the claims:
 //   C = ((H - diag(S_c)) / phi + diag(claim_c^-1))^-1,
-// with phi the overdispersion between the instants. No value if the instants do not determine the
-// extrinsics.
+// with phi the overdispersion between the instants. What the instants do not determine has a very
+// large variance. No value if a view does not determine its pose.
 std::optional<Eigen::MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
                                                  const std::vector<Eigen::MatrixXd>& claims);
 

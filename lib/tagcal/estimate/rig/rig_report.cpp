@@ -155,9 +155,10 @@ RigPair report_pair(const PairModel& pair) {
   const auto of_b = pair.rig.state->views_at(pair.index_b);
   double sum = 0;
   for (std::size_t i = 0; i < of_a.size(); ++i) {
-    if (!of_a[i] || !of_b[i]) continue;
+    if (of_a[i].empty() || of_b[i].empty()) continue;
     ++result.num_instants;
-    add_epipolar(pair, *of_a[i], *of_b[i], result, sum);
+    for (const std::size_t a : of_a[i])
+      for (const std::size_t b : of_b[i]) add_epipolar(pair, a, b, result, sum);
   }
   if (result.num_corners > 0) result.epipolar_px = std::sqrt(sum / result.num_corners);
   for (const double distance : kDepths)
@@ -167,10 +168,12 @@ RigPair report_pair(const PairModel& pair) {
 
 // The disagreement of a pair alone with the rig, in standard deviations.
 double disagreement_of(const SolvedRig& rig, std::size_t a, std::size_t b) {
-  std::vector<std::uint8_t> only_a(rig.state->cameras.size(), 0);
-  only_a[a] = 1;
+  Connected only_a = rig.start.connected;
+  only_a.cameras.assign(only_a.cameras.size(), 0);
+  only_a.cameras[a] = 1;
   const Trajectory trajectory = trajectory_of(*rig.state, only_a);
-  const auto all = disagreements(*rig.state, b, rig.state->poses.camera_from_rig[b], trajectory);
+  const auto all =
+      disagreements(*rig.state, b, rig.state->poses.camera_from_rig[b], trajectory, only_a);
   const auto place = place_of(all, *rig.state, b);
   if (!place) return 0;
   const Eigen::Matrix<double, 6, 6> c = place->covariance;
@@ -180,7 +183,7 @@ double disagreement_of(const SolvedRig& rig, std::size_t a, std::size_t b) {
 void report_camera(const SolvedRig& solved, std::size_t c, RigCameraEstimate& camera) {
   const RigState& state = *solved.state;
   const Bundle& bundle = state.cameras[c];
-  camera.is_connected = solved.start.is_connected[c];
+  camera.is_connected = solved.start.has(c);
   camera.camera_from_rig = state.poses.camera_from_rig[c];
   if (const auto at = solved.layout.pose[c])
     camera.covariance = solved.covariance.block<6, 6>(*at, *at);
@@ -220,6 +223,13 @@ void report_rig(const SolvedRig& solved, RigCalibration& answer) {
       if (answer.cameras.size() > 2) pair.disagreement = disagreement_of(solved, a, b);
       answer.pairs.push_back(std::move(pair));
     }
+  for (std::size_t b = 0; b < state.poses.world_from_board.size(); ++b) {
+    RigBoard board{state.poses.world_from_board[b]};
+    board.is_connected = solved.start.connected.boards[b];
+    if (const auto at = solved.layout.board[b])
+      board.covariance = solved.covariance.block<6, 6>(*at, *at);
+    answer.boards.push_back(board);
+  }
   std::vector<int> num_views(state.num_instants, 0);
   for (const auto& camera : state.instant)
     for (const auto& t : camera)

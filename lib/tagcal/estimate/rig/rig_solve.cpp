@@ -11,9 +11,9 @@ namespace tagcal::internal {
 namespace {
 
 // The other cameras that are connected.
-std::vector<std::uint8_t> others(const RigStart& start, std::size_t camera) {
-  std::vector<std::uint8_t> rest = start.is_connected;
-  rest[camera] = 0;
+Connected others(const RigStart& start, std::size_t camera) {
+  Connected rest = start.connected;
+  rest.cameras[camera] = 0;
   return rest;
 }
 
@@ -61,9 +61,10 @@ std::vector<ViewExcess> contradictions(const RigState& state) {
 std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start) {
   std::vector<CameraMove> moves;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (!start.is_connected[c] || c == state.poses.reference) continue;
-    const Trajectory trajectory = trajectory_of(state, others(start, c));
-    const auto move = camera_move(state, c, trajectory);
+    if (!start.has(c) || c == state.poses.reference) continue;
+    const Connected rest = others(start, c);
+    const Trajectory trajectory = trajectory_of(state, rest);
+    const auto move = camera_move(state, c, trajectory, rest);
     if (!move) continue;
     moves.push_back(*move);
     std::size_t before = 0, after = 0;
@@ -72,22 +73,25 @@ std::vector<CameraMove> separate_moves(RigState& state, const RigStart& start) {
     for (std::size_t v = 0; v < state.instant[c].size(); ++v)
       if (const auto& t = state.instant[c][v]; t && (*t < move->instant) != (before >= after))
         state.set_alone(c, v);
-    if (const auto again = camera_start(state, c, trajectory, {}))
-      state.poses.camera_from_rig[c] = again->camera_from_rig;
+    if (const auto again = camera_start(state, c, trajectory, rest, {}))
+      state.poses.camera_from_rig[c] = again->place;
   }
   return moves;
 }
 
 std::vector<ClockFit> fit_clocks(const RigState& state, const RigStart& start) {
   std::vector<ClockFit> clocks;
-  std::vector<std::uint8_t> reference(state.cameras.size(), 0);
-  reference[state.poses.reference] = 1;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (!start.is_connected[c] || c == state.poses.reference) continue;
-    Trajectory trajectory = trajectory_of(state, reference);
-    if (disagreements(state, c, {}, trajectory).empty())
-      trajectory = trajectory_of(state, others(start, c));
-    if (const auto clock = fit_clock(state, c, trajectory)) clocks.push_back(*clock);
+    if (!start.has(c) || c == state.poses.reference) continue;
+    Connected rest = start.connected;
+    rest.cameras.assign(state.cameras.size(), 0);
+    rest.cameras[state.poses.reference] = 1;
+    Trajectory trajectory = trajectory_of(state, rest);
+    if (disagreements(state, c, {}, trajectory, rest).empty()) {
+      rest = others(start, c);
+      trajectory = trajectory_of(state, rest);
+    }
+    if (const auto clock = fit_clock(state, c, trajectory, rest)) clocks.push_back(*clock);
   }
   return clocks;
 }
@@ -113,18 +117,19 @@ std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const 
   std::vector<ClockOffset> clocks;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) clocks.push_back({c, 0, 0, true});
   for (int round = 0; round < kRounds; ++round) {
-    const Trajectory trajectory = trajectory_of(state, start.is_connected);
+    const Trajectory trajectory = trajectory_of(state, start.connected);
     for (std::size_t c = 0; c < state.cameras.size(); ++c)
       for (std::size_t v = 0; v < state.own[c].size(); ++v) {
         const auto& t = state.instant[c][v];
         if (!t) continue;
-        const std::optional<Vector6d> speed = velocity(state, *t, trajectory);
+        const std::optional<WorldMotion> world = motion_at(state, *t, trajectory);
         const double stamp = rig.cameras[c].times_s[state.index_of_view[c][v]];
         Pose& motion = state.poses.links[c][v].motion;
         motion = {};
-        if (!speed) continue;
+        if (!world) continue;
         const Pose& at = trajectory[*t]->rig_from_world;
-        motion = retract(at, *speed * (stamp + clocks[c].offset - state.time[*t])) * at.inverse();
+        motion =
+            retract(at, world->after(stamp + clocks[c].offset - state.time[*t])) * at.inverse();
       }
     start = start_rig(state, {});
     for (const ClockFit& fit : fit_clocks(state, start)) {
@@ -133,10 +138,10 @@ std::vector<ClockOffset> correct_clocks(RigState& state, RigStart& start, const 
     }
   }
   // Views whose time cannot be corrected do not place the cameras.
-  const Trajectory trajectory = trajectory_of(state, start.is_connected);
+  const Trajectory trajectory = trajectory_of(state, start.connected);
   for (std::size_t c = 0; c < state.cameras.size(); ++c)
     for (std::size_t v = 0; v < state.own[c].size(); ++v)
-      if (const auto& t = state.instant[c][v]; t && !velocity(state, *t, trajectory))
+      if (const auto& t = state.instant[c][v]; t && !motion_at(state, *t, trajectory))
         state.set_alone(c, v);
   std::erase_if(clocks,
                 [&](const ClockOffset& clock) { return clock.camera == state.poses.reference; });

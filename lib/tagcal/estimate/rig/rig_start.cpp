@@ -1,12 +1,13 @@
 #include "tagcal/estimate/rig/rig_start.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "tagcal/estimate/policy/policy.hpp"
+#include "tagcal/estimate/rig/motion_start.hpp"
 #include "tagcal/solvers/numeric/statistics.hpp"
 
 namespace tagcal::internal {
@@ -15,45 +16,78 @@ namespace {
 constexpr std::size_t kMostCandidates = 40;  // numeric: a limit of work
 constexpr std::size_t kMostJudges = 60;      // numeric: a limit of work
 
-// A covariance in a frame that is turned.
-Matrix6 turned_covariance(const Matrix6& covariance, const Eigen::Matrix3d& rotation) {
-  Matrix6 turn = Matrix6::Zero();
-  turn.topLeftCorner<3, 3>() = rotation;
-  turn.bottomRightCorner<3, 3>() = rotation;
-  return turn * covariance * turn.transpose();
+Matrix6 transformed(const Matrix6& by, const Matrix6& covariance) {
+  return by * covariance * by.transpose();
 }
 
-// A view of a camera at an instant of the trajectory.
-struct CommonView {
-  std::size_t view;
-  Sight sight;  // at the time of the view
-  std::size_t instant;
+Matrix6 turned_by(const Eigen::Matrix3d& rotation) {
+  return step_by(rotation, Eigen::Vector3d::Zero());
+}
+
+// A view that tells a place U: its own pose is `left` U `right`, up to its noise and that of the
+// trajectory, which is given as of `right`, or of the whole.
+struct Clue {
+  std::size_t camera, view, instant;
+  Pose left, right;
+  Matrix6 of_right = Matrix6::Zero(), of_whole = Matrix6::Zero();
 };
 
-std::vector<CommonView> common_views(const RigState& state, std::size_t camera,
-                                     const Trajectory& trajectory, int shift) {
-  std::vector<CommonView> common;
+// The views of a camera of connected boards.
+std::vector<Clue> clues_of_camera(const RigState& state, std::size_t camera,
+                                  const Trajectory& trajectory, const Connected& connected,
+                                  int shift) {
+  std::vector<Clue> clues;
   for (std::size_t v = 0; v < state.instant[camera].size(); ++v) {
     const auto& t = state.instant[camera][v];
-    if (!t) continue;
+    const LinkedPoses::Link& link = state.poses.links[camera][v];
+    if (!t || !connected.boards[link.board]) continue;
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(*t) + shift;
     if (at < 0 || at >= std::ssize(trajectory)) continue;
-    if (const auto& sight = trajectory[static_cast<std::size_t>(at)]) {
-      const Pose& motion = state.poses.links[camera][v].motion;
-      common.push_back({v, {motion * sight->rig_from_world, sight->covariance}, *t});
-    }
+    const auto& sight = trajectory[static_cast<std::size_t>(at)];
+    if (!sight) continue;
+    const Pose& board = state.poses.world_from_board[link.board];
+    Clue clue{camera, v, *t, {}, link.motion * sight->rig_from_world * board};
+    clue.of_right = transformed(step_by(link.motion.rotation_matrix(),
+                                        sight->rig_from_world.rotation() * board.translation()),
+                                sight->covariance);
+    clues.push_back(clue);
   }
-  return common;
+  return clues;
 }
 
-Disagreement disagreement_of(const CommonView& common, const OwnPose& own, const Pose& own_pose,
-                             const Pose& camera_from_rig) {
+// The views of a board by connected cameras.
+std::vector<Clue> clues_of_board(const RigState& state, std::size_t board,
+                                 const Trajectory& trajectory, const Connected& connected) {
+  std::vector<Clue> clues;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    if (!connected.cameras[c]) continue;
+    for (std::size_t v = 0; v < state.instant[c].size(); ++v) {
+      const auto& t = state.instant[c][v];
+      const LinkedPoses::Link& link = state.poses.links[c][v];
+      if (!t || link.board != board || !trajectory[*t]) continue;
+      const Pose moved = state.poses.camera_from_rig[c] * link.motion;
+      Clue clue{c, v, *t, moved * trajectory[*t]->rig_from_world, {}};
+      clue.of_whole = transformed(
+          step_by(moved.rotation_matrix(),
+                  moved.rotation().conjugate() *
+                          (state.own[c][v].camera_from_world.translation() - moved.translation()) -
+                      trajectory[*t]->rig_from_world.translation()),
+          trajectory[*t]->covariance);
+      clues.push_back(clue);
+    }
+  }
+  return clues;
+}
+
+Disagreement disagreement_of(const RigState& state, const Clue& clue, const Pose& own_pose,
+                             const Pose& place) {
   Disagreement d;
-  d.instant = common.instant;
-  d.view = common.view;
-  d.step = minus(camera_from_rig * common.sight.rig_from_world, own_pose);
-  d.covariance = own.covariance +
-                 turned_covariance(common.sight.covariance, camera_from_rig.rotation_matrix());
+  d.instant = clue.instant;
+  d.view = clue.view;
+  d.step = minus(clue.left * place * clue.right, own_pose);
+  const Pose to_right = clue.left * place;
+  d.covariance = state.own[clue.camera][clue.view].covariance + clue.of_whole +
+                 transformed(turned_by(to_right.rotation_matrix()), clue.of_right);
   return d;
 }
 
@@ -66,26 +100,49 @@ std::vector<std::size_t> spread_indices(std::size_t n, std::size_t most) {
 }
 
 // The own poses that a view may have: as it is, and turned.
-std::vector<Pose> poses_of_view(const OwnPose& own, const std::optional<Pose>& half_turn) {
-  std::vector<Pose> poses = {own.camera_from_world};
-  if (half_turn) poses.push_back(own.camera_from_world * *half_turn);
+std::vector<Pose> poses_of_view(const RigState& state, const Clue& clue,
+                                const std::optional<Pose>& half_turn) {
+  const Pose& own = state.own[clue.camera][clue.view].camera_from_world;
+  std::vector<Pose> poses = {own};
+  if (half_turn) poses.push_back(own * *half_turn);
   return poses;
 }
 
 // The least square of the disagreement of a view, and the index of its pose.
-std::pair<double, std::size_t> least_square(const CommonView& common, const OwnPose& own,
+std::pair<double, std::size_t> least_square(const RigState& state, const Clue& clue,
                                             const std::optional<Pose>& half_turn,
-                                            const Pose& camera_from_rig) {
+                                            const Pose& place) {
   std::pair<double, std::size_t> least{std::numeric_limits<double>::infinity(), 0};
-  const std::vector<Pose> poses = poses_of_view(own, half_turn);
+  const std::vector<Pose> poses = poses_of_view(state, clue, half_turn);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double square = disagreement_of(common, own, poses[i], camera_from_rig).square();
+    const double square = disagreement_of(state, clue, poses[i], place).square();
     if (square < least.first) least = {square, i};
   }
   return least;
 }
 
-// The instants at which the camera is nearest to the trajectory have the say of the rig's place.
+std::optional<PlaceStart> place_start(const RigState& state, std::span<const Clue> clues,
+                                      const std::optional<Pose>& half_turn) {
+  if (clues.empty()) return std::nullopt;
+  const std::vector<std::size_t> judges = spread_indices(clues.size(), kMostJudges);
+  PlaceStart best;
+  best.median_square = std::numeric_limits<double>::infinity();
+  for (const std::size_t i : spread_indices(clues.size(), kMostCandidates)) {
+    for (const Pose& pose : poses_of_view(state, clues[i], half_turn)) {
+      const Pose candidate = clues[i].left.inverse() * pose * clues[i].right.inverse();
+      std::vector<double> squares;
+      for (const std::size_t j : judges)
+        squares.push_back(least_square(state, clues[j], half_turn, candidate).first);
+      const double square = median(std::move(squares));
+      if (square < best.median_square) best = {candidate, square, {}};
+    }
+  }
+  for (std::size_t i = 0; half_turn && i < clues.size(); ++i)
+    if (least_square(state, clues[i], half_turn, best.place).second == 1)
+      best.turned.push_back(clues[i].view);
+  return best;
+}
+
 void set_instants(RigState& state, const Trajectory& trajectory) {
   for (std::size_t t = 0; t < trajectory.size(); ++t)
     if (trajectory[t]) state.poses.rig_from_world[t] = trajectory[t]->rig_from_world;
@@ -94,19 +151,19 @@ void set_instants(RigState& state, const Trajectory& trajectory) {
 // Shifts are tried where a camera disagrees by more than the noise could explain (a ratio of
 // variances): the trial costs eleven searches.
 constexpr int kMostShift = 5;  // numeric: a limit of work
-bool may_be_shifted(const CameraStart& start) {
+bool may_be_shifted(const PlaceStart& start) {
   return start.median_square > 6 * policy::kOutlierSigmas * policy::kOutlierSigmas;
 }
 
 std::optional<InstantShift> shift_of(const RigState& state, std::size_t camera,
-                                     const Trajectory& trajectory,
+                                     const Trajectory& trajectory, const Connected& connected,
                                      const std::optional<Pose>& half_turn,
-                                     const CameraStart& unshifted) {
+                                     const PlaceStart& unshifted) {
   InstantShift best{camera, 0};
   double least = unshifted.median_square;
   for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
     if (shift == 0) continue;
-    const auto start = camera_start(state, camera, trajectory, half_turn, shift);
+    const auto start = camera_start(state, camera, trajectory, connected, half_turn, shift);
     if (start && start->median_square < least) {
       least = start->median_square;
       best.instants = shift;
@@ -119,6 +176,77 @@ std::optional<InstantShift> shift_of(const RigState& state, std::size_t camera,
   return best;
 }
 
+// A camera or a board that could be placed next, and the views that tell its place.
+struct Next {
+  bool is_camera = true;
+  std::size_t index = 0;
+  std::vector<Clue> clues;
+};
+
+std::optional<Next> next_to_place(const RigState& state, const Trajectory& trajectory,
+                                  const Connected& connected) {
+  std::optional<Next> next;
+  const auto offer = [&](bool is_camera, std::size_t index, std::vector<Clue> clues) {
+    if (!clues.empty() && (!next || clues.size() > next->clues.size()))
+      next = Next{is_camera, index, std::move(clues)};
+  };
+  for (std::size_t c = 0; c < connected.cameras.size(); ++c)
+    if (!connected.cameras[c]) offer(true, c, clues_of_camera(state, c, trajectory, connected, 0));
+  for (std::size_t b = 0; b < connected.boards.size(); ++b)
+    if (!connected.boards[b]) offer(false, b, clues_of_board(state, b, trajectory, connected));
+  return next;
+}
+
+void place_camera(RigState& state, std::size_t camera, const Trajectory& trajectory,
+                  const std::optional<Pose>& half_turn, RigStart& start) {
+  const auto found = camera_start(state, camera, trajectory, start.connected, half_turn);
+  if (may_be_shifted(*found))
+    if (const auto shift = shift_of(state, camera, trajectory, start.connected, half_turn, *found))
+      start.shifts.push_back(*shift);
+  state.poses.camera_from_rig[camera] = found->place;
+  start.connected.cameras[camera] = 1;
+  for (const std::size_t view : found->turned) {
+    turn_view(state, camera, view, *half_turn);
+    start.turned.emplace_back(camera, view);
+  }
+}
+
+// Places the camera and the board, both not connected, that have the most views at known instants,
+// by motion. Returns false if there are none.
+bool place_by_motion(RigState& state, const Trajectory& trajectory, Connected& connected) {
+  std::vector<MotionPair> most;
+  std::size_t camera = 0, board = 0;
+  for (std::size_t c = 0; c < connected.cameras.size(); ++c)
+    for (std::size_t b = 0; !connected.cameras[c] && b < connected.boards.size(); ++b) {
+      std::vector<MotionPair> views;
+      for (std::size_t v = 0; !connected.boards[b] && v < state.instant[c].size(); ++v) {
+        const auto& t = state.instant[c][v];
+        const LinkedPoses::Link& link = state.poses.links[c][v];
+        if (t && link.board == b && trajectory[*t])
+          views.push_back(
+              {state.own[c][v].camera_from_world, link.motion * trajectory[*t]->rig_from_world});
+      }
+      if (views.size() <= most.size()) continue;
+      most = std::move(views);
+      camera = c;
+      board = b;
+    }
+  const auto start = motion_start(most);
+  if (!start) return false;
+  state.poses.camera_from_rig[camera] = start->camera_from_rig;
+  state.poses.world_from_board[board] = start->world_from_board;
+  connected.cameras[camera] = connected.boards[board] = 1;
+  return true;
+}
+
+// The board that the reference sees most.
+std::size_t first_board(const RigState& state) {
+  std::vector<int> count(state.poses.world_from_board.size(), 0);
+  for (const LinkedPoses::Link& link : state.poses.links[state.poses.reference])
+    ++count[link.board];
+  return static_cast<std::size_t>(std::ranges::max_element(count) - count.begin());
+}
+
 }  // namespace
 
 double Disagreement::square() const {
@@ -126,75 +254,82 @@ double Disagreement::square() const {
   return step.dot(Eigen::LDLT<Eigen::Matrix<double, 6, 6>>(c).solve(step));
 }
 
-Trajectory trajectory_of(const RigState& state, const std::vector<std::uint8_t>& is_connected) {
+Trajectory trajectory_of(const RigState& state, const Connected& connected) {
   Trajectory trajectory(state.num_instants);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (!is_connected[c]) continue;
+    if (!connected.cameras[c]) continue;
     for (std::size_t v = 0; v < state.own[c].size(); ++v) {
-      if (!state.instant[c][v]) continue;
+      const LinkedPoses::Link& link = state.poses.links[c][v];
+      if (!state.instant[c][v] || !connected.boards[link.board]) continue;
       std::optional<Sight>& sight = trajectory[*state.instant[c][v]];
       const OwnPose& own = state.own[c][v];
       if (sight && sight->covariance.trace() <= own.covariance.trace()) continue;
-      const Pose rig_from_camera =
-          (state.poses.camera_from_rig[c] * state.poses.links[c][v].motion).inverse();
-      sight = Sight{rig_from_camera * own.camera_from_world,
-                    turned_covariance(own.covariance, rig_from_camera.rotation_matrix())};
+      const Pose rig_from_camera = (state.poses.camera_from_rig[c] * link.motion).inverse();
+      const Pose board_from_world = state.poses.world_from_board[link.board].inverse();
+      const Eigen::Matrix3d turn = rig_from_camera.rotation_matrix();
+      const Matrix6 by_own =
+          step_by(turn, own.camera_from_world.rotation() * board_from_world.translation());
+      sight = Sight{rig_from_camera * own.camera_from_world * board_from_world,
+                    transformed(by_own, own.covariance)};
     }
   }
   return trajectory;
 }
 
 std::vector<Disagreement> disagreements(const RigState& state, std::size_t camera,
-                                        const Pose& camera_from_rig, const Trajectory& trajectory) {
+                                        const Pose& camera_from_rig, const Trajectory& trajectory,
+                                        const Connected& connected) {
   std::vector<Disagreement> result;
-  for (const CommonView& common : common_views(state, camera, trajectory, 0)) {
-    const OwnPose& own = state.own[camera][common.view];
-    result.push_back(disagreement_of(common, own, own.camera_from_world, camera_from_rig));
-  }
+  for (const Clue& clue : clues_of_camera(state, camera, trajectory, connected, 0))
+    result.push_back(disagreement_of(state, clue, state.own[camera][clue.view].camera_from_world,
+                                     camera_from_rig));
   return result;
 }
 
-std::optional<CameraStart> camera_start(const RigState& state, std::size_t camera,
-                                        const Trajectory& trajectory,
-                                        const std::optional<Pose>& half_turn, int shift) {
-  const std::vector<CommonView> common = common_views(state, camera, trajectory, shift);
-  if (common.empty() || (shift != 0 && common.size() < policy::kEnoughForMedian))
-    return std::nullopt;
-  const auto own = [&](std::size_t i) -> const OwnPose& {
-    return state.own[camera][common[i].view];
-  };
-  const std::vector<std::size_t> judges = spread_indices(common.size(), kMostJudges);
-  CameraStart best;
-  best.median_square = std::numeric_limits<double>::infinity();
-  for (const std::size_t i : spread_indices(common.size(), kMostCandidates)) {
-    for (const Pose& pose : poses_of_view(own(i), half_turn)) {
-      const Pose candidate = pose * common[i].sight.rig_from_world.inverse();
-      std::vector<double> squares;
-      for (const std::size_t j : judges)
-        squares.push_back(least_square(common[j], own(j), half_turn, candidate).first);
-      const double square = median(std::move(squares));
-      if (square < best.median_square) best = {candidate, square, {}};
-    }
-  }
-  for (std::size_t i = 0; half_turn && i < common.size(); ++i)
-    if (least_square(common[i], own(i), half_turn, best.camera_from_rig).second == 1)
-      best.turned.push_back(common[i].view);
-  return best;
+std::optional<PlaceStart> camera_start(const RigState& state, std::size_t camera,
+                                       const Trajectory& trajectory, const Connected& connected,
+                                       const std::optional<Pose>& half_turn, int shift) {
+  const std::vector<Clue> clues = clues_of_camera(state, camera, trajectory, connected, shift);
+  if (shift != 0 && clues.size() < policy::kEnoughForMedian) return std::nullopt;
+  return place_start(state, clues, half_turn);
 }
 
 int common_instants(const RigState& state, std::size_t a, std::size_t b) {
   const auto of_a = state.views_at(a), of_b = state.views_at(b);
   int count = 0;
-  for (std::size_t t = 0; t < state.num_instants; ++t) count += of_a[t] && of_b[t];
+  for (std::size_t t = 0; t < state.num_instants; ++t)
+    count += !of_a[t].empty() && !of_b[t].empty();
   return count;
 }
 
-std::vector<std::vector<std::size_t>> connected_groups(const RigState& state) {
+RigStart start_rig(RigState& state, const std::optional<Pose>& half_turn) {
+  RigStart start;
+  start.connected.cameras.assign(state.cameras.size(), 0);
+  start.connected.cameras[state.poses.reference] = 1;
+  start.connected.boards.assign(state.poses.world_from_board.size(), 0);
+  state.poses.first_board = first_board(state);
+  state.poses.world_from_board[state.poses.first_board] = {};
+  start.connected.boards[state.poses.first_board] = 1;
+  for (;;) {
+    const Trajectory trajectory = trajectory_of(state, start.connected);
+    set_instants(state, trajectory);
+    const auto next = next_to_place(state, trajectory, start.connected);
+    if (!next && !place_by_motion(state, trajectory, start.connected)) return start;
+    if (next && next->is_camera) place_camera(state, next->index, trajectory, half_turn, start);
+    if (next && !next->is_camera) {
+      state.poses.world_from_board[next->index] = place_start(state, next->clues, {})->place;
+      start.connected.boards[next->index] = 1;
+    }
+  }
+}
+
+std::vector<std::vector<std::size_t>> groups_of(const RigState& state, const RigStart& start) {
   const std::size_t n = state.cameras.size();
-  std::vector<std::uint8_t> seen(n, 0);
-  std::vector<std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t first = (state.poses.reference + i) % n;
+  std::vector<std::uint8_t> seen = start.connected.cameras;
+  std::vector<std::vector<std::size_t>> groups(1);
+  for (std::size_t c = 0; c < n; ++c)
+    if (seen[c]) groups.front().push_back(c);
+  for (std::size_t first = 0; first < n; ++first) {
     if (seen[first]) continue;
     std::vector<std::size_t> group = {first};
     seen[first] = 1;
@@ -208,34 +343,6 @@ std::vector<std::vector<std::size_t>> connected_groups(const RigState& state) {
     groups.push_back(group);
   }
   return groups;
-}
-
-RigStart start_rig(RigState& state, const std::optional<Pose>& half_turn) {
-  const std::size_t n = state.cameras.size();
-  RigStart start;
-  start.is_connected.assign(n, 0);
-  start.is_connected[state.poses.reference] = 1;
-  for (;;) {
-    const Trajectory trajectory = trajectory_of(state, start.is_connected);
-    set_instants(state, trajectory);
-    std::size_t next = n, most = 0;
-    for (std::size_t c = 0; c < n; ++c) {
-      if (start.is_connected[c]) continue;
-      const std::size_t count = common_views(state, c, trajectory, 0).size();
-      if (count > most) std::tie(next, most) = std::pair(c, count);
-    }
-    if (next == n) return start;
-    const auto found = camera_start(state, next, trajectory, half_turn);
-    if (may_be_shifted(*found))
-      if (const auto shift = shift_of(state, next, trajectory, half_turn, *found))
-        start.shifts.push_back(*shift);
-    state.poses.camera_from_rig[next] = found->camera_from_rig;
-    start.is_connected[next] = 1;
-    for (const std::size_t view : found->turned) {
-      turn_view(state, next, view, *half_turn);
-      start.turned.emplace_back(next, view);
-    }
-  }
 }
 
 }  // namespace tagcal::internal

@@ -93,15 +93,6 @@ std::optional<OwnPose> own_pose(const Bundle& bundle, std::size_t view, const Le
   return OwnPose{pose, *covariance, gram(gram.rows() - 1, gram.cols() - 1)};
 }
 
-// By view of the data set: the instant at which it was taken.
-std::vector<std::optional<std::size_t>> instants_of_views(const RigDataset& rig,
-                                                          std::size_t camera) {
-  std::vector<std::optional<std::size_t>> instants(rig.cameras[camera].data.views.size());
-  for (std::size_t t = 0; t < rig.instants.size(); ++t)
-    if (const auto& view = rig.instants[t].view[camera]) instants[*view] = t;
-  return instants;
-}
-
 // The means of the stamps at each instant, or its number.
 void set_times(const RigDataset& rig, RigState& state) {
   state.has_stamps = std::ranges::all_of(
@@ -120,32 +111,76 @@ void set_times(const RigDataset& rig, RigState& state) {
 
 }  // namespace
 
-std::vector<std::optional<std::size_t>> RigState::views_at(std::size_t camera) const {
-  std::vector<std::optional<std::size_t>> views(num_instants);
+std::vector<std::vector<std::size_t>> RigState::views_at(std::size_t camera) const {
+  std::vector<std::vector<std::size_t>> views(num_instants);
   for (std::size_t v = 0; v < instant[camera].size(); ++v)
-    if (const auto& t = instant[camera][v]) views[*t] = v;
+    if (const auto& t = instant[camera][v]) views[*t].push_back(v);
   return views;
 }
 
 void RigState::set_alone(std::size_t camera, std::size_t view) {
   instant[camera][view].reset();
   poses.links[camera][view].motion = {};
+  poses.links[camera][view].board = poses.first_board;
   poses.links[camera][view].instant = poses.rig_from_world.size();
   poses.rig_from_world.push_back(poses.camera_from_rig[camera].inverse() *
                                  own[camera][view].camera_from_world);
 }
 
-RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, RigLenses lenses) {
-  RigState state;
-  state.num_instants = rig.instants.size();
-  state.poses.camera_from_rig.resize(rig.cameras.size());
-  state.poses.rig_from_world.resize(rig.instants.size());
-  state.poses.world_from_board.resize(1);
-  set_times(rig, state);
+PlacedViews views_of_world(const RigDataset& rig) {
+  PlacedViews views{rig, {}, 1};
+  for (const RigCamera& camera : rig.cameras) views.places.emplace_back(camera.data.views.size());
+  for (std::size_t t = 0; t < rig.instants.size(); ++t)
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c)
+      if (const auto& view = rig.instants[t].view[c]) views.places[c][*view].instant = t;
+  return views;
+}
+
+PlacedViews views_of_boards(const RigDataset& rig) {
+  const PlacedViews whole = views_of_world(rig);
+  PlacedViews views{rig, {}, rig.cameras.front().data.boards.size()};
+  std::map<CornerId, std::size_t> board_of;
+  for (std::size_t b = 0; b < views.num_boards; ++b)
+    for (const TargetPoint& p : target_points(rig.cameras.front().data.boards[b].board))
+      board_of[p.id] = b;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    Bundle bundle = bundle_of(rig.cameras[c].data, own[c], model_in_rig(own[c], lenses, state));
+    RigCamera& camera = views.data.cameras[c];
+    for (PlacedBoard& board : camera.data.boards) board.world_from_board = {};
+    camera.data.views.clear();
+    camera.times_s.clear();
+    views.places.emplace_back();
+    for (std::size_t v = 0; v < rig.cameras[c].data.views.size(); ++v) {
+      const View& picture = rig.cameras[c].data.views[v];
+      std::map<std::size_t, View> by_board;
+      for (const Observation& o : picture.observations)
+        if (const auto at = board_of.find(o.id); at != board_of.end())
+          by_board[at->second].observations.push_back(o);
+      const std::optional<std::size_t>& instant = whole.places[c][v].instant;
+      if (instant) views.data.instants[*instant].view[c].reset();
+      for (auto& [board, view] : by_board) {
+        view.image = picture.image;
+        if (instant && !views.data.instants[*instant].view[c])
+          views.data.instants[*instant].view[c] = camera.data.views.size();
+        if (!rig.cameras[c].times_s.empty()) camera.times_s.push_back(rig.cameras[c].times_s[v]);
+        camera.data.views.push_back(std::move(view));
+        views.places[c].push_back({instant, board});
+      }
+    }
+  }
+  return views;
+}
+
+RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, RigLenses lenses) {
+  const std::vector<RigCamera>& cameras = rig.data.cameras;
+  RigState state;
+  state.num_instants = rig.data.instants.size();
+  state.poses.camera_from_rig.resize(cameras.size());
+  state.poses.rig_from_world.resize(state.num_instants);
+  state.poses.world_from_board.resize(rig.num_boards);
+  set_times(rig.data, state);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    Bundle bundle = bundle_of(cameras[c].data, own[c], model_in_rig(own[c], lenses, state));
     const Lens lens = bundle.lens();
-    const auto instants = instants_of_views(rig, c);
     state.noise_px.push_back(own[c].rms_px / std::numbers::sqrt2);
     state.index_of_view.emplace_back();
     state.own.emplace_back();
@@ -156,11 +191,12 @@ RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, R
       const std::optional<OwnPose> pose = own_pose(bundle, v, lens);
       if (!pose) continue;
       const std::size_t index = own[c].views[v].view;
+      const ViewPlace& place = rig.places[c][index];
       state.index_of_view[c].push_back(index);
       state.own[c].push_back(*pose);
-      state.instant[c].push_back(instants[index]);
+      state.instant[c].push_back(place.instant);
       views.push_back(std::move(bundle.views[v]));
-      links.push_back({instants[index].value_or(0), 0, {}});
+      links.push_back({place.instant.value_or(0), place.board, {}});
     }
     bundle.views = std::move(views);
     bundle.camera_from_target.resize(bundle.views.size());

@@ -16,6 +16,25 @@ struct OwnPose {
   double cost = 0;                       // sum of squared whitened residuals
 };
 
+// // When a view was taken, and what it shows.
+struct ViewPlace {
+  std::optional<std::size_t> instant;  // none: a view alone
+  std::size_t board = 0;               // 0 if the places of all boards are known
+};
+
+// The views of a rig, and their places, by camera and view.
+struct PlacedViews {
+  RigDataset data;
+  std::vector<std::vector<ViewPlace>> places;
+  std::size_t num_boards = 1;  // whose places are unknown; 1: none
+};
+
+// The views as they are, in the world of the boards.
+PlacedViews views_of_world(const RigDataset& rig);
+// A view for each board that a picture shows, in that board's frame. The instants of `data` have
+// the first view of a picture.
+PlacedViews views_of_boards(const RigDataset& rig);
+
 // A rig as the solvers see it, and its state. All residuals are whitened to a noise of 1.
 struct RigState {
   std::vector<Bundle> cameras;  // inliers of each camera's own calibration
@@ -31,15 +50,15 @@ struct RigState {
   std::size_t num_instants = 0;                         // of the data set
   std::vector<std::shared_ptr<const HeldModels>> held;  // models that the bundles point to
 
-  // The view of a camera's bundle at each instant of the data set.
-  std::vector<std::optional<std::size_t>> views_at(std::size_t camera) const;
+  // // The views of a camera's bundle at each instant of the data set.
+  std::vector<std::vector<std::size_t>> views_at(std::size_t camera) const;
   // Takes a view out of its instant: from then on it only informs its camera's lens.
   void set_alone(std::size_t camera, std::size_t view);
 };
 
 // The state at the cameras' own calibrations, which are answers. Of the poses only the links are
 // set, those of the boards and of views that are alone.
-RigState rig_state(const RigDataset& rig, const std::vector<Calibration>& own, RigLenses lenses);
+RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, RigLenses lenses);
 
 // The half turn of the world that maps the points of the boards onto themselves, if their ids do
 // not tell it: of one checkerboard or grid of circles.
