@@ -216,13 +216,12 @@ void report_clocks(const RigDataset& rig, bool corrected, bool tells_offset,
           fmt::format("{} later than its stamps say; corrected", offset_text(rig, clock)));
     else
       add(answer.findings, code::not_synchronous,
-          fmt::format(
-              "{} later than the others of the same instants: record with a common trigger, "
-              "hold the board still for each picture, or have stamps corrected (--pair "
-              "time:find)",
-              tells_offset
-                  ? offset_text(rig, clock) + " later than"
-                  : rig.cameras[clock.camera].name + " took its pictures at other times than"));
+          fmt::format("{} the others of the same instants: record with a common trigger, "
+                      "hold the board still for each picture, or have stamps corrected (--pair "
+                      "time:find)",
+                      tells_offset ? offset_text(rig, clock) + " later than"
+                                   : rig.cameras[clock.camera].name +
+                                         " took its pictures at other times than"));
   }
 }
 
@@ -326,7 +325,8 @@ void set_cameras(const RigState& state, const RigState& of_claims, const SolvedR
   }
 }
 
-// Places the cameras, and tests their clocks and places.
+// Places the cameras, and tests their clocks and places: under the lenses that a first bundle
+// finds, because a camera's own one may be known badly.
 RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigState& state,
                        RigCalibration& answer) {
   RigStart start = start_rig(state, half_turn_of(rig.cameras.front().data.boards));
@@ -334,9 +334,19 @@ RigStart place_cameras(const RigDataset& rig, const RigOptions& options, RigStat
   report_groups(rig, answer);
   set_unconnected_alone(state, start);
   report_turned(start, answer);
+  report_shifts(rig, start, answer);
+  if (options.find_clocks) correct_clocks(state, start, rig);
+  RigState first = state;
+  solve_robustly(first, options.calibrate.front());
+  update_own_poses(first);
+  state.cameras = std::move(first.cameras);
+  state.own = std::move(first.own);
+  state.poses.camera_from_rig = std::move(first.poses.camera_from_rig);
+  state.poses.world_from_board = std::move(first.poses.world_from_board);
+  std::copy_n(first.poses.rig_from_world.begin(), state.poses.rig_from_world.size(),
+              state.poses.rig_from_world.begin());
   answer.clocks =
       options.find_clocks ? correct_clocks(state, start, rig) : clocks_off(state, start);
-  report_shifts(rig, start, answer);
   report_clocks(rig, options.find_clocks, tells_offset(state), answer);
   // Cameras that are not synchronous seem to move.
   if (is_answer(judge(answer.findings))) report_moves(rig, separate_moves(state, start), answer);
@@ -381,7 +391,7 @@ RigCalibration calibrate_rig(const RigDataset& given, const RigOptions& options)
   if (covariance)
     report_unobservable(state, answer);
   else
-    add(answer.findings, code::not_observable,
+    add(answer.findings, code::extrinsic_not_observable,
         "the instants do not determine the places of the cameras: take more, with tilted boards");
   if (!solution.summary.converged)
     add(answer.findings, code::not_converged, "the bundle of the rig found no minimum");

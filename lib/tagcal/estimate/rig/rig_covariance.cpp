@@ -132,16 +132,15 @@ MatrixXd without_shape(const MatrixXd& information, const MatrixXd& prior, Index
   return information.topLeftCorner(n, n) - cross * of_shape.ldlt().solve(cross.transpose()).eval();
 }
 
-// The positive part of a symmetric matrix, in units of the roots of the diagonal of `unit`, so that
-// parameters of any scale count alike.
-MatrixXd positive_part(const MatrixXd& matrix, const MatrixXd& unit) {
+// A root R of the positive part R R' of a symmetric matrix, in units of the roots of the diagonal
+// of `unit`, so that parameters of any scale count alike.
+MatrixXd root_of(const MatrixXd& matrix, const MatrixXd& unit) {
   const Eigen::VectorXd scale = unit.diagonal().cwiseMax(1e-300).cwiseSqrt();  // numeric: no zero
   const MatrixXd scaled =
       scale.cwiseInverse().asDiagonal() * matrix * scale.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
-  const MatrixXd root = scale.asDiagonal() * eigen.eigenvectors() *
-                        eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-  return root * root.transpose();
+  return scale.asDiagonal() * eigen.eigenvectors() *
+         eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
 }  // namespace
@@ -161,6 +160,8 @@ RigLayout::RigLayout(const RigState& state, const Connected& connected) {
   }
 }
 
+// A claim may be singular, if the lens is one of a smaller model: the lens is R_c z, with
+// R_c R_c' = claim_c, and z has the information I before the rig.
 std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayout& layout,
                                           const std::vector<MatrixXd>& claims) {
   const auto information = rig_information(solved, layout);
@@ -168,20 +169,23 @@ std::optional<MatrixXd> covariance_of_rig(const RigState& solved, const RigLayou
   const auto spread = covariance_of(*information, 1, 1, overdispersion_of_rig(solved));
   if (!spread) return std::nullopt;
   const MatrixXd all = without_shape(information->data(), information->prior, layout.size);
-  MatrixXd more = all, known = MatrixXd::Zero(layout.size, layout.size);
+  const Index extrinsics = layout.num_extrinsics();
+  MatrixXd more = all, by_z = MatrixXd::Identity(layout.size, layout.size);
   for (std::size_t c = 0; c < solved.cameras.size(); ++c) {
-    const Bundle& bundle = solved.cameras[c];
-    const Index k = bundle.model->num_free();
-    const auto own = bundle_information(bundle);
-    const auto of_claim = exact_inverse(claims[c]);
-    if (!own || !of_claim) return std::nullopt;
-    more.block(layout.lens[c], layout.lens[c], k, k) -= without_shape(own->data(), own->prior, k);
-    known.block(layout.lens[c], layout.lens[c], k, k) = *of_claim;
+    const Index k = solved.cameras[c].model->num_free(), at = layout.lens[c];
+    const auto own = bundle_information(solved.cameras[c]);
+    if (!own) return std::nullopt;
+    more.block(at, at, k, k) -= without_shape(own->data(), own->prior, k);
+    by_z.block(at, at, k, k) = root_of(claims[c], claims[c]);
   }
+  const MatrixXd root = by_z.transpose() * root_of(more, all);
+  MatrixXd total = root * root.transpose() / spread->overdispersion;
+  total.diagonal().tail(layout.size - extrinsics).array() += 1;
   // So little that only what is not determined gets its variance from it.
-  const Eigen::VectorXd least = 1e-12 * all.diagonal();  // numeric: see above
-  return exact_inverse(positive_part(more, all) / spread->overdispersion + known +
-                       MatrixXd(least.asDiagonal()));
+  total.diagonal().head(extrinsics) += 1e-12 * all.diagonal().head(extrinsics);  // numeric
+  const auto covariance = exact_inverse(total);
+  if (!covariance) return std::nullopt;
+  return MatrixXd(by_z * *covariance * by_z.transpose());
 }
 
 std::optional<MatrixXd> covariance_of_extrinsics(const RigState& solved, const RigLayout& layout,

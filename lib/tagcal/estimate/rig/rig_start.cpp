@@ -148,6 +148,53 @@ void set_instants(RigState& state, const Trajectory& trajectory) {
     if (trajectory[t]) state.poses.rig_from_world[t] = trajectory[t]->rig_from_world;
 }
 
+// A view of an instant, and where it puts the world.
+struct InstantView {
+  std::size_t camera, view;
+  Pose rig_from_world;
+};
+
+std::vector<std::vector<InstantView>> views_by_instant_of(const RigState& state,
+                                                          const Connected& connected) {
+  std::vector<std::vector<InstantView>> instants(state.num_instants);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c)
+    for (std::size_t v = 0; connected.cameras[c] && v < state.own[c].size(); ++v) {
+      const LinkedPoses::Link& link = state.poses.links[c][v];
+      if (!state.instant[c][v] || !connected.boards[link.board]) continue;
+      instants[*state.instant[c][v]].push_back(
+          {c, v,
+           (state.poses.camera_from_rig[c] * link.motion).inverse() *
+               state.own[c][v].camera_from_world *
+               state.poses.world_from_board[link.board].inverse()});
+    }
+  return instants;
+}
+
+// Takes the world of each instant from the view that agrees best with the others, because a view of
+// a plane may have the other one of its two poses.
+void choose_instants(RigState& state, const Connected& connected) {
+  const auto instants = views_by_instant_of(state, connected);
+  for (std::size_t t = 0; t < instants.size(); ++t) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const InstantView& candidate : instants[t]) {
+      double sum = 0;
+      for (const InstantView& other : instants[t]) {
+        const OwnPose& own = state.own[other.camera][other.view];
+        const LinkedPoses::Link& link = state.poses.links[other.camera][other.view];
+        Disagreement d;
+        d.step = minus(state.poses.camera_from_rig[other.camera] * link.motion *
+                           candidate.rig_from_world * state.poses.world_from_board[link.board],
+                       own.camera_from_world);
+        d.covariance = own.covariance;
+        sum += d.square();
+      }
+      if (sum >= least) continue;
+      least = sum;
+      state.poses.rig_from_world[t] = candidate.rig_from_world;
+    }
+  }
+}
+
 // Shifts are tried where a camera disagrees by more than the noise could explain (a ratio of
 // variances): the trial costs eleven searches.
 constexpr int kMostShift = 5;  // numeric: a limit of work
@@ -314,13 +361,15 @@ RigStart start_rig(RigState& state, const std::optional<Pose>& half_turn) {
     const Trajectory trajectory = trajectory_of(state, start.connected);
     set_instants(state, trajectory);
     const auto next = next_to_place(state, trajectory, start.connected);
-    if (!next && !place_by_motion(state, trajectory, start.connected)) return start;
+    if (!next && !place_by_motion(state, trajectory, start.connected)) break;
     if (next && next->is_camera) place_camera(state, next->index, trajectory, half_turn, start);
     if (next && !next->is_camera) {
       state.poses.world_from_board[next->index] = place_start(state, next->clues, {})->place;
       start.connected.boards[next->index] = 1;
     }
   }
+  choose_instants(state, start.connected);
+  return start;
 }
 
 std::vector<std::vector<std::size_t>> groups_of(const RigState& state, const RigStart& start) {

@@ -8,6 +8,7 @@
 
 #include "tagcal/estimate/bundle/covariance.hpp"
 #include "tagcal/estimate/calibration/calibration_fit.hpp"
+#include "tagcal/estimate/policy/policy.hpp"
 #include "tagcal/estimate/pose/corner_noise.hpp"
 
 namespace tagcal::internal {
@@ -205,6 +206,26 @@ RigState rig_state(const PlacedViews& rig, const std::vector<Calibration>& own, 
     state.poses.links.push_back(std::move(links));
   }
   return state;
+}
+
+void update_own_poses(RigState& state) {
+  ViewProblem buffer;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    Bundle& bundle = state.cameras[c];
+    const Lens lens = bundle.lens();
+    for (std::size_t v = 0; v < bundle.views.size(); ++v) {
+      OwnPose& own = state.own[c][v];
+      const ViewProblem& view = bundle.corrected(v, buffer);
+      auto refined = refine_view_pose(view, lens, own.camera_from_world);
+      const Pose predicted = state.poses.camera_from_board(c, state.poses.links[c][v]);
+      const auto of_rig = refine_view_pose(view, lens, predicted);
+      if (of_rig && (!refined || of_rig->cost < refined->cost + policy::kAmbiguousCost))
+        refined = of_rig;
+      if (!refined) continue;
+      bundle.camera_from_target[v] = refined->camera_from_target;
+      if (const auto pose = own_pose(bundle, v, lens)) own = *pose;
+    }
+  }
 }
 
 std::optional<Pose> half_turn_of(const std::vector<PlacedBoard>& boards) {
