@@ -175,7 +175,8 @@ std::vector<Values> rows_of(const PictureSet& set, const std::vector<ExactCorner
     for (std::size_t i = 0; i < set.images.size(); ++i) {
       Values row = checker_row(answers[m].name, exact[i], answers[m].found[i], kNone,
                                has_truth ? 0.5 : kWrongInRealPx);
-      if (!has_truth) row[5] = residuals[i].squares, row[6] = residuals[i].count;
+      // The calibration leaves the board's bend, so that it does not judge claims.
+      if (!has_truth) row[5] = residuals[i].squares, row[6] = residuals[i].count, row[9] = kNone;
       rows.push_back(row);
     }
   }
@@ -209,17 +210,15 @@ std::vector<Values> measure(const PictureSet& set) {
   return rows_of(set, exact, answers);
 }
 
-// The exact corners in a picture; of a checkerboard without markers all or none.
+// The exact corners in a picture.
 ExactCorners corners_in_truth(const Truth& truth, const std::string& name, const Board& board,
                               const Pose& world_from_board) {
   ExactCorners corners;
-  const std::vector<TargetPoint> points = target_points(board);
-  for (const TargetPoint& point : points) {
+  for (const TargetPoint& point : target_points(board)) {
     const auto pixel = project(
         truth.camera.lens, truth.camera_from_world.at(name) * (world_from_board * point.position));
     if (pixel && contains(truth.camera.image_size, *pixel)) corners[point.id] = *pixel;
   }
-  if (!tag_kind(board) && corners.size() < points.size()) corners.clear();
   return corners;
 }
 
