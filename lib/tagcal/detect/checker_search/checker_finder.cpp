@@ -236,6 +236,7 @@ std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
     return result;
   find_junctions_of_levels(image);
   for (const bool follows_lines : {false, true}) {
+    follows_lines_ = follows_lines;
     levels_.clear();
     for (const std::vector<Junction>& junctions : junctions_)
       levels_.push_back(grids_of(junctions, static_cast<int>(levels_.size()), follows_lines));
@@ -288,6 +289,7 @@ std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, con
         places.push_back({Vector2d(column, row), node->second});
   const CheckerFitter fitter(image, print, camera_);
   CheckerCorners corners = fitter.fit(places);
+  if (follows_lines_ && !fitter.drop_outliers(corners)) return std::nullopt;
   if (!is_verified(corners, print)) return std::nullopt;
   fitter.fit_under_lens(corners);
   return corners;

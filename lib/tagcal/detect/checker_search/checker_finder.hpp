@@ -67,6 +67,7 @@ class CheckerFinder {
   // each list of grids begins with the largest.
   std::vector<std::vector<Junction>> junctions_;
   std::vector<std::vector<JunctionGrid>> levels_;
+  bool follows_lines_ = false;  // the grids do: then their corners must determine a lens
 };
 
 }  // namespace tagcal::internal
