@@ -114,6 +114,32 @@ TEST(Checkerboards, OfRawMosaicsAreFoundAndNamed) {
             "their levels were made equal");
 }
 
+// Steps of the grid shrink to a half from one square to the next, so that lines must be followed.
+TEST(Checkerboards, OverHalfASphereAreFound) {
+  Scene scene;
+  scene.camera = {Fisheye({145, 145, 322, 238, .02, -.005, .001, 0}), {640, 480}};
+  scene.boards = {{checkers(9, 6), Pose()}};
+  scene.sensor.blur_px = .7;
+  scene.sensor.noise_levels = 2;
+  const std::vector<TargetPoint> points = target_points(scene.boards[0].board);
+  int right = 0, found = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Pose pose = camera_from_world_looking_at(Eigen::Vector3d(.12 + .01 * i, .075, .05),
+                                                   Eigen::Vector3d(.14, .075 + .01 * i, 0),
+                                                   Eigen::Vector3d(0, 1, 0));
+    const Image8 image = expose(render_light(scene, {}, pose), scene.sensor, 1);
+    for (const Observation& one : detect(image, scene.boards).view.observations) {
+      const Eigen::Vector3d& point = points[static_cast<std::size_t>(one.id.tag_id)].position;
+      const auto at = project(scene.camera.lens, pose * point);
+      right += at && (one.pixel - *at).norm() < .3 ? 1 : 0;
+      ++found;
+    }
+  }
+  EXPECT_GE(right, 150);  // of 162
+  // At the rim, where squares are 6 px wide, a corner may be taken for its neighbour.
+  EXPECT_LE(found - right, 4);
+}
+
 // Colours tell which end is which if one number of squares is odd and the other even.
 TEST(Checkerboards, HalfATurnIsResolvedByTheColours) {
   Random random(4);

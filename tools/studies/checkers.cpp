@@ -4,22 +4,20 @@
 // under the true lens to the picture with next to no noise, scaled to the noise and its rounding.
 // Tasks: boards of one size, tilt, blur and noise; and boards and ChArUco boards of any, through
 // three lenses, for the share that is found; and grids of circles under strong lenses, beside
-// cv::findCirclesGrid. A corner is wrong if it is off by more than 0.5 px.
+// cv::findCirclesGrid. A corner is wrong if it is off by more than 0.5 px. With inputs: pictures in
+// files instead (checker_pictures.hpp).
 
 #include <fmt/format.h>
 #include <Eigen/LU>
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "checker_pictures.hpp"
 #include "rendered_checkerboard.hpp"
 #include "studies/studies.hpp"
-#include "tagcal/detect/detector.hpp"
 
 namespace tagcal {
 using namespace study;
 namespace {
-
-constexpr double kWrongPx = 0.5;
 
 const CheckerViewSpec kSpecs[] = {{10, 30, .8, 2}, {15, 0, .8, 2},   {15, 30, .8, 2},
                                   {15, 30, .5, 2}, {15, 30, 1.5, 2}, {20, 30, .8, 2},
@@ -30,90 +28,43 @@ const CheckerViewSpec kCircleSpecs[] = {{24, 0, .8, 2},  {24, 30, .8, 2}, {24, 4
                                         {24, 60, .8, 2}, {14, 30, .8, 2}, {14, 60, .8, 2},
                                         {34, 60, .8, 2}, {24, 60, .8, 8}, {24, 60, 1.5, 2}};
 
-cv::Mat as_mat(const Image8& image) {
-  return {image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.row(0))};
+FoundCorners found_in(const Image8& image, const CheckerView& view, const Camera* camera) {
+  return corners_by_fit(image, view.board, camera);
 }
 
-View found_in(const Image8& image, const CheckerView& view, const Camera* camera) {
-  DetectOptions options;
-  options.threads = 1;
-  options.camera = camera;
-  return detect(image, {{view.board, Pose()}}, options).view;
-}
-
-View by_corner_sub_pix(const CheckerView& view, double square_px, Random& random) {
-  std::vector<cv::Point2f> corners;
+FoundCorners by_corner_sub_pix(const CheckerView& view, double square_px, Random& random) {
+  std::vector<Eigen::Vector2d> starts;
   for (const auto& [id, at] : view.corners)
-    corners.emplace_back(static_cast<float>(at.x() + random.uniform(-.3, .3)),
-                         static_cast<float>(at.y() + random.uniform(-.3, .3)));
-  const int half = std::max(2, static_cast<int>(std::min(5.0, square_px / 3)));
-  cv::cornerSubPix(as_mat(view.image), corners, {half, half}, {-1, -1},
-                   {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 40, 1e-3});
-  View found;
-  std::size_t i = 0;
-  for (const auto& [id, at] : view.corners) {
-    found.observations.push_back({id, {corners[i].x, corners[i].y}, {}});
-    ++i;
-  }
-  return found;
+    starts.push_back(at + Eigen::Vector2d(random.uniform(-.3, .3), random.uniform(-.3, .3)));
+  const PeerDetector peer{"cornerSubPix", [&](const Image8& image) {
+                            return corners_by_sub_pix(image, starts, square_px);
+                          }};
+  return corners_by_peer(peer, view.image, view.corners);
 }
 
-// Each corner has the id of the nearest true one: OpenCV may number the board from another side.
-View with_nearest_ids(const std::vector<cv::Point2f>& corners, const CheckerView& view) {
-  View found;
-  for (const cv::Point2f& corner : corners) {
-    const Eigen::Vector2d at(corner.x, corner.y);
-    const auto nearest = std::ranges::min_element(
-        view.corners, {}, [&](const auto& c) { return (c.second - at).norm(); });
-    found.observations.push_back({nearest->first, at, {}});
-  }
-  return found;
+FoundCorners by_sectors(const CheckerView& view) {
+  return corners_by_peer(peer_detectors(view.board).back(), view.image, view.corners);
 }
 
-View by_sectors(const CheckerView& view) {
-  std::vector<cv::Point2f> corners;
-  const Checkerboard squares = checkers(view.board).value();
-  if (!cv::findChessboardCornersSB(as_mat(view.image), {squares.columns, squares.rows}, corners,
-                                   cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
-    return {};
-  return with_nearest_ids(corners, view);
-}
-
-View by_circles_grid(const CheckerView& view) {
-  std::vector<cv::Point2f> centres;
+FoundCorners by_circles_grid(const CheckerView& view) {
   const auto& grid = std::get<CircleGrid>(view.board.pattern);
   const int kind = grid.asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
-  if (!cv::findCirclesGrid(as_mat(view.image), {grid.columns, grid.rows}, centres, kind)) return {};
-  return with_nearest_ids(centres, view);
+  const PeerDetector peer{
+      "findCirclesGrid", [&](const Image8& image) {
+        const cv::Mat pixels(image.height(), image.width(), CV_8U,
+                             const_cast<std::uint8_t*>(image.row(0)));
+        std::vector<cv::Point2f> centres;
+        std::vector<Eigen::Vector2d> places;
+        if (cv::findCirclesGrid(pixels, {grid.columns, grid.rows}, centres, kind))
+          for (const cv::Point2f& centre : centres) places.emplace_back(centre.x, centre.y);
+        return places;
+      }};
+  return corners_by_peer(peer, view.image, view.corners);
 }
 
-Values row_of(const std::string& method, const CheckerView& view, const View& found,
+Values row_of(const std::string& method, const CheckerView& view, const FoundCorners& found,
               double bound_square) {
-  double squares = 0, nees = 0, claims = 0, right = 0, wrong = 0;
-  for (const Observation& seen : found.observations) {
-    const auto truth = view.corners.find(seen.id);
-    const double none = std::numeric_limits<double>::infinity();
-    const Eigen::Vector2d error =
-        truth == view.corners.end() ? Eigen::Vector2d(none, none) : seen.pixel - truth->second;
-    if (!(error.norm() <= kWrongPx)) {
-      ++wrong;
-      continue;
-    }
-    ++right, squares += error.squaredNorm() / 2;
-    if (seen.covariance_px2)
-      ++claims, nees += error.dot(seen.covariance_px2->inverse() * error) / 2;
-  }
-  const bool is_found = static_cast<double>(found.observations.size()) * 10 >=
-                        static_cast<double>(view.corners.size()) * 9;
-  return {method,
-          static_cast<double>(view.corners.size()),
-          is_found ? 1. : 0.,
-          right,
-          wrong,
-          squares,
-          bound_square * right,
-          claims,
-          claims > 0 ? nees : std::nan("")};
+  return checker_row(method, view.corners, found, bound_square);
 }
 
 std::vector<Values> measure(const CheckerViewSpec& spec, std::uint64_t trial) {
@@ -122,7 +73,7 @@ std::vector<Values> measure(const CheckerViewSpec& spec, std::uint64_t trial) {
   const CheckerView view =
       checker_view(make_board(Checkerboard{8, 5, .03, .03}), camera, spec, random);
   double bound = 0, corners = 0;
-  for (const Observation& seen : found_in(view.quiet, view, &view.camera).observations)
+  for (const Observation& seen : found_in(view.quiet, view, &view.camera).view.observations)
     if (seen.covariance_px2) ++corners, bound += seen.covariance_px2->trace() / 2;
   const double rounding = 1.0 / 12, quiet = 0.25;  // variances, levels squared
   bound *= (spec.noise_levels * spec.noise_levels + rounding) / (quiet + rounding) / corners;
@@ -150,7 +101,7 @@ std::vector<Values> measure_circles(CheckerViewSpec spec, std::uint64_t trial) {
   const double more = std::hypot(spec.noise_levels, std::sqrt(1.0 / 12));
   const CheckerView loud = checker_view(view.board, view.camera, spec, again);
   double bound = 0, centres = 0;
-  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).observations)
+  for (const Observation& seen : found_in(loud.image, loud, &loud.camera).view.observations)
     ++centres, bound += seen.covariance_px2->trace() / 2;
   bound *= noise * noise / (more * more) / centres;
   return {row_of("fit", view, found_in(view.image, view, nullptr), bound),
@@ -182,6 +133,7 @@ std::vector<Values> measure_any(bool with_markers, std::uint64_t trial) {
 }
 
 std::vector<Task> tasks(const StudyOptions& options) {
+  if (!options.inputs.empty()) return picture_tasks(options.inputs, options.text("target"));
   std::vector<Task> tasks;
   const auto name = [](const CheckerViewSpec& spec) {
     return fmt::format("{:.0f} px, tilt {:.0f}, blur {:.1f} px, noise {:.0f}", spec.square_px,
@@ -205,17 +157,22 @@ Study checkers_study() {
   return {
       .name = "checkers",
       .summary = "corners of checkerboards and centres of circles, beside OpenCV's and the bound",
+      .inputs =
+          "pictures, folders of pictures with a target.yaml, or data sets with a truth, "
+          "instead of rendered ones",
+      .needs_inputs = false,
       .count = 10,
-      .columns = {"method", "corners", "found", "right", "wrong", "squares", "bound", "claims",
-                  "nees"},
+      .options = {{"target", "", "target file of the pictures"}},
+      .columns = {"method", "corners", "found", "right", "wrong", "squares", "measured", "bound",
+                  "claims", "nees", "ms"},
       .tasks = tasks,
       .tables = {{{"task", "method"},
                   {rows_in("boards"), sum_of("found", "found"), sum_of("corners", "corners"),
                    sum_of("right", "right"), sum_of("wrong", "wrong"),
-                   root_ratio_of("bound, px", "bound", "right", 4),
-                   root_ratio_of("rms, px", "squares", "right", 4),
+                   root_ratio_of("bound, px", "bound", "measured", 4),
+                   root_ratio_of("rms, px", "squares", "measured", 4),
                    root_ratio_of("rms / bound", "squares", "bound", 2),
-                   ratio_of("NEES/2", "nees", "claims", 2)}}}};
+                   ratio_of("NEES/2", "nees", "claims", 2), mean_of("CPU, ms", "ms", 1)}}}};
 }
 
 }  // namespace tagcal

@@ -151,4 +151,22 @@ void CheckerFitter::fit_under_lens(CheckerCorners& corners) const {
     if (const auto fitted = fit_one(cell, places, &lens->camera)) corner = *fitted;
 }
 
+bool CheckerFitter::drop_outliers(CheckerCorners& corners) const {
+  constexpr double kFittedSdPx = 0.1;  // numeric: equal weights; near the edge claims are too small
+  std::vector<PanelCorner> on_panel;
+  for (const auto& [cell, corner] : corners)
+    on_panel.push_back({on_board(cell), corner.at, kFittedSdPx});
+  const auto lens = lens_of_panel(on_panel, image_.size());
+  if (!lens) return false;
+  std::erase_if(corners, [&](const auto& fitted) {
+    const auto& [cell, corner] = fitted;
+    const auto expected = lens->pixel(on_board(cell));
+    const double variance =
+        std::pow(kFittedSdPx * lens->spread, 2) + corner.covariance_px2.trace() / 2;
+    return !expected || (corner.at - *expected).squaredNorm() >
+                            policy::kOutlierSds * policy::kOutlierSds * variance;
+  });
+  return true;
+}
+
 }  // namespace tagcal::internal

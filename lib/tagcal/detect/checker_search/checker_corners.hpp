@@ -35,6 +35,9 @@ class CheckerFitter {
   // not estimated from each corner then.
   void fit_under_lens(CheckerCorners& corners) const;
 
+  // Removes the corners that the lens of all does not explain. False if they do not determine one.
+  bool drop_outliers(CheckerCorners& corners) const;
+
   // Fits known corners again under the camera that was given; returns how many it has fitted.
   int fit_again(CheckerCorners& corners) const;
 

@@ -130,9 +130,10 @@ bool is_verified(const CheckerCorners& corners, const CheckerPrint& print) {
          count([&](const CheckerCell& c) { return c.second == rows - 1; }) >= row;
 }
 
-// The grids of junctions of a picture halved as often as given, in its own pixels.
-std::vector<JunctionGrid> grids_of(const ImageView8& image, int halvings) {
-  std::vector<JunctionGrid> grids = junction_grids(find_junctions(image));
+// The grids of the junctions of a picture halved as often as given, in its own pixels.
+std::vector<JunctionGrid> grids_of(const std::vector<Junction>& junctions, int halvings,
+                                   bool follows_lines) {
+  std::vector<JunctionGrid> grids = junction_grids(junctions, follows_lines);
   const double scale = std::exp2(halvings);
   for (JunctionGrid& grid : grids) {
     trim(grid);
@@ -169,6 +170,10 @@ bool continues(const JunctionGrid& larger, const JunctionGrid& grid) {
     });
   };
   return 2 * std::ranges::count_if(grid, is_in_larger) > static_cast<std::ptrdiff_t>(grid.size());
+}
+
+bool is_final(const SeenChecker& seen) {
+  return seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
 }
 
 std::vector<Observation> observations_of(const CheckerCorners& corners, const Checkerboard& board) {
@@ -229,10 +234,19 @@ std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
     result.push_back(target.markers ? find_charuco(image, target) : SeenChecker());
   if (std::ranges::all_of(targets_, [](const Target& t) { return t.markers.has_value(); }))
     return result;
-  find_grids(image);
-  const auto is_final = [](const SeenChecker& seen) {
-    return seen.answer == CheckerAnswer::found || seen.answer == CheckerAnswer::seen_twice;
-  };
+  find_junctions_of_levels(image);
+  for (const bool follows_lines : {false, true}) {
+    follows_lines_ = follows_lines;
+    levels_.clear();
+    for (const std::vector<Junction>& junctions : junctions_)
+      levels_.push_back(grids_of(junctions, static_cast<int>(levels_.size()), follows_lines));
+    find_plain(image, result);
+    if (std::ranges::all_of(result, is_final)) break;
+  }
+  return result;
+}
+
+void CheckerFinder::find_plain(const ImageView8& image, std::vector<SeenChecker>& result) const {
   for (const std::vector<JunctionGrid>& grids : levels_) {
     for (std::size_t i = 0; i < targets_.size(); ++i) {
       if (targets_[i].markers || is_final(result[i])) continue;
@@ -240,16 +254,15 @@ std::vector<SeenChecker> CheckerFinder::find(const ImageView8& image) {
       if (is_final(seen) || seen.answer > result[i].answer) result[i] = std::move(seen);
     }
   }
-  return result;
 }
 
 // Halved pictures show large squares with less noise; results of the finest level take precedence.
-void CheckerFinder::find_grids(const ImageView8& image) {
-  levels_.clear();
+void CheckerFinder::find_junctions_of_levels(const ImageView8& image) {
+  junctions_.clear();
   Image8 half;
   ImageView8 picture = image;
   do {
-    levels_.push_back(grids_of(picture, static_cast<int>(levels_.size())));
+    junctions_.push_back(find_junctions(picture));
     half = halved(picture);
     picture = half;
   } while (std::min(picture.width(), picture.height()) >= kLeastSidePx);
@@ -276,6 +289,7 @@ std::optional<CheckerCorners> CheckerFinder::fitted(const ImageView8& image, con
         places.push_back({Vector2d(column, row), node->second});
   const CheckerFitter fitter(image, print, camera_);
   CheckerCorners corners = fitter.fit(places);
+  if (follows_lines_ && !fitter.drop_outliers(corners)) return std::nullopt;
   if (!is_verified(corners, print)) return std::nullopt;
   fitter.fit_under_lens(corners);
   return corners;

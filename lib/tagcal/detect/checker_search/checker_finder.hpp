@@ -50,7 +50,8 @@ class CheckerFinder {
     std::optional<TagSearch> markers;  // of a ChArUco board
   };
 
-  void find_grids(const ImageView8& image);
+  void find_junctions_of_levels(const ImageView8& image);
+  void find_plain(const ImageView8& image, std::vector<SeenChecker>& result) const;
   // True if a halved picture, or a finer one, shows that the grid goes on.
   bool is_part_of_larger(const JunctionGrid& grid, const Target& target) const;
   SeenChecker find_plain(const ImageView8& image, const Target& target,
@@ -62,8 +63,11 @@ class CheckerFinder {
   const Camera* camera_;
   std::vector<const Board*> boards_;
   std::vector<Target> targets_;
-  // The grids of the present picture, then those of its halves; each list begins with the largest.
+  // The junctions of the present picture, then those of its halves, and the grids that they form;
+  // each list of grids begins with the largest.
+  std::vector<std::vector<Junction>> junctions_;
   std::vector<std::vector<JunctionGrid>> levels_;
+  bool follows_lines_ = false;  // the grids do: then their corners must determine a lens
 };
 
 }  // namespace tagcal::internal

@@ -66,70 +66,85 @@ class Bins {
 
 class Grower {
  public:
-  explicit Grower(const std::vector<Junction>& junctions)
-      : junctions_(junctions), bins_(junctions), is_taken_(junctions.size(), false) {}
+  Grower(const std::vector<Junction>& junctions, bool follows_lines)
+      : junctions_(junctions),
+        follows_lines_(follows_lines),
+        bins_(junctions),
+        is_taken_(junctions.size(), false),
+        is_in_grid_(junctions.size(), false) {}
 
   std::optional<JunctionGrid> grown_from(std::size_t seed) {
+    if (follows_lines_)
+      for (const auto& [cell, i] : cells_) is_taken_[i] = false;
     cells_.clear();
     newest_.clear();
-    if (is_taken_[seed] || !start(seed)) return std::nullopt;
+    if (is_in_grid_[seed] || !start(seed)) return std::nullopt;
     while (grow()) {
     }
     JunctionGrid grid;
-    for (const auto& [cell, i] : cells_) grid[cell] = junctions_[i].at;
+    for (const auto& [cell, i] : cells_) {
+      grid[cell] = junctions_[i].at;
+      is_in_grid_[i] = true;
+    }
     return grid;
   }
 
  private:
-  // True if the lines of `other` are those of `one` with the colours exchanged.
-  bool is_opposite(const Junction& one, const Junction& other) const {
-    return 2 * std::min(one.contrast, other.contrast) > std::max(one.contrast, other.contrast) &&
-           between(one.first, other.second) < policy::kMaxTurn &&
-           between(one.second, other.first) < policy::kMaxTurn;
-  }
-  bool is_alike(const Junction& one, const Junction& other) const {
-    return between(one.first, other.first) < policy::kMaxTurn &&
-           between(one.second, other.second) < policy::kMaxTurn;
+  static bool has_like_contrast(const Junction& one, const Junction& other) {
+    return 2 * std::min(one.contrast, other.contrast) > std::max(one.contrast, other.contrast);
   }
 
+  // True if the lines of `other` are those of `one` with the colours exchanged.
+  bool is_opposite(const Junction& one, const Junction& other) const {
+    return has_like_contrast(one, other) && between(one.first, other.second) < policy::kMaxTurn &&
+           between(one.second, other.first) < policy::kMaxTurn;
+  }
   void add(const GridCell& cell, std::size_t i) {
     cells_[cell] = i;
     newest_.push_back(cell);
     is_taken_[i] = true;
   }
 
-  // The nearest junction of exchanged colours along a direction.
-  std::optional<std::size_t> next(std::size_t from, double direction) const {
+  // The nearest junction along one of the lines, that of this direction. Its own line, of exchanged
+  // colours, continues it as an arc does: the chord has the mean of the directions at its ends.
+  std::optional<std::size_t> next(std::size_t from, const Vector2d& direction) const {
     const Junction& one = junctions_[from];
-    const Vector2d heading = along(direction);
+    const Vector2d first = along(one.first), second = along(one.second);
+    const bool is_first = std::abs(direction.dot(first)) > std::abs(direction.dot(second));
+    const Vector2d line = is_first ? first : second;
+    const double sign = direction.dot(line) < 0 ? -1 : 1;
     const double least_cos = std::cos(policy::kMaxTurn);
     for (double radius = kFirstReachPx; radius < kLastReachPx; radius *= 2) {
       std::optional<std::size_t> best;
       double least = radius;
       bins_.near(one.at, radius, [&](std::size_t i, double distance) {
-        if (i == from || distance >= least || is_taken_[i]) return;
-        if ((junctions_[i].at - one.at).dot(heading) < least_cos * distance) return;
-        if (!is_opposite(one, junctions_[i])) return;
+        if (i == from || distance >= least) return;
+        const Junction& other = junctions_[i];
+        const Vector2d chord = other.at - one.at;
+        if (sign * chord.dot(line) < least_cos * distance || !has_like_contrast(one, other)) return;
+        const double angle =
+            2 * std::atan2(chord.y(), chord.x()) - (is_first ? one.first : one.second);
+        if (between(angle, is_first ? other.second : other.first) > policy::kMaxTurn) return;
         least = distance;
         best = i;
       });
-      if (best) return best;
+      if (best) return is_taken_[*best] ? std::nullopt : best;
     }
     return std::nullopt;
+  }
+  Vector2d chord(std::size_t from, std::size_t to) const {
+    return junctions_[to].at - junctions_[from].at;
   }
 
   bool start(std::size_t seed) {
     const Junction& one = junctions_[seed];
-    for (const double sign : {0.0, std::numbers::pi}) {
-      const auto right = next(seed, one.first + sign);
+    for (const double sign : {1.0, -1.0}) {
+      const auto right = next(seed, sign * along(one.first));
       if (!right) continue;
-      const auto below = next(seed, one.second + sign);
+      const auto below = next(seed, sign * along(one.second));
       if (!below || *right == *below) continue;
-      const Vector2d a = junctions_[*right].at - one.at, b = junctions_[*below].at - one.at;
-      const auto last =
-          nearest(one.at + a + b, policy::kMaxMoveShare * std::min(a.norm(), b.norm()),
-                  [&](const Junction& other) { return is_alike(one, other); });
-      if (!last) continue;
+      const auto last = next(*right, chord(seed, *below));
+      if (!last || last != next(*below, chord(seed, *right))) continue;
       add({0, 0}, seed);
       add({1, 0}, *right);
       add({0, 1}, *below);
@@ -137,6 +152,41 @@ class Grower {
       return true;
     }
     return false;
+  }
+
+  // What the line of the junction before a cell leads to; no value if that has no neighbour before
+  // it.
+  std::optional<std::size_t> next_to(const GridCell& cell, const GridCell& step) const {
+    const auto one = cells_.find(cell + -step), two = cells_.find(cell + -step + -step);
+    if (one == cells_.end() || two == cells_.end()) return std::nullopt;
+    return next(one->second, chord(two->second, one->second));
+  }
+
+  // True if the lines of the neighbours lead to nearer junctions: steps that shrink fast predict
+  // the third one.
+  bool is_beyond_next(const GridCell& cell, std::size_t found) const {
+    return std::ranges::any_of(kSteps, [&](const GridCell& step) {
+      const auto next = next_to(cell, step);
+      if (!next || *next == found) return false;
+      const std::size_t from = cells_.at(cell + -step);
+      return chord(from, *next).norm() < chord(from, found).norm();
+    });
+  }
+
+  // The junction of a cell where steps change too much to be predicted: lines of two neighbours
+  // lead to it, or that of one does, and a line joins it to the cell beside it.
+  std::optional<std::size_t> where_lines_meet(const GridCell& cell) const {
+    for (const GridCell& step : kSteps) {
+      const auto one = next_to(cell, step);
+      if (!one) continue;
+      for (const GridCell& side : kSteps) {
+        if (side == step || side == -step) continue;
+        if (next_to(cell, side) == one) return one;
+        const auto beside = next_to(cell + side, step);
+        if (beside && *beside != *one && next(*one, chord(*one, *beside)) == beside) return one;
+      }
+    }
+    return std::nullopt;
   }
 
   template <typename Test>
@@ -215,8 +265,10 @@ class Grower {
       const Prediction expected = predict(cell);
       if (expected.count == 0) continue;
       const Junction& like = junctions_[neighbour(cell)];
-      const auto found = nearest(expected.at, policy::kMaxMoveShare * expected.step,
-                                 [&](const Junction& other) { return is_opposite(like, other); });
+      auto found = nearest(expected.at, policy::kMaxMoveShare * expected.step,
+                           [&](const Junction& other) { return is_opposite(like, other); });
+      if (follows_lines_ && (!found || is_beyond_next(cell, *found)))
+        found = where_lines_meet(cell);
       if (!found) continue;
       add(cell, *found);
     }
@@ -230,16 +282,19 @@ class Grower {
   }
 
   const std::vector<Junction>& junctions_;
+  const bool follows_lines_;
   Bins bins_;
-  std::vector<bool> is_taken_;  // by a grid, also by the one that grows
+  std::vector<bool> is_taken_;    // by the grid that grows; if lines are not followed, by any
+  std::vector<bool> is_in_grid_;  // that has grown
   std::map<GridCell, std::size_t> cells_;
   std::vector<GridCell> newest_;  // what the last round has found
 };
 
 }  // namespace
 
-std::vector<JunctionGrid> junction_grids(const std::vector<Junction>& junctions) {
-  Grower grower(junctions);
+std::vector<JunctionGrid> junction_grids(const std::vector<Junction>& junctions,
+                                         bool follows_lines) {
+  Grower grower(junctions, follows_lines);
   std::vector<JunctionGrid> grids;
   for (std::size_t i = 0; i < junctions.size(); ++i)
     if (auto grid = grower.grown_from(i)) grids.push_back(std::move(*grid));

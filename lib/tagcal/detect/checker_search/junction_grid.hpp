@@ -19,6 +19,9 @@ using JunctionGrid = std::map<GridCell, Eigen::Vector2d>;
 
 // The grids that the junctions form: from pairs of neighbours, each further one is predicted from
 // those beside it. Each junction is in one grid at most; a grid has 2 x 2 junctions or more.
-std::vector<JunctionGrid> junction_grids(const std::vector<Junction>& junctions);
+// With `follows_lines` also those to which lines of the grid lead where steps change too much to be
+// predicted, as in a fisheye's picture of a near board; grids may then share junctions.
+std::vector<JunctionGrid> junction_grids(const std::vector<Junction>& junctions,
+                                         bool follows_lines);
 
 }  // namespace tagcal::internal

@@ -83,9 +83,15 @@ struct LightSums {
   using Terms = Eigen::Matrix<double, kTerms, 1>;
   Terms light = Terms::Zero();  // that the residuals are without
   double squares = 0;           // of these
-  Eigen::Matrix<double, kTerms, kTerms> own = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-  Eigen::Matrix<double, kTagColumns, kTerms> columns =
-      Eigen::Matrix<double, kTagColumns, kTerms>::Zero();
+  Eigen::Matrix<double, kTagLightColumns, kTagColumns + kTagLightColumns, Eigen::RowMajor>
+      products = decltype(products)::Zero();
+
+  Eigen::Matrix<double, kTerms, kTerms> own() const {
+    return products.block<kTerms, kTerms>(0, kTagColumns).selfadjointView<Eigen::Lower>();
+  }
+  Eigen::Matrix<double, kTagColumns, kTerms> columns() const {
+    return products.topLeftCorner<kTerms, kTagColumns>().transpose();
+  }
 };
 
 enum class StageEnd { reached, too_few_pixels, not_finite };

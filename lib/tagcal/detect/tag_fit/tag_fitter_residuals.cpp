@@ -61,24 +61,33 @@ LightSums TagFitter::collect_light(const LightSums::Terms& light) {
 // The terms are a slope of black by x and y (white has one in the model), shade of second order, by
 // which light multiplies both, and a slope of the spread: a tilted tag is not in focus everywhere.
 void TagFitter::add_light(TagBlock& block) {
+  // By whole packs: what pads a block is zero in all columns.
+  const int size = (block.size + kTagPack - 1) / kTagPack * kTagPack;
   const auto column = [&](int k) {
-    return Eigen::Map<Eigen::ArrayXf>(block.derivatives[k], block.size);
+    return Eigen::Map<Eigen::ArrayXf, Eigen::Aligned64>(block.derivatives[k], size);
   };
-  const Eigen::Map<const Eigen::ArrayXf> x(block.raw_x, block.size), y(block.raw_y, block.size);
+  const Eigen::Map<const Eigen::ArrayXf> x(block.raw_x, size), y(block.raw_y, size);
   const TagParameters& p = model_.parameters();
   const auto& one = column(kBlack);
   const auto& spread = column(kLogSpread);
+  int k = kTagColumns;
+  const auto put = [&](const auto& term) {
+    column(k) = term;
+    column(kTagResidual) -= static_cast<float>(light_->light[k - kTagColumns]) * column(k);
+    ++k;
+  };
+  put(x * one);
+  put(y * one);
   const Eigen::ArrayXf level =
       static_cast<float>(p[kBlack]) * one + static_cast<float>(p[kGain]) * column(kGain);
-  Eigen::Matrix<float, Eigen::Dynamic, LightSums::kTerms> terms(block.size, LightSums::kTerms);
-  terms << x * one, y * one, x * x * level, x * y * level, y * y * level, x * spread, y * spread;
-  column(kTagResidual).matrix() -= terms * light_->light.cast<float>();
+  put(x * x * level);
+  put(x * y * level);
+  put(y * y * level);
+  put(x * spread);
+  put(y * spread);
+  column(k).setZero();
   light_->squares += static_cast<double>(column(kTagResidual).matrix().squaredNorm());
-  light_->own += (terms.transpose() * terms).cast<double>();
-  const int num_columns = block.is_bent ? kTagColumns : kTagStraightColumns;
-  const Eigen::Map<const Eigen::MatrixXf, 0, Eigen::OuterStride<kTagBlock>> columns(
-      block.derivatives[0], block.size, num_columns);
-  light_->columns.topRows(num_columns) += (columns.transpose() * terms).cast<double>();
+  fastest_tag_kernels().add_light_products(block, light_->products.data());
 }
 
 // Makes one more step, with the terms of light, if the residuals show these: few tags need them, so
@@ -86,7 +95,9 @@ void TagFitter::add_light(TagBlock& block) {
 void TagFitter::admit_light() {
   const LightSums sums = collect_light(LightSums::Terms::Zero());
   Eigen::Matrix<double, kCount, LightSums::kTerms> cross;
-  cross << sums.columns.topRows<kTagResidual>(), sums.columns.bottomRows<kCount - kTagResidual>();
+  const auto columns = sums.columns();
+  const auto of_light = sums.own();
+  cross << columns.topRows<kTagResidual>(), columns.bottomRows<kCount - kTagResidual>();
   const double variance = sums_.variance(sums_.squares);
   const TagParameters weights = variance * prior_weights();
   TagInformation system = sums_.information;
@@ -95,9 +106,9 @@ void TagFitter::admit_light() {
   const TagParameters right =
       sums_.gradient - weights.cwiseProduct(model_.parameters() - prior_mean_);
   const auto by_light = inverse.solve(cross).eval();
-  const auto own = (sums.own - cross.transpose() * by_light).eval();
+  const auto own = (of_light - cross.transpose() * by_light).eval();
   const auto gradient =
-      (sums.columns.row(kTagResidual).transpose() - by_light.transpose() * right).eval();
+      (columns.row(kTagResidual).transpose() - by_light.transpose() * right).eval();
   const auto light = own.ldlt().solve(gradient).eval();
   const double gain = gradient.dot(light);
   // Rounding has a structure of its own, so the terms must change levels by more than it does.
@@ -111,7 +122,7 @@ void TagFitter::admit_light() {
   }
   sums_ = before;
   sums_.at = model_.parameters();
-  sums_.information -= cross * sums.own.ldlt().solve(cross.transpose());
+  sums_.information -= cross * of_light.ldlt().solve(cross.transpose());
   last_.variance = sums_.variance(left);
 }
 

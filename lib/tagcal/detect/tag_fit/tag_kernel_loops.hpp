@@ -302,7 +302,7 @@ void select(const TagTable& table, const TagPixelRow& row, TagFlatSums* flat) {
 }
 
 // Products of two columns with four, in single precision over a block.
-inline void add_tile(const TagBlock& block, int row, int column, double* sums) {
+inline void add_tile(const TagBlock& block, int row, int column, double* sums, int stride) {
   Pack products[2][4] = {};
   for (int at = 0; at < block.size; at += kFloatLanes) {
     const Pack a = load<Pack>(&block.derivatives[row][at]);
@@ -313,12 +313,23 @@ inline void add_tile(const TagBlock& block, int row, int column, double* sums) {
       products[1][j] += b * c;
     }
   }
-  for (int i = 0; i < 2; ++i) add_sums(products[i], sums + (row + i) * kTagColumns + column);
+  for (int i = 0; i < 2; ++i) add_sums(products[i], sums + i * stride);
 }
 
 void add_products(const TagBlock& block, double* sums) {
   for (int i = 0; i < num_columns(block); i += 2)
-    for (int j = 0; j <= i + 1; j += 4) add_tile(block, i, j, sums);
+    for (int j = 0; j <= i + 1; j += 4)
+      add_tile(block, i, j, sums + i * kTagColumns + j, kTagColumns);
+}
+
+void add_light_products(const TagBlock& block, double* sums) {
+  constexpr int kAll = kTagColumns + kTagLightColumns;
+  for (int i = 0; i < kTagLightColumns; i += 2) {
+    for (int j = 0; j < num_columns(block); j += 4)
+      add_tile(block, kTagColumns + i, j, sums + i * kAll + j, kAll);
+    for (int j = 0; j <= i + 1; j += 4)
+      add_tile(block, kTagColumns + i, kTagColumns + j, sums + i * kAll + kTagColumns + j, kAll);
+  }
 }
 
 }  // namespace

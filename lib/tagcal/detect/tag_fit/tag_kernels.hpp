@@ -81,6 +81,8 @@ struct TagFlatSums {
 constexpr int kTagResidual = 13;
 constexpr int kTagStraightColumns = 16;
 constexpr int kTagColumns = 28;  // with the bends
+// Further columns, where wanted: terms of light (TagFitter::admit_light), an even number.
+constexpr int kTagLightColumns = 8;
 
 // Pixels whose derivatives by the geometry are not zero.
 struct alignas(64) TagBlock {
@@ -88,9 +90,9 @@ struct alignas(64) TagBlock {
   float x[kRoom], y[kRoom];                           // places, bent
   float raw_x[kRoom], raw_y[kRoom];                   // places before they are bent
   float level[kRoom];
-  float xx[kRoom], xy[kRoom], yy[kRoom];      // as in RowPlaces, if a lens is known
-  std::int32_t column[kRoom], row[kRoom];     // first lines that are felt
-  float derivatives[kTagColumns][kTagBlock];  // results
+  float xx[kRoom], xy[kRoom], yy[kRoom];   // as in RowPlaces, if a lens is known
+  std::int32_t column[kRoom], row[kRoom];  // first lines that are felt
+  float derivatives[kTagColumns + kTagLightColumns][kTagBlock];  // results
   int size;
   int num_felt;  // largest number of lines of one direction at a pixel: 1 to 4, 6 or all
   bool is_stretched;
@@ -105,6 +107,9 @@ struct TagKernels {
   void (*evaluate)(const TagTable& table, TagBlock& block);
   // Adds the products of the block's columns to the lower triangle of kTagColumns^2 sums.
   void (*add_products)(const TagBlock& block, double* sums);
+  // Adds the products of the columns of light with all columns to kTagLightColumns rows of sums;
+  // of the columns of light with each other the lower triangle.
+  void (*add_light_products)(const TagBlock& block, double* sums);
 };
 
 extern const TagKernels kPortableTagKernels;

@@ -8,7 +8,7 @@
 
 namespace tagcal::internal {
 
-constinit const TagKernels kAvx2TagKernels = {select, evaluate, add_products};
+constinit const TagKernels kAvx2TagKernels = {select, evaluate, add_products, add_light_products};
 
 }  // namespace tagcal::internal
 

@@ -5,7 +5,8 @@
 
 namespace tagcal::internal {
 
-constinit const TagKernels kPortableTagKernels = {select, evaluate, add_products};
+constinit const TagKernels kPortableTagKernels = {select, evaluate, add_products,
+                                                  add_light_products};
 
 const TagKernels& fastest_tag_kernels() {
   static const bool is_avx2 = kAvx2TagKernels.select && runs_avx2();
