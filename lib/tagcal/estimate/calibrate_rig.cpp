@@ -248,12 +248,11 @@ void report_contradictions(const RigDataset& rig, const RigState& state,
           fmt::format("{} of {} instants of {} contradict the others: its pictures were taken at "
                       "other times, or belong to another rig",
                       rejected, rejected + camera.num_views, camera.name));
+    else if (camera.excess > policy::kOutlierSigmas)
+      add(answer.findings, code::pair_contradicts, strain_of(camera));
     else if (camera.excess > 1)
-      add(answer.findings, code::pair_contradicts,
-          fmt::format(
-              "the rig moves the corners of {} by {:.2g} times their noise: its pictures were "
-              "taken at other times than those of the others, or the cameras are not rigid",
-              camera.name, camera.excess));
+      add(answer.findings, code::instants_strained,
+          strain_of(camera) + "; the standard deviations include this");
   }
   if (!answer.rejected_instants.empty())
     add(answer.findings, code::instants_rejected,

@@ -55,6 +55,7 @@ inline constexpr FindingCode noise_assumed{"noise_assumed", Severity::note};
 inline constexpr FindingCode noise_understated{"noise_understated", Severity::warning};
 inline constexpr FindingCode rows_displaced{"rows_displaced", Severity::warning};
 inline constexpr FindingCode instants_rejected{"instants_rejected", Severity::warning};
+inline constexpr FindingCode instants_strained{"instants_strained", Severity::warning};
 inline constexpr FindingCode camera_moved{"camera_moved", Severity::warning};
 inline constexpr FindingCode corner_order_differs{"corner_order_differs", Severity::warning};
 inline constexpr FindingCode clock_corrected{"clock_corrected", Severity::note};
