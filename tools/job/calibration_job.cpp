@@ -13,11 +13,29 @@ namespace tagcal::tools {
 
 namespace {
 
+// The folders of the pictures, view by view, if they are in several: the pictures of each are
+// compared with the others.
+std::vector<std::string> sources_of(const Input& input) {
+  std::vector<std::string> folders;
+  for (const View& view : input.dataset.views) {
+    const auto file = input.files.find(view.image);
+    if (file == input.files.end()) return {};
+    folders.push_back(file->second.parent_path().string());
+  }
+  if (std::set<std::string>(folders.begin(), folders.end()).size() < 2) return {};
+  return folders;
+}
+
+Calibration calibrate_input(const Input& input, CalibrateOptions options) {
+  options.sources = sources_of(input);
+  return calibrate(input.dataset, options);
+}
+
 // Calibrates the views that are there now. The times are those of all calibrations.
-void calibrate_once_more(const Dataset& dataset, const CalibrateOptions& options,
+void calibrate_once_more(const Input& input, const CalibrateOptions& options,
                          Calibration& calibration) {
   const CalibrateSeconds before = calibration.seconds;
-  calibration = calibrate(dataset, options);
+  calibration = calibrate_input(input, options);
   CalibrateSeconds& seconds = calibration.seconds;
   seconds.start += before.start;
   seconds.solve += before.solve;
@@ -39,7 +57,7 @@ void calibrate_again(const CalibrationJob& job, const CalibrateOptions& options,
   answer.seconds.refine = watch.seconds();
   std::optional<Progress> progress;
   if (job.shows_progress) progress.emplace("calibrating again");
-  calibrate_once_more(input.dataset, options, calibration);
+  calibrate_once_more(input, options, calibration);
 }
 
 // Keeps the most informative views only, and calibrates again.
@@ -57,7 +75,7 @@ std::optional<ViewSelection> select_and_calibrate(const CalibrationJob& job,
   std::vector<View> views;
   for (const std::size_t view : kept) views.push_back(std::move(input.dataset.views[view]));
   input.dataset.views = std::move(views);
-  calibrate_once_more(input.dataset, options, calibration);
+  calibrate_once_more(input, options, calibration);
   return selection;
 }
 
@@ -87,13 +105,14 @@ CalibrationAnswer run_job(const CalibrationJob& job, Input* used) {
   if (job.shows_progress) progress.emplace("calibrating");
   CalibrateOptions options = job.options;
   options.num_threads = static_cast<std::size_t>(job.threads);
-  answer.calibration = naming_options([&] { return calibrate(input.dataset, options); });
+  answer.calibration = naming_options([&] { return calibrate_input(input, options); });
   if (job.select > 0)
     answer.selection = select_and_calibrate(job, options, input, answer.calibration);
   progress.reset();
   if (job.refine_corners) calibrate_again(job, options, input, answer);
   std::vector<Finding> findings;
-  for (const std::string& warning : input.warnings) add(findings, code::input, warning);
+  for (const std::string& warning : input.warnings)
+    add(findings, code::input, warning);
   auto& all = answer.calibration.findings;
   all.insert(all.begin(), findings.begin(), findings.end());
   answer.corner_error_px = input.corner_error_px;
