@@ -243,7 +243,7 @@ Command add_calibrate(CLI::App& app) {
   add_option(*command, "--report", arguments->report,
              "a page to look at: residuals, uncertainty, models, views, the next view (report.md)")
       .text("FILE.html");
-  add_positive(*command, "--distance", arguments->near_m,
+  add_length(*command, "--distance", arguments->near_m,
              "distance in metres at which the uncertainty is given beside infinity; default: "
              "the corners' median");
   add_flag(*command, "--one-camera", arguments->one_camera,
